@@ -89,6 +89,8 @@ class RunPlan:
         Width of the inlet sweep, which every mesh has to resolve [b].
     bound : float
         Work beyond which the contact is solved `thrifty`.
+    give_up : float
+        Work beyond which it is not solved at all, as there is another answer.
     block : float
         Travel between two looks at the interval [b].
     step_tolerance : float
@@ -114,6 +116,7 @@ class RunPlan:
     budget: float = math.inf
     inlet: float = math.inf
     bound: float = math.inf
+    give_up: float = math.inf
     block: float = BLOCK
     step_tolerance: float = Settings.tolerance
     thrifty: bool = False

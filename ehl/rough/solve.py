@@ -87,6 +87,7 @@ def solve_transient(
     boundary_study: bool | None = None,
     boundary_range: tuple[float, float] | None = None,
     fine_roughness: bool = False,
+    bounded: bool = False,
 ) -> TransientResult:
     """Roll two rough surfaces through a lubricated line contact and average friction over time.
 
@@ -132,6 +133,8 @@ def solve_transient(
         Boundary films to take instead of half and twice, whatever the asperities carry [m].
     fine_roughness : bool
         For roughness that is fine against the contact: more nodes, shorter start-up and window.
+    bounded : bool
+        Whether a contact whose shortest run takes more work than the accuracy allows is given up.
 
     Returns
     -------
@@ -142,7 +145,7 @@ def solve_transient(
     InputError
         A value is out of range, or the given nodes cannot carry the profiles.
     ConvergenceError
-        "mesh_budget": the nodes of this accuracy cannot resolve the roughness.
+        "mesh_budget": the nodes, or the work if `bounded`, of this accuracy cannot resolve the roughness.
     """
     begin = time.perf_counter()
     rough = surfaces if surfaces is not None else RoughSurfaces()
@@ -154,6 +157,8 @@ def solve_transient(
     length = mesh_length(contact, estimate)
     plan = make_run_plan(accuracy, contact, rough, estimate, drained=drained, thermal=thermal, fine=fine_roughness)
     plan = with_overrides(plan, nodes, travel, length)
+    if bounded:
+        plan = replace(plan, give_up=plan.bound)
     if boundary_study is not None:
         plan = replace(plan, boundary_study=boundary_study)
     sliding_friction = boundary_friction if contact.speed_sliding > 0.0 else 0.0

@@ -1,16 +1,18 @@
 """Start-up of the coarsest mesh, until roughness, macroscopic pressure and heat are in the contact, at a bounded cost.
 
 A look at the work every few b: where even the shortest windows after it would exceed the bound of the plan, the contact
-goes on `thrifty`. Work is counted, not timed, so that results are the same on any machine.
+goes on `thrifty`, or is given up where there is another answer. Work is counted, not timed: the same on any machine.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.io.errors import ConvergenceError
 from ehl.rough.accuracy import FRONT_STARTUP, SETTLING, RunPlan, thrifty
 from ehl.rough.levels import FINER_STEP, least_levels
 from ehl.rough.scaling import Problem
@@ -18,6 +20,7 @@ from ehl.rough.window import Window
 
 Array = NDArray[np.float64]
 
+FIRST_LOOK = 0.3  # at a contact that may be given up: the roughness is still to come, and with it most of the work [b]
 WARMING_ROUNDS, WARMING_TRAVEL = 2, 0.5  # of the preheating; travel that its mean flux is taken over [b]
 
 
@@ -46,6 +49,11 @@ def start_up(
         Mean heat flux into the surfaces, which warms those of the finer meshes [W/m2].
     warming : float
         Travel over which it does [b].
+
+    Raises
+    ------
+    ConvergenceError
+        "mesh_budget": the shortest run would take more than `plan.give_up`.
     """
     thermal = window.run.problem.settings.thermal
     bounded = plan.window_max > plan.window_min
@@ -53,8 +61,9 @@ def start_up(
     wait = plan.settling - SETTLING if thermal and bounded and not plan.preheating else 0.0
     steps = round(plan.startup * per_half_width) + round(wait * per_half_width)
     look = round(FRONT_STARTUP * per_half_width) if bounded else steps
+    first = round(FIRST_LOOK * per_half_width) if bounded and math.isfinite(plan.give_up) else look
     while window.steps < steps:
-        before, piece = window.work, min(look, steps - window.steps) / per_half_width
+        before, piece = window.work, min(look if window.steps else first, steps - window.steps) / per_half_width
         window.start(piece)
         left = (steps - window.steps) / per_half_width
         rate = (window.work - before) / piece
@@ -63,6 +72,9 @@ def start_up(
             window.batch = plan.batch
             window.run = window.run.branch(problem(plan))
             steps = round(plan.startup * per_half_width)
+            left = (steps - window.steps) / per_half_width
+        if bounded and window.work + least_work(plan, rate, left, levels) > plan.give_up:
+            raise ConvergenceError("mesh_budget", "a mesh that resolves the roughness takes more work than allowed")
     if plan.preheating:
         return plan, warmed(window, plan), plan.preheating
     if thermal and bounded:

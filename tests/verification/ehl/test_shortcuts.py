@@ -12,9 +12,10 @@ from ehl.contact import Contact
 from ehl.fluid.lubricant import Lubricant
 from ehl.io.validation import validate
 from ehl.material import Material
-from ehl.rough.accuracy import BUDGET
+from ehl.rough import TransientResult, solve_transient
+from ehl.rough.accuracy import BUDGET, WORK
 from ehl.rough.dry_limit import flash_of_rubbing, share_deficit
-from ehl.rough.mixed import film_stress_ratio, roughness_effect
+from ehl.rough.mixed import OVER_CHANGE, film_stress_ratio, roughness_effect
 
 RMS = 0.4e-6
 
@@ -106,6 +107,30 @@ def test_a_wall_that_says_too_little_gives_way_to_a_mesh_as_fine_as_it_takes(mon
     true = abs(full.friction_coefficient / fine.friction_coefficient - 1.0)
     assert true <= fine.friction_error + full.friction_error
     assert fine.friction_error < 0.3
+
+
+def test_a_mesh_as_fine_as_it_takes_is_given_up_where_it_takes_too_much_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    full = case(0.7, 0.05).solve()
+    monkeypatch.setitem(BUDGET, "fast", (200, 1200))
+    fine = case(0.7, 0.05).solve()
+    runs: list[TransientResult] = []
+
+    def recorded(*given: Any, **options: Any) -> TransientResult:
+        runs.append(solve_transient(*given, **options))
+        return runs[-1]
+
+    monkeypatch.setattr("ehl.rough.mixed.solve_transient", recorded)
+    monkeypatch.setitem(WORK, "fast", 3e5)
+    coarse = case(0.7, 0.05).solve()
+    assert (coarse.status, coarse.reason) == ("unsettled", "mesh_budget")
+    assert coarse.transient is not None
+    assert fine.transient is not None
+    assert coarse.transient.nodes < 140 < fine.transient.nodes
+    # twice the cut-off is part of the error
+    kept, doubled = (run.friction_coefficient for run in runs)
+    assert coarse.transient.subgrid_error >= OVER_CHANGE * abs(doubled / kept - 1.0) > 0.0
+    true = abs(full.friction_coefficient / coarse.friction_coefficient - 1.0)
+    assert true <= coarse.friction_error + full.friction_error
 
 
 def test_a_wall_under_thick_films_is_an_answer_and_says_what_it_leaves_out(monkeypatch: pytest.MonkeyPatch) -> None:
