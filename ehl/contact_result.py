@@ -19,7 +19,7 @@ from ehl.io.units import KELVIN
 from ehl.line_contact import LineContact
 from ehl.rough import TransientResult
 from ehl.rough.dry import DryContactResult
-from ehl.rough.mixed import ERROR_ALLOWED
+from ehl.rough.mixed import ERROR_ALLOWED, SHEAR_STRENGTH
 from ehl.smooth import SteadyResult
 from ehl.view.notes import group_notes
 from ehl.view.table import Table
@@ -56,7 +56,6 @@ _SHOWN = (
 # what may not stand as converged, whatever a solver's residuals say
 REASONS = ("not_finite", "negative", "shear_strength", "inaccurate")
 
-SHEAR_STRENGTH = 1e9  # about the shear modulus of a glassy oil: a larger stress is an error of the shear law [Pa]
 LIMIT_TEMPERATURE = 1000.0  # no law of the oil means anything there [K]
 HOT_NODE_WEIGHT = (
     2.0  # the share of hot spots in the friction of a run is counted so many times: it is seen in one step only

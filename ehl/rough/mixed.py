@@ -39,6 +39,7 @@ REGULAR_WAVES = 1.15  # in Rq: at a film ratio of 3.9 ridges and waves change mu
 GAUSSIAN_HEIGHT = 6.0  # highest peak over deepest valley of a Gaussian profile of some sixty correlation lengths [Rq]
 ROLLING_EFFECT = 0.0075  # change of ln(viscosity) in the inlet: half a per cent of the film
 MAX_EFFECT_WITHOUT_CONTACT = 0.15  # change of mu by roughness that does not touch (docs/validation_mixed.md)
+SHEAR_STRENGTH = 1e9  # about the shear modulus of a glassy oil: a larger stress is an error of the shear law [Pa]
 # error of mu by a subgrid film over its change with twice the cut-off: 0.05 to 2.4 in contacts solved with all waves
 OVER_CHANGE = 2.5
 # times the tolerance asked for: with a larger error of mesh and subgrid film a rough result is not converged
@@ -293,7 +294,8 @@ def _with_subgrid_film(
     run, split, (low, expected, high) = solved(nodes, bounds=True)
     if run.status == "failed":
         return run
-    error = _subgrid_error(run, smooth, split.rms_below)
+    strongest = 2.0 * SHEAR_STRENGTH * contact.half_width / contact.load_per_length
+    error = _subgrid_error(run, smooth, split.rms_below, strongest)
     coarser = solved(max(nodes // 2, NODES_MIN), bounds=False)[0]
     if coarser.status != "failed" and run.friction_coefficient != 0.0:
         change = abs(coarser.friction_coefficient / run.friction_coefficient - 1.0)
@@ -306,15 +308,17 @@ def _with_subgrid_film(
     return replace(run, subgrid_error=error, notes=(*run.notes, note))
 
 
-def _subgrid_error(run: TransientResult, smooth: SmoothFriction, rms_below: float) -> float:
+def _subgrid_error(run: TransientResult, smooth: SmoothFriction, rms_below: float, strongest: float) -> float:
     """Largest deviation of mu within the bounds of the subgrid film, over mu.
 
-    Where the bounds agree because nothing touches, the effect of the fine roughness on thick films is added.
+    Where the bounds agree because nothing touches, the effect of the fine roughness on thick films is added. No bound
+    is above ``strongest``: without contact of the fine part the film of an oil without a limit may be.
     """
     mu = run.friction_coefficient
     if mu == 0.0:
         return 0.0
-    bounds = max(abs(run.friction_boundary_half - mu), abs(run.friction_boundary_double - mu)) / mu
+    found = (min(bound, strongest) for bound in (run.friction_boundary_half, run.friction_boundary_double))
+    bounds = max(abs(bound - mu) for bound in found) / mu
     ripple = MAX_EFFECT_WITHOUT_CONTACT
     if smooth.film > 0.0:
         left_out = roughness_effect(smooth.film / rms_below) if rms_below > 0.0 else 0.0

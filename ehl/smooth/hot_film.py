@@ -35,6 +35,7 @@ FIRST_ROUNDS = 10.0  # tolerances, on the grid that only serves to grade the fol
 # a thinner film is heated less: whole steps overshoot by up to 0.7 of themselves
 RELAXATION = 0.65
 MEMORY = 4
+MASS_RESIDUAL = 5e-4  # in the flow: what a correction by the matrix of an earlier round may leave
 # of the tolerance: a stretch of the mesh that keeps its conduction matrices
 SAME_MESH = 0.1
 
@@ -228,13 +229,11 @@ class HotFilm:
         if self._factors is None or self._factors[0] is not grid:
             self._factors = grid, Factors(grid)
         try:
-            level = solve_level(
-                grid,
-                replace(self._scaled, offset=mixer.used),
-                start,
-                tolerance=self._film_tolerance,
-                factors=self._factors[1],
-            )
+            level = self._solved(self._factors[1], grid, mixer, start)
+            if level.mass_residual > MASS_RESIDUAL:
+                self.iterations += level.iterations
+                self._factors = grid, Factors(grid)
+                level = self._solved(self._factors[1], grid, mixer, level.unknowns)
         except NewtonFailure as failure:
             self.iterations += failure.iterations
             raise
@@ -248,6 +247,10 @@ class HotFilm:
             except NewtonFailure:
                 mixer.halve()
         return self._film(level.grid, mixer, level.unknowns)
+
+    def _solved(self, factors: Factors, grid: Grid, mixer: Mixer, start: Unknowns) -> Level:
+        scaled = replace(self._scaled, offset=mixer.used)
+        return solve_level(grid, scaled, start, tolerance=self._film_tolerance, factors=factors)
 
     def _guess_at(self, x: Array) -> tuple[Array, Array] | None:
         """Stress and temperature of the surfaces as last found."""
