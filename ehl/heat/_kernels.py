@@ -175,23 +175,20 @@ class Walls(NamedTuple):
     difference: float  # bulk temperature of body 2 less that of body 1
 
 
-class Film(NamedTuple):
-    """A film at given pressure, with ln(eta) near some temperatures; arrays on its nodes."""
+# of a film at its nodes: ln(|v_s|/h), h/(8 k), heat that is not of shear and what it adds to the film temperature
+# (surfaces apart); surface temperature and rise of the parabola above it at which ln(eta) and its slope in temperature
+# are known, and the share of a further rise in the temperature that acts
+PRESSURE, LOG_RATE, RESISTANCE, SOURCE, RAISED, WALL, RISE, LOG_ETA, BY_TEMPERATURE, SHARE, ROWS = range(11)
 
-    pressure: np.ndarray
-    log_rate: np.ndarray  # ln(|v_s|/h)
-    resistance: np.ndarray  # h/(8 k)
+
+class Film(NamedTuple):
+    """A film at given pressure, with ln(eta) near some temperatures."""
+
+    nodes: np.ndarray  # rows as named above
     speed: float
-    source: np.ndarray  # heat that is not of shear
-    raised: np.ndarray  # what it adds to the film temperature, surfaces apart
     law: ShearNumbers
     ambient: float  # limit that cuts the stress off: ambient + slope p; infinite slope for none
     slope: float
-    walls: np.ndarray  # surface temperature and rise above it at which ln(eta) is known
-    rise: np.ndarray
-    log_eta: np.ndarray
-    by_temperature: np.ndarray
-    share: np.ndarray  # of a further rise of the parabola in the temperature that acts
 
 
 @njit(**INTERNAL_KERNEL)
@@ -218,15 +215,16 @@ def film_stress(film, i, temperature_change):
 
     ln(eta) is taken along a hyperbola with the slope known and its pole at `VISCOSITY_POLE`.
     """
-    reach = max(film.walls[i] + film.rise[i] - VISCOSITY_POLE, 50.0)
+    nodes = film.nodes
+    reach = max(nodes[WALL, i] + nodes[RISE, i] - VISCOSITY_POLE, 50.0)
     held = max(temperature_change, -0.5 * reach)
     shrink = reach / (reach + held)
-    slope = film.by_temperature[i] * shrink * shrink
-    log_eta = film.log_eta[i] + film.by_temperature[i] * held * shrink + slope * (temperature_change - held)
-    log_stress, growth, _ = limited_stress(log_eta + film.log_rate[i], film.pressure[i], film.law)
+    slope = nodes[BY_TEMPERATURE, i] * shrink * shrink
+    log_eta = nodes[LOG_ETA, i] + nodes[BY_TEMPERATURE, i] * held * shrink + slope * (temperature_change - held)
+    log_stress, growth, _ = limited_stress(log_eta + nodes[LOG_RATE, i], nodes[PRESSURE, i], film.law)
     log_stress = min(log_stress, LOG_STRESS_MAX)
     if math.isfinite(film.slope):
-        limit = math.log(max(film.ambient + film.slope * film.pressure[i], STRESS_FLOOR))
+        limit = math.log(max(film.ambient + film.slope * nodes[PRESSURE, i], STRESS_FLOOR))
         if log_stress > limit:
             log_stress, growth = limit, 0.0
     return max(log_stress, LOG_STRESS_MIN), slope * growth, log_eta
@@ -241,26 +239,27 @@ def heat_balance(walls, film, surface, log_stress, tolerance, most, wall, log_et
     ln(eta) and heat into body 1 are left in the last three. Returns whether the residual is below the tolerance, and
     the number of matrices.
     """
-    n = log_stress.size
-    matrix, pivots = np.empty((n, n)), np.empty(n, np.int32)
-    trial, stress, heat, work = log_stress.copy(), np.empty(n), np.empty(n), np.empty(n)
-    value, slope, step = np.empty(n), np.zeros(n), np.zeros(n)
-    new_value, new_slope = np.empty(n), np.zeros(n)
+    n, nodes = log_stress.size, film.nodes
+    matrix, pivots, rows = np.empty((n, n)), np.empty(n, np.int32), np.zeros((9, n))
+    trial, stress, heat, work, value = rows[0], rows[1], rows[2], rows[3], rows[4]
+    slope, step, new_value, new_slope = rows[5], rows[6], rows[7], rows[8]
+    for i in range(n):
+        trial[i] = log_stress[i]
     length, norm, matrices, halvings = 1.0, math.inf, 0, 0
     kept = False
     # one place for each long function: put in at several, they would take twice as long to compile
     while True:
         for i in range(n):
-            stress[i] = math.exp(trial[i]) if film.pressure[i] > 0.0 else 0.0
-            heat[i] = film.speed * stress[i] + film.source[i]
+            stress[i] = math.exp(trial[i]) if nodes[PRESSURE, i] > 0.0 else 0.0
+            heat[i] = film.speed * stress[i] + nodes[SOURCE, i]
         wall_temperature(walls, heat, into_1, work, wall)
         new_norm = 0.0
         for i in range(n):
-            wall[i] += film.raised[i]
-            rise = film.resistance[i] * film.speed * stress[i]
+            wall[i] += nodes[RAISED, i]
+            rise = nodes[RESISTANCE, i] * film.speed * stress[i]
             new_value[i] = 0.0
-            if film.pressure[i] > 0.0:
-                change = wall[i] - film.walls[i] + film.share[i] * (rise - film.rise[i])
+            if nodes[PRESSURE, i] > 0.0:
+                change = wall[i] - nodes[WALL, i] + nodes[SHARE, i] * (rise - nodes[RISE, i])
                 law, new_slope[i], log_eta[i] = film_stress(film, i, change)
                 new_value[i] = trial[i] - law
                 # not finite counts as infinite
@@ -295,7 +294,7 @@ def heat_balance(walls, film, surface, log_stress, tolerance, most, wall, log_et
                 row = matrix[i]
                 for j in range(n):
                     row[j] = -slope[i] * surface[i, j] * heat[j]
-                row[i] += 1.0 - slope[i] * film.resistance[i] * film.share[i] * heat[i]
+                row[i] += 1.0 - slope[i] * nodes[RESISTANCE, i] * nodes[SHARE, i] * heat[i]
             if not factored(matrix, pivots):
                 return False, matrices
         largest = 0.0

@@ -308,18 +308,20 @@ def film_temperature(
     stress = np.minimum(stress, _MAX_RISE / np.maximum(speed * (surface.diagonal() + resistance), 1e-300))
     rise, law = speed * resistance * stress, lubricant.shear_law
     cut = law.limit_slope if law.limited and law.limit == "cut" else math.inf
-    fixed = (
-        pressure, math.log(max(speed, 1e-300)) - np.log(film), resistance, speed, extra, 0.5 * resistance * rolling,
-        law.numbers(1.0, 1.0, 1.0), law.limit_ambient, cut,
-    )  # fmt: skip
+    nodes = np.empty((_kernels.ROWS, film.size))
+    nodes[_kernels.PRESSURE], nodes[_kernels.RESISTANCE], nodes[_kernels.SOURCE] = pressure, resistance, extra
+    nodes[_kernels.LOG_RATE] = math.log(max(speed, 1e-300)) - np.log(film)
+    nodes[_kernels.RAISED] = 0.5 * resistance * rolling
+    model = Film(nodes, speed, law.numbers(1.0, 1.0, 1.0), law.limit_ambient, cut)
     log_stress = np.log(np.maximum(stress, 1e-130))
     start = log_stress.copy()
     next_wall, log_eta, into_1 = np.empty_like(film), np.empty_like(film), np.empty_like(film)
     here, iterations, missed, converged = law_at(wall, rise), 0, math.inf, False
     while not converged and iterations < max_iterations:
         # ln(eta) about the temperatures known; the laws themselves say how far that is off where it leads to
-        slope = lubricant.dlog_viscosity_dtemperature(pressure, here[0])
-        model = Film(*fixed, wall, rise, here[2], slope, here[1].share)
+        nodes[_kernels.WALL], nodes[_kernels.RISE], nodes[_kernels.LOG_ETA] = wall, rise, here[2]
+        nodes[_kernels.BY_TEMPERATURE] = lubricant.dlog_viscosity_dtemperature(pressure, here[0])
+        nodes[_kernels.SHARE] = here[1].share
         most = max_iterations - iterations if exact else min(max_iterations - iterations, _PATIENCE)
         done, matrices_used = _kernels.heat_balance(
             walls, model, surface, log_stress, tolerance, most, next_wall, log_eta, into_1

@@ -549,10 +549,9 @@ def at_centre(x, y):
     while first < x.size and x[first] < 0.0:
         first += 1
     first = min(max(first - 3, 0), x.size - 6)
-    values = (y[first], y[first + 1], y[first + 2], y[first + 3], y[first + 4], y[first + 5])
     total = 0.0
     for i in range(6):
-        share = values[i]
+        share = y[first + i]
         for j in range(6):
             if j != i:
                 share *= x[first + j] / (x[first + j] - x[first + i])
