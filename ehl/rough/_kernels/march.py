@@ -13,7 +13,6 @@ from ehl.rough._kernels.motion import carry_mass, move_surfaces, predict, settle
 from ehl.rough._kernels.newton import (
     CONTINUED,
     PLAIN,
-    RELAXED,
     UNCONVERGED,
     film_response,
     keep_mean_film,
@@ -44,7 +43,6 @@ from ehl.rough._kernels.side_flow import accumulate, update_pressure
 DONE, PART, SPENT, GOOD_APPROACH, STAGE_NOW = range(
     5
 )  # of Saved.path: way done, next part, iterations, level of the last good point
-RETRY = 8  # steps after which Newton is tried first again
 EXACT_ROUNDS = 8  # solutions of one step with corrected films
 CONTINUATION_LIMIT = 200  # iterations of all partial steps together
 MIN_PART = 1.0 / 64.0
@@ -123,9 +121,7 @@ def solve_with_fallbacks(state, step, saved, macro, work, model, last_level):
     """
     path = saved.path
     total = 0
-    # where Newton stalled in the last step it will again, but for a try every few steps
-    stalled = path[STAGE_NOW] == RELAXED and int(state.scalars[AGE]) % RETRY != 0
-    path[STAGE_NOW] = RELAXED if stalled else PLAIN
+    path[STAGE_NOW] = PLAIN
     while path[STAGE_NOW] < UNCONVERGED:
         stage = int(path[STAGE_NOW])  # not a literal, or the solver would be compiled once per value
         iterations, converged = solve_step(state, step, macro, work, model, stage)

@@ -25,12 +25,11 @@ NEWTON, PICARD, FROZEN = range(3)  # full derivatives; relaxed lagged fluidity; 
 # the relaxed stage goes on from where Newton stalled and alternates between the two
 PLAIN, RELAXED, CONTINUED, SLOW, LAGGED, UNCONVERGED = range(6)
 STAGE_MODE = (NEWTON, PICARD, NEWTON, PICARD, FROZEN)
-STAGE_RELAXATION = (1.0, 0.7, 1.0, 0.2, 1.0)
+STAGE_RELAXATION = (1.0, 0.5, 1.0, 0.2, 1.0)
 STAGE_LIMIT = (30, 90, 30, 150, 60)
 PRESSURE_STEP = (0.4, 0.8)  # an iteration changes p by at most 0.4 + 0.8 p
 PICARD_TURN = 16  # Picard iterations before Newton is tried again
 FIRST_TURN = 3  # of the first turn at least, if the sets have settled; each turn is twice as long
-SETTLED = (2, 0.1)  # changes of the sets and largest residual from which on they have
 SHORT_STEP = 0.2  # Newton has stalled, too, where one node lets the others go no more than this part of the way
 STALL = 6  # Newton has stalled after so many iterations without a residual 30 % below its best
 LOAD_TOLERANCE = 1e-6
@@ -401,8 +400,7 @@ def solve_step(state, step, macro, work, model, stage):
             mode = PICARD
             turn_at = iterations
         picards = iterations - turn_at
-        settled = changes <= SETTLED[0] and largest < SETTLED[1]
-        if mode == PICARD and stage == RELAXED and (picards >= PICARD_TURN or (settled and picards >= turn)):
+        if mode == PICARD and stage == RELAXED and (picards >= PICARD_TURN or (changes == 0 and picards >= turn)):
             mode = NEWTON
             best = largest
             best_at = iterations
