@@ -298,7 +298,7 @@ def _with_subgrid_film(
     error = _subgrid_error(run, smooth, split.rms_below, strongest)
     coarser = solved(max(nodes // 2, NODES_MIN), bounds=False)[0]
     if coarser.status != "failed" and run.friction_coefficient != 0.0:
-        change = abs(coarser.friction_coefficient / run.friction_coefficient - 1.0)
+        change = abs(min(coarser.friction_coefficient, strongest) / run.friction_coefficient - 1.0)
         error = max(error, OVER_CHANGE * change)
     note = (
         f"the mesh does not resolve roughness below {split.cutoff * 1e6:.3g} um (RMS {split.rms_below * 1e6:.3g} of "
