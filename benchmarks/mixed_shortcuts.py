@@ -1,8 +1,9 @@
 """What the shortcuts of the rough solver cost in accuracy: coarser answers beyond the mesh budget, dry contact.
 
-    python benchmarks/mixed_shortcuts.py {budget,ways,dry} --out FOLDER
+    python benchmarks/mixed_shortcuts.py {budget,waves,ways,dry} --out FOLDER
 
 "budget": contacts that the nodes of accuracy "fast" resolve, solved again with so few that they cannot.
+"waves": contacts of the gear range that the nodes of "fast" do not resolve, against a mesh with all waves (minutes).
 "ways": the short ways and the preheated surfaces of fine roughness against the long ways, on the same mesh.
 "dry": contacts whose film is negligible, with the switch to dry contact and without.
 """
@@ -10,6 +11,7 @@
 from __future__ import annotations
 
 import math
+import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,11 +21,12 @@ from unittest import mock
 import numpy as np
 from common import OUT, command_line
 from mixed_scenes import eyring_oil, gaussian_pair, line, print_table, speed_of_film_ratio, write_csv
+from stress_cases import scenes
 
 from ehl.contact import Contact
 from ehl.contact_result import ContactResult
 from ehl.io.validation import validate
-from ehl.rough import solve_transient
+from ehl.rough import TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET
 
 RMS = 0.4e-6
@@ -33,6 +36,11 @@ RESOLVED = (
     (0.7, 1.0, 0.5, math.inf, 0.04), (0.2, 1.0, 0.5, math.inf, 0.04), (0.7, 2.0, 0.1, 1.0, 0.04),
     (0.7, 0.5, 0.5, 3.0, 0.04), (1.5, 1.0, 0.5, 1.0, 0.02), (0.5, 1.0, 0.5, 1.0, 0.02), (0.3, 1.5, 0.3, 3.0, 0.06),
     (1.2, 0.7, 1.0, 1.0, 0.03), (3.0, 1.0, 0.5, 1.0, 0.04),
+)  # fmt: skip
+# seed and number of the stability campaign, gear range of 2048: rough contacts that 2048 nodes do not resolve; the
+# factor on the effect of twice the cut-off was chosen from the first eight
+FINER = (
+    (3, 78), (3, 1518), (3, 1678), (3, 1854), (7, 108), (7, 476), (7, 700), (7, 1452), (7, 1484), (7, 1708), (7, 1940),
 )  # fmt: skip
 # film ratio, p_h [GPa], SR, gamma, correlation length [b], heat
 FINE = (
@@ -111,6 +119,40 @@ def budget(out: Path, seeds: int) -> None:
     print(f"true error median {np.median(wrong):.2g}, largest {wrong.max():.2g}")
 
 
+def waves(out: Path, _: int) -> None:
+    """Subgrid film, bounded, against the mesh that shows all waves; contacts of the stability campaign."""
+    rows: list[list[Any]] = []
+    for seed, index in FINER:
+        with tempfile.TemporaryDirectory() as folder:
+            case = scenes("gear", 2048, seed)[index].case(Path(folder), "fast")
+            quick, cheap = solved(case)
+            runs: list[TransientResult] = []
+
+            def unbounded(*given: Any, runs: list[TransientResult] = runs, **options: Any) -> TransientResult:
+                runs.append(solve_transient(*given, **(options | {"bounded": False})))
+                return runs[-1]
+
+            with (
+                mock.patch("ehl.rough.mixed.solve_transient", unbounded),
+                mock.patch("ehl.rough.mixed.ERROR_ALLOWED", 0.0),  # all go on
+            ):
+                full, cost = solved(case)
+        kept, doubled = (run.friction_coefficient for run in runs[:2])
+        assert quick.transient is not None
+        true = abs(full.friction_coefficient / kept - 1.0)
+        change = abs(doubled / kept - 1.0)
+        error = kept * quick.friction_error + full.friction_coefficient * full.friction_error
+        inside = abs(full.friction_coefficient - kept) <= error
+        rows.append(
+            [seed, index, full.film_ratio, full.friction_coefficient, full.friction_error, kept, doubled, true, change,
+             true / change, quick.transient.subgrid_error, quick.friction_error, inside, cheap, cost]
+        )  # fmt: skip
+    columns = ("seed", "case", "lambda", "mu", "own", "subgrid", "twice cut-off", "true", "change", "true/change",
+               "subgrid error", "reported", "inside", "s", "s all waves")  # fmt: skip
+    print_table("waves finer than the mesh", columns, rows)
+    write_csv(out / "mixed_waves.csv", columns, rows)
+
+
 def ways(out: Path, seeds: int) -> None:
     """Short ways and preheated surfaces against long ways."""
     rows: list[list[Any]] = []
@@ -164,11 +206,11 @@ def dry(out: Path, seeds: int) -> None:
 def main(argv: Sequence[str] | None = None) -> None:
     """Run from the command line."""
     parser = command_line(__doc__)
-    parser.add_argument("study", choices=("budget", "ways", "dry"))
+    parser.add_argument("study", choices=("budget", "waves", "ways", "dry"))
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--out", type=Path, default=OUT)
     options = parser.parse_args(argv)
-    {"budget": budget, "ways": ways, "dry": dry}[options.study](options.out, options.seeds)
+    {"budget": budget, "waves": waves, "ways": ways, "dry": dry}[options.study](options.out, options.seeds)
 
 
 if __name__ == "__main__":

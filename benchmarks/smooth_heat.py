@@ -4,10 +4,19 @@
 
 Contacts of the plan of a shipped oil with the roughness left out. The truth is "reference"; errors are those of mu and
 of the larger one of both films. CPU times of one core, beside the isothermal contact.
+
+    python -m benchmarks smooth_heat --count 32 --before CHECKOUT
+
+The same contacts by the program of another checkout and this one, in turn, twice each in processes of their own: the
+ratio of the sums of the shorter times, and what mu and films move by.
 """
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -82,6 +91,46 @@ def study(oil: str, count: int) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def by_contact(count: int) -> pd.DataFrame:
+    """Time, values and stated error of every contact."""
+    rows = []
+    for oil in OILS:
+        for accuracy in ("fast", "standard"):
+            results, seconds = solved(contacts(oil, count, accuracy, "on"))
+            for result, spent in zip(results, seconds, strict=True):
+                values = {name: getattr(result, name) for name in (*VALUES, "friction_error", "film_error")}
+                rows.append({"oil": oil, "accuracy": accuracy, "ms": 1e3 * spent} | values)
+    return pd.DataFrame(rows)
+
+
+def compare(before: Path, count: int) -> pd.DataFrame:
+    """Two programs in turn, twice each."""
+    tables: dict[Path, list[pd.DataFrame]] = {before: [], Path(__file__).parents[1]: []}
+    for _ in range(2):
+        for checkout, found in tables.items():
+            with tempfile.TemporaryDirectory() as folder:
+                out = Path(folder) / "contacts.csv"
+                command = [sys.executable, __file__, "--count", str(count), "--contacts", str(out)]
+                subprocess.run(command, env=os.environ | {"PYTHONPATH": str(checkout)}, check=True)
+                found.append(pd.read_csv(out))
+    then, now = (first.assign(ms=np.minimum(first["ms"], second["ms"])) for first, second in tables.values())
+    moved = pd.DataFrame({name: (now[name] / then[name] - 1.0).abs() for name in VALUES})
+    data = now[["oil", "accuracy"]].assign(
+        then=then["ms"], now=now["ms"], mu=moved.iloc[:, 0], films=moved.iloc[:, 1:].max(axis=1)
+    )
+    data["mu/stated"] = data["mu"] / now["friction_error"]
+    rows = []
+    for (oil, accuracy), part in data.groupby(["oil", "accuracy"], sort=False):
+        rows.append(
+            {"oil": oil, "accuracy": accuracy, "then, median [ms]": part["then"].median()}
+            | {"now, median [ms]": part["now"].median(), "sum, now over then": part["now"].sum() / part["then"].sum()}
+            | {f"{name} moved, {q}": f(part[name]) for name in ("mu", "films") for q, f in PARTS.items()}
+            | {"mu moved over stated, largest": part["mu/stated"].max()}
+        )
+    return pd.DataFrame(rows)
+
+
+OILS = ("75w90", "fva3")
 PARTS = {"median": np.median, "largest": np.max}
 
 
@@ -90,10 +139,18 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser = command_line(__doc__)
     parser.add_argument("--count", type=int, default=32)
     parser.add_argument("--out", type=Path, default=OUT)
+    parser.add_argument("--before", type=Path, help="checkout of another program")
+    parser.add_argument("--contacts", type=Path, help="only times and values of each contact, to this file")
     options = parser.parse_args(argv)
-    data = pd.concat([study(oil, options.count) for oil in ("75w90", "fva3")])
+    if options.contacts:
+        by_contact(options.count).to_csv(options.contacts, index=False)
+        return
+    if options.before:
+        data, name = compare(options.before.resolve(), options.count), "smooth_heat_before.csv"
+    else:
+        data, name = pd.concat([study(oil, options.count) for oil in OILS]), "smooth_heat.csv"
     options.out.mkdir(parents=True, exist_ok=True)
-    data.to_csv(options.out / "smooth_heat.csv", index=False)
+    data.to_csv(options.out / name, index=False)
     print(data.T.to_string())
 
 
