@@ -22,7 +22,7 @@ from common import command_line
 
 from efficiency.app.page import _drawn
 from efficiency.app.scene import Bench, changed
-from ehl.view.table import Table
+from ehl.common.table import Table
 
 PORT = 8659
 # label of the field in the page, field of the scene, two values to go between

@@ -23,8 +23,8 @@ from stress_cases import MODULUS, scenes
 
 import ehl.rough.mixed
 from ehl import Contact
-from ehl.contact_result import ContactResult
-from ehl.io.validation import validate
+from ehl.common.validation import validate
+from ehl.result import ContactResult
 from ehl.rough import TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET
 

@@ -24,8 +24,8 @@ import ehl
 import regression
 from efficiency.design.design import load_design
 from efficiency.loss.efficiency import load_grids
+from efficiency.machine_settings.solve import forget_fits, machine_settings
 from efficiency.pair import Mesh
-from efficiency.synthesis.solve import forget_fits, machine_settings
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces, solve_transient

@@ -21,18 +21,18 @@ import ehl
 import regression
 from efficiency.blanks.inputs import PairBlankInput
 from efficiency.blanks.pair import pair_blank
+from efficiency.conditions.duty import read_duty
 from efficiency.contact.conjugate import COLUMNS as MAP_COLUMNS
 from efficiency.contact.conjugate import read_ease_off_map
 from efficiency.contact.grid_flank import read_point_grid
 from efficiency.cutting.summary import read_summary
 from efficiency.design.design import load_design
-from efficiency.loss.duty import read_duty
 from efficiency.ltca.external_load import _table as read_load_table
+from efficiency.machine_settings.inputs import SettingsInput
 from efficiency.output.solid import read_stl
-from efficiency.synthesis.inputs import SettingsInput
+from ehl.common.data import data_path
+from ehl.common.validation import read_toml, validate
 from ehl.fluid.oil import Oil
-from ehl.io.data import data_path
-from ehl.io.validation import read_toml, validate
 from ehl.material import Material
 from ehl.surface.finish import _AdditiveFile, _FinishFile
 from ehl.surface.measured_profile import load_profile
@@ -100,8 +100,8 @@ def stopped() -> Iterator[None]:
 
     import efficiency.contact.flank_pair
     import efficiency.contact.measured_flank
+    import efficiency.machine_settings.solve
     import efficiency.pair
-    import efficiency.synthesis.solve
     import ehl.solve
     import regression.calibration.calibrate
     import regression.fitting.fit
@@ -112,7 +112,7 @@ def stopped() -> Iterator[None]:
             (ehl.solve, "_solve"),
             (efficiency.contact.flank_pair, "flank_pair"),
             (efficiency.contact.measured_flank, "measured_flank"),
-            (efficiency.synthesis.solve, "conjugate_start"),
+            (efficiency.machine_settings.solve, "conjugate_start"),
             (regression.calibration.calibrate, "solver_of"),
             (regression.fitting.fit, "fit_families"),
         ):

@@ -25,7 +25,7 @@ import numpy as np
 import pandas as pd
 from common import OUT, command_line
 
-from ehl.io.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError
 from regression.data.dataset import columns, load_dataset
 from regression.fitting.coefficients import fit_coefficients
 from regression.fitting.cross_validation import cross_validate

@@ -37,8 +37,8 @@ from efficiency.design.stiffness_input import StiffnessInput
 from efficiency.ltca.limits import hardness
 from efficiency.ltca.shaft_deflection import axes_under_load
 from efficiency.pair import LoadedMesh, Mesh
-from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.validation import validate
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.validation import validate
 
 OUT = Path("benchmarks/out/gear_full_stress.csv")
 MIRROR, REFINED = 20, 25

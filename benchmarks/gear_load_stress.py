@@ -35,11 +35,11 @@ from efficiency.design.relief_input import MemberReliefInput
 from efficiency.ltca.limits import hardness
 from efficiency.ltca.load_distribution import edge_load
 from efficiency.ltca.mesh_grids import load_grids
+from efficiency.machine_settings.inputs import SettingsInput
+from efficiency.machine_settings.solve import machine_settings
 from efficiency.pair import Mesh
-from efficiency.synthesis.inputs import SettingsInput
-from efficiency.synthesis.solve import machine_settings
-from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.validation import validate
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.validation import validate
 
 OUT = Path("benchmarks/out/gear_load_stress.csv")
 RESIDUAL = 1e-10

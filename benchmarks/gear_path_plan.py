@@ -18,8 +18,8 @@ import pandas as pd
 from common import command_line
 
 import efficiency
-from efficiency.loss.duty import DutyRow
-from ehl.io.units import KELVIN
+from efficiency.conditions.duty import DutyRow
+from ehl.common.units import KELVIN
 from regression.data.dataset import dataset_plan
 
 SHIPPED = (

@@ -36,9 +36,9 @@ from efficiency.blanks.pair_blank import PairBlank
 from efficiency.contact.conjugate import EaseOffTarget, conjugate_flank
 from efficiency.contact.mesh_surface import mesh_surface
 from efficiency.contact.transmission import transmission
-from efficiency.synthesis.gear import cut_gear, pair_dimensions
-from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.validation import validate
+from efficiency.machine_settings.gear import cut_gear, pair_dimensions
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.validation import validate
 
 OUT = Path("benchmarks/out/gear_stress.csv")
 # share of the gear's pitch above which a transmission error cannot come from the crowning laid on

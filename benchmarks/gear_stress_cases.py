@@ -21,9 +21,9 @@ from efficiency.blanks.pair import pair_blank
 from efficiency.cutting.cutter import FLANK_SIDES
 from efficiency.cutting.flank import CutFlank
 from efficiency.design.design import load_design
-from efficiency.synthesis.gear import cut_gear, pair_dimensions
-from ehl.io.data import data_names
-from ehl.io.errors import InputError
+from efficiency.machine_settings.gear import cut_gear, pair_dimensions
+from ehl.common.data import data_names
+from ehl.common.errors import InputError
 
 HEADS = (3, 5, 7, 11, 13, 17)
 

@@ -30,7 +30,7 @@ from efficiency.contact.mesh_surface import mesh_surface
 from efficiency.contact.transmission import contact_path
 from efficiency.design.design import Design, load_design
 from efficiency.geometry.misalignment import misalignment_study
-from ehl.io.data import data_names
+from ehl.common.data import data_names
 
 SHAPES = ((6, 5), (9, 7), (13, 10), SHAPE, (24, 18))
 SIDES: tuple[Side, ...] = ("drive", "coast")

@@ -22,8 +22,8 @@ from common import command_line
 from scipy.stats import qmc
 
 import ehl
+from ehl.common.data import data_path
 from ehl.fluid.oil import Oil
-from ehl.io.data import data_path
 from ehl.uncertainty.stated import FILM_RATIOS
 from regression.friction.conditions import conditions_of, contact_points
 

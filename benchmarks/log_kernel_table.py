@@ -14,13 +14,13 @@ from pathlib import Path
 
 from common import command_line
 
-import ehl.rough.soe
+import ehl.rough.exponential_sums
 from ehl.rough._kernels.quasi_separable import MODES
 from ehl.rough.accuracy import NODES_MAX
+from ehl.rough.exponential_sums import fit_log_kernel, range_of
 from ehl.rough.scaling import ELASTIC_MODES
-from ehl.rough.soe import fit_log_kernel, range_of
 
-OUT = Path(ehl.rough.soe.__file__).with_name("log_kernel.json")
+OUT = Path(ehl.rough.exponential_sums.__file__).with_name("log_kernel.json")
 
 
 def main(argv: Sequence[str] | None = None) -> None:

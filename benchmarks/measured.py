@@ -24,9 +24,9 @@ from common import command_line
 from measured_figures import draw_film, draw_low_slip, draw_oils
 
 import ehl
+from ehl.common.data import data_path
 from ehl.fluid.lubricant import Lubricant
 from ehl.inputs import SurfaceInput
-from ehl.io.data import data_path
 from ehl.material import effective_modulus
 
 KELVIN = 273.15

@@ -25,7 +25,7 @@ from efficiency.contact.measured_flank import MeasuredFlank, measured_flank
 from efficiency.cutting.flank import Flank
 from efficiency.design.design import load_design
 from efficiency.output.inspection_grid import inspection_grid
-from ehl.quantities import to_display
+from ehl.common.quantities import to_display
 
 FloatArray = NDArray[np.float64]
 DESIGNS = ("fm_spiral_bevel_14x39", "fm_hypoid_13x42", "fh_hypoid_9x34_offset_10")

@@ -28,9 +28,9 @@ from scipy.stats import qmc
 from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough._kernels.march import ITERATIONS, MACRO_LOAD, SHARE
 from ehl.rough.accuracy import make_run_plan
-from ehl.rough.batches import batch_means
+from ehl.rough.averaging import Window
+from ehl.rough.batch_means import batch_means
 from ehl.rough.run import Run
-from ehl.rough.window import Window
 from ehl.surface.roughness import generate_profile
 
 BATCH = 2.0  # [b]
@@ -160,7 +160,7 @@ def statistical_intervals(out: Path, seeds: int, window: float, only: int | None
 
 
 def summarise_intervals(out: Path) -> None:
-    """Coverage of the interval of `ehl.rough.batches` against the mean over all seeds."""
+    """Coverage of the interval of `ehl.rough.batch_means` against the mean over all seeds."""
     rows = []
     inside_all: list[bool] = []
     for path in sorted(out.glob("mixed_intervals_?.npz")):

@@ -11,8 +11,8 @@ from scipy.linalg import solve_banded
 from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import spsolve
 
+from ehl.compile.compiler import kernel
 from ehl.fluid.lubricant import Lubricant
-from ehl.io.kernel_compiler import kernel
 from ehl.rough._kernels.elasticity import PUBLIC
 from ehl.rough._kernels.motion import move_surfaces
 from ehl.rough._kernels.newton import NEWTON, add_side_flow, poiseuille_flow

@@ -27,9 +27,9 @@ from ehl.rough import solve_transient
 from ehl.rough._kernels.march import MACRO_LOAD, SHARE
 from ehl.rough._kernels.motion import move_surfaces
 from ehl.rough._kernels.records import TRAVEL
+from ehl.rough.averaging import Window, net_exchange
 from ehl.rough.dry import solve_dry
 from ehl.rough.run import Run
-from ehl.rough.window import Window, net_exchange
 from ehl.smooth import solve_steady
 from ehl.smooth.thermal import solve_steady_thermal
 

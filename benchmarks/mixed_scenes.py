@@ -18,9 +18,9 @@ from ehl.rough import RoughSurfaces
 from ehl.rough._kernels.march import MU_FLUID, SHARE, STAGE
 from ehl.rough._kernels.newton import LAGGED
 from ehl.rough.accuracy import mesh_length
+from ehl.rough.averaging import Window
 from ehl.rough.run import Run
 from ehl.rough.scaling import Settings, build_problem
-from ehl.rough.window import Window
 from ehl.surface.roughness import generate_profile
 
 Array = NDArray[np.float64]

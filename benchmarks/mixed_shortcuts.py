@@ -23,9 +23,9 @@ from common import OUT, command_line
 from mixed_scenes import eyring_oil, gaussian_pair, line, print_table, speed_of_film_ratio, write_csv
 from stress_cases import scenes
 
+from ehl.common.validation import validate
 from ehl.contact import Contact
-from ehl.contact_result import ContactResult
-from ehl.io.validation import validate
+from ehl.result import ContactResult
 from ehl.rough import TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET
 

@@ -24,7 +24,7 @@ from mixed_scenes import (
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.rough._kernels.march import MACRO_LOAD, SHARE
-from ehl.rough.window import Window, net_exchange
+from ehl.rough.averaging import Window, net_exchange
 
 
 def masjedi_khonsari_2012(contact: LineContact, oil: Lubricant, rms: float, hardness: float) -> float:

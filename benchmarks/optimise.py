@@ -26,6 +26,7 @@ from common import OUT, command_line, write_rows
 from report_figures import screenshot
 
 import efficiency
+from efficiency.machine_settings.inputs import SettingsInput, load_targets
 from efficiency.optimisation.check import check_solved, exact_task
 from efficiency.optimisation.evaluation import Evaluation, Store, Task, allowed_of, evaluate_all, settings_of
 from efficiency.optimisation.optimise import load_start, make_problem, optimise, search_task
@@ -33,7 +34,6 @@ from efficiency.optimisation.pareto import hypervolume
 from efficiency.optimisation.problem import Problem
 from efficiency.optimisation.result import Candidate, Optimisation, front_of
 from efficiency.optimisation.surrogate import Processes, table_of, transformed
-from efficiency.synthesis.inputs import SettingsInput, load_targets
 from ehl import MixedEhlError
 from regression.sweeping.executors import Executor, local_executor
 

@@ -19,10 +19,10 @@ import numpy as np
 from common import command_line, write_rows
 
 from efficiency.blanks.pair import pair_blank
-from efficiency.synthesis.inputs import SettingsInput
-from efficiency.synthesis.solve import machine_settings
-from ehl.io.errors import InputError, MixedEhlError
-from ehl.io.validation import validate
+from efficiency.machine_settings.inputs import SettingsInput
+from efficiency.machine_settings.solve import machine_settings
+from ehl.common.errors import InputError, MixedEhlError
+from ehl.common.validation import validate
 
 WAYS = {
     "face_hobbed both flanks": ("face_hobbing", "formate", "both_flanks", "uniform", 30),

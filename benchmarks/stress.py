@@ -42,8 +42,8 @@ from common import OUT, command_line
 from stress_cases import RANGES, Scene, scenes
 
 import ehl.rough.mixed
-from ehl.contact_result import ContactResult, friction_above_limit_temperature
-from ehl.io.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.result import ContactResult, friction_above_limit_temperature
 from ehl.rough import TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET
 from ehl.rough.mixed import TOLERANCE

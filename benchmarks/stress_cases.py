@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
+from ehl.common.data import data_names
+from ehl.common.validation import validate
 from ehl.contact import Contact
-from ehl.io.data import data_names
-from ehl.io.validation import validate
 
 MODULUS = 2.264e11
 SEALED = 1e6

@@ -25,8 +25,8 @@ from pathlib import Path
 
 from common import command_line
 
+from ehl.common.errors import InputError, MixedEhlError
 from ehl.contact import Contact
-from ehl.io.errors import InputError, MixedEhlError
 from regression.data.dataset import load_dataset, run_status
 from regression.fitting.fit import fit_formula
 from regression.plan.plan import Plan

@@ -28,11 +28,11 @@ from ehl.rough import solve_transient
 from ehl.rough._kernels.elasticity import exponential_product
 from ehl.rough._kernels.march import FILM_MEAN
 from ehl.rough.accuracy import FRONT_STARTUP, SETTLING
+from ehl.rough.averaging import Window
 from ehl.rough.dry import solve_dry, uniform_grid
+from ehl.rough.exponential_sums import LogConvolution, fit_log_kernel, range_of
 from ehl.rough.run import Run
 from ehl.rough.scaling import ELASTIC_MODES
-from ehl.rough.soe import LogConvolution, fit_log_kernel, range_of
-from ehl.rough.window import Window
 from ehl.smooth import solve_steady
 from ehl.smooth.estimate import extrapolate
 from ehl.surface.roughness import generate_profile

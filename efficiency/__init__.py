@@ -13,15 +13,15 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from efficiency.loss.duty import DutyCycle as DutyCycle
+    from efficiency.conditions.duty import DutyCycle as DutyCycle
+    from efficiency.conditions.grid import Grid as Grid
     from efficiency.loss.efficiency_result import EfficiencyResult as EfficiencyResult
-    from efficiency.loss.grid import Grid as Grid
-    from efficiency.new_files import new_file as new_file
-    from efficiency.new_files import new_questions as new_questions
     from efficiency.pair import GearPair as GearPair
     from efficiency.pair import LoadedMesh as LoadedMesh
     from efficiency.pair import Mesh as Mesh
     from efficiency.pair import load as load
+    from efficiency.templates import new_file as new_file
+    from efficiency.templates import new_questions as new_questions
 
 __version__ = "0.1.0"
 
@@ -31,13 +31,13 @@ _HOMES = {
     "Mesh": "efficiency.pair",
     "LoadedMesh": "efficiency.pair",
     "EfficiencyResult": "efficiency.loss.efficiency_result",
-    "Grid": "efficiency.loss.grid",
-    "DutyCycle": "efficiency.loss.duty",
-    "new_file": "efficiency.new_files",
-    "new_questions": "efficiency.new_files",
+    "Grid": "efficiency.conditions.grid",
+    "DutyCycle": "efficiency.conditions.duty",
+    "new_file": "efficiency.templates",
+    "new_questions": "efficiency.templates",
     "blank": "efficiency.blanks.pair:pair_blank",
-    "settings": "efficiency.synthesis.solve:machine_settings",
-    "machine_corrections": "efficiency.synthesis.correction",
+    "settings": "efficiency.machine_settings.solve:machine_settings",
+    "machine_corrections": "efficiency.machine_settings.correction",
     "study": "efficiency.studies.parameter_study:run_study",
     "import_design": "efficiency.output.design_import:design_from_sheet",
     "optimise": "efficiency.optimisation.optimise:optimise",

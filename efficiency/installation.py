@@ -12,7 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 if TYPE_CHECKING:
     from ehl.warmup import Warmup
@@ -83,8 +83,8 @@ def _dependencies() -> list[Check]:
 
 
 def _data() -> Check:
+    from ehl.common.data import data_names, data_path
     from ehl.fluid.oil import Oil
-    from ehl.io.data import data_names, data_path
 
     oils = data_names("oils")
     for name in oils:
@@ -108,7 +108,7 @@ def _cache() -> Check:
 
 
 def _kernels() -> Check:
-    from ehl.io.carried_kernels import LEVEL, why_not
+    from ehl.compile.carried import LEVEL, why_not
 
     reason = why_not()
     if reason is None:

@@ -18,22 +18,21 @@ from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypedDict, TypeVar, U
 
 import numpy as np
 
+from efficiency.conditions.duty import DutyCycle, DutyRow, duty_cycle, read_duty
+from efficiency.conditions.grid import AXES, Condition, Grid, Report, solve_grid, solve_points
+from efficiency.conditions.loss_map import LossMap, signed_axes, solve_loss_map
 from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPosition, cycle_lines, mesh_cycle
 from efficiency.contact.displaced_axes import DisplacedAxes
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.gear_flanks import MEMBERS, Side
 from efficiency.design.design import Design, MemberInput, Misalignment, load_design
 from efficiency.loss.axle import AxleLosses, resolve_axle
-from efficiency.loss.axle_test import REVOLUTIONS_PER_MILE, AxleTest, axle_test_points, solve_axle_test
 from efficiency.loss.closed_form import PitchGeometry, profile_contact_ratio
 from efficiency.loss.compare import Comparison, compare_models
-from efficiency.loss.duty import DutyCycle, DutyRow, duty_cycle, read_duty
 from efficiency.loss.efficiency import solve_balanced
 from efficiency.loss.efficiency_result import Bulk, EfficiencyResult, LoadBalance
-from efficiency.loss.grid import AXES, Condition, Grid, Report, solve_grid, solve_points
 from efficiency.loss.heat_balance import CoolingInput, HeatBalance, balance_heat, thermal_resistance
 from efficiency.loss.kinematics import OPERATION_LIMITS, TEXTURE, Axis, Driver, Operation, loaded_points
-from efficiency.loss.loss_map import LossMap, signed_axes, solve_loss_map
 from efficiency.ltca.external_load import read_load, write_load
 from efficiency.ltca.load_distribution import TeethElasticity, edge_load
 from efficiency.ltca.local_compliance import Tooth
@@ -45,10 +44,11 @@ from efficiency.output.gear_output import GearOutput
 from efficiency.strength.rating import LocalConditions, rate_strength
 from efficiency.strength.result import Strength
 from efficiency.strength.root_stress import RootTooth, root_tooth
+from efficiency.vehicle.axle_test import REVOLUTIONS_PER_MILE, AxleTest, axle_test_points, solve_axle_test
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.units import ValueRange
+from ehl.common.validation import value_range_of
 from ehl.fluid.oil import Oil
-from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.units import ValueRange
-from ehl.io.validation import value_range_of
 from regression.formula import friction_model, shipped_formulas
 from regression.friction.models import FrictionModel
 
@@ -316,7 +316,7 @@ class GearPair:
         many: bool = False,
         **condition: Any,
     ) -> EfficiencyResult:
-        """Efficiency at one condition by the names of `efficiency.loss.grid.AXES`; `design` is the pair itself.
+        """Efficiency at one condition by the names of `efficiency.conditions.grid.AXES`; `design` is the pair itself.
 
         Parameters
         ----------
@@ -1290,7 +1290,7 @@ def axis_values(name: str, values: Any) -> list[Any]:
     Parameters
     ----------
     name : str
-        One of `efficiency.loss.grid.AXES`.
+        One of `efficiency.conditions.grid.AXES`.
     values : float, str or sequence
         Numbers in SI units, texts with a unit, a list ``"a, b, c unit"`` or a range ``"from:to:number unit"``.
 

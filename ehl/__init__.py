@@ -6,39 +6,38 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from ehl.common.data import shipped
+    from ehl.common.errors import ConvergenceError, InputError, MixedEhlError
+    from ehl.common.quantities import Quantity, quantity
+    from ehl.common.table import Table
     from ehl.contact import Contact
-    from ehl.contact_result import ContactResult
     from ehl.fluid.lubricant import Lubricant
     from ehl.fluid.oil import Oil
-    from ehl.io.data import shipped
-    from ehl.io.errors import ConvergenceError, InputError, MixedEhlError
     from ehl.material import Material
-    from ehl.path import PathResult, solve_path
-    from ehl.quantities import Quantity, quantity
+    from ehl.result import ContactResult
+    from ehl.sequence import PathResult, solve_path
     from ehl.state import ContactState
-    from ehl.view.table import Table
 
-__version__ = "0.1.0"
-# goes up where the numbers of a contact change by more than rounding: keys of cases and stored runs name it
-SOLVER = f"ehl {__version__}, engine 3"
+from ehl.common.version import SOLVER as SOLVER
+from ehl.common.version import __version__
 
 # name -> module: compiled code is loaded when it is asked for, not when the command line starts
 _MODULES = {
     "Contact": "ehl.contact",
-    "ContactResult": "ehl.contact_result",
+    "ContactResult": "ehl.result",
     "ContactState": "ehl.state",
-    "ConvergenceError": "ehl.io.errors",
-    "InputError": "ehl.io.errors",
+    "ConvergenceError": "ehl.common.errors",
+    "InputError": "ehl.common.errors",
     "Lubricant": "ehl.fluid.lubricant",
     "Material": "ehl.material",
-    "MixedEhlError": "ehl.io.errors",
+    "MixedEhlError": "ehl.common.errors",
     "Oil": "ehl.fluid.oil",
-    "PathResult": "ehl.path",
-    "Quantity": "ehl.quantities",
-    "Table": "ehl.view.table",
-    "quantity": "ehl.quantities",
-    "shipped": "ehl.io.data",
-    "solve_path": "ehl.path",
+    "PathResult": "ehl.sequence",
+    "Quantity": "ehl.common.quantities",
+    "Table": "ehl.common.table",
+    "quantity": "ehl.common.quantities",
+    "shipped": "ehl.common.data",
+    "solve_path": "ehl.sequence",
 }
 
 __all__ = [

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 import ehl
-from ehl.console import FIGURE, PAGE, App, check_outputs, check_suffix, given, names_of, print_json
+from ehl.common.console import FIGURE, PAGE, App, check_outputs, check_suffix, given, names_of, print_json
 
 
 def solve(

@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING, Any, Self
 
 from pydantic import ValidationError, model_validator
 
+from ehl.common.errors import InputError
+from ehl.common.units import parse_quantity
+from ehl.common.validation import InputModel, input_error, read_toml
 from ehl.fluid.lubricant_inputs import DirectLubricant, LubricantInput, OilLubricant
 from ehl.inputs import (
     MAX_PRESSURE_OVER_MODULUS,
@@ -21,14 +24,11 @@ from ehl.inputs import (
     SolidInput,
     SurfaceInput,
 )
-from ehl.io.errors import InputError
-from ehl.io.units import parse_quantity
-from ehl.io.validation import InputModel, input_error, read_toml
 from ehl.line_contact import LineContact
 from ehl.material import Material, effective_modulus
 
 if TYPE_CHECKING:
-    from ehl.contact_result import ContactResult
+    from ehl.result import ContactResult
     from ehl.uncertainty.result import InputUncertainty
     from ehl.uncertainty.spread import UncertaintyInput
 
@@ -415,7 +415,7 @@ class Contact(InputModel):
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
-        from ehl.view.table import Table
+        from ehl.common.table import Table
 
         return Table.from_records([self._given()], title="Contact", vertical=True).html()
 

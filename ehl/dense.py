@@ -6,7 +6,7 @@ from numba import njit, types
 from numba.core import config
 from scipy.linalg.lapack import dgetrf
 
-from ehl.io.kernel_compiler import INTERNAL_KERNEL
+from ehl.compile.compiler import INTERNAL_KERNEL
 
 # LU factors of a matrix in columns, by the library that the compiler links
 _getrf = types.ExternalFunction(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, linalg
 
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 FloatArray = NDArray[np.float64]
 Element = Literal["constant", "linear"]

@@ -8,11 +8,11 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
+from ehl.common.errors import InputError
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil_laws import Temperature
-from ehl.io.errors import InputError
-from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.surface.finish import (

@@ -7,10 +7,10 @@ from typing import Annotated
 
 from pydantic import AliasChoices, Field
 
-from ehl.io.data import data_names, data_path
-from ehl.io.errors import InputError, near
-from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel, read_toml, validate
+from ehl.common.data import data_names, data_path
+from ehl.common.errors import InputError, near
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel, read_toml, validate
 
 
 class Material(InputModel):

@@ -11,7 +11,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from ehl.contact_result import (
+from ehl.common.errors import ConvergenceError
+from ehl.elastic_shear import elastic_shear
+from ehl.fluid.load_sharing import load_sharing
+from ehl.fluid.lubricant import Lubricant
+from ehl.inputs import ContactProblem, ModelInput, SurfaceInput
+from ehl.line_contact import LineContact
+from ehl.material import Material
+from ehl.result import (
     ContactResult,
     bulk_note,
     friction_above_limit_temperature,
@@ -19,13 +26,6 @@ from ehl.contact_result import (
     mesh_error_too_large,
     rejection_reason,
 )
-from ehl.elastic_shear import elastic_shear
-from ehl.fluid.load_sharing import load_sharing
-from ehl.fluid.lubricant import Lubricant
-from ehl.inputs import ContactProblem, ModelInput, SurfaceInput
-from ehl.io.errors import ConvergenceError
-from ehl.line_contact import LineContact
-from ehl.material import Material
 from ehl.rough.dry_limit import DryLimit, dry_limit, flash_of_rubbing
 from ehl.rough.mixed import (
     TOLERANCE,

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from ehl.common.errors import InputError
+from ehl.common.table import Column, Table
+from ehl.compile.cache import PROCESS, ROUGH, SMOOTH, compiled, missing_on_disk, stamped
+from ehl.compile.carried import write_carried
 from ehl.contact import Contact
-from ehl.io.carried_kernels import write_carried
-from ehl.io.errors import InputError
-from ehl.io.kernel_cache import PROCESS, ROUGH, SMOOTH, compiled, missing_on_disk, stamped
-from ehl.view.table import Column, Table
 
 # a small contact with heat, whose solution needs the kernels of its kind
 _CONTACT: dict[str, Any] = {
@@ -152,7 +152,7 @@ def write_kernels(folder: str | Path, processes: Callable[[], object]) -> int:
     int
         Kernels written.
     """
-    from ehl.io.kernel_compiler import Kernel
+    from ehl.compile.compiler import Kernel
 
     warm_up("gear", processes)
     modules = [module for name, module in sys.modules.items() if name.startswith(("ehl.", "regression."))]

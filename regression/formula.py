@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.common.data import data_names, data_path
+from ehl.common.errors import InputError
+from ehl.common.quantities import quantity
+from ehl.common.table import Column, Table
+from ehl.common.units import ValueRange
 from ehl.fluid.oil import Oil
-from ehl.io.data import data_names, data_path
-from ehl.io.errors import InputError
-from ehl.io.units import ValueRange
-from ehl.quantities import quantity
 from ehl.state import ContactState
-from ehl.view.table import Column, Table
 from regression.friction.conditions import UNITS, Array, Conditions, conditions_of, contact_points
 from regression.friction.families import FAMILIES, family_named
 from regression.friction.formula import FittedFormula, load_formula

@@ -7,7 +7,7 @@ from collections import Counter
 from html.parser import HTMLParser
 from pathlib import Path
 
-from ehl.quantities import quantities
+from ehl.common.quantities import quantities
 
 _VOID = {"meta", "br", "img", "link", "hr", "input"}
 _HIDDEN = {"style", "script", "svg", "title"}

@@ -7,7 +7,7 @@ from typing import Any, get_args
 from pydantic import BaseModel
 
 from efficiency.design.design import Design
-from ehl.io.units import ValueRange
+from ehl.common.units import ValueRange
 
 
 def rebuilt(design: Design, change: Any) -> Design:

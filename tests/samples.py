@@ -12,9 +12,9 @@ from efficiency.design.design import load_design
 from efficiency.loss.efficiency import LoadedGrids, load_grids
 from efficiency.loss.kinematics import Operation
 from efficiency.pair import Mesh
+from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil
-from ehl.io.validation import validate
 from ehl.material import Material
 
 STEEL = Material.load("steel")

@@ -15,8 +15,8 @@ from nicegui import run, ui
 
 from efficiency.app import charts
 from efficiency.app.scene import CHOICES, FIELDS, FINISHES, FRICTIONS, Answer, Bench, Scene, changed, worst_first
-from ehl.io.data import data_names
-from ehl.io.errors import InputError, MixedEhlError
+from ehl.common.data import data_names
+from ehl.common.errors import InputError, MixedEhlError
 from regression.friction.published_registry import model_label
 
 _T = TypeVar("_T")

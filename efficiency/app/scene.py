@@ -20,19 +20,19 @@ from efficiency.loss.notes import pair_notes
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.notes import result_notes
 from efficiency.pair import GearPair, LoadedMesh, default_friction
+from ehl.common.data import data_names, data_path
+from ehl.common.errors import InputError, MixedEhlError
+from ehl.common.files import toml_text
+from ehl.common.validation import read_toml
 from ehl.contact import Contact
-from ehl.io.data import data_names, data_path
-from ehl.io.errors import InputError, MixedEhlError
-from ehl.io.files import toml_text
-from ehl.io.validation import read_toml
 from regression.formula import shipped_formulas
 from regression.friction.published_registry import PUBLISHED, model_label
 
 if TYPE_CHECKING:
     from efficiency.design.design import Design
     from efficiency.loss.efficiency_result import EfficiencyResult
+    from ehl.common.notes import Note
     from ehl.surface.finish import State
-    from ehl.view.notes import Note
 
 # field of a scene with a number: argument of the Python interface, unit, label
 FIELDS: dict[str, tuple[str, str, str]] = {

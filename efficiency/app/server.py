@@ -8,7 +8,7 @@ import sys
 from os import PathLike
 from pathlib import Path
 
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 PORT = 8642
 
@@ -35,7 +35,7 @@ def serve_app(design: str | PathLike[str] | None = None, *, port: int = PORT, br
     >>> import efficiency
     >>> efficiency.serve_app(port=80)
     Traceback (most recent call last):
-    ehl.io.errors.InputError: port = 80 cannot be used; allowed: 1024 to 65535.
+    ehl.common.errors.InputError: port = 80 cannot be used; allowed: 1024 to 65535.
     """
     if importlib.util.find_spec("nicegui") is None:
         raise InputError("app", None, "the extra `app`", 'Install it: python -m pip install "mixed-ehl[app]".')

@@ -10,7 +10,7 @@ from math import degrees, gcd, sin
 
 from efficiency.blanks.inputs import PairBlankInput
 from efficiency.blanks.pair_blank import BlankWarning, PairBlank
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 KINDS = (
     "undercut",

@@ -16,7 +16,7 @@ from typing import Literal
 from efficiency.blanks.inputs import PairBlankInput
 from efficiency.blanks.lengthwise import Trace
 from efficiency.blanks.tangency import PitchCones, limit_pressure_angle, too_large
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from ehl.io.data import named_file
-from ehl.io.errors import InputError
-from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel, Name, read_toml, validate
+from ehl.common.data import named_file
+from ehl.common.errors import InputError
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel, Name, read_toml, validate
 
 Hand = Literal["left", "right"]
 Process = Literal["face_milling", "face_hobbing"]

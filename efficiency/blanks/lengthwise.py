@@ -12,7 +12,7 @@ from math import acos, asin, atan2, cos, degrees, radians, sin
 
 from efficiency.blanks.inputs import PairBlankInput
 from efficiency.blanks.tangency import PitchCones, crown_gear
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 # steepest spiral angle anywhere on the faces
 SPIRAL_AT_THE_ENDS = radians(75.0)

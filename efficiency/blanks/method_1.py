@@ -21,7 +21,7 @@ from efficiency.blanks.tangency import (
     limit_pressure_angle,
     too_large,
 )
-from ehl.io.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError
 
 TOLERANCE = 0.01
 # share of the gear radius below which rounding hides the limit curvature: cones of a bevel pair

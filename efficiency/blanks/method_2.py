@@ -17,7 +17,7 @@ from efficiency.blanks.tangency import (
     gear_mean_diameter,
     solve_gear_cone,
 )
-from ehl.io.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError
 
 TOLERANCE = 0.01
 

@@ -17,7 +17,7 @@ from efficiency.blanks.tangency import (
     gear_mean_diameter,
     solve_gear_cone,
 )
-from ehl.io.errors import ConvergenceError
+from ehl.common.errors import ConvergenceError
 
 TOLERANCE = 1e-4
 

@@ -30,7 +30,7 @@ from efficiency.blanks.proportions import factors, taper_angles
 from efficiency.blanks.slots import SlotGeometry, SlotsAndLands, slots_and_lands
 from efficiency.blanks.tangency import PitchCones, limit_pressure_angle, tangent_cones
 from efficiency.blanks.virtual_gears import virtual_gears
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from efficiency.blanks.slots import Three
 from efficiency.blanks.virtual_gears import VirtualGears
 
 if TYPE_CHECKING:
-    from ehl.view.table import Table
+    from ehl.common.table import Table
 
 
 @dataclass(frozen=True)

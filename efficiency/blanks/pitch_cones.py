@@ -14,7 +14,7 @@ from efficiency.blanks.tangency import (
     face_too_wide,
     too_large,
 )
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 
 def pitch_cones(inputs: PairBlankInput) -> PitchCones:

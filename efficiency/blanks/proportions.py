@@ -10,7 +10,7 @@ from math import atan, cos, degrees, pi, sin, sqrt, tan
 
 from efficiency.blanks.inputs import DepthTypeOne, PairBlankInput
 from efficiency.blanks.tangency import PitchCones
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 # Annex C, from memory of it and of AGMA 2005; teeth of the pinion: factor. 12 (hypoid: 11) and more: 2
 DEPTH_FACTOR_BEVEL = {6: 1.765, 7: 1.835, 8: 1.895, 9: 1.940, 10: 1.975, 11: 1.995}

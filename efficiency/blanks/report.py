@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ehl.quantities import quantity
-from ehl.view.table import Column, Table
+from ehl.common.quantities import quantity
+from ehl.common.table import Column, Table
 
 if TYPE_CHECKING:
     from efficiency.blanks.pair_blank import PairBlank

@@ -13,7 +13,7 @@ from math import asin, atan, cos, degrees, hypot, pi, radians, sin, tan
 import scipy
 
 from efficiency.blanks.inputs import PairBlankInput
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 # beyond these a bevel member cannot be cut; the pair is refused
 SPIRAL_LIMIT = radians(75.0)

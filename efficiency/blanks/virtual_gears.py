@@ -10,7 +10,7 @@ from math import asin, atan, cos, pi, sin, sqrt, tan
 
 from efficiency.blanks.dimensions import Placement
 from efficiency.blanks.tangency import PitchCones
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 # share of the face width that carries, where it is not known better (ISO 10300-1)
 EFFECTIVE_FACE = 0.85

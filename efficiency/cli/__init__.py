@@ -12,7 +12,7 @@ import regression.cli
 import regression.cli.calibration
 from efficiency.cli import app_command, design, gear, loss_map, new, optimise
 from ehl import __version__
-from ehl.console import App, print_json, run
+from ehl.common.console import App, print_json, run
 
 app = App(
     name="mixed-ehl",

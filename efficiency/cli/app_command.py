@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 import efficiency
-from ehl.console import App
+from ehl.common.console import App
 
 
 def app(

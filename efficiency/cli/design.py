@@ -30,7 +30,16 @@ from efficiency.cli.options import (
     unit_system,
 )
 from ehl import InputError, shipped
-from ehl.console import App, fail_unless_converged, given, names_of, output_folder, print_json, progress, write_text
+from ehl.common.console import (
+    App,
+    fail_unless_converged,
+    given,
+    names_of,
+    output_folder,
+    print_json,
+    progress,
+    write_text,
+)
 
 PAIRS = ("fh_hypoid_9x34", "fh_hypoid_9x34_offset_10")
 

@@ -38,7 +38,7 @@ from efficiency.cli.options import (
     unit_system,
 )
 from ehl import InputError
-from ehl.console import App, fail_unless_converged, given, is_list, print_json, progress, working
+from ehl.common.console import App, fail_unless_converged, given, is_list, print_json, progress, working
 
 LOSS = "Friction and loss"
 

@@ -21,7 +21,7 @@ from efficiency.cli.options import (
     present,
 )
 from ehl import InputError
-from ehl.console import App, check_outputs, check_suffix, given, progress
+from ehl.common.console import App, check_outputs, check_suffix, given, progress
 
 LOSSES = "Losses beside the mesh"
 FrictionOption = Annotated[str, typer.Option(help="Friction model, as of `mixed-ehl gear`.")]

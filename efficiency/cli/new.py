@@ -14,7 +14,7 @@ import typer.main
 
 import efficiency
 from ehl import InputError
-from ehl.console import App, check_outputs, check_suffix, write_text
+from ehl.common.console import App, check_outputs, check_suffix, write_text
 
 # kind: what it is, and what one does with it
 _KINDS = {

@@ -11,7 +11,7 @@ import typer
 import efficiency
 from efficiency.cli.options import MISALIGNMENT, OPERATION, OUTPUT, DaskOption, JobsOption, JsonOption, OilOption
 from ehl import InputError
-from ehl.console import App, fail_unless_converged, given, output_folder, print_json, progress
+from ehl.common.console import App, fail_unless_converged, given, output_folder, print_json, progress
 
 SEARCH = "Search"
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, cast
 import typer
 
 from ehl import InputError
-from ehl.console import PAGE, check_suffix, fail_unless_converged, names_of, print_json
+from ehl.common.console import PAGE, check_suffix, fail_unless_converged, names_of, print_json
 
 OPERATION, MISALIGNMENT = "Operating point", "Misalignment"
 OUTPUT, GEOMETRY = "Output", "Geometry only"

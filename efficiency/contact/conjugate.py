@@ -22,16 +22,16 @@ from numpy.typing import NDArray
 
 from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import Assembly
+from efficiency.contact.chebyshev import Patch
 from efficiency.contact.ease_off import conjugate_points, relative_regularity
 from efficiency.contact.flank_grid import UNDERCUT
 from efficiency.contact.mesh_surface import NORMAL, POSITION
-from efficiency.contact.patch import Patch
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank, FlankPoints
 from efficiency.cutting.newton import Array
 from efficiency.cutting.rotation import dot, spin, turn
-from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.files import read_text
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.files import read_text
 
 FloatArray = NDArray[np.float64]
 EaseOff = Callable[[FloatArray, FloatArray], FloatArray]

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.edge_lines import EdgePiece, edge_pieces, edge_points, nearest_edge
-from efficiency.contact.lay import tangent_angle, undirected
 from efficiency.contact.mesh_surface import EDGES, NORMAL, POSITION, MeshSurface, line_frame
 from efficiency.contact.sections import Across, relieved, relieved_edges
+from efficiency.contact.surface_lay import tangent_angle, undirected
 from efficiency.cutting.rotation import cross, dot, turn
-from ehl.io.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

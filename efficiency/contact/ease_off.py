@@ -16,7 +16,7 @@ from efficiency.contact.assembly import Assembly
 from efficiency.cutting import newton
 from efficiency.cutting.flank import Flank, FlankPoints
 from efficiency.cutting.rotation import turn
-from ehl.io.errors import ConvergenceError
+from ehl.common.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
 

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.assembly import Assembly
+from efficiency.contact.chebyshev import Patch
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off, pinion_phase, relative_regularity
-from efficiency.contact.patch import Patch
 from efficiency.cutting.flank import Flank, FlankPoints
 from efficiency.cutting.rotation import turn
-from ehl.io.errors import ConvergenceError
+from ehl.common.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

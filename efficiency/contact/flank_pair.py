@@ -12,7 +12,7 @@ from efficiency.contact.measured_flank import MeasuredFlank
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
 from efficiency.contact.pattern import MARKING, ContactPattern, contact_pattern
 from efficiency.contact.transmission import ContactPath, Transmission, transmission
-from ehl.quantities import to_display
+from ehl.common.quantities import to_display
 
 
 @dataclass(frozen=True)

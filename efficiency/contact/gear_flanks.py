@@ -15,7 +15,7 @@ from efficiency.contact.ease_off import conjugate_points, pinion_phase
 from efficiency.contact.relief import PairRelief
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank
-from ehl.io.errors import ConvergenceError
+from ehl.common.errors import ConvergenceError
 
 Member = Literal["pinion", "gear"]
 Side = Literal["drive", "coast"]

@@ -22,12 +22,12 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from efficiency.blanks.cones import Blank
-from efficiency.contact.patch import Patch
+from efficiency.contact.chebyshev import Patch
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank
 from efficiency.cutting.newton import Array
-from ehl.io.errors import InputError
-from ehl.io.files import read_text, split_row
+from ehl.common.errors import InputError
+from ehl.common.files import read_text, split_row
 
 FloatArray = NDArray[np.float64]
 Hand = Literal["left", "right"]

@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.blanks.cones import Blank
+from efficiency.contact.chebyshev import Patch
 from efficiency.contact.conjugate import regular_points
 from efficiency.contact.grid_flank import Hand, PointGrid, SmoothFlank, normal_sense, placed_points
-from efficiency.contact.patch import Patch
-from efficiency.contact.smooth_field import SmoothField, smooth_field
+from efficiency.contact.measured_deviation import SmoothField, smooth_field
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank, FlankPoints
-from ehl.io.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError
 
 FloatArray = NDArray[np.float64]
 

@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.assembly import Assembly
+from efficiency.contact.chebyshev import Patch, PointFit
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off, pinion_phase
 from efficiency.contact.flank_grid import SHAPE, FlankGrid, flank_grid, last_point, regular_part
-from efficiency.contact.lay import mark_angles
-from efficiency.contact.patch import Patch, PointFit
 from efficiency.contact.relief import PairRelief
+from efficiency.contact.surface_lay import mark_angles
 from efficiency.cutting.flank import CutFlank, Flank
 from efficiency.cutting.rotation import dot, turn
-from ehl.io.errors import ConvergenceError
+from ehl.common.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
 
@@ -193,7 +193,7 @@ class MeshSurface:
 
     @cached_property
     def marks(self) -> Patch:
-        """Angles of the cutter's marks on both flanks [rad], fields ``gear``, ``pinion`` (`efficiency.contact.lay`)."""
+        """Angles of the cutter's marks on both flanks [rad], fields ``gear``, ``pinion``."""
         half = 0.5 * self.gear.blank.face_width
         u, v = Patch.nodes((-half, half), (0.0, 1.0), _MARK_NODES)
         u1, h1 = self.patch(u, v, ("u1", "h1"))

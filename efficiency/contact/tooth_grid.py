@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from efficiency.contact.gear_flanks import MEMBERS, GearFlanks, Member
 from efficiency.cutting.flank import CutFlank, Flank, FlankPoints
 from efficiency.cutting.limits import flank_limits
-from ehl.io.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError
 
 if TYPE_CHECKING:
     from efficiency.blanks.cones import Blank

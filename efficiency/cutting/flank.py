@@ -15,7 +15,7 @@ from efficiency.cutting.cutter import Blade, FlankSide
 from efficiency.cutting.machine import MachineSettings
 from efficiency.cutting.newton import Array
 from efficiency.cutting.rotation import cross, dot, spin, turn, unit
-from ehl.io.errors import ConvergenceError
+from ehl.common.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
 

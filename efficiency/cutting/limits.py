@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from efficiency.cutting import newton
 from efficiency.cutting.flank import CutFlank, Flank
-from ehl.io.errors import ConvergenceError
+from ehl.common.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

@@ -25,9 +25,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ehl.io.errors import InputError
-from ehl.io.files import read_text, toml_text
-from ehl.io.units import parse_quantity
+from ehl.common.errors import InputError
+from ehl.common.files import read_text, toml_text
+from ehl.common.units import parse_quantity
 
 # label: (table, key, unit); keys in capitals are turned into others at the end
 LABELS: dict[str, tuple[str, str, str]] = {

@@ -33,12 +33,12 @@ from efficiency.design.stiffness_input import StiffnessInput
 from efficiency.loss.heat_balance import CoolingInput
 from efficiency.loss.kinematics import Driver, OperatingPoint, Operation
 from efficiency.ltca.teeth import Bodies, ToothBody
+from ehl.common.data import named_file
+from ehl.common.errors import InputError
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel, Name, read_toml, validate
 from ehl.inputs import Length as TextureLength
 from ehl.inputs import PeklenikNumber
-from ehl.io.data import named_file
-from ehl.io.errors import InputError
-from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel, Name, read_toml, validate
 from ehl.material import Material
 from ehl.surface.finish import Finish, State
 from ehl.uncertainty.spread import UncertaintyInput

@@ -18,9 +18,9 @@ from efficiency.cutting.cutter import Blade, FlankSide
 from efficiency.cutting.edge import Protuberance, Relief
 from efficiency.cutting.flank import CutFlank, Flank, index_start
 from efficiency.cutting.machine import MachineSettings
-from ehl.io.errors import InputError
-from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel
+from ehl.common.errors import InputError
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel
 
 Hand = Literal["left", "right"]
 

@@ -9,9 +9,9 @@ from pydantic import model_validator
 
 from efficiency.blanks.cones import Blank
 from efficiency.contact.relief import EdgeRelief, MemberRelief, ReliefForm
-from ehl.io.errors import InputError
-from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel
+from ehl.common.errors import InputError
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel
 
 ReliefAmount = Annotated[
     float, ValueRange("m", gt=0.0, le=1e-3, hint="Relief takes material off; leave the table out for none.")

@@ -11,9 +11,9 @@ from pydantic import Field, model_validator
 
 from efficiency.ltca.shaft import shaft_compliance
 from efficiency.ltca.shaft_deflection import MemberCompliance
-from ehl.io.errors import InputError
-from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel
+from ehl.common.errors import InputError
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel
 from ehl.material import Material
 
 FloatArray = NDArray[np.float64]

@@ -1,1 +1,1 @@
-"""Geometry and unloaded contact of a design: both sides of a pair, and what misalignments change."""
+"""Geometry of a pair, and its misalignment study."""

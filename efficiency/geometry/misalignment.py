@@ -21,8 +21,8 @@ from efficiency.contact.gear_flanks import Side
 from efficiency.contact.pattern import MARKING
 from efficiency.design.design import Design
 from efficiency.loss.efficiency_result import Output, Presented
-from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.numbers import finite_or_none
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.numbers import finite_or_none
 
 if TYPE_CHECKING:
     import pandas

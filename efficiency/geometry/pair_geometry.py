@@ -19,9 +19,9 @@ from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import flank_limits
 from efficiency.design.design import Design
 from efficiency.loss.efficiency_result import Output, Presented
-from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.numbers import finite_or_none
-from ehl.io.units import ValueRange
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.numbers import finite_or_none
+from ehl.common.units import ValueRange
 
 FloatArray = NDArray[np.float64]
 

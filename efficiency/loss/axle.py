@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.loss.kinematics import OPERATION_LIMITS
-from ehl.io.errors import InputError
-from ehl.io.table_files import read_table
-from ehl.io.units import ValueRange
-from ehl.quantities import quantity
+from ehl.common.errors import InputError
+from ehl.common.quantities import quantity
+from ehl.common.table_reader import read_table
+from ehl.common.units import ValueRange
 
 FloatArray = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from efficiency.blanks.cones import Blank
 from efficiency.loss.kinematics import Driver
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 
 @dataclass(frozen=True)

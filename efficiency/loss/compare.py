@@ -12,8 +12,8 @@ from efficiency.loss.efficiency import LoadedGrids, solve_balanced
 from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance, Output, Presented
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.regions import loss_by_region
+from ehl.common.numbers import finite_or_none
 from ehl.fluid.oil import Oil
-from ehl.io.numbers import finite_or_none
 from regression.friction.models import ConstantFriction, FrictionModel
 from regression.friction.published_registry import PUBLISHED, model_label
 

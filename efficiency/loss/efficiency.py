@@ -29,9 +29,9 @@ from efficiency.ltca.mesh_grids import LoadedGrids as LoadedGrids
 from efficiency.ltca.mesh_grids import MeshGrids as MeshGrids
 from efficiency.ltca.mesh_grids import load_grids as load_grids
 from efficiency.ltca.tangent_load import TangentLoad
+from ehl.common.errors import ConvergenceError
+from ehl.common.quantities import quantity
 from ehl.fluid.oil import Oil
-from ehl.io.errors import ConvergenceError
-from ehl.quantities import quantity
 from regression.formula import Formula
 from regression.friction.conditions import Conditions, conditions_of
 from regression.friction.models import ConstantFriction, FrictionEstimate, FrictionFlag, FrictionModel

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from efficiency.loss.kinematics import Driver, LoadedPoints, Operation
 from efficiency.loss.lubrication import LocalLubrication
 from efficiency.ltca.load_distribution import LoadDistribution
+from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError
 from ehl.uncertainty.result import InputUncertainty
 from regression.friction.models import FrictionEstimate, FrictionModel
 

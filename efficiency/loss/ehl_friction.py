@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from efficiency.loss.contact_sample import coordinates, divide, nearest, predict, remoteness, spread, worth_solving
 from efficiency.loss.lubrication import SolvedFriction
+from ehl.common.errors import InputError
+from ehl.common.progress import tell
+from ehl.common.units import ValueRange
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.inputs import ModelInput, SurfaceInput
-from ehl.io.errors import InputError
-from ehl.io.telling import tell
-from ehl.io.units import ValueRange
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.solve import solve_contact

@@ -16,8 +16,8 @@ from efficiency.loss.kinematics import Operation, loaded_points
 from efficiency.loss.uncertainty import stand_in
 from efficiency.ltca.mesh_grids import FrictionBalance, LoadedGrids
 from efficiency.ltca.tangent_load import MANY, ONE, TangentLoad
+from ehl.common.errors import ConvergenceError
 from ehl.fluid.oil import Oil
-from ehl.io.errors import ConvergenceError
 from ehl.state import ContactState
 from regression.formula import Formula
 from regression.friction.models import COLEMAN_FRICTION, FrictionModel

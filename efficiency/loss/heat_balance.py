@@ -21,14 +21,14 @@ from efficiency.blanks.cones import Blank
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.lubrication import heat_share
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.quantities import quantity
+from ehl.common.table import Table
+from ehl.common.units import KELVIN, ValueRange
+from ehl.common.validation import InputModel
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil_laws import TEMPERATURE_RANGE
-from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.units import KELVIN, ValueRange
-from ehl.io.validation import InputModel
 from ehl.material import Material
-from ehl.quantities import quantity
-from ehl.view.table import Table
 
 if TYPE_CHECKING:
     import pandas as pd

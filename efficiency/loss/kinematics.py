@@ -12,12 +12,12 @@ from pydantic import model_validator
 
 from efficiency.contact.assembly import Axis as Axis
 from efficiency.ltca.load_distribution import LoadDistribution
+from ehl.common.errors import InputError
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel, value_range_of
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_laws import TEMPERATURE_RANGE, Temperature
 from ehl.inputs import SurfaceInput
-from ehl.io.errors import InputError
-from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel, value_range_of
 from ehl.state import ContactState
 from ehl.surface.finish import Finish, default_correlation_length, lay_seen
 from ehl.uncertainty.spread import DEFAULT, UncertaintyInput

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ehl.view.notes import Note, NoteKind, group_notes
+from ehl.common.notes import Note, NoteKind, group_notes
 
 GEAR_NOTES: tuple[NoteKind, ...] = (
     # before the limits that its sentence names too

@@ -43,9 +43,9 @@ from efficiency.ltca.load_distribution import (
     require_torque,
 )
 from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids
-from ehl.io.errors import InputError
-from ehl.io.files import read_text, split_row
-from ehl.io.units import parse_quantity
+from ehl.common.errors import InputError
+from ehl.common.files import read_text, split_row
+from ehl.common.units import parse_quantity
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

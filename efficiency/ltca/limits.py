@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from efficiency.contact.mesh_surface import EDGES
 from efficiency.ltca.load_distribution import EdgeLoad, LoadDistribution, TeethElasticity, edge_load
 from efficiency.ltca.local_compliance import Tooth
-from ehl.io.units import ARCSEC
+from ehl.common.units import ARCSEC
 
 FloatArray = NDArray[np.float64]
 

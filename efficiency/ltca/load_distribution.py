@@ -19,7 +19,7 @@ from efficiency.contact.mesh_surface import EDGES
 from efficiency.ltca.edge_contact import EdgeSection, free_edge_compliance
 from efficiency.ltca.equilibrium import ContactProblem, Equilibrium, solve_equilibria
 from efficiency.ltca.local_compliance import LocalApproach, LocalCompliance, Tooth
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 from ehl.material import Material, effective_modulus
 
 FloatArray = NDArray[np.float64]

@@ -31,7 +31,7 @@ from efficiency.ltca.load_distribution import (
     require_torque,
 )
 from efficiency.ltca.tangent_load import TangentLoad, TangentLoads
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 FloatArray = NDArray[np.float64]
 

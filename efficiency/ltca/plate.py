@@ -19,7 +19,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from efficiency.contact.tooth_grid import ToothShape
 from efficiency.ltca.local_compliance import Points
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 from ehl.material import Material
 
 FloatArray = NDArray[np.float64]

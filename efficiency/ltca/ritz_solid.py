@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from efficiency.ltca.shape_functions import FloatArray, gauss_rule, hierarchic_functions, legendre_polynomials
 from efficiency.ltca.tooth_cell import Block, Part, ToothCell
-from ehl.io.errors import ConvergenceError
+from ehl.common.errors import ConvergenceError
 
 IntArray = NDArray[np.int64]
 Key = tuple[tuple[str, int, int], tuple[str, int, int], int]

@@ -19,7 +19,7 @@ from efficiency.contact.assembly import Assembly
 from efficiency.contact.displaced_axes import DisplacedAxes, RigidMove, displaced_axes
 from efficiency.ltca.load_distribution import LoadDistribution
 from efficiency.ltca.mesh_grids import MeshGrids, ShaftDeflection, load_grids
-from ehl.io.errors import ConvergenceError
+from ehl.common.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
 

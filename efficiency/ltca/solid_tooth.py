@@ -15,11 +15,11 @@ from numpy.typing import ArrayLike
 
 from efficiency.contact.tooth_grid import ToothGrid
 from efficiency.ltca.local_compliance import Points
-from efficiency.ltca.ring import ring_response
+from efficiency.ltca.rim_compliance import ring_response
 from efficiency.ltca.ritz_solid import ORDERS, BlockFunctions, Orders, ritz_solid
 from efficiency.ltca.shape_functions import FloatArray, lagrange_values, lobatto_nodes
 from efficiency.ltca.tooth_cell import Part, ToothCell, tooth_cell
-from ehl.io.errors import ConvergenceError
+from ehl.common.errors import ConvergenceError
 from ehl.material import Material
 
 _MIDDLE = 0.5

@@ -11,7 +11,7 @@ from efficiency.ltca.local_compliance import Tooth
 from efficiency.ltca.plate import PlateTooth
 from efficiency.ltca.ritz_solid import ORDERS, Orders
 from efficiency.ltca.solid_tooth import SolidTooth, solid_tooth
-from ehl.io.errors import ConvergenceError
+from ehl.common.errors import ConvergenceError
 from ehl.material import Material
 
 ToothModel = Literal["solid", "plate"]

@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.contact.patch import cubic_spline
+from efficiency.contact.chebyshev import cubic_spline
 from efficiency.contact.tooth_grid import ToothGrid
 from efficiency.ltca.shape_functions import Pair, lagrange_polynomials, lobatto_nodes
 

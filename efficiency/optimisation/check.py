@@ -18,7 +18,7 @@ from efficiency.optimisation.pareto import spread_out
 from efficiency.optimisation.problem import Problem
 from efficiency.optimisation.result import Candidate, front_of
 from efficiency.pair import POINTS_PER_LINE, POSITIONS
-from ehl.quantities import quantities
+from ehl.common.quantities import quantities
 from regression.sweeping.executors import ThisProcess
 
 FloatArray = NDArray[np.float64]

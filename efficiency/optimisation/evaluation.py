@@ -16,16 +16,16 @@ import numpy as np
 
 from efficiency.design.design import Design
 from efficiency.loss.efficiency_result import EfficiencyResult
+from efficiency.machine_settings.inputs import SettingsInput
+from efficiency.machine_settings.settings_result import SettingsResult
+from efficiency.machine_settings.solve import machine_settings
 from efficiency.optimisation.problem import EDGE_FREE, START, Problem, as_made, misalignment_of, state_text, with_values
 from efficiency.pair import GearPair, resolve_friction
-from efficiency.synthesis.inputs import SettingsInput
-from efficiency.synthesis.settings_result import SettingsResult
-from efficiency.synthesis.solve import machine_settings
 from ehl import __version__
-from ehl.io.data import data_path
-from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.files import make_folder
-from ehl.io.numbers import finite_or_none
+from ehl.common.data import data_path
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.files import make_folder
+from ehl.common.numbers import finite_or_none
 from regression.sweeping.executors import Executor, ThisProcess, compute
 
 _ROOT = ("root_stress_pinion", "root_stress_gear")

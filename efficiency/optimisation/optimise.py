@@ -17,8 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from efficiency.loss.duty import DutyRow, read_duty
+from efficiency.conditions.duty import DutyRow, read_duty
 from efficiency.loss.ehl_friction import ehl_friction
+from efficiency.machine_settings.inputs import SettingsInput, load_targets, targets_beside
+from efficiency.machine_settings.settings_result import SettingsResult
 from efficiency.optimisation.check import Correction, Evaluate, check_best, check_front, check_solved
 from efficiency.optimisation.evaluation import (
     Evaluation,
@@ -42,15 +44,13 @@ from efficiency.optimisation.problem import (
 from efficiency.optimisation.result import Candidate, Optimisation, OptimisationOutput
 from efficiency.optimisation.surrogate import Processes, first_points, next_points, table_of, transformed
 from efficiency.pair import GearPair, default_friction, resolve_friction
-from efficiency.synthesis.inputs import SettingsInput, load_targets, targets_beside
-from efficiency.synthesis.settings_result import SettingsResult
 from ehl import __version__
+from ehl.common.data import named_file
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.files import write_file
+from ehl.common.numbers import finite_or_none
+from ehl.common.validation import read_toml
 from ehl.fluid.oil import Oil
-from ehl.io.data import named_file
-from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.files import write_file
-from ehl.io.numbers import finite_or_none
-from ehl.io.validation import read_toml
 from regression.plan.cost import checked_jobs
 from regression.sweeping.executors import cluster, local_executor
 

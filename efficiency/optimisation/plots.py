@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from ehl.quantities import quantities
-from ehl.view.plots import BLUE, GREY, ORANGE
+from ehl.common.figures import BLUE, GREY, ORANGE
+from ehl.common.quantities import quantities
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.blanks.inputs import DepthTypeTwo, PairBlankInput, PressureAngles
+from efficiency.conditions.duty import DutyRow
 from efficiency.design.design import Misalignment
-from efficiency.loss.duty import DutyRow
-from efficiency.synthesis.inputs import FlankTarget, MemberTargets, SettingsInput, Targets
-from ehl.io.errors import InputError
-from ehl.io.units import ValueRange
-from ehl.io.validation import value_range_of
-from ehl.quantities import Quantity, quantities
+from efficiency.machine_settings.inputs import FlankTarget, MemberTargets, SettingsInput, Targets
+from ehl.common.errors import InputError
+from ehl.common.quantities import Quantity, quantities
+from ehl.common.units import ValueRange
+from ehl.common.validation import value_range_of
 
 Flanks = Literal["drive", "coast", "both"]
 Over = Literal["mean", "worst"]

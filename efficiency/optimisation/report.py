@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from efficiency.loss.efficiency_result import EfficiencyResult
+from efficiency.machine_settings.design_file import targets_text
+from efficiency.machine_settings.inputs import targets_beside
 from efficiency.optimisation.check import CHECK_GRID
 from efficiency.optimisation.evaluation import duty_results, targets_of
 from efficiency.optimisation.plots import optimisation_figures
@@ -21,15 +23,13 @@ from efficiency.output.flank_map import FlankMap
 from efficiency.output.plots_flank import LOSS, PRESSURE, contact_figure, field_figure, field_values
 from efficiency.output.plots_load import plot_transmission_error
 from efficiency.pair import GearPair
-from efficiency.synthesis.design_file import targets_text
-from efficiency.synthesis.inputs import targets_beside
 from ehl import __version__
-from ehl.io.files import write_file
-from ehl.quantities import quantities
-from ehl.view.html_report import Answer, Block, KeyFigures, Notes, Picture, Pictures, Section, Text, write_report
-from ehl.view.notes import GRADES, Note
-from ehl.view.plots import save_figures
-from ehl.view.table import Column, Table, write_csv, write_xlsx
+from ehl.common.figures import save_figures
+from ehl.common.files import write_file
+from ehl.common.html_report import Answer, Block, KeyFigures, Notes, Picture, Pictures, Section, Text, write_report
+from ehl.common.notes import GRADES, Note
+from ehl.common.quantities import quantities
+from ehl.common.table import Column, Table, write_csv, write_xlsx
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from efficiency.loss.efficiency_result import Output, Presented
+from efficiency.machine_settings.settings_result import SettingsResult
 from efficiency.optimisation.evaluation import Evaluation, settings_of
 from efficiency.optimisation.pareto import non_dominated
 from efficiency.optimisation.problem import Problem
-from efficiency.synthesis.settings_result import SettingsResult
-from ehl.io.numbers import finite_or_none
+from ehl.common.numbers import finite_or_none
 from ehl.uncertainty.result import Change, combined
 
 if TYPE_CHECKING:
@@ -245,7 +245,7 @@ class OptimisationOutput:
     def show(self, result: Optimisation, **parts: Any) -> None:
         """Print the candidates beside the start, and what has to be known of the search."""
         from efficiency.optimisation.report import candidates_table, search_notes
-        from ehl.view.notes import notes_table
+        from ehl.common.notes import notes_table
 
         candidates_table(result).print()
         notes_table(search_notes(result)).print()

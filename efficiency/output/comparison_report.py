@@ -18,7 +18,7 @@ from efficiency.output.plots_comparison import (
 from efficiency.output.plots_load import plot_comparison
 from efficiency.output.tables import models_table, operating_point, percent
 from ehl import __version__
-from ehl.view.html_report import Answer, KeyFigures, Notes, Picture, Pictures, Section, Text, write_report
+from ehl.common.html_report import Answer, KeyFigures, Notes, Picture, Pictures, Section, Text, write_report
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ from typing import Any
 
 from efficiency.cutting.summary import Summary, read_summary
 from efficiency.design.design import Design, load_design
-from ehl.io.data import data_path
-from ehl.io.errors import InputError
-from ehl.io.validation import read_toml, validate
+from ehl.common.data import data_path
+from ehl.common.errors import InputError
+from ehl.common.validation import read_toml, validate
 
 _OF_SHEET = ("blank", "cutter", "machine", "concave", "convex")
 

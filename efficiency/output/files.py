@@ -14,8 +14,8 @@ from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
 from efficiency.output.machine_summary import Units, write_sheet, write_summary
 from efficiency.output.solid import Solid, member_solid, tooth_space_solid, write_stl
-from ehl.io.errors import ConvergenceError
-from ehl.io.files import write_file
+from ehl.common.errors import ConvergenceError
+from ehl.common.files import write_file
 
 if TYPE_CHECKING:
     from efficiency.cutting.cutter import FlankSide

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from efficiency.conditions.duty import DutyCycle
+from efficiency.conditions.grid import Grid
 from efficiency.geometry.misalignment import MisalignmentGrid
 from efficiency.loss.compare import Comparison
-from efficiency.loss.duty import DutyCycle
 from efficiency.loss.efficiency_result import EfficiencyResult
-from efficiency.loss.grid import Grid
 from efficiency.loss.notes import pair_notes
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from efficiency.design.design import Design
     from efficiency.loss.heat_balance import HeatBalance
     from efficiency.output.machine_summary import Units
+    from ehl.common.table import Table
     from ehl.uncertainty.result import InputUncertainty
-    from ehl.view.table import Table
 
 _SUFFIXES = {"report": (".html", ".htm"), "xlsx": (".xlsx",)}
 
@@ -70,7 +70,7 @@ class OutputFiles:
 
     def write_tables(self, tables: list[Table], title: str) -> None:
         """The workbook and the CSV files that are asked for."""
-        from ehl.view.table import write_csv, write_xlsx
+        from ehl.common.table import write_csv, write_xlsx
 
         if self.xlsx is not None:
             write_xlsx(self.xlsx, tables, title)
@@ -106,7 +106,7 @@ class GearOutput:
     def tables(self, result: Any, **parts: Any) -> list[Table]:
         """The tables a reader looks for first; `balance` and `uncertainty` of an efficiency with it."""
         from efficiency.output import geometry_tables, misalignment_table, notes, tables
-        from ehl.view.notes import notes_table
+        from ehl.common.notes import notes_table
 
         if isinstance(result, Grid):
             if tuple(result.axes) == ("torque", "speed", "temperature"):
@@ -134,7 +134,7 @@ class GearOutput:
     def write(self, result: Any, units: Any, **files: Any) -> list[Path]:
         """Write files, see `efficiency.loss.efficiency_result.Presented.write`."""
         from efficiency.output import geometry_report, misalignment_table, plots_misalignment
-        from ehl.view.plots import save_figures
+        from ehl.common.figures import save_figures
 
         balance = files.pop("balance", None)
         files.pop("uncertainty", None)  # always written
@@ -171,7 +171,7 @@ def write_result(
     """Figures, page and tables of one operating point."""
     from efficiency.output.gear_report import gear_figures, write_gear_report
     from efficiency.output.tables import operating_point, result_tables
-    from ehl.view.plots import save_figures
+    from ehl.common.figures import save_figures
 
     more = _added(balance)
     if files.plot is not None:
@@ -193,7 +193,7 @@ def write_map(design: Design, grid: Grid, files: OutputFiles, units: Units = "me
     from efficiency.output.gear_report import nearest_point, write_gear_report
     from efficiency.output.plots_map import grid_figures
     from efficiency.output.tables import map_tables
-    from ehl.view.plots import save_figures
+    from ehl.common.figures import save_figures
 
     result = nearest_point(design, grid)
     if files.plot is not None:
@@ -210,7 +210,7 @@ def write_comparison(comparison: Comparison, files: OutputFiles) -> None:
     from efficiency.output.comparison_report import write_comparison_report
     from efficiency.output.plots_load import plot_comparison
     from efficiency.output.tables import comparison_tables, operating_point
-    from ehl.view.plots import save_figure
+    from ehl.common.figures import save_figure
 
     if files.plot is not None:
         save_figure(plot_comparison(comparison), files.plot)

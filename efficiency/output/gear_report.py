@@ -38,9 +38,8 @@ from efficiency.output.tables import (
     range_table,
 )
 from ehl import __version__
-from ehl.io.errors import InputError
-from ehl.surface.finish import default_correlation_length
-from ehl.view.html_report import (
+from ehl.common.errors import InputError
+from ehl.common.html_report import (
     Answer,
     Block,
     Folded,
@@ -52,15 +51,16 @@ from ehl.view.html_report import (
     Text,
     write_report,
 )
-from ehl.view.table import Table
+from ehl.common.table import Table
+from ehl.surface.finish import default_correlation_length
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from efficiency.conditions.grid import Grid
     from efficiency.design.design import Design, FlankSurfaceInput, MemberInput
     from efficiency.loss.efficiency_result import EfficiencyResult
-    from efficiency.loss.grid import Grid
 
 Named = tuple[str, "Figure", str]
 

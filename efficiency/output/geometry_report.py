@@ -29,8 +29,8 @@ from efficiency.output.plots_geometry import (
 )
 from efficiency.output.plots_teeth import tooth_pair_figure
 from ehl import __version__
-from ehl.view.html_report import Answer, Block, KeyFigures, Notes, Picture, Pictures, Section, Text, write_report
-from ehl.view.table import Table
+from ehl.common.html_report import Answer, Block, KeyFigures, Notes, Picture, Pictures, Section, Text, write_report
+from ehl.common.table import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 from efficiency.loss.notes import pair_notes
 from efficiency.output.machine_summary import FLANKS, SummaryRow, Units, summary_rows
-from ehl.quantities import quantity
-from ehl.view.notes import Note, notes_table
-from ehl.view.table import Column, Table
+from ehl.common.notes import Note, notes_table
+from ehl.common.quantities import quantity
+from ehl.common.table import Column, Table
 
 if TYPE_CHECKING:
     from efficiency.design.design import Design

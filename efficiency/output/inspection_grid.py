@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.io.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError
 
 if TYPE_CHECKING:
     from efficiency.contact.gear_flanks import Member

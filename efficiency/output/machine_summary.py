@@ -19,9 +19,9 @@ from pydantic import BaseModel
 
 from efficiency.cutting.cutter import FLANK_SIDES
 from efficiency.cutting.summary import LABELS
-from ehl.io.files import write_file
-from ehl.io.units import ValueRange
-from ehl.io.validation import locate_field
+from ehl.common.files import write_file
+from ehl.common.units import ValueRange
+from ehl.common.validation import locate_field
 
 if TYPE_CHECKING:
     from efficiency.blanks.cones import Blank

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ehl.io.files import write_file
-from ehl.quantities import Quantity, quantity
-from ehl.view.table import Column, Table
+from ehl.common.files import write_file
+from ehl.common.quantities import Quantity, quantity
+from ehl.common.table import Column, Table
 
 if TYPE_CHECKING:
     from efficiency.geometry.misalignment import MisalignmentGrid, MisalignmentStudy

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 
 from efficiency.loss.notes import pair_notes
 from efficiency.output.tables import operating_state, percent
-from ehl.view.notes import notes_table
+from ehl.common.notes import notes_table
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
+    from efficiency.conditions.duty import DutyCycle
+    from efficiency.conditions.grid import Grid
     from efficiency.loss.compare import Comparison
-    from efficiency.loss.duty import DutyCycle
     from efficiency.loss.efficiency_result import EfficiencyResult
-    from efficiency.loss.grid import Grid
-    from ehl.view.notes import Note
-    from ehl.view.table import Table
+    from ehl.common.notes import Note
+    from ehl.common.table import Table
 
 
 def result_notes(result: EfficiencyResult, of_design: Sequence[str] = (), case: str = "") -> list[tuple[str, str]]:

@@ -11,7 +11,7 @@ from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from efficiency.loss.regions import FACES, HEIGHTS, friction_along_mesh
-from ehl.view.plots import BLUE
+from ehl.common.figures import BLUE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from ehl.io.units import KELVIN
-from ehl.view.plots import GREY, ORANGE
+from ehl.common.figures import GREY, ORANGE
+from ehl.common.units import KELVIN
 
 if TYPE_CHECKING:
     from efficiency.contact.gear_flanks import Member

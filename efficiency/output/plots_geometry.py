@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from ehl.io.units import ARCSEC
-from ehl.view.plots import BLUE, GREY, ORANGE
+from ehl.common.figures import BLUE, GREY, ORANGE
+from ehl.common.units import ARCSEC
 
 if TYPE_CHECKING:
     from efficiency.blanks.cones import Blank

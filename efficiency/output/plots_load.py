@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.quantities import axis_label, quantity, to_display, typeset_units
-from ehl.view.plots import BLUE, GREY, ORANGE
+from ehl.common.figures import BLUE, GREY, ORANGE
+from ehl.common.quantities import axis_label, quantity, to_display, typeset_units
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from efficiency.conditions.grid import Grid
     from efficiency.loss.compare import Comparison
     from efficiency.loss.efficiency_result import EfficiencyResult
-    from efficiency.loss.grid import Grid
 
 
 FloatArray = NDArray[np.float64]

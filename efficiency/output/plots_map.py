@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from efficiency.output.plots_load import plot_map
-from ehl.quantities import axis_label, quantity, to_display, typeset_units
+from ehl.common.quantities import axis_label, quantity, to_display, typeset_units
 
 if TYPE_CHECKING:
-    from efficiency.loss.duty import DutyCycle
-    from efficiency.loss.grid import Grid
+    from efficiency.conditions.duty import DutyCycle
+    from efficiency.conditions.grid import Grid
 
 # values of torque and of speed from which on contours say more than lines
 _CONTOURS = 3

@@ -14,10 +14,10 @@ from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.geometry.misalignment import AXES
 from efficiency.output.misalignment_table import misalignment_quantity
 from efficiency.output.plots_geometry import flank_axes, flank_figure
-from ehl.io.errors import ConvergenceError
-from ehl.io.units import ARCSEC
-from ehl.quantities import axis_label, quantity, to_display, typeset_units
-from ehl.view.plots import BLUE, GREY, ORANGE
+from ehl.common.errors import ConvergenceError
+from ehl.common.figures import BLUE, GREY, ORANGE
+from ehl.common.quantities import axis_label, quantity, to_display, typeset_units
+from ehl.common.units import ARCSEC
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

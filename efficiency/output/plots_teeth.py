@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
-from ehl.view.plots import BLUE, ORANGE
+from ehl.common.figures import BLUE, ORANGE
 
 if TYPE_CHECKING:
     from efficiency.contact.flank_pair import FlankPair

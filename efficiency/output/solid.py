@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.tooth_grid import ToothGrid
-from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.files import read_bytes, write_file
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.files import read_bytes, write_file
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -17,8 +17,8 @@ from scipy.interpolate import make_interp_spline
 
 from efficiency.contact.tooth_grid import ToothGrid
 from efficiency.output.solid import body_section
-from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.files import make_folder
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.files import make_folder
 
 FloatArray = NDArray[np.float64]
 

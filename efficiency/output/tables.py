@@ -13,17 +13,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from efficiency.loss.regions import FACES, HEIGHTS, friction_along_mesh
-from ehl.quantities import quantity
+from ehl.common.quantities import quantity
+from ehl.common.table import Cell, Column, Table, cell
 from ehl.state import ContactState
-from ehl.view.table import Cell, Column, Table, cell
 from regression.friction.models import FrictionFlag
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
+    from efficiency.conditions.duty import DutyCycle
+    from efficiency.conditions.grid import Grid
     from efficiency.loss.compare import Comparison
-    from efficiency.loss.duty import DutyCycle
     from efficiency.loss.efficiency_result import EfficiencyResult
-    from efficiency.loss.grid import Grid
     from ehl.uncertainty.result import InputUncertainty
 
 _SUMMARY = (

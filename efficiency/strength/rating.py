@@ -18,7 +18,7 @@ from efficiency.strength import iso_10300
 from efficiency.strength.pressure_limits import shakedown_pressure, yield_pressure, yield_stress
 from efficiency.strength.result import Grade, Strength
 from efficiency.strength.root_stress import RootStress, RootTooth, root_stress
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 FloatArray = NDArray[np.float64]
 

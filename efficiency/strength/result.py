@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.strength.root_stress import RootStress
-from ehl.view.table import Table
+from ehl.common.table import Table
 
 if TYPE_CHECKING:
     import pandas

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from efficiency.contact.gear_flanks import GearFlanks, Member, Side
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
-from efficiency.ltca.ring import ring_response
+from efficiency.ltca.rim_compliance import ring_response
 from efficiency.ltca.ritz_solid import ORDERS, Orders, ritz_solid
 from efficiency.ltca.shape_functions import lagrange_values, legendre_polynomials, lobatto_nodes
 from efficiency.ltca.solid_tooth import along_normal, flank_points

@@ -25,7 +25,7 @@ from efficiency.ltca.shape_functions import lagrange_values
 from efficiency.ltca.teeth import COLUMNS, ROWS, ToothBody
 from efficiency.strength.root_forces import RootForces, root_forces
 from efficiency.strength.root_section import Outline, RootSection, arc_outline, solve_section
-from ehl.io.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError
 
 FloatArray = NDArray[np.float64]
 

@@ -1,1 +1,1 @@
-"""Studies with gear pairs: the parameter study and the demonstration."""
+"""Parameter study and the demonstration."""

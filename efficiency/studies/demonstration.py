@@ -10,7 +10,7 @@ from pathlib import Path
 
 from efficiency.loss.compare import Comparison
 from efficiency.pair import GearPair, Mesh
-from ehl.io.files import make_folder
+from ehl.common.files import make_folder
 from regression.data.dataset import Dataset
 from regression.formula import fit
 from regression.friction.formula import FittedFormula

@@ -21,10 +21,10 @@ from efficiency.output.plots_load import (
 )
 from efficiency.output.tables import efficiency_table, models_table, operating_point, percent
 from ehl import __version__
-from ehl.quantities import quantity
-from ehl.view.html_report import Folded, KeyFigures, Notes, Picture, Pictures, Section, Text, write_report
-from ehl.view.html_report import Formula as FormulaBlock
-from ehl.view.table import Table
+from ehl.common.html_report import Folded, KeyFigures, Notes, Picture, Pictures, Section, Text, write_report
+from ehl.common.html_report import Formula as FormulaBlock
+from ehl.common.quantities import quantity
+from ehl.common.table import Table
 from regression.view.plots import plot_bands, plot_friction, plot_parity
 from regression.view.tables import band_table, family_table
 

@@ -2,8 +2,7 @@
 
 designs x (aligned + misalignments)  ->  geometry  ->  torques  ->  load  ->  speeds x temperatures x roughnesses
 
-A grid of `efficiency.loss.grid` in tasks. Each task is written down when it ends; a study that was killed goes on where
-it was.
+A grid of `efficiency.conditions.grid` in tasks. Each finished task is stored; a killed study resumes.
 """
 
 from __future__ import annotations
@@ -25,11 +24,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from efficiency.conditions.grid import count_reasons, solve_points
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design
 from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance, Output, Presented
 from efficiency.loss.ehl_friction import EhlFriction
-from efficiency.loss.grid import count_reasons, solve_points
 from efficiency.pair import (
     POINTS_PER_LINE,
     POSITIONS,
@@ -40,10 +39,10 @@ from efficiency.pair import (
     resolve_friction,
 )
 from ehl import __version__
+from ehl.common.errors import InputError
+from ehl.common.numbers import finite_or_none
+from ehl.common.quantities import Quantity, quantities
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError
-from ehl.io.numbers import finite_or_none
-from ehl.quantities import Quantity, quantities
 from regression.formula import Formula
 from regression.friction.models import FrictionModel
 from regression.plan.cost import checked_jobs
@@ -355,7 +354,7 @@ class StudyOutput:
     def show(self, result: Study, **parts: Any) -> None:
         """Print what each parameter does to the efficiency, and what has to be known of it."""
         from efficiency.studies.report import influence_table, study_notes
-        from ehl.view.notes import notes_table
+        from ehl.common.notes import notes_table
 
         influence_table(result).print()
         notes_table(study_notes(result), len(result.points)).print()

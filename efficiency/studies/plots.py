@@ -11,8 +11,8 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 from efficiency.studies.parameter_study import level_quantity
-from ehl.quantities import to_display, typeset_units
-from ehl.view.plots import BLUE, GREY, ORANGE
+from ehl.common.figures import BLUE, GREY, ORANGE
+from ehl.common.quantities import to_display, typeset_units
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

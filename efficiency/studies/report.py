@@ -15,11 +15,11 @@ from efficiency.output.tables import percent
 from efficiency.studies.parameter_study import MISALIGNED, StudyPoint, level_quantity
 from efficiency.studies.plots import causes_figure, causes_of, reference_text, span_text, study_figures
 from ehl import __version__
-from ehl.quantities import quantities
-from ehl.view.html_report import Answer, Block, KeyFigures, Notes, Picture, Section, Text, write_report
-from ehl.view.notes import Note
-from ehl.view.plots import save_figures
-from ehl.view.table import Column, Table, write_csv, write_xlsx
+from ehl.common.figures import save_figures
+from ehl.common.html_report import Answer, Block, KeyFigures, Notes, Picture, Section, Text, write_report
+from ehl.common.notes import Note
+from ehl.common.quantities import quantities
+from ehl.common.table import Column, Table, write_csv, write_xlsx
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:

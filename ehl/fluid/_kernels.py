@@ -9,10 +9,11 @@ import math
 
 import numpy as np
 
+from ehl.compile.compiler import KERNEL, kernel
+
 # compiled loops that lie on disk look for the record of numbers here
 from ehl.fluid.lookup import LawTable  # noqa: F401
 from ehl.fluid.rheology import CARREAU, EYRING, LARGE, NEWTONIAN, ShearNumbers  # noqa: F401
-from ehl.io.kernel_compiler import KERNEL, kernel
 
 LOG_TWO = math.log(2.0)
 STIFF = 300.0  # of a stress over tau0: beyond it the law is a limit

@@ -12,7 +12,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.io.units import KELVIN
+from ehl.common.units import KELVIN
 
 Array = NDArray[np.float64]
 Values = TypeVar("Values", float, Array)

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 
 def arana_2019(film_ratio: float) -> float:

@@ -16,6 +16,9 @@ from pydantic import (
     model_validator,
 )
 
+from ehl.common.errors import InputError
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel
 from ehl.fluid.density import DOWSON_HIGGINSON
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil, RisingStressInput
@@ -35,9 +38,6 @@ from ehl.fluid.oil_laws import (
 from ehl.fluid.pressure_viscosity import AlphaDefinition, roelands_slope, solve_constant
 from ehl.fluid.rheology import Limit, Rheology
 from ehl.fluid.viscosity import RoelandsLaw
-from ehl.io.errors import InputError
-from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel
 
 Viscosity = Annotated[float, ValueRange("Pa*s", ge=1e-4, le=100.0)]
 PressureViscosity = Annotated[float, ValueRange("1/Pa", ge=1e-10, le=5e-8)]

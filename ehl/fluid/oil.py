@@ -21,6 +21,10 @@ from pydantic import (
     model_validator,
 )
 
+from ehl.common.data import data_names, data_path
+from ehl.common.errors import InputError, near
+from ehl.common.units import KELVIN, ValueRange
+from ehl.common.validation import InputModel, read_toml, validate
 from ehl.fluid import oil_alpha, oil_sheet
 from ehl.fluid.density import density_at
 from ehl.fluid.lubricant import Lubricant
@@ -47,10 +51,6 @@ from ehl.fluid.pressure_viscosity import AlphaDefinition
 from ehl.fluid.rheology import RisingStress
 from ehl.fluid.shear_family import FAMILIES, SHEAR_MODULUS
 from ehl.fluid.viscosity import walther_1931, walther_slope
-from ehl.io.data import data_names, data_path
-from ehl.io.errors import InputError, near
-from ehl.io.units import KELVIN, ValueRange
-from ehl.io.validation import InputModel, read_toml, validate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

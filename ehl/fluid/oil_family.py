@@ -12,10 +12,10 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
+from ehl.common.errors import InputError, near
+from ehl.common.units import KELVIN
 from ehl.fluid.density import density_at
 from ehl.fluid.viscosity import walther_1931
-from ehl.io.errors import InputError, near
-from ehl.io.units import KELVIN
 
 LEVEL_TEMPERATURE = 80.0 + KELVIN  # where the secant of a family is taken [K]
 TEMPERATURES = (20.0 + KELVIN, 150.0 + KELVIN)

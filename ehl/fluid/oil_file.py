@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
-from ehl.io.errors import InputError
-from ehl.io.files import toml_text, write_file
+from ehl.common.errors import InputError
+from ehl.common.files import toml_text, write_file
 
 if TYPE_CHECKING:
     from ehl.fluid.oil import Oil

@@ -7,6 +7,9 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
+from ehl.common.errors import InputError
+from ehl.common.units import KELVIN, ValueRange
+from ehl.common.validation import InputModel
 from ehl.fluid.conductivity import CONDUCTIVITY_FAMILIES, FilmConductivity
 from ehl.fluid.density import Murnaghan, Tait
 from ehl.fluid.free_volume import Doolittle, McEwenPaluch
@@ -21,9 +24,6 @@ from ehl.fluid.viscosity import (
     vogel_slope,
 )
 from ehl.fluid.yasutomi import Yasutomi
-from ehl.io.errors import InputError
-from ehl.io.units import KELVIN, ValueRange
-from ehl.io.validation import InputModel
 
 TEMPERATURE_RANGE = (-40.0 + KELVIN, 200.0 + KELVIN)
 

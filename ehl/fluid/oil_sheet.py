@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ehl.common.data import data_path
+from ehl.common.errors import InputError
+from ehl.common.quantities import axis_label, to_display
+from ehl.common.units import KELVIN, ValueRange
 from ehl.fluid.pressure_viscosity import DEFINITIONS, alpha_of
 from ehl.fluid.rheology import RisingStress
-from ehl.io.data import data_path
-from ehl.io.errors import InputError
-from ehl.io.units import KELVIN, ValueRange
-from ehl.quantities import axis_label, to_display
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

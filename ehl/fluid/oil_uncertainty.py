@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any
 
-from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel
 
 Deviation = Annotated[float, ValueRange("", ge=0.0, le=1.0, hint="One standard deviation, relative: 0.08 is 8 %.")]
 Factor = Annotated[float, ValueRange("", gt=0.0, le=100.0)]

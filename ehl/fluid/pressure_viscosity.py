@@ -19,8 +19,8 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ehl.common.errors import InputError
 from ehl.fluid.viscosity import ROELANDS_LOG_VISCOSITY, ROELANDS_PRESSURE, PressureLaw
-from ehl.io.errors import InputError
 
 Array = NDArray[np.float64]
 

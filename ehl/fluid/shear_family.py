@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ehl.io.units import KELVIN
+from ehl.common.units import KELVIN
 
 STRESS_TEMPERATURE = 40.0 + KELVIN
 

@@ -15,7 +15,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.io.units import KELVIN
+from ehl.common.units import KELVIN
 
 Array = NDArray[np.float64]
 Values = TypeVar("Values", float, Array)

@@ -9,8 +9,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.common.units import KELVIN
 from ehl.fluid.poles import pole_growth
-from ehl.io.units import KELVIN
 
 Array = NDArray[np.float64]
 

@@ -11,10 +11,10 @@ from numba import njit, types
 from numba.core import config
 from numba.extending import intrinsic
 
+from ehl.compile.compiler import INTERNAL_KERNEL, KERNEL, kernel
 from ehl.dense import factored, product, solve_factored
 from ehl.fluid._kernels import limited_stress
 from ehl.fluid.rheology import LOG_STRESS_MAX, STRESS_FLOOR, ShearNumbers
-from ehl.io.kernel_compiler import INTERNAL_KERNEL, KERNEL, kernel
 
 # cells of the table of Bessel functions: so many in each doubling of r, from 2^LOWEST to 2^HIGHEST
 PER_DOUBLING = 16

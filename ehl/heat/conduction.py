@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import k0e, k1e
 
+from ehl.common.errors import InputError
 from ehl.heat import _kernels
-from ehl.io.errors import InputError
 from ehl.material import Material
 
 FloatArray = NDArray[np.float64]

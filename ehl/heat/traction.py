@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dgetrf, dgetrs
 
+from ehl.common.errors import InputError
 from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import _kernels
 from ehl.heat._kernels import Film, Walls
 from ehl.heat.conduction import PECLET_FLOOR, Conduction, peclet_number, surface_matrix
 from ehl.heat.film import CouetteFilm, couette_film, flux_to_surface_1
-from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
 from ehl.material import Material
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from ehl.io.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError
 from ehl.line_contact import LineContact
 from ehl.rough.scaling import Settings, solved_length
 from ehl.rough.surfaces import RoughSurfaces
@@ -84,7 +84,7 @@ class RunPlan:
     window_fine : float
         Shortest travel averaged over on all meshes but the coarsest [b].
     budget : float
-        Work of the whole contact, in node-iterations (`ehl.rough.window.Window.work`).
+        Work of the whole contact, in node-iterations (`ehl.rough.averaging.Window.work`).
     inlet : float
         Width of the inlet sweep, which every mesh has to resolve [b].
     bound : float

@@ -12,8 +12,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.common.errors import InputError
 from ehl.elasticity import DeflectionOperator
-from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
 
 FloatArray = NDArray[np.float64]

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.common.errors import ConvergenceError
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import ThermalTraction
 from ehl.inputs import ModelInput, SurfaceInput
-from ehl.io.errors import ConvergenceError
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces, TransientResult, solve_transient

@@ -26,8 +26,8 @@ from ehl.rough._kernels.records import (
     Step,
     Work,
 )
+from ehl.rough.exponential_sums import LogConvolution
 from ehl.rough.scaling import Problem, hertz_start
-from ehl.rough.soe import LogConvolution
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ehl.io.errors import ConvergenceError
+from ehl.common.errors import ConvergenceError
 from ehl.line_contact import LineContact
 from ehl.rough.dry import solve_dry, uniform_grid
 from ehl.surface.roughness import RoughProfile

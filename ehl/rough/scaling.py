@@ -19,7 +19,7 @@ from ehl.rough._kernels.fluid import density_rows
 from ehl.rough._kernels.motion import SAMPLES
 from ehl.rough._kernels.quasi_separable import MODES
 from ehl.rough._kernels.records import Contact, Elastic, Fluid, Heat, Model, SideFlow, Strain, Surfaces
-from ehl.rough.soe import LogTransform, fit_root_kernel, log_kernel, range_of
+from ehl.rough.exponential_sums import LogTransform, fit_root_kernel, log_kernel, range_of
 from ehl.rough.surfaces import RoughSurfaces, sample_ring
 
 Array = NDArray[np.float64]

@@ -17,9 +17,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.common.errors import InputError
 from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.lubricant import Lubricant
-from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough._kernels.march import (
@@ -45,14 +45,14 @@ from ehl.rough.accuracy import (
     mesh_levels,
     with_overrides,
 )
-from ehl.rough.levels import Levels, affordable
+from ehl.rough.averaging import Window, film_jumped, net_exchange, realisation_error
+from ehl.rough.exponential_sums import LogConvolution
+from ehl.rough.multilevel import Levels, affordable
 from ehl.rough.run import Run
 from ehl.rough.scaling import Elasticity, Problem, Settings, build_problem, density_ratio
-from ehl.rough.soe import LogConvolution
 from ehl.rough.startup import start_up
 from ehl.rough.surfaces import RoughSurfaces
 from ehl.rough.transient_result import Fallbacks, Profiles, Snapshot, TransientResult
-from ehl.rough.window import Window, film_jumped, net_exchange, realisation_error
 
 Array = NDArray[np.float64]
 

@@ -12,11 +12,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.io.errors import ConvergenceError
+from ehl.common.errors import ConvergenceError
 from ehl.rough.accuracy import FRONT_STARTUP, SETTLING, RunPlan, thrifty
-from ehl.rough.levels import FINER_STEP, least_levels
+from ehl.rough.averaging import Window
+from ehl.rough.multilevel import FINER_STEP, least_levels
 from ehl.rough.scaling import Problem
-from ehl.rough.window import Window
 
 Array = NDArray[np.float64]
 

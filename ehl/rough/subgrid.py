@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ehl.common.errors import InputError
 from ehl.inputs import SurfaceInput
-from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces
 from ehl.surface.measured_profile import detrended, gaussian_mean_line, load_profile, profile_points

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 from ehl.surface.roughness import EP_FILM, RoughProfile, boundary_film
 
 Array = NDArray[np.float64]

@@ -145,7 +145,7 @@ class TransientResult:
         larger where the window is longer than the profiles or a surface brings little new roughness.
     mesh_error : float
         Estimated error of mesh and time step, over mu: difference to a run with twice the spacing over the same
-        roughness, with its spread over the window (`ehl.rough.batches.paired_error`).
+        roughness, with its spread over the window (`ehl.rough.batch_means.paired_error`).
     film_error : float
         The same of the mean film, with the half width of its 90 % interval, over the film.
     friction_boundary_half, friction_boundary_double : float

@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from ehl.compile.compiler import INTERNAL_KERNEL, KERNEL, kernel
 from ehl.dense import factored, product, solve_factored
 from ehl.fluid._kernels import inlet_laws, limited_stress, log_mobility
 from ehl.fluid.lookup import LawTable
 from ehl.fluid.rheology import ShearNumbers
-from ehl.io.kernel_compiler import INTERNAL_KERNEL, KERNEL, kernel
 
 FAR = 24.0  # element sizes beyond which the moment series of the kernel replaces its closed form
 LOG_VISCOSITY_CAP = 500.0  # exp() of more than this is no oil and would overflow

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import ThreadpoolController
 
+from ehl.common.errors import InputError
 from ehl.fluid.lubricant import Lubricant
-from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
 from ehl.smooth.continuation import (
     PATH_NODES,

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import model_validator
 
-from ehl.io.data import data_names, data_path
-from ehl.io.errors import InputError, near
-from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel, read_toml, validate
+from ehl.common.data import data_names, data_path
+from ehl.common.errors import InputError, near
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel, read_toml, validate
 
 FloatArray = NDArray[np.float64]
 State = Literal["new", "run_in"]

@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 FloatArray = NDArray[np.float64]
 

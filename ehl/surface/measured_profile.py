@@ -11,9 +11,9 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ehl.io.errors import InputError
-from ehl.io.files import read_bytes, read_text
-from ehl.io.units import parse_quantity
+from ehl.common.errors import InputError
+from ehl.common.files import read_bytes, read_text
+from ehl.common.units import parse_quantity
 from ehl.surface.roughness import RoughProfile
 
 FloatArray = NDArray[np.float64]

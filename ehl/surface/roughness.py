@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 from ehl.surface.height_translation import translation
 
 FloatArray = NDArray[np.float64]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ehl.quantities import typeset_unit
-from ehl.view.plots import BLUE, GREY
+from ehl.common.figures import BLUE, GREY
+from ehl.common.quantities import typeset_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

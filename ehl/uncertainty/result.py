@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.io.errors import InputError
-from ehl.io.numbers import finite_or_none
-from ehl.quantities import Quantity, quantities
-from ehl.view.table import Column, Table
+from ehl.common.errors import InputError
+from ehl.common.numbers import finite_or_none
+from ehl.common.quantities import Quantity, quantities
+from ehl.common.table import Column, Table
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -9,11 +9,11 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import PrivateAttr
 
+from ehl.common.errors import InputError
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_uncertainty import VARIABLES
-from ehl.io.errors import InputError
-from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel
 from ehl.surface.finish import HALF_RANGE, Figure, surface_uncertainty
 
 Kind = Literal["relative", "absolute"]

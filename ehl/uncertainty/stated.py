@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.io.data import data_path
+from ehl.common.data import data_path
 from ehl.uncertainty.spread import Spread
 
 Array = NDArray[np.float64]

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
+from ehl.common.figures import BLUE, GREY, ORANGE
 from ehl.rough import Snapshot, TransientResult
 from ehl.rough._kernels.march import MU_FLUID, SHARE
 from ehl.rough._kernels.motion import sample_profile
 from ehl.rough._kernels.records import TRAVEL
 from ehl.rough.solve import snapshot
-from ehl.view.plots import BLUE, GREY, ORANGE
 from ehl.view.rough_plots import DARK, SHOWN, hertz_line
 
 if TYPE_CHECKING:

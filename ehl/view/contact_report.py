@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ehl import __version__
-from ehl.quantities import quantity
-from ehl.view.html_report import (
+from ehl.common.html_report import (
     Answer,
     Beside,
     Block,
@@ -22,8 +21,9 @@ from ehl.view.html_report import (
     Text,
     write_report,
 )
-from ehl.view.notes import CONTACT_NOTES, Note, group_notes
-from ehl.view.table import Table
+from ehl.common.notes import CONTACT_NOTES, Note, group_notes
+from ehl.common.quantities import quantity
+from ehl.common.table import Table
 
 _TILES = ("film_central", "film_min", "film_ratio", "pressure_max", "temperature_film_max")
 
@@ -35,7 +35,7 @@ def write_contact_report(path: Path, result: Any, uncertainty: Any = None) -> Pa
     ----------
     path : Path
         HTML file.
-    result : ehl.contact_result.ContactResult
+    result : ehl.result.ContactResult
         Also one that failed: the page says why. It and the next know of pages, not the other way round.
     uncertainty : ehl.uncertainty.result.InputUncertainty, optional
         What the inputs leave open of its friction.

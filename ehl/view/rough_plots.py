@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.quantities import axis_label, to_display
+from ehl.common.figures import BLUE, GREY, ORANGE
+from ehl.common.quantities import axis_label, to_display
 from ehl.rough import TransientResult
 from ehl.rough.accuracy import BATCH
-from ehl.rough.batches import MIN_BATCHES, batch_means
+from ehl.rough.batch_means import MIN_BATCHES, batch_means
 from ehl.rough.mixed import rough_surfaces
 from ehl.surface.roughness import RoughProfile, autocorrelation
-from ehl.view.plots import BLUE, GREY, ORANGE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -17,12 +17,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.common.errors import InputError, MixedEhlError
+from ehl.common.numbers import finite_or_none
+from ehl.common.quantities import quantity, si_unit
+from ehl.common.units import KELVIN
+from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError, MixedEhlError
-from ehl.io.numbers import finite_or_none
-from ehl.io.units import KELVIN
-from ehl.io.validation import validate
-from ehl.quantities import quantity, si_unit
 from regression.calibration import robust
 from regression.calibration.contacts import contact_groups, line_pressure
 from regression.calibration.determination import (

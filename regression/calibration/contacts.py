@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
+from ehl.common.errors import InputError
 from ehl.inputs import MAX_PRESSURE_OVER_MODULUS, MAX_SLIDING, SurfaceInput
-from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
 from ehl.material import effective_modulus
 from regression.calibration.measurement import CONDITIONS, Measurement

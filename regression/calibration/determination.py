@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.quantities import quantity
+from ehl.common.quantities import quantity
 from regression.calibration import robust
 from regression.calibration.parameters import PARAMETERS
 from regression.calibration.prediction import FrictionSolver

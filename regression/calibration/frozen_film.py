@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.contact_result import ContactResult
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
+from ehl.result import ContactResult
 
 Array = NDArray[np.float64]
 

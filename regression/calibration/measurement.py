@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl import inputs
+from ehl.common.errors import InputError
+from ehl.common.files import read_bytes
+from ehl.common.table_reader import numbered_table
+from ehl.common.units import ValueRange
 from ehl.fluid.oil_laws import Temperature
-from ehl.io.errors import InputError
-from ehl.io.files import read_bytes
-from ehl.io.table_files import numbered_table
-from ehl.io.units import ValueRange
 
 Array = NDArray[np.float64]
 
@@ -94,7 +94,7 @@ def read_measurement(path: Path, fixed: Mapping[str, float], *, friction: bool =
     Parameters
     ----------
     path : Path
-        CSV or XLSX as `ehl.io.table_files.read_table` takes it.
+        CSV or XLSX as `ehl.common.table_reader.read_table` takes it.
     fixed : mapping
         Conditions that hold for every row, SI; each either here or in the table.
     friction : bool

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from ehl.common.errors import InputError
+from ehl.common.units import KELVIN
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil, RisingStressInput
 from ehl.fluid.oil_laws import GoldAlpha, ModulusAlpha, ModulusViscosity, TabulatedAlpha
-from ehl.io.errors import InputError
-from ehl.io.units import KELVIN
 
 GOLD_ANCHOR = 100.0 + KELVIN  # where a formula without measured point is anchored [K]
 # pressures between which a stress rises, where the card has none: those of the published 75W-90 law [Pa]

@@ -15,12 +15,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.contact_result import ContactResult
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.inputs import ModelInput
 from ehl.material import Material
-from ehl.path import solve_path
+from ehl.result import ContactResult
+from ehl.sequence import solve_path
 from ehl.solve import solve_contact
 from regression.calibration.contacts import ContactGroup
 from regression.calibration.frozen_film import FrozenFilm, frozen_film

@@ -12,10 +12,10 @@ import numpy as np
 from rich.console import Console
 
 from ehl import __version__
-from ehl.quantities import axis_label, quantities, to_display
-from ehl.view.html_report import Answer, KeyFigures, Notes, Picture, Section, Text, write_report
-from ehl.view.notes import Note
-from ehl.view.table import Column, Table
+from ehl.common.html_report import Answer, KeyFigures, Notes, Picture, Section, Text, write_report
+from ehl.common.notes import Note
+from ehl.common.quantities import axis_label, quantities, to_display
+from ehl.common.table import Column, Table
 from regression.calibration.calibrate import Calibration
 from regression.calibration.measurement import Measurement
 

@@ -8,12 +8,12 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, model_validator
 
 from ehl import inputs
+from ehl.common.errors import InputError
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel, read_toml, validate
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_laws import Temperature
 from ehl.inputs import ModelInput, SolidInput, SurfaceInput
-from ehl.io.errors import InputError
-from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel, read_toml, validate
 from regression.calibration.parameters import RISING, check_parameters
 
 

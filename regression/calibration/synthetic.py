@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 
 from ehl import __version__
-from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.files import write_file
-from ehl.io.table_files import harmless
-from ehl.io.units import ValueRange
-from ehl.quantities import si_unit
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.files import write_file
+from ehl.common.quantities import si_unit
+from ehl.common.table_reader import harmless
+from ehl.common.units import ValueRange
 from regression.calibration.calibrate import all_values, setup_of, solver_of
 from regression.calibration.measurement import CONDITIONS, SYNTHETIC, Measurement, read_measurement
 from regression.calibration.parameters import PARAMETERS

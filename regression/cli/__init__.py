@@ -10,7 +10,7 @@ import typer
 import ehl
 import regression
 from ehl import InputError
-from ehl.console import FIGURE, PAGE, App, check_outputs, check_suffix, print_json, working, write_figure
+from ehl.common.console import FIGURE, PAGE, App, check_outputs, check_suffix, print_json, working, write_figure
 from regression.cli.sweep import sweep_app
 
 

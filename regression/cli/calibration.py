@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 import regression
-from ehl.console import FIGURE, PAGE, App, check_outputs, check_suffix, pairs, print_json, working, write_figure
+from ehl.common.console import FIGURE, PAGE, App, check_outputs, check_suffix, pairs, print_json, working, write_figure
 
 
 def calibrate(

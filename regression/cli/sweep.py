@@ -10,7 +10,7 @@ import typer.core
 
 import regression
 from ehl import InputError
-from ehl.console import STOPPED, App, names_of, pairs, print_json
+from ehl.common.console import STOPPED, App, names_of, pairs, print_json
 
 
 class SweepGroup(typer.core.TyperGroup):

@@ -16,14 +16,14 @@ import h5py
 import numpy as np
 import pandas as pd
 
+from ehl.common.data import data_names, named_file
+from ehl.common.duration import duration
+from ehl.common.errors import InputError
+from ehl.common.table import Column, Table
+from ehl.common.table_reader import harmless
 from ehl.fluid.oil import Oil
 from ehl.fluid.pressure_viscosity import alpha_film
 from ehl.fluid.viscosity import RoelandsLaw
-from ehl.io.data import data_names, named_file
-from ehl.io.duration import duration
-from ehl.io.errors import InputError
-from ehl.io.table_files import harmless
-from ehl.view.table import Column, Table
 from regression.data.row_format import NUMBER_UNITS, TIMING_UNITS
 from regression.data.store import LIBVER, merge, one_row_per_case, read_file, read_run, run_files
 from regression.friction.conditions import DERIVED_UNITS, UNITS, Array, derive

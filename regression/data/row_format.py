@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.quantities import si_units
+from ehl.common.quantities import si_units
 from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS
 
 OUTPUT_UNITS = si_units(

@@ -25,8 +25,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ehl.io.errors import InputError
-from ehl.io.kinds import told_kind
+from ehl.common.errors import InputError
+from ehl.common.file_kinds import told_kind
 from regression import __version__
 from regression.data.row_format import KEY_WIDTH, NUMBER_UNITS, ROW, TEXT_WIDTHS, Rows, checksums, pack
 

@@ -6,8 +6,8 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-from ehl.io.errors import InputError
-from ehl.io.files import write_file
+from ehl.common.errors import InputError
+from ehl.common.files import write_file
 from regression.export.c_text import c_text
 from regression.export.fortran_text import fortran_text
 from regression.export.latex_text import latex_text

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_laws import TEMPERATURE_RANGE
-from ehl.io.errors import InputError
 from regression.export import record
 from regression.export.data_functions import (
     DataFunction,

@@ -9,8 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError
 from ehl.material import Material, effective_modulus
 from regression.export.printer import ATOM, COMPARE, Printer, description
 from regression.export.program import OUTPUTS, Program

@@ -13,7 +13,7 @@ from typing import cast
 import numpy as np
 import pandas as pd
 
-from ehl.io.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError
 from regression.data.dataset import columns
 from regression.fitting.rows import boundary_friction_of, computed_friction
 from regression.friction.conditions import Array

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ehl.io.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError
 from regression.data.dataset import Dataset, columns
 from regression.fitting.coefficients import FittedForm, fit_form
 from regression.fitting.rows import box_of, computed_friction, fitted_rows

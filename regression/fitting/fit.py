@@ -10,7 +10,7 @@ import math
 import numpy as np
 import pandas as pd
 
-from ehl.io.errors import ConvergenceError, InputError, MixedEhlError
+from ehl.common.errors import ConvergenceError, InputError, MixedEhlError
 from regression import __version__
 from regression.data.dataset import Dataset, columns
 from regression.fitting.coefficients import fit_form

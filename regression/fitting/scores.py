@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ehl.io.numbers import finite_or_none
+from ehl.common.numbers import finite_or_none
 from regression.fitting.noise import BANDS, band_noise
 from regression.fitting.rows import computed_friction
 from regression.friction.conditions import Array

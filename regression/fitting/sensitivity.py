@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError
 from ehl.material import Material, effective_modulus
 from ehl.state import ContactState
 from regression.friction.conditions import Array, conditions_of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ehl.io.kernel_compiler import KERNEL, kernel
+from ehl.compile.compiler import KERNEL, kernel
 
 FARTHEST = 32.0  # k is below 1e-11 there
 

@@ -12,17 +12,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ehl import inputs
+from ehl.common.errors import InputError
+from ehl.common.quantities import si_units
+from ehl.common.units import ValueRange
 from ehl.fluid.density import dowson_higginson_1966
 from ehl.fluid.film_formulas import moes_film
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_laws import Temperature
 from ehl.fluid.rheology import RisingStress
-from ehl.io.errors import InputError
-from ehl.io.units import ValueRange
 from ehl.line_contact import half_width_of_pressure, hertz_load
 from ehl.material import Material, effective_modulus
-from ehl.quantities import si_units
 from ehl.state import ContactState
 
 Array = NDArray[np.float64]

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from ehl.io.errors import InputError
-from ehl.io.files import parse_json, read_text, write_file
-from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel, validate
+from ehl.common.errors import InputError
+from ehl.common.files import parse_json, read_text, write_file
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel, validate
 from regression.friction.conditions import UNITS, Array, Conditions
 from regression.friction.data_cloud import DataCloud, Extrapolation
 from regression.friction.error_tables import Band, Finite, Interval, NoiseFloor, Scores

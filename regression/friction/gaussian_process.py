@@ -20,9 +20,9 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import model_validator
 
-from ehl.io.errors import InputError
-from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel
+from ehl.common.errors import InputError
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel
 from regression.friction.conditions import UNITS, Array, Conditions
 from regression.friction.data_cloud import covering_points
 from regression.friction.groups import GROUPS

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Protocol, cast, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.common.data import data_names
+from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.io.data import data_names
-from ehl.io.errors import InputError
 from ehl.state import ContactState
 from regression.friction.conditions import Array, Conditions, conditions_of, contact_points
 from regression.friction.published_registry import PublishedFormula, evaluate_published, model_label

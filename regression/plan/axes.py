@@ -9,12 +9,12 @@ from typing import Annotated, Any, Literal, Self, get_args
 from pydantic import BeforeValidator, model_validator
 
 from ehl import inputs as case_inputs
+from ehl.common.errors import InputError, near
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel
 from ehl.fluid.lubricant_inputs import PressureViscosity, Stress, Viscosity
 from ehl.fluid.oil_laws import Temperature
 from ehl.inputs import SurfaceInput
-from ehl.io.errors import InputError, near
-from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel
 
 MAX_LEVELS = 1000
 

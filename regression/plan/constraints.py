@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator
 
+from ehl.common.errors import InputError
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel
 from ehl.fluid.oil_laws import TEMPERATURE_RANGE
 from ehl.inputs import LoadPerLength, SlidingSpeed
-from ehl.io.errors import InputError
-from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel
 from ehl.line_contact import half_width_of_pressure, hertz_load
 from ehl.material import Material
 from regression.plan.axes import read_ends, value_range_of

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.common.duration import duration
+from ehl.common.errors import InputError
 from ehl.inputs import ModelInput
-from ehl.io.duration import duration
-from ehl.io.errors import InputError
 from ehl.rough.mixed import roughness_matters
 
 Array = NDArray[np.float64]

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ehl.common.errors import InputError
+from ehl.common.quantities import quantity, si_unit, to_display
+from ehl.common.table import Table
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError
-from ehl.quantities import quantity, si_unit, to_display
 from ehl.state import ContactState
-from ehl.view.table import Table
 from regression.friction.conditions import conditions_of
 from regression.plan.plan import Plan
 

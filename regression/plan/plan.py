@@ -20,18 +20,18 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
 from ehl import inputs as case_inputs
+from ehl.common.data import data_names, data_path
+from ehl.common.errors import InputError
+from ehl.common.files import parse_json, parse_toml
+from ehl.common.table import Table
+from ehl.common.table_reader import Column, read_columns
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel, Name, read_toml, validate
 from ehl.contact import Contact
 from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
 from ehl.inputs import ModelInput, SolidInput, SurfaceInput
-from ehl.io.data import data_names, data_path
-from ehl.io.errors import InputError
-from ehl.io.files import parse_json, parse_toml
-from ehl.io.table_files import Column, read_columns
-from ehl.io.units import ValueRange
-from ehl.io.validation import InputModel, Name, read_toml, validate
 from ehl.material import Material, effective_modulus
 from ehl.surface.finish import default_correlation_length
-from ehl.view.table import Table
 from regression.friction.conditions import LUBRICANT_UNITS, derive, lubricant_columns
 from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, PlanAxis, Variables, levels_of, value_range_of
 from regression.plan.constraints import Constraints, constrained_quantities

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 from regression.plan.axes import PlanAxis
 
 Array = NDArray[np.float64]

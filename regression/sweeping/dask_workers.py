@@ -17,7 +17,7 @@ from itertools import islice
 from typing import Any
 
 from ehl import __version__
-from ehl.io.errors import InputError, MixedEhlError
+from ehl.common.errors import InputError, MixedEhlError
 from regression.sweeping.executors import MAX_CRASHES, Executor, Row, Runner, Task, WorkersCrashed
 from regression.sweeping.workers import cpu_limit, one_thread
 

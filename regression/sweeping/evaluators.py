@@ -8,10 +8,10 @@ from typing import get_args
 
 import numpy as np
 
+from ehl.common.errors import ConvergenceError
 from ehl.contact import Contact
 from ehl.fluid.lubricant_inputs import OilLubricant
 from ehl.inputs import Accuracy
-from ehl.io.errors import ConvergenceError
 from regression.data.row_format import OUTPUT_UNITS, SURFACE_UNITS
 from regression.friction.conditions import UNITS, derive, lubricant_row
 from regression.friction.published_registry import PUBLISHED, evaluate_published

@@ -13,7 +13,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from ehl.io.errors import MixedEhlError
+from ehl.common.errors import MixedEhlError
 from regression.sweeping.workers import cpu_limit, init_worker
 
 # after so many crashes in a row without a finished case, the cases are not the cause

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn
 from rich.progress import Progress as RichProgress
 
-from ehl.io.duration import duration
+from ehl.common.duration import duration
 from regression.sweeping.recorder import Progress
 
 LINE_EVERY = 30.0  # between two lines [s]

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from ehl.common.errors import InputError
 from ehl.contact import Contact
-from ehl.io.errors import InputError
 from regression.data.dataset import Dataset
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import Evaluator, fallback_settings, input_row, solve_outputs

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ehl import SOLVER
-from ehl.io.errors import InputError
-from ehl.io.units import ValueRange
+from ehl.common.errors import InputError
+from ehl.common.units import ValueRange
 from ehl.warmup import prepare_workers
 from regression.data.dataset import Dataset, RunStatus, load_dataset, merge_compressed, results_path, run_status
 from regression.data.store import merge, read_run

@@ -6,7 +6,7 @@ import re
 import shlex
 from collections.abc import Mapping, Sequence
 
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 from regression.plan.cost import MAX_JOBS
 
 MAX_TASKS = 10_000

@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 
 from ehl import SOLVER
+from ehl.common.duration import duration
+from ehl.common.errors import InputError
+from ehl.common.files import make_folder
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil
-from ehl.io.duration import duration
-from ehl.io.errors import InputError
-from ehl.io.files import make_folder
 from regression.data.row_format import TEXT_WIDTHS
 from regression.data.store import CaseStatus, ResultStore, rows_of_other_files
 from regression.friction.oil_cards import card_hash, cards_hash

@@ -14,8 +14,8 @@ from functools import cache
 from types import FrameType
 from typing import Any
 
+from ehl.common.errors import ConvergenceError
 from ehl.contact import Contact
-from ehl.io.errors import ConvergenceError
 from regression.sweeping.evaluators import FINAL_REASONS, Evaluator, fallback_settings, input_row
 
 TIME_CAP = "time_cap"

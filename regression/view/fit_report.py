@@ -13,11 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl import __version__
-from ehl.fluid.oil import Oil
-from ehl.io.duration import duration
-from ehl.io.errors import InputError
-from ehl.quantities import format_number, quantities
-from ehl.view.html_report import (
+from ehl.common.duration import duration
+from ehl.common.errors import InputError
+from ehl.common.html_report import (
     Answer,
     Beside,
     Block,
@@ -30,9 +28,11 @@ from ehl.view.html_report import (
     Text,
     write_report,
 )
-from ehl.view.html_report import Formula as FormulaBlock
-from ehl.view.notes import GRADES, Note
-from ehl.view.table import Column, Table
+from ehl.common.html_report import Formula as FormulaBlock
+from ehl.common.notes import GRADES, Note
+from ehl.common.quantities import format_number, quantities
+from ehl.common.table import Column, Table
+from ehl.fluid.oil import Oil
 from regression.data.dataset import Dataset, columns
 from regression.fitting.cross_validation import process_factors
 from regression.fitting.rows import computed_friction, fitted_rows

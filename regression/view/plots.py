@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ehl.quantities import quantity, typeset_units
-from ehl.view.plots import BLUE, GREY, ORANGE
+from ehl.common.figures import BLUE, GREY, ORANGE
+from ehl.common.quantities import quantity, typeset_units
 from regression.data.dataset import Dataset, columns
 from regression.fitting.cross_validation import held_out_friction
 from regression.fitting.noise import BANDS

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ehl.common.figures import GREY
+from ehl.common.quantities import axis_label, quantity, to_display, typeset_units
 from ehl.fluid.oil import Oil
-from ehl.quantities import axis_label, quantity, to_display, typeset_units
 from ehl.state import ContactState
-from ehl.view.plots import GREY
 from regression.data.dataset import Dataset
 from regression.fitting.rows import fitted_rows
 from regression.friction.conditions import Array, Conditions, conditions_of

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from ehl.quantities import Quantity, quantities
-from ehl.view.table import Column, Table
+from ehl.common.quantities import Quantity, quantities
+from ehl.common.table import Column, Table
 
 if TYPE_CHECKING:
     from regression.friction.error_tables import Band, Scores

@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("ehl", "regression", "efficiency")
-CONSOLE = "ehl.console"  # progress bars, options in errors, JSON: what all command lines share
+CONSOLE = "ehl.common.console"  # progress bars, options in errors, JSON: what all command lines share
 OUTSIDE = {"typer", "rich", *sys.stdlib_module_names}
 MODULES = sorted(
     module
@@ -52,12 +52,12 @@ def test_command_line_imports_public_names_only(module: Path) -> None:
 
 
 def test_rule_finds_what_reaches_past() -> None:
-    code = "from ehl.view.plots import save_figure\ndef f():\n    import regression.formula\n    ehl.heat"
+    code = "from ehl.common.figures import save_figure\ndef f():\n    import regression.formula\n    ehl.heat"
     assert {name for name in names_used(ast.parse(code)) if not allowed(name)} == {
-        "ehl.view.plots.save_figure",
+        "ehl.common.figures.save_figure",
         "regression.formula",
         "ehl.heat",
     }
     assert allowed("ehl.Contact")
-    assert allowed("ehl.console.print_json")
+    assert allowed("ehl.common.console.print_json")
     assert not allowed("numpy")

@@ -87,7 +87,7 @@ def test_package_imports_only_downwards(package: str) -> None:
 
 def test_no_module_of_a_name_that_says_nothing() -> None:
     stems = {module.stem for package in FORBIDDEN for module in (ROOT / package).rglob("*.py")}
-    assert not stems & {"utils", "common", "helpers", "core"}
+    assert not stems & {"utils", "helpers", "core"}
 
 
 def test_tests_hold_no_packages() -> None:

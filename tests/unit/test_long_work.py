@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 import regression
-from ehl import console
-from ehl.console import FIRST_WORD, WORD_EVERY, Pulse, progress, working
-from ehl.io.telling import listening, tell
+from ehl.common import console
+from ehl.common.console import FIRST_WORD, WORD_EVERY, Pulse, progress, working
+from ehl.common.progress import listening, tell
 
 Cli = Callable[..., Any]
 

@@ -11,20 +11,20 @@ import pytest
 from pydantic import BaseModel
 
 from efficiency.blanks.inputs import PairBlankInput
+from efficiency.conditions.loss_map import LossPoint
 from efficiency.design.design import Design
 from efficiency.geometry.misalignment import MisalignmentPoint, MisalignmentStudy
 from efficiency.geometry.pair_geometry import FlankSummary, PairGeometry, SideGeometry
-from efficiency.loss.axle_test import AxleTestRow
 from efficiency.loss.compare import Comparison, ComparisonRow
 from efficiency.loss.efficiency_result import EfficiencyResult
-from efficiency.loss.loss_map import LossPoint
+from efficiency.machine_settings.inputs import SettingsInput
 from efficiency.studies.parameter_study import Study, StudyPoint
-from efficiency.synthesis.inputs import SettingsInput
+from efficiency.vehicle.axle_test import AxleTestRow
+from ehl.common.quantities import nomenclature, quantities
 from ehl.contact import Contact
-from ehl.contact_result import ContactResult
 from ehl.fluid.oil import Oil
 from ehl.material import Material
-from ehl.quantities import nomenclature, quantities
+from ehl.result import ContactResult
 from ehl.state import ContactState
 from regression.calibration.calibrate import Calibration, ParameterEstimate
 from regression.calibration.measurement import COLUMNS
@@ -79,7 +79,9 @@ def test_every_column_is_listed() -> None:
 
 
 def test_page_is_made_from_the_table() -> None:
-    assert PAGE.read_text(encoding="utf-8") == nomenclature() + "\n", "python -m ehl.quantities > docs/nomenclature.md"
+    assert PAGE.read_text(encoding="utf-8") == nomenclature() + "\n", (
+        "python -m ehl.common.quantities > docs/nomenclature.md"
+    )
 
 
 def test_units_of_dataset_columns_are_those_of_the_table() -> None:

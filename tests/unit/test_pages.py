@@ -28,9 +28,9 @@ import ehl
 import regression
 from efficiency.cli import app
 from efficiency.design.design import Design
-from efficiency.synthesis.inputs import load_targets
-from ehl.io.data import shipped
-from ehl.io.validation import validate
+from efficiency.machine_settings.inputs import load_targets
+from ehl.common.data import shipped
+from ehl.common.validation import validate
 from regression.calibration.setup import load_setup
 from regression.friction.published_registry import PUBLISHED
 

@@ -15,7 +15,7 @@ from small_plans import GEAR_VARIABLES
 import efficiency
 import ehl
 import regression
-from ehl.io.validation import validate
+from ehl.common.validation import validate
 
 LIMIT = 1500  # characters
 

@@ -23,14 +23,14 @@ from matplotlib.figure import Figure
 import efficiency.cli
 import ehl
 import regression
+from ehl.common.errors import InputError
+from ehl.common.figures import save_figure
+from ehl.common.files import MAX_BYTES, MAX_DEPTH, parse_json, parse_toml, read_text
+from ehl.common.html_report import figure_svg
+from ehl.common.table import Table, write_csv
+from ehl.common.table_reader import MAX_CELLS, MAX_ROWS, harmless, read_table
+from ehl.common.units import ValueRange, parse_quantity
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError
-from ehl.io.files import MAX_BYTES, MAX_DEPTH, parse_json, parse_toml, read_text
-from ehl.io.table_files import MAX_CELLS, MAX_ROWS, harmless, read_table
-from ehl.io.units import ValueRange, parse_quantity
-from ehl.view.html_report import figure_svg
-from ehl.view.plots import save_figure
-from ehl.view.table import Table, write_csv
 from regression.data.store import MAX_ROWS as MAX_STORED
 from regression.data.store import read_file
 from regression.plan.cost import checked_jobs
@@ -254,7 +254,7 @@ def test_a_truncated_sheet_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_workbook_that_unpacks_without_end_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ehl.io.table_files.MAX_UNPACKED", 5000)
+    monkeypatch.setattr("ehl.common.table_reader.MAX_UNPACKED", 5000)
     with pytest.raises(InputError, match="at most 5000 are read"):
         read_table(workbook(tmp_path / "bomb.xlsx"), TORQUES)
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import llvmlite.binding as llvm
 import pytest
 
-from ehl.io.carried_kernels import FEATURES
+from ehl.compile.carried import FEATURES
 
 ROOT = Path(__file__).resolve().parents[2]
 

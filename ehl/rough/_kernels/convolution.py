@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from numba import njit
 
-from ehl.io.kernel_compiler import kernel
+from ehl.compile.compiler import kernel
 from ehl.rough._kernels.elasticity import INTERNAL, PUBLIC
 
 

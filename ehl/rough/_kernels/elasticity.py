@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ehl.io.kernel_compiler import INTERNAL_KERNEL, KERNEL, kernel
+from ehl.compile.compiler import INTERNAL_KERNEL, KERNEL, kernel
 from ehl.rough._kernels.quad import four, part, total
 
 FLAGS = {"reassoc", "contract", "arcp", "nsz"}

@@ -10,7 +10,7 @@ import math
 from numba import types
 from numba.extending import intrinsic
 
-from ehl.io.kernel_compiler import kernel
+from ehl.compile.compiler import kernel
 from ehl.rough._kernels.elasticity import PUBLIC
 
 LOG2_E = 1.4426950408889634

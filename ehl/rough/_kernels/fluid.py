@@ -10,9 +10,9 @@ import math
 
 from numba import njit
 
+from ehl.compile.compiler import kernel
 from ehl.fluid._kernels import inlet_laws, limited_stress, log_mobility, stress_after, stress_scale
 from ehl.fluid.rheology import NEWTONIAN
-from ehl.io.kernel_compiler import kernel
 from ehl.rough._kernels.elasticity import INTERNAL, PUBLIC
 from ehl.rough._kernels.elementary import exp, log
 

@@ -6,8 +6,8 @@ import math
 
 from numba import njit
 
+from ehl.compile.compiler import kernel
 from ehl.fluid._kernels import inlet_laws
-from ehl.io.kernel_compiler import kernel
 from ehl.rough._kernels.elasticity import INTERNAL, PUBLIC
 from ehl.rough._kernels.quasi_separable import FLUID
 from ehl.rough._kernels.records import AGE, CAPPED, RIGID_APPROACH, RIGID_APPROACH_OLD

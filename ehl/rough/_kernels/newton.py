@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from numba import njit
 
-from ehl.io.kernel_compiler import kernel
+from ehl.compile.compiler import kernel
 from ehl.rough._kernels.elasticity import INTERNAL, PUBLIC, exponential_product
 from ehl.rough._kernels.fluid import density_rows, fluidity_rows
 from ehl.rough._kernels.quasi_separable import CONTACT, FLUID, factor_and_solve

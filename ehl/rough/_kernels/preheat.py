@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ehl.io.kernel_compiler import kernel
+from ehl.compile.compiler import kernel
 from ehl.rough._kernels.elasticity import PUBLIC
 from ehl.rough._kernels.heat import recall_surfaces, store_fluxes
 

@@ -15,7 +15,7 @@ from numba.core.typing.templates import ConcreteTemplate, infer_global, signatur
 from numba.extending import intrinsic, lower_builtin, models, register_model
 from numba.np.arrayobj import make_array
 
-from ehl.io.kernel_compiler import INTERNAL_KERNEL
+from ehl.compile.compiler import INTERNAL_KERNEL
 
 LANES = 4
 VECTOR = ir.VectorType(ir.DoubleType(), LANES)

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from numba import njit
 
-from ehl.io.kernel_compiler import kernel
+from ehl.compile.compiler import kernel
 from ehl.rough._kernels.elasticity import INTERNAL, PUBLIC
 from ehl.rough._kernels.quad import four, lane, load, store, total, totals
 

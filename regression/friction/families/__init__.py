@@ -7,7 +7,7 @@ does not depend on the sign of the sliding.
 
 from __future__ import annotations
 
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 from regression.friction.families.family import Family
 from regression.friction.families.film_regimes import REGIMES
 from regression.friction.families.load_share import LOAD_SHARE, load_share_parts

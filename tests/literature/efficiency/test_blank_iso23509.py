@@ -25,8 +25,8 @@ from efficiency.blanks.tangency import PitchCones
 from efficiency.contact.gear_flanks import GearFlanks
 from efficiency.contact.tooth_grid import gear_thickness
 from efficiency.cutting.limits import flank_limits
-from efficiency.synthesis.gear import cut_gear, pair_dimensions
-from ehl.io.data import data_path
+from efficiency.machine_settings.gear import cut_gear, pair_dimensions
+from ehl.common.data import data_path
 
 REFERENCE: dict[str, Any] = json.loads(data_path("reference", "iso23509_samples.json").read_text(encoding="utf-8"))
 

@@ -15,7 +15,7 @@ from efficiency.loss.closed_form import (
     spiral_bevel_loss_factor,
 )
 from efficiency.loss.kinematics import Driver
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 DRIVERS: tuple[Driver, ...] = ("pinion", "gear")
 # a_n, b1, b2, d1, d2 [deg], dm1, dm2, m_mn [mm] of the printed blanks; profile contact ratio of the rating

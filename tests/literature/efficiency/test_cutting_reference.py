@@ -15,7 +15,7 @@ from efficiency.cutting.cutter import Blade
 from efficiency.cutting.flank import CutFlank, index_start
 from efficiency.cutting.limits import flank_limits, mutilation, slot_angle
 from efficiency.cutting.machine import MachineSettings
-from ehl.io.data import data_path
+from ehl.common.data import data_path
 
 MM, INCH = 1e-3, 25.4e-3
 REFERENCE: dict[str, Any] = json.loads(data_path("reference", "gear_cutting.json").read_text(encoding="utf-8"))

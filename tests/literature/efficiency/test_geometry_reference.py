@@ -23,7 +23,7 @@ from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import MachineSettings
 from efficiency.cutting.rotation import turn
 from efficiency.design.design import Design, load_design
-from ehl.io.data import data_path
+from ehl.common.data import data_path
 
 MM, ARCSEC = 1e-3, np.pi / (180.0 * 3600.0)
 REFERENCE: dict[str, Any] = json.loads(data_path("reference", "gear_geometry.json").read_text(encoding="utf-8"))

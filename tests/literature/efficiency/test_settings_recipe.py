@@ -19,12 +19,20 @@ from efficiency.contact.transmission import transmission
 from efficiency.cutting.cutter import FLANK_SIDES, Blade, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import MachineSettings
-from efficiency.synthesis.conjugate import conjugate_start, fit_grid, opposite
-from efficiency.synthesis.fit import Parameter, TargetFlank, fit, measure
-from efficiency.synthesis.free_settings import ANGLE, CURVATURE, PHASE, RADIAL, RADIUS, free_settings, tilt_and_swivel
-from efficiency.synthesis.gear import cut_gear, pair_dimensions
-from efficiency.synthesis.inputs import FlankTarget, load_targets
-from efficiency.synthesis.target_flank import target_flank, target_relief
+from efficiency.machine_settings.conjugate import conjugate_start, fit_grid, opposite
+from efficiency.machine_settings.fit import Parameter, TargetFlank, fit, measure
+from efficiency.machine_settings.free_settings import (
+    ANGLE,
+    CURVATURE,
+    PHASE,
+    RADIAL,
+    RADIUS,
+    free_settings,
+    tilt_and_swivel,
+)
+from efficiency.machine_settings.gear import cut_gear, pair_dimensions
+from efficiency.machine_settings.inputs import FlankTarget, load_targets
+from efficiency.machine_settings.target_flank import target_flank, target_relief
 
 MM, DEG = 1e-3, np.pi / 180.0
 TARGET = FlankTarget()

@@ -9,13 +9,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from ehl.common.data import data_path
 from ehl.fluid.film_formulas import (
     dowson_higginson_1968,
     moes_1992,
     pan_hamrock_1989_central,
     pan_hamrock_1989_minimum,
 )
-from ehl.io.data import data_path
 
 CASES = json.loads(data_path("reference", "ehl_smooth_cases.json").read_text(encoding="utf-8"))["cases"]
 COMPRESSIBLE = [case for case in CASES if case["inputs"]["density"] == "dowson-higginson"]

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ehl.common.data import data_names, data_path
+from ehl.common.errors import InputError
+from ehl.common.units import KELVIN
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_family import OIL_FAMILIES, generic_card, generic_name
-from ehl.io.data import data_names, data_path
-from ehl.io.errors import InputError
-from ehl.io.units import KELVIN
 
 
 def rows(name: str) -> dict[str, dict[str, Any]]:

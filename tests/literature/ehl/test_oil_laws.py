@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ehl.common.units import KELVIN
 from ehl.fluid.density import density_at, dowson_higginson_1966
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_laws import GoldAlpha, ModulusViscosity, TabulatedAlpha
 from ehl.fluid.viscosity import GOLD_COEFFICIENTS, gold_2001, walther_1931, walther_slope
-from ehl.io.units import KELVIN
 from ehl.line_contact import LineContact
 
 ROELANDS = Lubricant(0.02, 18e-9, viscosity_law="roelands")

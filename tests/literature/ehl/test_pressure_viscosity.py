@@ -9,6 +9,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from ehl.common.data import data_names
+from ehl.common.errors import InputError
+from ehl.common.units import KELVIN
+from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.fluid import oil_alpha
 from ehl.fluid.density import Murnaghan, Tait
@@ -18,10 +22,6 @@ from ehl.fluid.oil_laws import GoldAlpha
 from ehl.fluid.pressure_viscosity import DEFINITIONS, AlphaDefinition, alpha_of, roelands_slope, solve_constant
 from ehl.fluid.viscosity import AbsoluteLaw, BarusLaw, ModulusLaw, PressureLaw, RelativeLaw, RoelandsLaw, ScaledRise
 from ehl.fluid.yasutomi import Yasutomi
-from ehl.io.data import data_names
-from ehl.io.errors import InputError
-from ehl.io.units import KELVIN
-from ehl.io.validation import validate
 
 # Bair's 80W-90 gear oil and Shell T9 (improved form), 5P4E (original form), squalane (Doolittle with Tait)
 GEAR_OIL = Yasutomi(1e12, -71.70, 210.6, 0.455e-9, 7.606e-9, -0.4193, 16.372, 29.99)

@@ -10,8 +10,8 @@ import json
 
 import pytest
 
+from ehl.common.data import data_path
 from ehl.fluid.lubricant import Lubricant
-from ehl.io.data import data_path
 from ehl.line_contact import LineContact
 from ehl.smooth import solve_steady
 

@@ -20,10 +20,10 @@ import efficiency
 from efficiency.app.charts import efficiency_map, losses, tooth
 from efficiency.app.scene import Bench, Scene, changed
 from efficiency.cli import app
-from ehl.io.data import data_path
-from ehl.io.errors import InputError
-from ehl.io.files import toml_text
-from ehl.io.validation import read_toml
+from ehl.common.data import data_path
+from ehl.common.errors import InputError
+from ehl.common.files import toml_text
+from ehl.common.validation import read_toml
 from regression.friction.published_registry import model_label
 
 PAIR = "fm_spiral_bevel_14x39_relieved"

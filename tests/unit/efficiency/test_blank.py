@@ -22,9 +22,9 @@ from efficiency.blanks.pitch_cones import pitch_cones
 from efficiency.blanks.proportions import recommended_addendum_factor, recommended_thickness_factor
 from efficiency.blanks.virtual_gears import VirtualGears
 from efficiency.design.design import BlankInput
-from ehl.io.data import data_names, data_path
-from ehl.io.errors import InputError
-from ehl.io.validation import read_toml, validate
+from ehl.common.data import data_names, data_path
+from ehl.common.errors import InputError
+from ehl.common.validation import read_toml, validate
 
 Cli = Callable[..., Any]
 ROOT = Path(__file__).resolve().parents[3]

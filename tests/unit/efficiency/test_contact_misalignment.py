@@ -12,7 +12,7 @@ from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.transmission import contact_path
 from efficiency.design.design import load_design
 from efficiency.geometry.misalignment import MisalignmentStudy, misalignment_study
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 BEVEL = "fm_spiral_bevel_14x39"
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import Akima1DInterpolator, CubicSpline
 
-from efficiency.contact.patch import akima_curve, cubic_spline
+from efficiency.contact.chebyshev import akima_curve, cubic_spline
 
 
 @pytest.mark.parametrize("count", [5, 7, 15])

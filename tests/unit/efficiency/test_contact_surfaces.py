@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from efficiency.contact.chebyshev import Patch
 from efficiency.contact.conjugate import ConjugateFlank, EaseOffTarget, conjugate_flank, read_ease_off_map
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.grid_flank import grid_flank, read_point_grid
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
-from efficiency.contact.patch import Patch
 from efficiency.contact.transmission import transmission
 from efficiency.cutting import newton
 from efficiency.design.design import Design, load_design
 from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 ARCSEC = np.pi / (180.0 * 3600.0)
 BEVEL, HYPOID = "fm_spiral_bevel_14x39", "fh_hypoid_9x34"
@@ -197,7 +197,7 @@ def test_points_alone_make_a_flank(tmp_path: Path) -> None:
 
 
 def design_file(folder: Path, old: str, new: str) -> Path:
-    from ehl.io.data import data_path
+    from ehl.common.data import data_path
 
     text = data_path("designs", f"{BEVEL}.toml").read_text(encoding="utf-8")
     start = text.index(old)

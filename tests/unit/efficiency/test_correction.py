@@ -13,13 +13,13 @@ import pytest
 from efficiency.contact.conjugate import read_ease_off_map
 from efficiency.cutting.flank import CutFlank
 from efficiency.design.design import load_design
+from efficiency.machine_settings.correction import machine_corrections
+from efficiency.machine_settings.inputs import FlankTarget
+from efficiency.machine_settings.target_flank import target_relief
 from efficiency.output.files import export_ease_off
 from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
-from efficiency.synthesis.correction import machine_corrections
-from efficiency.synthesis.inputs import FlankTarget
-from efficiency.synthesis.target_flank import target_relief
-from ehl.io.errors import InputError
-from ehl.io.validation import validate
+from ehl.common.errors import InputError
+from ehl.common.validation import validate
 
 BEVEL, HOBBED = "fm_spiral_bevel_14x39", "fh_hypoid_9x34_offset_10"
 

@@ -12,8 +12,8 @@ from efficiency.contact.grid_flank import GridFlank
 from efficiency.cutting.flank import CutFlank, Flank
 from efficiency.design.design import Design, load_design
 from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
-from ehl.io.data import data_path
-from ehl.io.errors import InputError
+from ehl.common.data import data_path
+from ehl.common.errors import InputError
 
 SHIPPED = data_path("designs", "fm_spiral_bevel_14x39.toml").read_text(encoding="utf-8")
 HEAD, _, _GEAR_CUT = SHIPPED.partition("[gear.concave.cutter]")

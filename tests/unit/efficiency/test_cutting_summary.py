@@ -11,7 +11,7 @@ import pytest
 from efficiency.cutting.summary import parse_summary, read_summary
 from efficiency.design.design import MemberInput
 from efficiency.design.flank_input import FaceMillingCutter, GeneratedMachine
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 # gear of the Gleason sheet 74782608 (meshingwithgears.com/cpchyp16.html), typed off as an operator would
 SHEET = """

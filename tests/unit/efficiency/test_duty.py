@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from efficiency.conditions.duty import DutyRow, read_duty
 from efficiency.design.design import load_design
-from efficiency.loss.duty import DutyRow, read_duty
 from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from efficiency.pair import GearPair
+from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError
 from regression.formula import friction_model
 from regression.plan.plan import Plan
 

@@ -11,9 +11,9 @@ import pytest
 
 from efficiency.loss import ehl_friction as module
 from efficiency.loss.ehl_friction import EhlFriction, ehl_friction
+from ehl.common.errors import InputError
+from ehl.common.progress import listening
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError
-from ehl.io.telling import listening
 from ehl.line_contact import LineContact
 from ehl.state import ContactState
 from regression.friction.models import FrictionFlag, FrictionModel

@@ -8,8 +8,8 @@ import pytest
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.tooth_grid import tooth_shapes
 from efficiency.design.design import Design, load_design
-from ehl.io.data import data_path
-from ehl.io.errors import ConvergenceError, InputError
+from ehl.common.data import data_path
+from ehl.common.errors import ConvergenceError, InputError
 
 TEXT = data_path("designs", "fm_spiral_bevel_14x39.toml").read_text(encoding="utf-8")
 

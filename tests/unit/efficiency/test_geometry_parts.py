@@ -12,14 +12,14 @@ from hypothesis import strategies as st
 
 from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import Assembly
+from efficiency.contact.chebyshev import Patch
 from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.flank_pair import FlankPair, flank_pair
-from efficiency.contact.patch import Patch
 from efficiency.contact.tooth_grid import tooth_shapes
 from efficiency.cutting import newton
 from efficiency.cutting.rotation import turn
 from efficiency.design.design import load_design
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 BLANK = Blank(39, np.radians(70.2532), 0.081273, 0.0254, 0.001591, 0.005639, np.radians(2.1342), np.radians(6.4934))
 

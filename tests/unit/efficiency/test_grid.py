@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 
 import efficiency.pair
+from efficiency.conditions.duty import DutyRow
+from efficiency.conditions.grid import solve_grid
 from efficiency.design.design import load_design
-from efficiency.loss.duty import DutyRow
 from efficiency.loss.efficiency import load_grids, solve_balanced
-from efficiency.loss.grid import solve_grid
 from efficiency.loss.kinematics import Operation
 from efficiency.output.tables import map_table
 from efficiency.pair import GearPair, Mesh
+from ehl.common.errors import ConvergenceError, InputError
 from ehl.fluid.oil import Oil
-from ehl.io.errors import ConvergenceError, InputError
 from regression.formula import friction_model
 
 DESIGN = load_design("fm_spiral_bevel_14x39")

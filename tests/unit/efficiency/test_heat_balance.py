@@ -26,8 +26,8 @@ from efficiency.loss.heat_balance import (
 )
 from efficiency.loss.kinematics import Operation
 from efficiency.pair import GearPair
-from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.validation import validate
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.validation import validate
 from ehl.state import ContactState
 from regression.formula import friction_model
 

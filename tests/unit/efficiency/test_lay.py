@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import efficiency
-from efficiency.contact.lay import tangent_angle, undirected
+from efficiency.contact.surface_lay import tangent_angle, undirected
 from efficiency.cutting.rotation import turn
 from efficiency.design.design import Design
 from efficiency.loss.kinematics import Operation
-from ehl.io.errors import InputError
-from ehl.io.validation import validate
+from ehl.common.errors import InputError
+from ehl.common.validation import validate
 from ehl.surface.finish import Finish, lay_seen
 
 

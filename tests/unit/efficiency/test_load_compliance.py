@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from efficiency.contact.tooth_grid import ToothShape
 from efficiency.ltca.local_compliance import LocalCompliance, weber_local
 from efficiency.ltca.plate import CantileverPlate, PlateTooth
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 from ehl.material import Material, effective_modulus
 
 STEEL = Material.load("steel")

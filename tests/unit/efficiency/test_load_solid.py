@@ -11,13 +11,13 @@ import pytest
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.design.design import BACKUP_RATIO, BodyInput, Design, load_design
 from efficiency.ltca.load_distribution import TeethElasticity
-from efficiency.ltca.ring import ring_response
+from efficiency.ltca.rim_compliance import ring_response
 from efficiency.ltca.ritz_solid import Orders, RitzSolid, ritz_solid
 from efficiency.ltca.shape_functions import hierarchic_functions, lagrange_polynomials, lobatto_nodes
 from efficiency.ltca.solid_tooth import solid_tooth
 from efficiency.ltca.teeth import elastic_teeth
 from efficiency.ltca.tooth_cell import tooth_cell
-from ehl.io.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError
 from ehl.material import Material
 
 STEEL = Material.load("steel")

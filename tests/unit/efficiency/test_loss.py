@@ -29,9 +29,9 @@ from efficiency.output.plots_load import (
     plot_transmission_error,
 )
 from efficiency.pair import GearPair
+from ehl.common.data import data_path
+from ehl.common.errors import ConvergenceError, InputError
 from ehl.fluid.oil import Oil
-from ehl.io.data import data_path
-from ehl.io.errors import ConvergenceError, InputError
 from ehl.state import ContactState
 from ehl.uncertainty.spread import UncertaintyInput
 from regression.formula import Formula

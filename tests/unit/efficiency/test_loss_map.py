@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from efficiency.conditions.loss_map import VECTO_HEAD, LossMap
 from efficiency.loss.axle import SimpleAxleLosses, read_axle_losses
-from efficiency.loss.axle_test import AxleTest, axle_test_points, power_loss_40cfr1037, solve_axle_test
-from efficiency.loss.loss_map import VECTO_HEAD, LossMap
 from efficiency.pair import GearPair
-from ehl.io.errors import ConvergenceError, InputError
+from efficiency.vehicle.axle_test import AxleTest, axle_test_points, power_loss_40cfr1037, solve_axle_test
+from ehl.common.errors import ConvergenceError, InputError
 
 DESIGN, GRID = "fm_spiral_bevel_14x39", (4, 9)
 AXLE = SimpleAxleLosses(drag=1.5, load_share=0.005)

@@ -16,7 +16,7 @@ from efficiency.contact.measured_flank import MeasuredFlank, measured_flank
 from efficiency.cutting.flank import Flank
 from efficiency.design.design import Design, load_design
 from efficiency.output.inspection_grid import InspectionGrid, inspection_grid, write_inspection_grid
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 
 NAME = "fm_spiral_bevel_14x39"
 ARCSEC = np.pi / 648000.0

@@ -13,8 +13,8 @@ import pytest
 import efficiency
 import ehl
 import regression
-from efficiency.loss.duty import read_duty
-from efficiency.synthesis.inputs import load_targets
+from efficiency.conditions.duty import read_duty
+from efficiency.machine_settings.inputs import load_targets
 
 Cli = Callable[..., Any]
 READERS: dict[str, Callable[[Path], Any]] = {

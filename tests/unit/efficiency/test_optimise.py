@@ -16,6 +16,8 @@ import pytest
 from pages import read_page
 
 import efficiency
+from efficiency.machine_settings.design_file import targets_text
+from efficiency.machine_settings.inputs import SettingsInput, load_targets
 from efficiency.optimisation import check, report
 from efficiency.optimisation import optimise as search
 from efficiency.optimisation.check import Correction
@@ -34,12 +36,10 @@ from efficiency.optimisation.problem import (
 from efficiency.optimisation.result import Candidate, Optimisation
 from efficiency.optimisation.surrogate import Processes, first_points, next_points, weights_of
 from efficiency.pair import GearPair, Mesh
-from efficiency.synthesis.design_file import targets_text
-from efficiency.synthesis.inputs import SettingsInput, load_targets
-from ehl.io.data import data_names, data_path
-from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.validation import validate
-from ehl.view.html_report import Pictures
+from ehl.common.data import data_names, data_path
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.html_report import Pictures
+from ehl.common.validation import validate
 from regression.sweeping.executors import WorkersCrashed, cluster
 
 PAIR = "fh_spiral_bevel_12x37"

@@ -16,12 +16,12 @@ from matplotlib.figure import Figure
 from openpyxl import load_workbook
 from pages import read_page
 
+from efficiency.conditions.grid import Grid
 from efficiency.design.design import Design, load_design
 from efficiency.geometry.pair_geometry import geometry_notes
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.efficiency_result import EfficiencyResult
-from efficiency.loss.grid import Grid
 from efficiency.loss.kinematics import Operation
 from efficiency.ltca.mesh_grids import load_grids
 from efficiency.output.flank_map import FlankMap
@@ -46,8 +46,8 @@ from efficiency.output.tables import (
     result_tables,
 )
 from efficiency.pair import Mesh
+from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError
 from regression.formula import friction_model
 
 OIL = Oil.load("75w90")

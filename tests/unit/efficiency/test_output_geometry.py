@@ -24,7 +24,7 @@ from efficiency.output.geometry_tables import contact_table, graded_notes, misal
 from efficiency.output.inspection_grid import FORMAT, inspection_grid, write_inspection_grid
 from efficiency.output.machine_summary import summary_rows, write_summary
 from efficiency.output.plots_geometry import blank_figure
-from ehl.io.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "gear_geometry.sh"
 TOUR = EXAMPLE.parents[1] / "tour.md"

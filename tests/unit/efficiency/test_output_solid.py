@@ -15,8 +15,8 @@ from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import fillet, flank_limits
 from efficiency.design.design import Design, load_design
 from efficiency.output.solid import Solid, member_solid, read_stl, tooth_space_solid, write_stl
-from ehl.io.data import data_names
-from ehl.io.errors import InputError
+from ehl.common.data import data_names
+from ehl.common.errors import InputError
 
 MEMBERS: tuple[Member, ...] = ("pinion", "gear")
 

@@ -16,7 +16,7 @@ from efficiency.design.design import load_design
 from efficiency.output.design_import import design_from_sheet
 from efficiency.output.files import export_grids
 from efficiency.output.machine_summary import sheet_text, write_sheet
-from ehl.io.data import data_names
+from ehl.common.data import data_names
 
 PAIR = "fm_spiral_bevel_14x39"
 Cli = Callable[..., Any]

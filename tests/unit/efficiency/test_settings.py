@@ -12,11 +12,11 @@ import pytest
 
 from efficiency.contact.tooth_grid import tooth_shape
 from efficiency.design.design import load_design
-from efficiency.synthesis.inputs import FlankTarget, SettingsInput, load_targets
-from efficiency.synthesis.solve import machine_settings
-from efficiency.synthesis.target_flank import target_relief
-from ehl.io.data import data_path
-from ehl.io.errors import InputError
+from efficiency.machine_settings.inputs import FlankTarget, SettingsInput, load_targets
+from efficiency.machine_settings.solve import machine_settings
+from efficiency.machine_settings.target_flank import target_relief
+from ehl.common.data import data_path
+from ehl.common.errors import InputError
 
 TEXT = data_path("targets", "fh_hypoid_9x34.toml").read_text(encoding="utf-8")
 

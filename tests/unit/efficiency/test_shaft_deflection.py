@@ -20,9 +20,9 @@ from efficiency.ltca import shaft_deflection
 from efficiency.ltca.mesh_grids import MeshGrids
 from efficiency.ltca.shaft import shaft_compliance
 from efficiency.pair import GearPair, LoadedMesh
-from ehl.io.data import data_path
-from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.validation import validate
+from ehl.common.data import data_path
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.validation import validate
 
 PAIR = "fm_hypoid_13x42_relieved"
 SHAFTS: dict[str, Any] = {

@@ -12,9 +12,9 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
+from efficiency.conditions.duty import DutyRow
 from efficiency.design.design import Design, load_design
 from efficiency.loss import ehl_friction as module
-from efficiency.loss.duty import DutyRow
 from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
 from efficiency.loss.ehl_friction import EhlFriction, ehl_friction
 from efficiency.loss.kinematics import Operation
@@ -22,9 +22,9 @@ from efficiency.loss.regions import friction_along_mesh, loss_by_region
 from efficiency.output.tables import efficiency_table, result_table
 from efficiency.pair import GearPair, Mesh
 from efficiency.studies.parameter_study import Levels, run_study
+from ehl.common.errors import InputError
+from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError
-from ehl.io.validation import validate
 from ehl.line_contact import LineContact
 from ehl.state import ContactState
 from regression.formula import friction_model

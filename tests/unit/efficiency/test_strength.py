@@ -18,7 +18,7 @@ from efficiency.strength.pressure_limits import YIELD_RATIO, shakedown_pressure,
 from efficiency.strength.rating import LocalConditions, rate_strength
 from efficiency.strength.root_section import Outline, arc_outline, solve_section
 from efficiency.strength.root_stress import root_tooth
-from ehl.io.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError
 from ehl.material import Material
 
 

@@ -25,8 +25,8 @@ from efficiency.pair import GearPair, Mesh
 from efficiency.studies.parameter_study import Levels, Study, level_quantity, run_study
 from efficiency.studies.plots import causes_figure, causes_of, designs_figure, influence_figure, study_figures
 from efficiency.studies.report import causes_table, influence_table, section_table, study_tables, write_study
+from ehl.common.errors import ConvergenceError, InputError
 from ehl.fluid.oil import Oil
-from ehl.io.errors import ConvergenceError, InputError
 from regression.formula import friction_model
 
 MODEL = "xu_kahraman_2007"

@@ -17,8 +17,8 @@ from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.uncertainty import LossSample, stand_in
+from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError
 from ehl.state import ContactState
 from ehl.uncertainty.result import score_of
 from ehl.uncertainty.spread import UncertaintyInput
@@ -145,7 +145,7 @@ def test_solved_contacts_ask_the_formula_of_their_oil_and_keep_their_error_apart
 
 
 def test_a_design_file_may_state_its_own_spreads(tmp_path: Path) -> None:
-    from ehl.io.data import data_path
+    from ehl.common.data import data_path
 
     text = data_path("designs", "fm_spiral_bevel_14x39.toml").read_text(encoding="utf-8")
     file = tmp_path / "pair.toml"
@@ -160,7 +160,7 @@ def test_a_design_file_may_state_its_own_spreads(tmp_path: Path) -> None:
 
 
 def test_rows_of_a_duty_cycle_are_wrong_the_same_way() -> None:
-    from efficiency.loss.duty import DutyRow
+    from efficiency.conditions.duty import DutyRow
 
     pair = efficiency.load("fm_spiral_bevel_14x39")
     one = DutyRow(torque=300.0, speed=100.0, temperature_oil=363.15, hours=1.0)

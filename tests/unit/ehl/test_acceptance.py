@@ -13,12 +13,12 @@ from samples import CONTACT
 from samples import PLAIN_OIL as OIL
 from samples import contact_case as case
 
+from ehl.common.errors import InputError
 from ehl.contact import Contact
-from ehl.contact_result import ContactResult, rejection_reason
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import carried_shear_heat
-from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
+from ehl.result import ContactResult, rejection_reason
 from ehl.rough import TransientResult
 from ehl.smooth import solve_steady
 

@@ -15,9 +15,9 @@ import llvmlite.binding as llvm
 import pytest
 from numba import float64, types
 
-from ehl.io import carried_kernels
-from ehl.io.carried_kernels import FEATURES, INDEX, TARGET, carried_kernel, carries, surrounding, why_not, write_carried
-from ehl.io.kernel_cache import missing_on_disk, stamped
+from ehl.compile import carried as carried_kernels
+from ehl.compile.cache import missing_on_disk, stamped
+from ehl.compile.carried import FEATURES, INDEX, TARGET, carried_kernel, carries, surrounding, why_not, write_carried
 from ehl.rough._kernels.elasticity import exponential_product
 
 pytestmark = pytest.mark.skipif(
@@ -29,7 +29,8 @@ ANSWER = """
 import sys
 from pathlib import Path
 import numpy as np
-from ehl.io import carried_kernels, kernel_cache
+from ehl.compile import carried as carried_kernels
+from ehl.compile import cache as kernel_cache
 from ehl.rough._kernels.elasticity import exponential_product as kernel
 if sys.argv[1] == "use":
     carried_kernels.FOLDER = Path(sys.argv[2])

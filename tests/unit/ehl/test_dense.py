@@ -9,8 +9,8 @@ import sys
 import numpy as np
 import pytest
 
+from ehl.compile.compiler import KERNEL, kernel
 from ehl.dense import factored, product, solve_factored
-from ehl.io.kernel_compiler import KERNEL, kernel
 
 SOLVE = """
 from ehl import Contact

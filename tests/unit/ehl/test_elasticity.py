@@ -9,8 +9,8 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import quad
 
+from ehl.common.errors import InputError
 from ehl.elasticity import DeflectionOperator, influence_coefficients
-from ehl.io.errors import InputError
 
 E, STEP = 228e9, 1.3e-6
 

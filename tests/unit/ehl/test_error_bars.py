@@ -12,18 +12,18 @@ import pytest
 from samples import CONTACT, STEEL
 from samples import contact_case as case
 
-from ehl.contact_result import ContactResult, friction_above_limit_temperature
+from ehl.common.errors import ConvergenceError
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.estimate import estimate_thermal_effect
 from ehl.inputs import ModelInput, SurfaceInput
-from ehl.io.errors import ConvergenceError
 from ehl.line_contact import LineContact
+from ehl.result import ContactResult, friction_above_limit_temperature
 from ehl.rough import RoughSurfaces, dry_limit
 from ehl.rough.accuracy import RunPlan
-from ehl.rough.batches import batch_means, neighbour_correlation, paired_error
-from ehl.rough.levels import Levels
+from ehl.rough.averaging import Window, film_jumped, realisation_error
+from ehl.rough.batch_means import batch_means, neighbour_correlation, paired_error
 from ehl.rough.mixed import film_stress_ratio, roughness_effect
-from ehl.rough.window import Window, film_jumped, realisation_error
+from ehl.rough.multilevel import Levels
 from ehl.smooth import estimate, hot_film, solve_steady, thermal
 from ehl.smooth.estimate import extrapolate
 

@@ -9,7 +9,7 @@ import pytest
 from scipy import integrate
 
 import ehl
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 from ehl.surface.finish import (
     STATES,
     Additive,

@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 from scipy import integrate, optimize
 from scipy.stats import qmc
 
+from ehl.common.errors import InputError
 from ehl.fluid.conductivity import PAO, PARAFFINIC, FilmConductivity
 from ehl.fluid.film_formulas import moes_1992
 from ehl.fluid.lubricant import Lubricant
@@ -27,7 +28,6 @@ from ehl.heat import (
     wilson_gupta_1992,
     zhu_cheng_1984,
 )
-from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
 from ehl.material import Material
 

@@ -6,8 +6,8 @@ import pytest
 from matplotlib.figure import Figure
 from pages import read_page
 
-from ehl.io.errors import InputError
-from ehl.view.html_report import (
+from ehl.common.errors import InputError
+from ehl.common.html_report import (
     Answer,
     Beside,
     Folded,
@@ -20,8 +20,8 @@ from ehl.view.html_report import (
     Text,
     write_report,
 )
-from ehl.view.notes import Note, NoteKind, group_notes, notes_table
-from ehl.view.table import Table
+from ehl.common.notes import Note, NoteKind, group_notes, notes_table
+from ehl.common.table import Table
 
 KINDS = (NoteKind("teeth yield", "fault"), NoteKind("edges carry", "warning"), NoteKind("safety", "warning", low=True))
 

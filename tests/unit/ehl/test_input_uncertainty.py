@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
+from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError
 from ehl.surface.finish import Additive, Finish
 from ehl.uncertainty.result import Change, InputUncertainty, combined, score_of
 from ehl.uncertainty.spread import DEFAULT, GROUPS, Spread, UncertaintyInput

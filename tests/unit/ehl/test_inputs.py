@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
+from ehl.common.errors import InputError
+from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
-from ehl.io.errors import InputError
-from ehl.io.validation import validate
 
 BASE: dict[str, Any] = {
     "contact": {

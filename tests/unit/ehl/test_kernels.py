@@ -18,9 +18,9 @@ from numba import njit
 from numba.core.compiler import Flags
 
 from ehl import InputError
-from ehl.io import kernel_cache
-from ehl.io.kernel_cache import KernelCache, announced, missing_on_disk, source_hash
-from ehl.io.kernel_compiler import INTERNAL_KERNEL, KERNEL, Options, kernel
+from ehl.compile import cache as kernel_cache
+from ehl.compile.cache import KernelCache, announced, missing_on_disk, source_hash
+from ehl.compile.compiler import INTERNAL_KERNEL, KERNEL, Options, kernel
 from ehl.rough._kernels.march import march
 from ehl.smooth import _kernels as smooth_kernels
 from ehl.smooth._kernels import newton, residual

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ehl.common.errors import InputError
 from ehl.fluid.load_sharing import LOAD_SHARES, load_sharing
 from ehl.inputs import ModelInput
-from ehl.io.errors import InputError
 
 
 @pytest.mark.parametrize("model", LOAD_SHARES)

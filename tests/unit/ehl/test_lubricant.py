@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ehl.common.data import data_names
+from ehl.common.errors import InputError
+from ehl.common.units import KELVIN
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.viscosity import walther_1931
-from ehl.io.data import data_names
-from ehl.io.errors import InputError
-from ehl.io.units import KELVIN
 from ehl.line_contact import LineContact
 from ehl.material import Material, effective_modulus
 

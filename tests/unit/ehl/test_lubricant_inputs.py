@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ehl.common.errors import InputError
+from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.fluid.conductivity import PAO, PARAFFINIC, FilmConductivity
 from ehl.fluid.lubricant_inputs import DirectLubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.rheology import RisingStress
-from ehl.io.errors import InputError
-from ehl.io.validation import validate
 
 CONTACT = {"radius_equivalent": 0.01, "pressure_hertz": 1e9, "speed_entrainment": 5.0, "slide_to_roll": 0.3}
 NUMBERS = {"viscosity_inlet": 0.01, "pressure_viscosity": 1.5e-8}

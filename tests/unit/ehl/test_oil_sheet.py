@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import ehl
+from ehl.common.data import data_names, data_path
+from ehl.common.units import KELVIN
 from ehl.fluid.oil_sheet import source_points
-from ehl.io.data import data_names, data_path
-from ehl.io.units import KELVIN
 
 Cli = Callable[..., Any]
 

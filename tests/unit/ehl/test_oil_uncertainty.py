@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ehl.common.data import data_names, data_path
+from ehl.common.errors import InputError
+from ehl.common.validation import read_toml, validate
 from ehl.fluid.lookup import law_table
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
-from ehl.io.data import data_names, data_path
-from ehl.io.errors import InputError
-from ehl.io.validation import read_toml, validate
 from regression.friction.oil_cards import card_hash
 
 PRESSURE = np.array([0.0, 0.2e9, 0.8e9, 1.6e9])

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 import ehl
-from ehl import path as module
-from ehl.contact_result import ContactResult
+from ehl import sequence as module
+from ehl.common.errors import InputError
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.inputs import ModelInput, SurfaceInput
-from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
-from ehl.path import solve_path
+from ehl.result import ContactResult
+from ehl.sequence import solve_path
 from ehl.smooth import SteadyResult
 from ehl.state import ContactState
 

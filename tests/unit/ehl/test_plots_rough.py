@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from ehl.common.errors import InputError
+from ehl.common.validation import validate
 from ehl.contact import Contact
-from ehl.contact_result import ContactResult
-from ehl.io.errors import InputError
-from ehl.io.validation import validate
+from ehl.result import ContactResult
 from ehl.view.animation import roll_on
 from ehl.view.rough_plots import running_mean
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ehl.io.units import ARCSEC, KELVIN, UNITS, parse_quantity
-from ehl.quantities import axis_label, format_number, quantities, quantity, si_unit, to_display
+from ehl.common.quantities import axis_label, format_number, quantities, quantity, si_unit, to_display
+from ehl.common.units import ARCSEC, KELVIN, UNITS, parse_quantity
 
 
 def test_entries_are_complete_and_their_display_unit_belongs_to_their_unit() -> None:

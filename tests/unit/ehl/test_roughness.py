@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 from ehl.surface.height_translation import lognormal_kurtosis, translation
 from ehl.surface.roughness import (
     RoughProfile,

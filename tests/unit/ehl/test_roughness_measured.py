@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 from ehl.surface.measured_profile import (
     detrended,
     gaussian_mean_line,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import ehl
-from ehl.io.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError
 from ehl.line_contact import LineContact
 from ehl.rough.dry import solve_dry, uniform_grid
 from ehl.rough.running_in import flattened

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.inputs import SurfaceInput
-from ehl.io.validation import validate
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "contact_rough.toml"
 Cli = Callable[..., Any]

@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
+from ehl.common.errors import InputError
 from ehl.fluid.lubricant import Lubricant
-from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
 from ehl.smooth import FALLBACKS, REASONS, continuation, scaling, solve_steady
 from ehl.smooth.newton import solve_level

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from ehl.view.table import Column, Table, write_csv, write_xlsx
+from ehl.common.table import Column, Table, write_csv, write_xlsx
 
 HOSTILE = [
     "pair [80W]",

@@ -8,7 +8,7 @@ import pytest
 from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces
 from ehl.rough.accuracy import PER_SWEEP, inlet_sweep, make_run_plan
-from ehl.rough.batches import batch_means, paired_error
+from ehl.rough.batch_means import batch_means, paired_error
 
 
 def correlated(rng: np.random.Generator, count: int, length: float) -> np.ndarray:

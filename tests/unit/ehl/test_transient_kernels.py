@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ehl.common.data import data_names
 from ehl.fluid._kernels import inlet_laws
 from ehl.fluid.density import Tait
 from ehl.fluid.free_volume import Doolittle, McEwenPaluch
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.yasutomi import Yasutomi
-from ehl.io.data import data_names
 from ehl.line_contact import LineContact
 from ehl.rough._kernels.elasticity import exponential_product
 from ehl.rough._kernels.elementary import exp, log
@@ -22,8 +22,7 @@ from ehl.rough._kernels.fluid import balanced_shear_row, fluidity_rows, isotherm
 from ehl.rough._kernels.motion import sample_profile
 from ehl.rough._kernels.quasi_separable import MODES, factor_and_solve
 from ehl.rough._kernels.records import FluidityRows, HeatRows
-from ehl.rough.scaling import Units, scaled_fluid
-from ehl.rough.soe import (
+from ehl.rough.exponential_sums import (
     LogConvolution,
     fit_log_kernel,
     fit_root_kernel,
@@ -32,6 +31,7 @@ from ehl.rough.soe import (
     log_kernel,
     range_of,
 )
+from ehl.rough.scaling import Units, scaled_fluid
 
 MODULUS = (3.4e7, 5.0e5, 3.4e-2, 3.0e-5)
 VOGEL: dict[str, dict[str, object]] = {"barus": {}, "roelands": {}, "modulus": {"temperature_constants": (800.0, 95.0)}}

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ehl.common.errors import InputError
 from ehl.fluid.lubricant import Lubricant
-from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces
-from ehl.rough.batches import batch_means, neighbour_correlation
+from ehl.rough.batch_means import batch_means, neighbour_correlation
 from ehl.rough.run import Run
 from ehl.rough.scaling import Settings, build_problem
 from ehl.rough.surfaces import ring, sample_ring

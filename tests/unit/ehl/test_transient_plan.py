@@ -8,19 +8,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.fluid.lubricant import Lubricant
-from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.validation import validate
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces, accuracy, solve_transient
 from ehl.rough._kernels.march import COLUMNS, FILM_MEAN, FILM_MIN
 from ehl.rough.accuracy import BATCH, BUDGET, WORK, RunPlan, make_run_plan, mesh_levels, with_overrides
-from ehl.rough.levels import BUDGETS, Levels
+from ehl.rough.averaging import film_jumped
+from ehl.rough.multilevel import BUDGETS, Levels
 from ehl.rough.run import Run
 from ehl.rough.scaling import Settings, build_problem
-from ehl.rough.window import film_jumped
 from ehl.surface.roughness import RoughProfile, generate_profile
 
 LENGTH = 4.0  # of the mesh [b]

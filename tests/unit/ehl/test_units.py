@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ehl.io.errors import InputError
-from ehl.io.units import UNITS, ValueRange, _registry, parse_quantity
+from ehl.common.errors import InputError
+from ehl.common.units import UNITS, ValueRange, _registry, parse_quantity
 
 
 @pytest.mark.parametrize(

@@ -7,10 +7,10 @@ from pydantic import BaseModel
 
 from efficiency.design.design import Design
 from efficiency.loss.kinematics import OPERATION_LIMITS
+from ehl.common.validation import expected_input, locate_field, value_range_of
 from ehl.contact import Contact
 from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
 from ehl.inputs import ContactInput
-from ehl.io.validation import expected_input, locate_field, value_range_of
 from ehl.material import Material
 from regression.friction.formula import FittedFormula
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 from regression.calibration.measurement import read_measurement
 from regression.calibration.setup import load_setup
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from calibration_stub import OneLineSolver
 
+from ehl.common.quantities import si_unit
 from ehl.fluid.lubricant_inputs import OilLubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_file import write_card
-from ehl.quantities import si_unit
 from regression.calibration import robust
 from regression.calibration.calibrate import Calibration, ParameterEstimate, solver_of
 from regression.calibration.card import calibrated_card, use_lines

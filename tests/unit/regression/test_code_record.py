@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 from scipy.special import erfc, expit
 
+from ehl.common.data import data_names
 from ehl.fluid.oil import Oil
-from ehl.io.data import data_names
 from ehl.state import ContactState
 from regression.export import record
 from regression.export.printer import Printer

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from ehl.io.data import data_path
+from ehl.common.data import data_path
 from regression.fitting.scores import interval_of
 from regression.friction.formula import load_formula
 

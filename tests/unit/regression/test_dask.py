@@ -14,9 +14,9 @@ from pathlib import Path
 import pytest
 from small_plans import sweep_plan
 
+from ehl.common.errors import InputError
+from ehl.common.validation import validate
 from ehl.contact import Contact
-from ehl.io.errors import InputError
-from ehl.io.validation import validate
 from regression.data.dataset import load_dataset
 from regression.plan.plan import Plan
 from regression.sweeping import dask_workers

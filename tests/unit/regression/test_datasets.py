@@ -14,10 +14,10 @@ import pandas as pd
 import pytest
 from small_plans import GEAR_VARIABLES
 
-import ehl.io.data
+import ehl.common.data
 from ehl import SOLVER
-from ehl.io.data import data_path
-from ehl.io.errors import InputError
+from ehl.common.data import data_path
+from ehl.common.errors import InputError
 from regression.data.dataset import FOLDER, dataset_names, dataset_plan, load_dataset, merge_compressed
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs
@@ -41,8 +41,8 @@ def shelf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     plan = Plan.from_file(root / FOLDER / "small.toml")
     sweep_shard(plan, tmp_path / "run", evaluate=ARANA, version="arana_2019", jobs=1)
     merge_compressed(tmp_path / "run", root / FOLDER / "small.h5")
-    monkeypatch.setattr(ehl.io.data, "_CHECKOUT", root)
-    monkeypatch.setattr(ehl.io.data, "_PACKAGED", tmp_path / "nowhere")
+    monkeypatch.setattr(ehl.common.data, "_CHECKOUT", root)
+    monkeypatch.setattr(ehl.common.data, "_PACKAGED", tmp_path / "nowhere")
     return root
 
 

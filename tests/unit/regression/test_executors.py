@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 from small_plans import sweep_plan
 
+from ehl.common.duration import duration
+from ehl.common.errors import ConvergenceError
+from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.inputs import ModelInput
-from ehl.io.duration import duration
-from ehl.io.errors import ConvergenceError
-from ehl.io.validation import validate
 from regression.data.dataset import load_dataset, run_status
 from regression.plan.cost import checked_jobs, contact_seconds
 from regression.plan.plan import Plan

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ehl.common.data import data_path
 from ehl.fluid.oil import Oil
-from ehl.io.data import data_path
 from ehl.state import ContactState
 from regression.fitting.coefficients import fit_coefficients, parts_of
 from regression.friction.conditions import conditions_of

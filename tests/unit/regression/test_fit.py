@@ -10,8 +10,8 @@ import pandas as pd
 import pytest
 from small_plans import gear_plan
 
-from ehl.io.errors import InputError
-from ehl.io.validation import validate
+from ehl.common.errors import InputError
+from ehl.common.validation import validate
 from regression.data.dataset import Dataset, load_dataset
 from regression.fitting import rows as rows_module
 from regression.fitting.coefficients import linear_fit

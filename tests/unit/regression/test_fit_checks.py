@@ -12,9 +12,9 @@ import pandas as pd
 import pytest
 from small_plans import gear_plan
 
+from ehl.common.errors import InputError
+from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError
-from ehl.io.validation import validate
 from ehl.state import ContactState
 from regression.data.dataset import Dataset, columns, load_dataset
 from regression.fitting.cross_validation import fold_numbers, nested_cross_validate

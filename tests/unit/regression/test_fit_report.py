@@ -15,9 +15,9 @@ from matplotlib.figure import Figure
 from pages import read_page
 from small_plans import gear_plan
 
+from ehl.common.errors import InputError
+from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError
-from ehl.io.validation import validate
 from regression.data.dataset import Dataset, load_dataset
 from regression.fitting.fit import fit_formula
 from regression.fitting.rows import fitted_rows, usable_rows

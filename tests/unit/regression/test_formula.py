@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError
 from ehl.state import ContactState
 from regression.data.dataset import columns, load_dataset
 from regression.formula import Formula, friction_model

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
+from ehl.common.data import data_path
+from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.io.data import data_path
-from ehl.io.errors import InputError
 from ehl.state import ContactState
 from regression.friction.conditions import conditions_of
 from regression.friction.formula import FORMULA_SCHEMA, load_formula

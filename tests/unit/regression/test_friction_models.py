@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError
 from ehl.state import ContactState
 from regression.formula import friction_model
 from regression.friction.conditions import UNITS, conditions_of

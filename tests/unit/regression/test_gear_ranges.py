@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError
 from ehl.state import ContactState
 from regression.plan.operating_range import WeightedPoints, operating_range, weighted_quantile
 from regression.plan.plan import Plan

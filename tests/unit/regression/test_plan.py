@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ehl.io.data import data_names
-from ehl.io.errors import InputError
-from ehl.io.validation import validate
+from ehl.common.data import data_names
+from ehl.common.errors import InputError
+from ehl.common.validation import validate
 from regression.friction.conditions import LUBRICANT_UNITS
 from regression.plan.plan import Plan
 from regression.plan.sampling import corner_unit, sobol_unit, to_range

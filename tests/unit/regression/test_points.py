@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ehl.common.errors import InputError
+from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError
-from ehl.io.validation import validate
 from ehl.material import Material
 from regression.friction.conditions import derive, lubricant_row
 from regression.plan.constraints import FLASH_FRICTION, flash_temperature_blok

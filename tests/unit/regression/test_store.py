@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 import pytest
 
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 from regression.data.row_format import NUMBER_UNITS
 from regression.data.store import STORE_SCHEMA, ResultStore, merge, read_file, read_run, rows_of_other_files
 

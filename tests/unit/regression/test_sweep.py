@@ -15,9 +15,9 @@ import h5py
 import pytest
 from small_plans import sweep_plan
 
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.validation import validate
 from ehl.contact import Contact
-from ehl.io.errors import ConvergenceError, InputError
-from ehl.io.validation import validate
 from regression.data.dataset import load_dataset, run_status
 from regression.plan.cost import available_jobs
 from regression.plan.plan import Plan

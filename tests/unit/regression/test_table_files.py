@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from ehl.io.errors import InputError
-from ehl.io.table_files import read_table
+from ehl.common.errors import InputError
+from ehl.common.table_reader import read_table
 from regression.plan.plan import Plan
 
 PLAN = """

@@ -12,7 +12,7 @@ from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.mesh_surface import mesh_surface
 from efficiency.contact.transmission import contact_path
 from efficiency.design.design import Design, load_design
-from ehl.io.data import data_names
+from ehl.common.data import data_names
 
 ARCSEC = np.pi / (180.0 * 3600.0)
 SIDES: tuple[Any, ...] = ("drive", "coast")

@@ -14,9 +14,9 @@ from efficiency.contact.conjugate import EaseOffTarget, conjugate_flank
 from efficiency.contact.ease_off import conjugate_points, relative_regularity
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
 from efficiency.contact.transmission import transmission
-from efficiency.synthesis.gear import cut_gear, pair_dimensions
-from ehl.io.errors import ConvergenceError
-from ehl.io.validation import validate
+from efficiency.machine_settings.gear import cut_gear, pair_dimensions
+from ehl.common.errors import ConvergenceError
+from ehl.common.validation import validate
 
 RELIEF = EaseOffTarget(lengthwise_crowning=40e-6, profile_crowning=12e-6)
 HOBBED: dict[str, Any] = {

@@ -16,7 +16,7 @@ from efficiency.cutting.edge import Relief
 from efficiency.cutting.flank import CutFlank, FlankPoints, index_start
 from efficiency.cutting.machine import MachineSettings
 from efficiency.design.design import load_design
-from ehl.io.errors import ConvergenceError
+from ehl.common.errors import ConvergenceError
 
 DEG = np.pi / 180.0
 

@@ -16,9 +16,9 @@ from efficiency.contact.relief import EdgeRelief, MemberRelief
 from efficiency.design.design import Design, load_design
 from efficiency.design.relief_input import MemberReliefInput
 from efficiency.geometry.pair_geometry import geometry_notes
+from efficiency.machine_settings.inputs import load_targets
 from efficiency.pair import Mesh, elastic_bodies
-from efficiency.synthesis.inputs import load_targets
-from ehl.io.data import data_names, data_path
+from ehl.common.data import data_names, data_path
 
 PAIR = "fm_hypoid_13x42"
 

@@ -19,8 +19,8 @@ from efficiency.loss.kinematics import Axis, Driver, Operation, loaded_points
 from efficiency.ltca.load_distribution import LoadDistribution, PositionLoad, TeethElasticity, distribute_load
 from efficiency.ltca.plate import PlateTooth
 from efficiency.pair import Mesh
+from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError
 from ehl.material import Material
 from ehl.state import ContactState
 from regression.formula import friction_model

@@ -19,8 +19,8 @@ from efficiency.loss.closed_form import (
 from efficiency.loss.efficiency import load_grids, mesh_efficiency, solve_balanced
 from efficiency.loss.kinematics import Operation
 from efficiency.pair import Mesh
+from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError
 from regression.friction.models import ConstantFriction
 
 OIL = Oil.load("75w90")

@@ -10,12 +10,12 @@ from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
 from efficiency.contact.tooth_grid import gear_thickness, pinion_thickness
 from efficiency.cutting.flank import CutFlank
 from efficiency.design.design import load_design
-from efficiency.synthesis.conjugate import fit_grid
-from efficiency.synthesis.gear import pair_dimensions
-from efficiency.synthesis.inputs import load_targets
-from efficiency.synthesis.solve import machine_settings
-from efficiency.synthesis.target_flank import target_relief
-from ehl.io.data import data_names
+from efficiency.machine_settings.conjugate import fit_grid
+from efficiency.machine_settings.gear import pair_dimensions
+from efficiency.machine_settings.inputs import load_targets
+from efficiency.machine_settings.solve import machine_settings
+from efficiency.machine_settings.target_flank import target_relief
+from ehl.common.data import data_names
 
 
 @pytest.mark.parametrize("name", data_names("targets"))

@@ -10,12 +10,12 @@ from efficiency.blanks.pair import pair_blank
 from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
 from efficiency.cutting.cutter import FLANK_SIDES
 from efficiency.cutting.flank import CutFlank
-from efficiency.synthesis.conjugate import conjugate_start, fit_grid
-from efficiency.synthesis.fit import Parameter, RootLine, _derivatives, measure, with_setting
-from efficiency.synthesis.free_settings import free_axis, tilt_and_swivel
-from efficiency.synthesis.gear import PairDimensions, cut_gear, pair_dimensions
-from efficiency.synthesis.generating import generating_screw
-from efficiency.synthesis.target_flank import target_flank
+from efficiency.machine_settings.conjugate import conjugate_start, fit_grid
+from efficiency.machine_settings.fit import Parameter, RootLine, _derivatives, measure, with_setting
+from efficiency.machine_settings.free_settings import free_axis, tilt_and_swivel
+from efficiency.machine_settings.gear import PairDimensions, cut_gear, pair_dimensions
+from efficiency.machine_settings.generating import generating_screw
+from efficiency.machine_settings.target_flank import target_flank
 
 
 def geometry(name: str, generated: bool, left_hand_gear: bool = False) -> PairDimensions:

@@ -21,7 +21,7 @@ from rebuilt_designs import mirror, rebuilt
 from efficiency.design.design import Design, load_design
 from efficiency.design.stiffness_input import StiffnessInput
 from efficiency.pair import GearPair
-from ehl.io.validation import validate
+from ehl.common.validation import validate
 
 NAME, TORQUE = "fm_spiral_bevel_14x39_relieved", 300.0
 NEAR, FAR, RADIAL_NEAR, RADIAL_FAR, AXIAL = 0.12, 0.20, 4e9, 3e9, 2e9

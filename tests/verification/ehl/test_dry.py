@@ -9,8 +9,8 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy import linalg, optimize
 
+from ehl.common.errors import InputError
 from ehl.elasticity import DeflectionOperator
-from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
 from ehl.rough.dry import solve_dry, uniform_grid
 from ehl.surface.roughness import generate_profile

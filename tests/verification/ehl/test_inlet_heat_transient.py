@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import ehl.smooth.thermal
+from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil
-from ehl.io.validation import validate
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces, solve_transient

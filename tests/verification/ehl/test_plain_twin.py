@@ -8,7 +8,7 @@ from plain_twin import PlainTwin, roll
 
 from ehl.rough import RoughSurfaces
 from ehl.rough._kernels.march import FILM_MEAN
-from ehl.rough.window import Window
+from ehl.rough.averaging import Window
 from ehl.smooth import solve_steady
 
 RMS = 0.4e-6

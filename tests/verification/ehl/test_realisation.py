@@ -11,7 +11,7 @@ import pytest
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces, TransientResult, solve_transient
-from ehl.rough.window import net_exchange
+from ehl.rough.averaging import net_exchange
 from ehl.surface.roughness import generate_profile
 
 OIL = Lubricant(0.015, 15e-9, rheology="eyring", eyring_stress=5e6)

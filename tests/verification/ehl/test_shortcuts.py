@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
+from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.fluid.lubricant import Lubricant
-from ehl.io.validation import validate
 from ehl.material import Material
 from ehl.rough import TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET, WORK

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, nnls
 
+from ehl.common.errors import InputError
 from ehl.fluid.lubricant import Lubricant
-from ehl.io.errors import InputError
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough._kernels.march import MU_FLUID, SHARE, STAGE
 from ehl.rough._kernels.newton import UNCONVERGED
+from ehl.rough.exponential_sums import kernel_constant, log_coefficients, range_of
 from ehl.rough.run import Run
 from ehl.rough.scaling import Settings, build_problem
-from ehl.rough.soe import kernel_constant, log_coefficients, range_of
 from ehl.smooth import solve_steady
 from ehl.surface.roughness import RoughProfile, generate_profile
 

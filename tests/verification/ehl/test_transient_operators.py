@@ -9,19 +9,19 @@ import numpy as np
 import pytest
 from mixed_scenes import STEEL, Scene, eyring_oil, friction, gaussian_pair, line, speed_of_film_ratio
 
+from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.fluid.conductivity import FilmConductivity
-from ehl.io.validation import validate
 from ehl.rough import RoughSurfaces
 from ehl.rough._kernels.convolution import exact_product
 from ehl.rough._kernels.march import FILM_MEAN, FLASH_MAX, MU_FLUID, STAGE, TEMPERATURE_MAX
 from ehl.rough._kernels.motion import move_surfaces
 from ehl.rough._kernels.records import RIGID_APPROACH, TRAVEL
 from ehl.rough.accuracy import mesh_length
+from ehl.rough.exponential_sums import LogConvolution, LogTransform
 from ehl.rough.mixed import SmoothFriction, solve_mixed
 from ehl.rough.run import Run
 from ehl.rough.scaling import Settings, build_problem, rough_length
-from ehl.rough.soe import LogConvolution, LogTransform
 from ehl.rough.solve import elastic_error
 from ehl.smooth.thermal import solve_steady_thermal
 

@@ -18,8 +18,8 @@ from calibration_stub import OneLineSolver
 from scipy.stats import binom
 
 import regression.calibration.calibrate as calibrate_module
-from ehl.contact_result import ContactResult
 from ehl.fluid.oil import Oil
+from ehl.result import ContactResult
 from ehl.solve import solve_contact
 from regression.calibration import prediction
 from regression.calibration.calibrate import (

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 from spreadsheet_evaluator import evaluate_cell
 
+from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.io.errors import InputError
 from ehl.state import ContactState
 from regression.export.export import export_formula
 from regression.export.latex_text import equations

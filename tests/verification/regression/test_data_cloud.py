@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 
-from ehl.io.errors import InputError
-from ehl.io.validation import validate
+from ehl.common.errors import InputError
+from ehl.common.validation import validate
 from regression.friction.data_cloud import DataCloud, Extrapolation, covering_points, data_cloud, in_convex_hull
 
 NAMES = ("pressure_hertz", "radius_equivalent", "speed_entrainment")

@@ -7,9 +7,9 @@ import pytest
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import ConstantKernel, Matern
 
-from ehl.io.data import data_path
-from ehl.io.errors import InputError
-from ehl.io.validation import validate
+from ehl.common.data import data_path
+from ehl.common.errors import InputError
+from ehl.common.validation import validate
 from regression.data.dataset import columns, load_dataset
 from regression.fitting.coefficients import fit_form
 from regression.fitting.rows import computed_friction, usable_rows

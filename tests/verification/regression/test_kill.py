@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 from small_plans import GEAR_VARIABLES
 
-from ehl.io.errors import InputError
+from ehl.common.errors import InputError
 from regression.data.dataset import load_dataset, run_status
 from regression.data.store import merge
 from regression.fitting.fit import fit_formula

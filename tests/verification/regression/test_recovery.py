@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from small_plans import gear_plan
 
+from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
-from ehl.io.validation import validate
 from ehl.state import ContactState
 from regression.data.dataset import Dataset, load_dataset
 from regression.fitting.coefficients import Coefficients, fit_coefficients, linear_fit

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from ehl.common.data import data_path
+from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.io.data import data_path
-from ehl.io.errors import InputError
 from regression.fitting.sensitivity import formula_sensitivity, sobol_indices
 from regression.friction.families import FAMILIES
 from regression.friction.formula import load_formula

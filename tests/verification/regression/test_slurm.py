@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from small_plans import GEAR_VARIABLES, sweep_plan
 
-from ehl.io.validation import validate
+from ehl.common.validation import validate
 from regression.data.dataset import load_dataset
 from regression.friction.formula import load_formula
 from regression.plan.plan import Plan

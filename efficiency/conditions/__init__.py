@@ -1,0 +1,1 @@
+"""Efficiency over conditions: grids, loss maps, duty cycles, parameter studies."""

@@ -1,0 +1,336 @@
+"""Duty cycle of a pair: operating points of a file, and the energy into, out of and lost in the mesh over them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from efficiency.conditions.grid import GridPoint, count_reasons
+from efficiency.contact.gear_flanks import Side
+from efficiency.loss.efficiency_result import EfficiencyResult, Output, Presented
+from efficiency.loss.kinematics import OPERATION_LIMITS, Driver
+from ehl.common.errors import InputError
+from ehl.common.numbers import finite_or_none
+from ehl.common.table_reader import read_table
+from ehl.common.units import ValueRange
+from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, combined
+
+if TYPE_CHECKING:
+    import pandas
+
+HOUR = 3600.0
+_MAX_TORQUE, _MAX_SPEED = (float(OPERATION_LIMITS[name].le or 1e6) for name in ("torque", "speed"))
+COLUMNS: dict[str, ValueRange | None] = {
+    "torque": ValueRange("N*m", ge=-_MAX_TORQUE, le=_MAX_TORQUE, hint="Below zero on the coast side."),
+    "speed": ValueRange("rad/s", ge=-_MAX_SPEED, le=_MAX_SPEED, hint="Below zero in reverse."),
+    "temperature": OPERATION_LIMITS["temperature_oil"],
+    "hours": ValueRange("h", ge=0.0),
+}
+
+
+@dataclass(frozen=True)
+class DutyRow:
+    """One operating point of a duty cycle.
+
+    Parameters
+    ----------
+    torque : float
+        Of the pinion [N m]; below zero the coast flanks carry it.
+    speed : float
+        Of the pinion [rad/s]; below zero in reverse.
+    temperature_oil : float
+        [K].
+    hours : float
+        How long it lasts [h].
+    """
+
+    torque: float
+    speed: float
+    temperature_oil: float
+    hours: float
+
+    @property
+    def condition(self) -> dict[str, Any]:
+        """The operating point by the names of `efficiency.conditions.grid.AXES`."""
+        return {
+            "side": self.side,
+            "torque": abs(self.torque),
+            "speed": abs(self.speed),
+            "temperature": self.temperature_oil,
+            "driver": self.driver,
+        }
+
+    @property
+    def side(self) -> Side:
+        """Flanks that carry the torque."""
+        return "drive" if self.torque > 0.0 else "coast"
+
+    @property
+    def driver(self) -> Driver:
+        """Member the power comes from: the pinion where its torque acts in the direction it turns."""
+        return "pinion" if self.torque * self.speed > 0.0 else "gear"
+
+
+def read_duty(path: Path | str) -> tuple[DutyRow, ...]:
+    """A duty cycle: CSV or XLSX with the columns torque, speed, temperature and hours, each with its unit.
+
+    Rows without torque, speed or duration count for nothing.
+
+    Raises
+    ------
+    InputError
+        Naming row and column; or nothing of the duty is left.
+    """
+    path = Path(path)
+    columns = read_table(path, COLUMNS, tuple(COLUMNS), bare=False)
+    rows = [DutyRow(*(float(x) for x in row)) for row in zip(*(columns[name] for name in COLUMNS), strict=True)]
+    loaded = tuple(row for row in rows if row.torque * row.speed != 0.0 and row.hours > 0.0)
+    if not loaded:
+        raise InputError(path.name, f"{len(rows)} rows", "at least one row with torque, speed and hours")
+    return loaded
+
+
+@dataclass(frozen=True)
+class DutyEnergy:
+    """One operating point of the duty cycle.
+
+    Attributes
+    ----------
+    side, driver : str
+        Flanks in contact and the member the power comes from.
+    torque_pinion, speed_pinion, temperature_oil : float
+        Magnitudes [N m], [rad/s]; [K].
+    hours : float
+        Duration [h].
+    efficiency, efficiency_error : float
+        [-].
+    energy_input, energy_output, energy_loss, energy_loss_rolling : float
+        [J]; the rolling loss is not in `energy_loss`.
+    outside_range_share : float
+        Share of the sliding power outside the range of the friction model [-].
+    status, reason : str
+    """
+
+    side: str
+    driver: Driver
+    torque_pinion: float
+    speed_pinion: float
+    temperature_oil: float
+    hours: float
+    efficiency: float
+    efficiency_error: float
+    energy_input: float
+    energy_output: float
+    energy_loss: float
+    energy_loss_rolling: float
+    outside_range_share: float
+    status: str
+    reason: str
+
+
+@dataclass(frozen=True, repr=False)
+class DutyCycle(Presented):
+    """Energies of all rows of a duty cycle.
+
+    Parameters
+    ----------
+    design, friction_model, oil : str
+        What was computed.
+    rows : tuple of DutyEnergy
+        In the order of the file.
+    points : tuple of GridPoint
+        Of the rows, with their results; not in `to_dict`.
+    output : Output, optional
+        Draws, prints and writes it.
+
+    Examples
+    --------
+    >>> import efficiency
+    >>> from efficiency.conditions.duty import DutyRow
+    >>> rows = [DutyRow(torque=300.0, speed=157.0, temperature_oil=363.15, hours=2.0)]
+    >>> cycle = efficiency.load("fm_spiral_bevel_14x39").duty(rows, "constant:0.05", grid=(4, 9))
+    >>> cycle.total("hours")
+    2.0
+    """
+
+    design: str
+    friction_model: str
+    oil: str
+    rows: tuple[DutyEnergy, ...]
+    points: tuple[GridPoint, ...] = field(repr=False, compare=False)
+    output: Output | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def results(self) -> tuple[EfficiencyResult, ...]:
+        """Results of the rows that have one."""
+        return tuple(point.result for point in self.points if point.result is not None)
+
+    def total(self, name: str) -> float:
+        """Sum over all rows: of energy_input, energy_output, energy_loss, energy_loss_rolling [J] or hours [h]."""
+        return math.fsum(getattr(row, name) for row in self.rows)
+
+    @property
+    def efficiency(self) -> float:
+        """Energy out over energy in, all rows together [-]; nan if a row failed."""
+        return self.total("energy_output") / self.total("energy_input")
+
+    @property
+    def inputs(self) -> InputUncertainty:
+        """Interval of that efficiency by uncertain inputs: each is wrong the same way in all rows."""
+        return cycle_uncertainty(self.rows, [point.result for point in self.points], self.efficiency)
+
+    @property
+    def efficiency_error(self) -> float:
+        """Error of the solution of the efficiency, all rows off the same way [-]."""
+        return math.fsum(row.efficiency_error * row.energy_input for row in self.rows) / self.total("energy_input")
+
+    @property
+    def status(self) -> Literal["converged", "failed"]:
+        """``failed`` if any row failed."""
+        return "failed" if any(row.status == "failed" for row in self.rows) else "converged"
+
+    @property
+    def reason(self) -> str:
+        """How many rows failed for which reason."""
+        return count_reasons([row.reason for row in self.rows], "rows")
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Notes of all rows, each once."""
+        return tuple(dict.fromkeys(note for point in self.points for note in point.notes))
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row per operating point: energies [J] and single values, SI units."""
+        import pandas
+
+        notes = ["; ".join(point.notes) for point in self.points]
+        return pandas.DataFrame([asdict(row) for row in self.rows]).assign(notes=notes)
+
+    def __repr__(self) -> str:
+        return (
+            f"DutyCycle({self.design}, {self.oil}, {self.friction_model}: {len(self.rows)} rows, efficiency "
+            f"{self.efficiency:.6f}, {self.status})"
+        )
+
+    def _repr_html_(self) -> str:
+        return str(self.to_frame().drop(columns="notes").to_html(index=False))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Rows and totals, for JSON; not-a-number becomes None."""
+        names = ("hours", "energy_input", "energy_output", "energy_loss", "energy_loss_rolling")
+        total = {name: self.total(name) for name in names}
+        inputs = self.inputs
+        total |= {"efficiency": self.efficiency, "efficiency_error": self.efficiency_error}
+        total |= {"efficiency_lower": inputs.low, "efficiency_upper": inputs.high}
+        return {
+            "design": self.design,
+            "friction_model": self.friction_model,
+            "oil": self.oil,
+            "status": self.status,
+            "reason": self.reason,
+            "total": finite_or_none(total),
+            "uncertainty": inputs.to_dict(),
+            "rows": finite_or_none(self.rows),
+            "notes": list(self.notes),
+        }
+
+
+def cycle_uncertainty(
+    rows: Sequence[DutyEnergy], results: Sequence[EfficiencyResult | None], efficiency: float
+) -> InputUncertainty:
+    """Interval of the efficiency of all rows together, each input moved in all of them at once.
+
+    Parameters
+    ----------
+    rows, results
+        Energies and results of the rows.
+    efficiency : float
+        Energy out over energy in [-].
+    """
+    known = [result for result in results if result is not None and not result.reason]
+    if len(known) < len(rows) or not 0.0 < efficiency < 1.0:
+        return InputUncertainty("efficiency", efficiency, math.nan, math.nan, LEVEL, ())
+    sources = {source.name: source for result in known for source in result.inputs.sources}
+
+    def change(name: str, end: str) -> float:
+        put_in = given_out = 0.0
+        for row, result in zip(rows, known, strict=True):
+            moved = {source.name: getattr(source, end) for source in result.inputs.sources}
+            eta = moved.get(name, result.efficiency)
+            # the power of the pinion is given
+            put_in += row.energy_input if row.driver == "pinion" else row.energy_output / eta
+            given_out += eta * row.energy_input if row.driver == "pinion" else row.energy_output
+        return math.log((1.0 - given_out / put_in) / (1.0 - efficiency))
+
+    changes = [
+        Change(name, source.group, source.sd, change(name, "below"), change(name, "above"), source.note)
+        for name, source in sources.items()
+    ]
+    notes = tuple(dict.fromkeys(note for result in known for note in result.inputs.notes))
+    squares = [float(end) for end in combined(changes)]
+    # how much of the squares is left of each row when its inputs move at once
+    shares = np.array([_share_of_squares(result.inputs) for result in known])
+    left = np.average(shares, axis=0, weights=[row.energy_loss for row in rows])
+    ends = [float(end * share) for end, share in zip(squares, left, strict=True)]
+    figure = partial(_with_loss, efficiency)
+    return InputUncertainty.of("efficiency", efficiency, changes, figure, LEVEL, notes, lambda scores: ends)
+
+
+def _with_loss(efficiency: float, log_change: float) -> float:
+    return 1.0 - (1.0 - efficiency) * math.exp(log_change)
+
+
+def _share_of_squares(found: InputUncertainty) -> tuple[float, float]:
+    """Both ends of ln(loss), of all inputs at once, over the roots of the squares of each alone."""
+    value = 1.0 - found.value
+    alone = [
+        Change(one.name, one.group, one.sd, math.log((1.0 - one.below) / value), math.log((1.0 - one.above) / value))
+        for one in found.sources
+    ]
+    down, up = (float(end) for end in combined(alone))
+    low, high = math.log((1.0 - found.high) / value), math.log((1.0 - found.low) / value)
+    return (low / down if down else 1.0), (high / up if up else 1.0)
+
+
+def duty_cycle(
+    duty: Sequence[DutyRow],
+    points: Sequence[GridPoint],
+    design: str,
+    friction_model: str,
+    oil: str,
+    output: Output | None = None,
+) -> DutyCycle:
+    """Energies of the rows of a duty cycle from the efficiency at each (`efficiency.conditions.grid.solve_points`)."""
+    rows = tuple(_energy(row, point) for row, point in zip(duty, points, strict=True))
+    return DutyCycle(design, friction_model, oil, rows, tuple(points), output)
+
+
+def _energy(row: DutyRow, point: GridPoint) -> DutyEnergy:
+    seconds, result = row.hours * HOUR, point.result
+
+    def value(name: str, factor: float = 1.0) -> float:
+        return math.nan if result is None else float(getattr(result, name)) * factor
+
+    return DutyEnergy(
+        side=row.side,
+        driver=row.driver,
+        torque_pinion=abs(row.torque),
+        speed_pinion=abs(row.speed),
+        temperature_oil=row.temperature_oil,
+        hours=row.hours,
+        efficiency=value("efficiency"),
+        efficiency_error=value("efficiency_error"),
+        energy_input=value("power_input", seconds),
+        energy_output=value("power_output", seconds),
+        energy_loss=value("power_loss", seconds),
+        energy_loss_rolling=value("power_loss_rolling", seconds),
+        outside_range_share=value("outside_range_share"),
+        status=point.status,
+        reason=point.reason,
+    )

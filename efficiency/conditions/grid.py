@@ -1,0 +1,270 @@
+"""Efficiency at many conditions: the one loop behind grids, parameter studies and duty cycles."""
+
+from __future__ import annotations
+
+import itertools
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.loss.efficiency_result import EfficiencyResult, Output, Presented
+from ehl.common.errors import ConvergenceError, InputError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas
+
+    from efficiency.conditions.loss_map import LossMap
+    from efficiency.loss.axle import AxleLosses
+
+FloatArray = NDArray[np.float64]
+Condition = Mapping[str, Any]
+Solve = Callable[[Condition], EfficiencyResult]
+Report = Callable[[int, int], None]
+"""Called with the number of points done and of all points."""
+
+# from the one that costs most to change to the one that costs least
+AXES = (
+    *("design", "side", "E", "P", "G", "alpha", "torque"),
+    *("oil", "speed", "temperature", "driver"),
+    *("roughness_rms", "roughness_rms_pinion", "roughness_rms_gear", "correlation_length", "peklenik_number"),
+)
+_KEYS = {"torque": "torque_pinion", "speed": "speed_pinion", "temperature": "temperature_oil"}
+
+
+@dataclass(frozen=True)
+class GridPoint:
+    """One point of a grid.
+
+    Attributes
+    ----------
+    condition : dict
+        Value of each axis, SI units.
+    result : EfficiencyResult or None
+        None where geometry or load could not be computed.
+    reason : str
+        Why the point failed; empty where it did not.
+    detail : str
+        The same in words, where there is no result.
+    strength : dict
+        Worst grade and safety factors, where they were asked for.
+    """
+
+    condition: dict[str, Any]
+    result: EfficiencyResult | None = field(repr=False)
+    reason: str = ""
+    detail: str = ""
+    strength: dict[str, str | float] = field(default_factory=dict)
+
+    @property
+    def status(self) -> Literal["converged", "failed"]:
+        """``failed`` where there is a reason."""
+        return "failed" if self.reason else "converged"
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Notes of the result, or why there is none."""
+        if self.result is None:
+            return (f"{self.reason}: {self.detail}",)
+        return self.result.notes
+
+    def row(self) -> dict[str, Any]:
+        """Condition, single values of the result and notes."""
+        values = {} if self.result is None else self.result.scalars()
+        named = {name: getattr(value, "name", value) for name, value in self.condition.items()}
+        last = {"status": self.status, "reason": self.reason, "notes": "; ".join(self.notes)}
+        return named | values | self.strength | last
+
+
+@dataclass(frozen=True, repr=False)
+class Grid(Presented):
+    """Efficiencies at all combinations of some axes; a failed point keeps its reason.
+
+    Parameters
+    ----------
+    axes : dict
+        Values of each axis, SI units; a design by its name.
+    points : tuple of GridPoint
+        First axis outermost.
+    output : Output, optional
+        Draws, prints and writes it.
+
+    Examples
+    --------
+    >>> import efficiency
+    >>> mesh = efficiency.load("fm_spiral_bevel_14x39").mesh(positions=4, points_per_line=9)
+    >>> grid = mesh.over("constant:0.05", torque="200, 300 N m", speed=["500 rpm", "1500 rpm"])
+    >>> grid.shape, len(grid.to_frame())
+    ((2, 2), 4)
+    """
+
+    axes: dict[str, tuple[Any, ...]]
+    points: tuple[GridPoint, ...] = field(repr=False)
+    output: Output | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of the axes."""
+        return tuple(len(values) for values in self.axes.values())
+
+    @property
+    def results(self) -> tuple[EfficiencyResult, ...]:
+        """Results of the points that have one."""
+        return tuple(point.result for point in self.points if point.result is not None)
+
+    def values(self, name: str = "efficiency") -> FloatArray:
+        """One figure of all results in the shape of the grid; nan where a point failed."""
+        found = [
+            np.nan if point.result is None or point.reason else getattr(point.result, name) for point in self.points
+        ]
+        return np.array(found, dtype=np.float64).reshape(self.shape)
+
+    @property
+    def status(self) -> Literal["converged", "failed"]:
+        """``failed`` if any point failed."""
+        return "failed" if any(point.reason for point in self.points) else "converged"
+
+    @property
+    def reason(self) -> str:
+        """How many points failed for which reason."""
+        return count_reasons([point.reason for point in self.points], "points")
+
+    @property
+    def notes(self) -> dict[str, int]:
+        """Each note, and how many points have it."""
+        return dict(Counter(note for point in self.points for note in point.notes))
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row per point: its condition, the single values of the result in SI units, status, reason, notes."""
+        import pandas
+
+        return pandas.DataFrame([point.row() for point in self.points])
+
+    def to_vecto(self, path: Path | str, coast: Grid | None = None, axle: AxleLosses | None = None) -> LossMap:
+        """Write a VECTO loss map (.vtlm) of a grid over torque and speed; see `efficiency.conditions.loss_map.LossMap`.
+
+        Parameters
+        ----------
+        path : Path or str
+            File to write.
+        coast : Grid, optional
+            The same with the gear driving, where this grid holds the drive side alone.
+        axle : SimpleAxleLosses or TableAxleLosses, optional
+            Losses beside the mesh.
+
+        Raises
+        ------
+        InputError
+            Another axis with more than one value, one of drive and coast is missing, a combination is missing.
+        ConvergenceError
+            A point failed.
+        """
+        from efficiency.conditions.loss_map import loss_map_of
+
+        found = loss_map_of((self, coast) if coast is not None else (self,), axle)
+        found.to_vecto(path)
+        return found
+
+    def to_dict(self) -> dict[str, Any]:
+        """Axes, status and one object per point, for JSON."""
+        axes = {_KEYS.get(name, name): list(values) for name, values in self.axes.items()}
+        points = [
+            {_KEYS.get(name, name): getattr(value, "name", value) for name, value in point.condition.items()}
+            | {"status": point.status, "reason": point.reason}
+            | ({} if point.result is None else point.result.to_dict())
+            for point in self.points
+        ]
+        return axes | {"status": self.status, "reason": self.reason, "points": points}
+
+    def __repr__(self) -> str:
+        axes = ", ".join(f"{name} x {len(values)}" for name, values in self.axes.items())
+        return f"Grid({axes}; {self.status}{': ' if self.reason else ''}{self.reason})"
+
+    def _repr_html_(self) -> str:
+        columns = ("efficiency", "power_loss", "outside_range_share", "status", "reason")
+        frame = self.to_frame()
+        return str(frame[[*self.axes, *(name for name in columns if name in frame)]].to_html(max_rows=20, index=False))
+
+
+def count_reasons(reasons: Iterable[str], what: str) -> str:
+    """How many of all failed for which reason: ``"2 of 9 points no_contact"``; an empty reason is no failure."""
+    every = list(reasons)
+    counts = Counter(reason for reason in every if reason)
+    return ", ".join(f"{count} of {len(every)} {what} {reason}" for reason, count in counts.items())
+
+
+def solve_points(
+    conditions: Sequence[Condition], solve: Solve, report: Report | None = None, strength: bool = False
+) -> list[GridPoint]:
+    """Efficiency at each condition, in their order; what has no geometry or load is a point with its reason.
+
+    Parameters
+    ----------
+    conditions : sequence of mapping
+        By names of `AXES`.
+    solve : callable
+        Efficiency at a condition; it keeps geometry and load of the last conditions.
+    report : callable, optional
+        Progress.
+    strength : bool
+        Whether the points have grades and safety factors: 0.1 s each.
+    """
+    points = []
+    for done, condition in enumerate(conditions, 1):
+        try:
+            result = solve(condition)
+            graded = result.strength.columns() if strength and not result.reason else {}
+            points.append(GridPoint(dict(condition), result, result.reason, strength=graded))
+        except ConvergenceError as error:
+            points.append(GridPoint(dict(condition), None, error.reason, error.detail))
+        if report is not None:
+            report(done, len(conditions))
+    return points
+
+
+def solve_grid(
+    axes: Mapping[str, Sequence[Any]],
+    solve: Solve,
+    report: Report | None = None,
+    output: Output | None = None,
+    strength: bool = False,
+) -> Grid:
+    """Efficiency at every combination of the axes; geometry and load once each, whatever the order of the axes.
+
+    Parameters
+    ----------
+    axes : mapping
+        Names of `AXES` to values in SI units.
+    solve, report, strength
+        As in `solve_points`.
+    output : Output, optional
+        Draws, prints and writes the grid.
+
+    Raises
+    ------
+    InputError
+        An unknown axis, an axis without values, or a value that a single computation refuses.
+    """
+    for name, values in axes.items():
+        if name not in AXES:
+            raise InputError("axis", name, "one of " + ", ".join(AXES))
+        if not len(values):
+            raise InputError(name, list(values), "at least one value")
+    if "roughness_rms" in axes and {"roughness_rms_pinion", "roughness_rms_gear"} & axes.keys():
+        raise InputError("axis", "roughness_rms", "either roughness_rms or that of pinion and gear")
+    shape = tuple(len(values) for values in axes.values())
+    places = list(itertools.product(*(range(n) for n in shape)))
+    cost = [list(axes).index(name) for name in AXES if name in axes]
+    order = sorted(range(len(places)), key=lambda k: [places[k][axis] for axis in cost])
+    conditions = [
+        dict(zip(axes, (v[k] for v, k in zip(axes.values(), place, strict=True)), strict=True)) for place in places
+    ]
+    solved = solve_points([conditions[k] for k in order], solve, report, strength)
+    points = dict(zip(order, solved, strict=True))
+    named = {name: tuple(getattr(v, "name", v) for v in values) for name, values in axes.items()}
+    return Grid(named, tuple(points[k] for k in range(len(places))), output)

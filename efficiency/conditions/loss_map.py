@@ -1,0 +1,355 @@
+"""Loss maps: torque loss over pinion torque and speed, drive and coast, with the losses of an axle beside the mesh.
+
+Power balance at the pinion shaft, which is the input of an axle: T_out = ratio (T_in - T_loss) in drive and in coast,
+T_in and T_out below zero in coast, T_loss = P_loss/omega1 above zero in both. The mesh is taken at T_in itself: what
+the bearings before it lose changes its loss by that share of it, second order.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.conditions.duty import DutyRow
+from efficiency.conditions.grid import Condition, Grid, GridPoint, Report, count_reasons, solve_points
+from efficiency.loss.axle import SIGNED_TORQUE, AxleLosses
+from efficiency.loss.efficiency_result import EfficiencyResult
+from efficiency.loss.kinematics import OPERATION_LIMITS
+from efficiency.loss.notes import pair_notes
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.files import write_file
+from ehl.common.notes import notes_table
+from ehl.common.numbers import finite_or_none
+from ehl.common.quantities import quantity
+from ehl.common.table import Table, write_csv, write_xlsx
+from ehl.common.units import ValueRange
+from regression.friction.published_registry import model_label
+
+if TYPE_CHECKING:
+    import pandas
+
+FloatArray = NDArray[np.float64]
+
+VECTO_HEAD = "Input Speed [rpm],Input Torque [Nm],Torque Loss [Nm]"
+MESH_ALONE = "loss of the mesh alone: an axle loses more, state its bearings and drag"
+
+
+@dataclass(frozen=True)
+class LossPoint:
+    """Torque loss at one point.
+
+    Attributes
+    ----------
+    torque_pinion, speed_pinion : float
+        [N m], below zero in coast; [rad/s].
+    torque_loss, torque_loss_mesh, torque_loss_axle : float
+        In all, of the mesh (sliding and rolling), beside it [N m].
+    outside_range_share : float
+        Share of the sliding power outside the range of the friction model [-].
+    status, reason : str
+    """
+
+    torque_pinion: float
+    speed_pinion: float
+    torque_loss: float
+    torque_loss_mesh: float
+    torque_loss_axle: float
+    outside_range_share: float
+    status: str
+    reason: str
+
+
+class Tabulated:
+    """A result that is one table, with what has to be known of it.
+
+    Attributes
+    ----------
+    said : tuple of (str, str)
+        Case and note; the losses beside the mesh first.
+    """
+
+    said: tuple[tuple[str, str], ...]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Each note once."""
+        return tuple(dict.fromkeys(note for _, note in self.said))
+
+    def table(self) -> Table:
+        """The table."""
+        raise NotImplementedError
+
+    def notes_table(self) -> Table:
+        """One row for each kind of note, with the point where it is worst."""
+        return notes_table(pair_notes(self.said), len({case for case, _ in self.said if case}))
+
+    def show(self) -> None:
+        """Print what the command line prints."""
+        for table in (self.table(), self.notes_table()):
+            table.print()
+
+    def write(self, *, xlsx: Path | str | None = None, csv: Path | str | None = None) -> None:
+        """Write a workbook in display units, a folder of CSV files in SI units.
+
+        Raises
+        ------
+        InputError
+            A place that cannot be written.
+        """
+        tables = [self.table(), self.notes_table()]
+        if xlsx is not None:
+            write_xlsx(Path(xlsx), tables, tables[0].title)
+        if csv is not None:
+            write_csv(Path(csv), tables)
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row per point, SI units."""
+        return self.table().to_frame()
+
+
+@dataclass(frozen=True, repr=False)
+class LossMap(Tabulated):
+    """Torque loss over pinion torque and speed at one oil temperature.
+
+    Parameters
+    ----------
+    design, friction_model, oil : str
+        What was computed.
+    temperature_oil : float
+        [K].
+    points : tuple of LossPoint
+        By speed, then by torque, all combinations.
+    said : tuple of (str, str)
+        Point and note; the losses beside the mesh first.
+
+    Examples
+    --------
+    >>> import efficiency
+    >>> from efficiency.loss.axle import SimpleAxleLosses
+    >>> pair = efficiency.load("fm_spiral_bevel_14x39")
+    >>> axle = SimpleAxleLosses(drag=1.5, load_share=0.005)
+    >>> found = pair.loss_map("-200:200:3 N m", "500, 1500 rpm", axle=axle, grid=(4, 9))
+    >>> found.shape
+    (2, 3)
+    """
+
+    design: str
+    friction_model: str
+    oil: str
+    temperature_oil: float
+    points: tuple[LossPoint, ...] = field(repr=False)
+    said: tuple[tuple[str, str], ...] = field(default=(), repr=False)
+
+    @property
+    def speeds(self) -> FloatArray:
+        """Pinion speeds, rising [rad/s]."""
+        return np.unique([point.speed_pinion for point in self.points])
+
+    @property
+    def torques(self) -> FloatArray:
+        """Pinion torques, rising [N m]."""
+        return np.unique([point.torque_pinion for point in self.points])
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Numbers of speeds and torques."""
+        return len(self.speeds), len(self.torques)
+
+    def values(self, name: str = "torque_loss") -> FloatArray:
+        """One figure of all points, (speeds, torques); nan where a point failed."""
+        return np.array([getattr(point, name) for point in self.points]).reshape(self.shape)
+
+    @property
+    def status(self) -> Literal["converged", "failed"]:
+        """``failed`` if any point failed."""
+        return "failed" if self.reason else "converged"
+
+    @property
+    def reason(self) -> str:
+        """How many points failed for which reason."""
+        return count_reasons([point.reason for point in self.points], "points")
+
+    def table(self) -> Table:
+        """One row per point."""
+        return Table.from_records(
+            [asdict(point) for point in self.points],
+            title=f"{self.design}, {self.oil} at {quantity('temperature_oil').text(self.temperature_oil)}, "
+            f"friction: {model_label(self.friction_model)}; torque loss",
+            name="loss map",
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON; not-a-number becomes None."""
+        names = ("design", "friction_model", "oil", "temperature_oil", "status", "reason")
+        about = {name: getattr(self, name) for name in names}
+        return {**about, "points": finite_or_none(self.points), "notes": list(self.notes)}
+
+    def __repr__(self) -> str:
+        speeds, torques = self.shape
+        return f"LossMap({self.design}, {self.friction_model}: {torques} torques, {speeds} speeds, {self.status})"
+
+    def to_vecto(self, path: Path | str) -> Path:
+        """Write the map as VECTO reads it for a gear or an axle (.vtlm), torques and speeds of the pinion.
+
+        Below the lowest speed computed, VECTO would extrapolate: at 0 rpm the file repeats the torque losses of the
+        lowest speed, and its head says so. Nothing else is extrapolated.
+
+        Raises
+        ------
+        InputError
+            Another suffix, no torque above or none below zero, a file that cannot be written.
+        ConvergenceError
+            A point failed.
+        """
+        path = Path(path)
+        if path.suffix.lower() != ".vtlm":
+            raise InputError("vecto", str(path), "a file name ending in .vtlm")
+        torques = self.torques
+        if not torques[0] < 0.0 < torques[-1]:
+            of = quantity("torque_pinion")
+            hint = "VECTO brakes with the map as well: add torques of the other sign, such as '-300:300:7 N m'."
+            raise InputError("torque", of.span(torques[0], torques[-1]), "torques below and above zero", hint)
+        require_all(self.reason)
+        rpm = quantity("speed_pinion").to_display(self.speeds)
+        losses = self.values()
+        rows = [
+            f"{speed:.2f},{torque:.2f},{loss:.4f}"
+            for speed, line in zip([0.0, *rpm], [losses[0], *losses], strict=True)
+            for torque, loss in zip(torques, line, strict=True)
+        ]
+        outside = float(np.max(self.values("outside_range_share")))
+        told = [self.notes[0], f"at 0 rpm the torque losses of {rpm[0]:.4g} rpm, the lowest speed computed"]
+        if outside > 0.0:
+            told.append(f"up to {100.0 * outside:.3g} % of the sliding power outside the range of the friction model")
+        # one comment at the end of the head: the place where VECTO's own files have theirs
+        comment = f"{self.table().title}; {'; '.join(told)}".replace("\n", " ").replace("#", " ").replace(",", ";")
+        write_file(path, "\n".join([f"{VECTO_HEAD} # {comment}", *rows]) + "\n", "vecto")
+        return path
+
+
+def require_all(reason: str) -> None:
+    """`ConvergenceError` where points are missing: other programs would interpolate over them."""
+    if reason:
+        raise ConvergenceError("incomplete_map", f"{reason}: no file is written with points missing")
+
+
+def signed_axes(torque: Any, speed: Any) -> tuple[FloatArray, FloatArray]:
+    """Pinion torques [N m] and speeds [rad/s], each once and rising, from lists, ranges or numbers."""
+    return _axis("torque", torque, SIGNED_TORQUE), _axis("speed", speed, OPERATION_LIMITS["speed"])
+
+
+def _axis(name: str, values: Any, allowed: ValueRange) -> FloatArray:
+    if isinstance(values, str):
+        found: Sequence[float] = allowed.check_list(values, name)
+    elif isinstance(values, int | float):
+        found = [allowed.check(values, name)]
+    else:
+        found = [allowed.check(value, name, bare=not isinstance(value, str)) for value in values]
+    if not len(found):
+        raise InputError(name, list(values), "at least one value")
+    return np.unique(np.asarray(found, dtype=np.float64))
+
+
+def solve_loss_map(
+    torques: FloatArray,
+    speeds: FloatArray,
+    temperature_oil: float,
+    solve: Callable[[Condition], EfficiencyResult],
+    axle: AxleLosses | None = None,
+    report: Report | None = None,
+    **about: Any,
+) -> LossMap:
+    """Torque loss at all combinations.
+
+    Parameters
+    ----------
+    torques, speeds : (m,), (n,) arrays
+        Rising [N m], [rad/s]; at zero torque the mesh loses nothing.
+    temperature_oil : float
+        [K].
+    solve : callable
+        Efficiency at a condition, as of `efficiency.conditions.grid.solve_points`.
+    axle : AxleLosses, optional
+        Losses beside the mesh; what its table does not cover is refused before anything is computed.
+    report : callable, optional
+        Progress.
+    **about
+        `design`, `friction_model`, `oil` of the map.
+    """
+    beside = {(t, w): axle.torque_loss(t, w) if axle else 0.0 for t in torques for w in speeds}
+    # neighbours in torque keep geometry and load
+    places = [(t, w) for t in sorted(torques, key=lambda t: (t < 0.0, t)) if t != 0.0 for w in speeds]
+    rows = [DutyRow(float(t), float(w), temperature_oil, 1.0) for t, w in places]
+    solved = dict(zip(places, solve_points([row.condition for row in rows], solve, report), strict=True))
+    points = tuple(
+        _point(float(t), float(w), beside[t, w], None if t == 0.0 else solved[t, w]) for w in speeds for t in torques
+    )
+    return LossMap(temperature_oil=temperature_oil, points=points, said=_said(solved.values(), axle), **about)
+
+
+def _said(points: Iterable[GridPoint], axle: AxleLosses | None) -> tuple[tuple[str, str], ...]:
+    beside = MESH_ALONE if axle is None else axle.description
+    return (("", beside), *(_said_of(point, note) for point in points for note in point.notes))
+
+
+def _said_of(point: GridPoint, note: str) -> tuple[str, str]:
+    """Torque and speed of a point in words, torques below zero in coast, with its note or why it has no result."""
+    at = point.condition
+    if point.result is not None:
+        at = {"torque": point.result.torque_pinion, "speed": point.result.speed_pinion, "driver": point.result.driver}
+    torque = at["torque"] if at["driver"] == "pinion" else -at["torque"]
+    place = f"{quantity('torque_pinion').text(torque)}, {quantity('speed_pinion').text(at['speed'])}"
+    return place, note if point.result is not None else f"no answer: {note}"
+
+
+def _point(torque: float, speed: float, beside: float, point: GridPoint | None) -> LossPoint:
+    if point is None:
+        return LossPoint(torque, speed, beside, 0.0, beside, 0.0, "converged", "")
+    result = point.result
+    if result is None or point.reason:
+        return LossPoint(torque, speed, math.nan, math.nan, beside, math.nan, "failed", point.reason)
+    mesh = (result.power_loss + result.power_loss_rolling) / speed
+    return LossPoint(torque, speed, mesh + beside, mesh, beside, result.outside_range_share, point.status, "")
+
+
+def loss_map_of(grids: Sequence[Grid], axle: AxleLosses | None = None) -> LossMap:
+    """The loss map of grids over torque and speed: points with the gear driving have torques below zero.
+
+    Raises
+    ------
+    InputError
+        Another axis has more than one value, or a combination of torque and speed is missing or there twice.
+    """
+    first = next((result for grid in grids for result in grid.results), None)
+    if first is None:
+        raise ConvergenceError("incomplete_map", "no point of the grid has a result")
+    for grid in grids:
+        for name, values in grid.axes.items():
+            if name not in ("torque", "speed", "side", "driver") and len(values) > 1:
+                raise InputError(name, f"{len(values)} values", "one value in a loss map")
+    same = ("design", "friction_model", "oil", "temperature_oil")
+    found: dict[tuple[float, float], LossPoint] = {}
+    for point in (point for grid in grids for point in grid.points):
+        result = point.result
+        if result is None:
+            raise ConvergenceError("incomplete_map", f"{point.reason}: {point.detail}")
+        if any(getattr(result, name) != getattr(first, name) for name in same):
+            raise InputError("coast", repr(result), f"a grid of the same {', '.join(same)}")
+        torque = result.torque_pinion if result.driver == "pinion" else -result.torque_pinion
+        place = (result.speed_pinion, torque)
+        if place in found:
+            hint = "Drive and coast differ by the driver: fixed={'driver': 'gear'} on the coast flanks."
+            raise InputError("torque, speed", f"{torque:.6g} N m twice", "each combination once", hint)
+        found[place] = _point(torque, result.speed_pinion, axle.torque_loss(torque, place[0]) if axle else 0.0, point)
+    speeds, torques = ({place[k] for place in found} for k in (0, 1))
+    if len(found) != len(speeds) * len(torques):
+        raise InputError("torque, speed", f"{len(found)} points", "all combinations of torque and speed")
+    points = tuple(found[place] for place in sorted(found))
+    said = _said((point for grid in grids for point in grid.points), axle)
+    return LossMap(first.design, first.friction_model, first.oil, first.temperature_oil, points=points, said=said)

@@ -1,0 +1,439 @@
+"""Machine corrections from measured flanks: which settings, changed by how much, bring the next part to nominal.
+
+The machine is taken to repeat itself: a part cut with settings ``p + c`` deviates by ``deviation + J c``, with the
+normal displacement ``J`` of the flank by each setting (exact derivatives of the cutting simulation). The corrections
+make that smallest by least squares, weighed by the measurement uncertainty, together with the root line of a generated
+member; a turn of the part about its axis is free. A setting that the points hardly tell from others stays near its
+value: ten natural steps count as much as the measurement uncertainty of a point (a choice of ours).
+
+First order settings mend pressure and spiral angle, those of second order crowning and twist as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from math import nan
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.contact.gear_flanks import Member
+from efficiency.contact.grid_flank import PointGrid, read_point_grid
+from efficiency.contact.measured_flank import MeasuredFlank, measured_flank
+from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
+from efficiency.cutting.flank import CutFlank
+from efficiency.cutting.rotation import dot, spin
+from efficiency.design.design import Design, load_design
+from efficiency.design.flank_input import CutFlankInput, GridFlankInput
+from efficiency.machine_settings.design_file import machine_tables
+from efficiency.machine_settings.fit import Parameter, RootLine, with_setting
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.units import parse_quantity
+
+if TYPE_CHECKING:
+    from ehl.common.table import Table
+
+FloatArray = NDArray[np.float64]
+Order = Literal[1, 2]
+
+# settings and their natural steps
+_LENGTH, _ANGLE = 1e-4, 1e-3
+_FIRST = {
+    "machine_root_angle": _ANGLE,
+    "radial_setting": _LENGTH,
+    "sliding_base": _LENGTH,
+    "blank_offset": _LENGTH,
+    "machine_centre_to_back": _LENGTH,
+}
+_FIRST_GENERATED = {"roll_ratio": 1e-3}
+_FIRST_FORMATE = {"cradle_angle": _ANGLE}
+_SECOND = {"tilt": _ANGLE, "swivel": _ANGLE}
+_SECOND_GENERATED = {"modified_roll_2c": 1e-3, "helical_motion_1": _LENGTH}
+# natural steps that count as one standard deviation of a point, standard deviation of the root [m], steps of Newton
+_STEPS, _ROOT, _ITERATIONS = 10.0, 20e-6, 3
+_IMAGINARY = 1e-30
+
+
+@dataclass(frozen=True)
+class SettingCorrection:
+    """Change of one setting, in SI units.
+
+    Attributes
+    ----------
+    setting : str
+        Its name in a design file.
+    flanks : str
+        Flank it cuts: ``"concave"``, ``"convex"`` or ``"both"``.
+    nominal, change, corrected : float
+        Value before, change, value to set.
+    uncertainty : float
+        Standard uncertainty of the change by that of the points.
+    """
+
+    setting: str
+    flanks: str
+    nominal: float
+    change: float
+    corrected: float
+    uncertainty: float
+
+
+@dataclass(frozen=True)
+class FlankDeviation:
+    """Deviation of one flank from nominal in the words of flank inspection; positive is material too much [m].
+
+    Attributes
+    ----------
+    flank : str
+        ``"concave"`` or ``"convex"``.
+    part : str
+        ``"measured"``, or ``"expected"`` after the corrections.
+    deviation_rms, deviation_max : float
+        Of the points, without the mean.
+    spiral_angle_error, pressure_angle_error : float
+        Slope along the face to the heel, and over the depth to the tip [rad].
+    lengthwise_crowning, profile_crowning, twist : float
+        Material at both ends of the face, at root and tip, at the corners heel-tip and toe-root, against the middle.
+    """
+
+    flank: str
+    part: str
+    deviation_rms: float
+    deviation_max: float
+    spiral_angle_error: float
+    pressure_angle_error: float
+    lengthwise_crowning: float
+    profile_crowning: float
+    twist: float
+
+
+@dataclass(frozen=True, repr=False)
+class MachineCorrections:
+    """Corrections of the machine settings of one member.
+
+    Attributes
+    ----------
+    design : str
+        Name of the design.
+    member : str
+        ``"pinion"`` or ``"gear"``.
+    corrections : tuple of SettingCorrection
+        What to set.
+    deviations : tuple of FlankDeviation
+        Measured and expected deviation of each flank.
+    text : str
+        Tables of the corrected settings, as a design file holds them.
+    notes : tuple of str
+        What to look at.
+    """
+
+    design: str
+    member: Member
+    corrections: tuple[SettingCorrection, ...]
+    deviations: tuple[FlankDeviation, ...]
+    text: str
+    notes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        before, after = (
+            max((d.deviation_rms for d in self.deviations if d.part == part), default=nan)
+            for part in ("measured", "expected")
+        )
+        return (
+            f"MachineCorrections({self.design!r}, {self.member}: {len(self.corrections)} settings, deviation RMS "
+            f"{before:.3g} -> {after:.3g} m)"
+        )
+
+    def tables(self) -> list[Table]:
+        """Corrections, and deviations before and after.
+
+        Returns
+        -------
+        list of Table
+        """
+        from efficiency.machine_settings.report import correction_tables
+
+        return correction_tables(self)
+
+    def show(self) -> None:
+        """Print corrections and deviations."""
+        for table in self.tables():
+            table.print()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers in SI units.
+
+        Returns
+        -------
+        dict
+        """
+        return {
+            "design": self.design,
+            "member": self.member,
+            "corrections": [asdict(item) for item in self.corrections],
+            "deviations": [asdict(item) for item in self.deviations],
+            "notes": list(self.notes),
+        }
+
+
+@dataclass(frozen=True)
+class _Side:
+    """One measured flank: nominal flank at its points, deviation there."""
+
+    side: FlankSide
+    nominal: CutFlank
+    measured: MeasuredFlank
+    u: FloatArray
+    h: FloatArray
+    parameters: FloatArray
+    lever: FloatArray
+    azimuth: FloatArray
+    root: RootLine | None
+
+    def change(self, corrected: CutFlank) -> FloatArray:
+        """Way of the flank along its normal by corrected settings [m]."""
+        points, found = corrected.solve(self.u, self.h)
+        if not found.all():
+            raise ConvergenceError("undercut", f"the corrected {self.side} flank does not reach all measured points")
+        turned = np.arctan2(points.position[1], points.position[0]) - self.azimuth
+        return np.asarray(np.angle(np.exp(1j * turned)) * self.lever)
+
+
+def machine_corrections(
+    design: Design | Path | str,
+    grids: Sequence[Path | str] | Path | str,
+    uncertainty: float | str = 1e-6,
+    order: Order = 2,
+) -> MachineCorrections:
+    """Machine corrections of one member from measured points of its flanks.
+
+    Parameters
+    ----------
+    design : Design, Path or str
+        Design with the settings the part was cut by.
+    grids : path, or sequence of paths
+        Points of one or both flanks; their first lines name member and flank, see `export`.
+    uncertainty : float or str
+        Standard uncertainty of one point along the normal [m].
+    order : {1, 2}
+        1: settings for pressure and spiral angle; 2: for crowning and twist as well.
+
+    Returns
+    -------
+    MachineCorrections
+
+    Raises
+    ------
+    InputError
+        A file does not belong to a flank cut by settings, or a value is out of range.
+    ConvergenceError
+        The corrected flank does not reach the measured points.
+
+    Examples
+    --------
+    >>> import efficiency
+    >>> pair = efficiency.load("fm_spiral_bevel_14x39")
+    >>> written = pair.export("measured", what=["grid"], members=("pinion",), rows=9, columns=15, margin=0.05)
+    >>> found = efficiency.machine_corrections("fm_spiral_bevel_14x39", "measured/pinion_concave.csv")
+    >>> found.deviations[0].deviation_rms < 1e-8
+    True
+    """
+    pair = design if isinstance(design, Design) else load_design(design)
+    error = parse_quantity(uncertainty, "m", field="uncertainty")
+    if not 1e-8 <= error <= 1e-4:
+        raise InputError("uncertainty", f"{error * 1e6:.4g} um", "0.01 to 100 um")
+    if order not in (1, 2):
+        raise InputError("order", order, "1 or 2")
+    read = [read_point_grid(Path(path)) for path in ([grids] if isinstance(grids, (str, Path)) else grids)]
+    member = _one_member(read)
+    sides = [_side(pair, member, grid, error) for grid in read]
+    shared = len({item.nominal.machine for item in sides}) == 1 and _completing(pair, member)
+    parameters = _parameters(sides[0].nominal, order)
+    # columns: settings of both flanks together, or of each; a turn of each flank
+    settings = [(sides, "both" if shared else sides[0].side)] if shared else [([item], item.side) for item in sides]
+    vectors, uncertainties = [], []
+    expected: dict[FlankSide, FloatArray] = {}
+    for group, _ in settings:
+        vector, spread, rest = _solve(group, parameters, error)
+        vectors.append(vector)
+        uncertainties.append(spread)
+        expected |= rest
+    rows = []
+    for (group, name), vector, spread in zip(settings, vectors, uncertainties, strict=True):
+        for parameter, step, sigma in zip(parameters, vector, spread, strict=True):
+            value = float(getattr(group[0].nominal.machine, parameter.name))
+            change = float(step) * parameter.scale
+            rows.append(
+                SettingCorrection(parameter.name, name, value, change, value + change, float(sigma) * parameter.scale)
+            )
+    corrected = {
+        item.side: _corrected(item.nominal, parameters, vector)
+        for (group, _), vector in zip(settings, vectors, strict=True)
+        for item in group
+    }
+    deviations = [
+        row
+        for item in sides
+        for row in (
+            _deviation(item, "measured", item.measured.deviation),
+            _deviation(item, "expected", expected[item.side]),
+        )
+    ]
+    return MachineCorrections(
+        pair.name,
+        member,
+        tuple(rows),
+        tuple(deviations),
+        machine_tables(member, {side: flank.machine for side, flank in corrected.items()}),
+        _notes(pair, member, sides, order),
+    )
+
+
+def _one_member(grids: Sequence[PointGrid]) -> Member:
+    if not grids:
+        raise InputError("grids", "no file", "one or two files of points")
+    members = {grid.member for grid in grids}
+    flanks = [grid.flank for grid in grids]
+    if members not in ({"pinion"}, {"gear"}):
+        raise InputError(
+            "grids",
+            ", ".join(f"{grid.path}: member={grid.member or 'not said'}" for grid in grids),
+            "files of one member, pinion or gear, named in their first lines",
+        )
+    if len(set(flanks)) < len(flanks) or not set(flanks) <= set(FLANK_SIDES):
+        raise InputError("grids", f"flank={', '.join(flank or 'not said' for flank in flanks)}", "concave, convex")
+    return "pinion" if "pinion" in members else "gear"
+
+
+def _completing(design: Design, member: Member) -> bool:
+    return (design.pinion if member == "pinion" else design.gear).completing
+
+
+def _side(design: Design, member: Member, grid: PointGrid, error: float) -> _Side:
+    own = design.pinion if member == "pinion" else design.gear
+    side: FlankSide = "concave" if grid.flank == "concave" else "convex"
+    given = own.concave if side == "concave" else own.convex
+    cut = given.nominal if isinstance(given, GridFlankInput) else given
+    blank = own.blank.blank()
+    flank = cut.flank(side, own.blank.hand, blank) if isinstance(cut, CutFlankInput) else None
+    if not isinstance(flank, CutFlank):
+        raise InputError(
+            "design", f"{design.name}: {member}.{side} without machine settings", "a flank cut by cutter and machine"
+        )
+    measured = measured_flank(grid, side, blank, own.blank.hand, error, flank)
+    u = 0.5 * blank.face_width * measured.place[0]
+    h = blank.height(u, 0.5 * (measured.place[1] + 1.0))
+    points, _ = flank.solve(u, h)
+    (x, y, _), (nx, ny, _) = points.position, points.normal
+    root = None
+    if flank.machine.generated:
+        stations = np.array([-0.4, 0.0, 0.4]) * blank.face_width
+        nearest = [int(np.argmin((u - at) ** 2 + (h - float(blank.root(np.array([at]))[0])) ** 2)) for at in stations]
+        line = RootLine(stations, np.zeros(3), 1.0, points.parameters[1:, nearest])
+        state = line.cut(flank)
+        if np.isfinite(state.error).all():
+            # the root is to stay where it is
+            root = replace(line, height=state.error)
+    return _Side(side, flank, measured, u, h, points.parameters, x * ny - y * nx, np.arctan2(y, x), root)
+
+
+def _parameters(flank: CutFlank, order: Order) -> list[Parameter]:
+    generated = flank.machine.generated
+    steps = _FIRST | (_FIRST_GENERATED if generated else _FIRST_FORMATE)
+    if order == 2:
+        steps = steps | _SECOND | (_SECOND_GENERATED if generated else {})
+    if flank.machine.tilt == 0.0:
+        # without tilt its direction moves nothing
+        steps.pop("swivel", None)
+    return [Parameter("machine", name, scale) for name, scale in steps.items()]
+
+
+def _corrected(flank: CutFlank, parameters: Sequence[Parameter], vector: FloatArray) -> CutFlank:
+    for parameter, step in zip(parameters, vector, strict=True):
+        value = getattr(flank.machine, parameter.name) + float(step) * parameter.scale
+        flank = with_setting(flank, parameter, value)
+    return flank
+
+
+def _solve(
+    group: Sequence[_Side], parameters: Sequence[Parameter], error: float
+) -> tuple[FloatArray, FloatArray, dict[FlankSide, FloatArray]]:
+    """Steps of the settings, their standard uncertainties, and the deviation that is left of each flank [m]."""
+    count = len(parameters)
+    blocks: list[FloatArray] = []
+    for k, item in enumerate(group):
+        point, normal, _ = item.nominal.sweep(item.parameters)
+        sigma = max(error, item.measured.scatter)
+        columns, roots = [], []
+        state = None if item.root is None else item.root.cut(item.nominal)
+        for parameter in parameters:
+            value = getattr(item.nominal.machine, parameter.name)
+            moved = with_setting(item.nominal, parameter, value + 1j * _IMAGINARY)
+            way = dot(np.real(normal), np.asarray(moved.position(item.parameters).imag) / _IMAGINARY)
+            columns.append(way * parameter.scale / sigma)
+            if state is not None:
+                roots.append(state.derivative(moved.position(state.tips), _IMAGINARY) * parameter.scale / _ROOT)
+        block = np.zeros((item.u.size, count + len(group)))
+        block[:, :count] = np.stack(columns, axis=1)
+        block[:, count + k] = dot(np.real(normal), spin(np.real(point))) / sigma
+        blocks.append(block)
+        if roots:
+            rows = np.zeros((3, count + len(group)))
+            rows[:, :count] = np.stack(roots, axis=1)
+            blocks.append(rows)
+    held = np.zeros((count, count + len(group)))
+    held[:, :count] = np.eye(count) / _STEPS
+    matrix = np.concatenate([*blocks, held])
+    inverse = np.linalg.pinv(matrix, rcond=1e-12)
+    vector = np.zeros(count)
+    rest: dict[FlankSide, FloatArray] = {}
+    for _ in range(_ITERATIONS + 1):
+        values: list[FloatArray] = []
+        for item in group:
+            now = _corrected(item.nominal, parameters, vector)
+            left = item.measured.deviation + item.change(now)
+            rest[item.side] = left
+            values.append(left / max(error, item.measured.scatter))
+            if item.root is not None:
+                values.append(item.root.cut(now).error / _ROOT)
+        step = inverse @ np.concatenate([*values, vector / _STEPS])
+        if len(rest) and np.abs(step[:count]).max() < 1e-6:
+            break
+        vector = vector - step[:count]
+    return vector, np.sqrt(np.diag(inverse @ inverse.T))[:count], rest
+
+
+def _deviation(item: _Side, part: str, values: FloatArray) -> FlankDeviation:
+    x, y = item.measured.place
+    terms = np.stack([np.ones_like(x), x, y, x * x, y * y, x * y, item.lever / np.abs(item.lever).mean()], axis=1)
+    # a turn about the axis is no deviation of form
+    left = values - terms[:, [-1]] @ np.linalg.lstsq(terms[:, [-1]], values, rcond=None)[0]
+    found = np.linalg.lstsq(terms[:, :6], left, rcond=None)[0]
+    blank = item.nominal.blank
+    depth = blank.mean_addendum + blank.mean_dedendum
+    return FlankDeviation(
+        item.side,
+        part,
+        float(np.sqrt(np.mean(left**2))),
+        float(np.abs(left).max()),
+        float(2.0 * found[1] / blank.face_width),
+        float(2.0 * found[2] / depth),
+        *(float(value) for value in found[3:6]),
+    )
+
+
+def _notes(design: Design, member: Member, sides: Sequence[_Side], order: Order) -> tuple[str, ...]:
+    notes = [f"{member} {item.side}: {item.measured.note}" for item in sides]
+    if _completing(design, member) and len(sides) == 1:
+        notes.append(
+            f"one machine setting cuts both flanks of this {member}: the other flank moves as well; measure it"
+        )
+    if order == 1:
+        notes.append("settings of first order leave crowning and twist as they are")
+    if not sides[0].nominal.machine.generated:
+        notes.append("the root of a Formate member is not held: check its depth after a change of the sliding base")
+    notes.append("the thickness of the tooth is free: keep it by the depth of the cut or the point width")
+    return tuple(notes)

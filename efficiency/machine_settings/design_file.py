@@ -1,0 +1,285 @@
+"""The design file that settings are written to."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import fields, replace
+
+import numpy as np
+from pydantic import BaseModel
+
+from efficiency.blanks.pair_blank import MemberBlank, PairBlank
+from efficiency.cutting.cutter import FLANK_SIDES, Blade, FlankSide
+from efficiency.cutting.flank import CutFlank, index_start
+from efficiency.cutting.machine import MachineSettings
+from efficiency.design.design import Design
+from efficiency.machine_settings.fit import FittedFlank
+from efficiency.machine_settings.free_settings import tilt_and_swivel
+from efficiency.machine_settings.inputs import FlankTarget, SettingsInput
+from ehl.common.quantities import quantities
+from ehl.common.units import ARCSEC, KELVIN
+from ehl.common.validation import validate, value_range_of
+
+Value = str | float | int
+Table = dict[str, Value]
+
+
+def _unit(name: str) -> str:
+    """SI unit of a value of a design file."""
+    known = quantities().get(name)
+    return known.unit if known else ""
+
+
+def _written(name: str, value: Value) -> str:
+    """A value of a design file with its unit; lengths to 0.1 nm, angles to 1e-9 rad."""
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    if isinstance(value, int):
+        return str(value)
+    number, unit = float(value), _unit(name)
+    if unit == "m":
+        return f'"{_short(number * 1e3, 7)} mm"'
+    if unit == "rad":
+        return f'"{_short(np.degrees(number), 8)} deg"'
+    return repr(float(f"{number:.10g}"))
+
+
+def _short(value: float, digits: int) -> str:
+    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
+def _tables(content: Iterable[tuple[str, Table]]) -> str:
+    lines = []
+    for name, table in content:
+        if not table:
+            continue
+        lines += ["", f"[{name}]"] if name else []
+        lines += [f"{key} = {_written(key, value)}" for key, value in table.items()]
+    return "\n".join(lines).strip("\n") + "\n"
+
+
+def machine_table(machine: MachineSettings) -> Table:
+    """Settings that are not zero, by their names in a design file."""
+    table: Table = {"process": "generated" if machine.generated else "formate"}
+    for f in fields(MachineSettings):
+        value = getattr(machine, f.name)
+        if f.name == "generated" or (not machine.generated and _unit(f.name) not in ("m", "rad")):
+            continue
+        if f.name in ("radial_setting", "cradle_angle", "machine_root_angle", "roll_ratio") or value != 0.0:
+            table[f.name] = float(value)
+    return table
+
+
+def machine_tables(member: str, machines: Mapping[FlankSide, MachineSettings]) -> str:
+    """Machine settings of flanks as tables of a design file."""
+    return _tables((f"{member}.{side}.machine", machine_table(machine)) for side, machine in machines.items())
+
+
+def cutter_table(blade: Blade, mirror: float) -> Table:
+    """Numbers of a blade by their names in a design file; `mirror` is +1 for a right-hand member."""
+    if blade.groups:
+        return {
+            "type": "face_hobbing",
+            "cutter_radius": blade.point_radius,
+            "blade_groups": blade.groups,
+            "blade_offset_angle": mirror * blade.offset_angle,
+            "blade_angle": blade.blade_angle,
+            "reference_height": blade.reference_height,
+            "radius_offset": blade.radius_offset,
+            "blade_curvature": blade.curvature,
+            "blade_phase": mirror * blade.phase,
+        }
+    tip = blade.point_radius - blade.sign * blade.reference_height * float(np.tan(blade.blade_angle))
+    table: Table = {"type": "face_milling", "point_radius": tip, "blade_angle": blade.blade_angle}
+    if blade.curvature:
+        table |= {"blade_curvature": blade.curvature, "reference_height": blade.reference_height}
+    return table
+
+
+def ease_off_table(target: FlankTarget, scale: float) -> Table:
+    """Ease-off of a pinion flank that is defined by it."""
+    return {
+        "lengthwise_crowning": scale * target.crowning_toe,
+        "profile_crowning": scale * target.relief_tip,
+        "bias": target.bias,
+        "twist": scale * target.twist,
+        "contact_face": target.contact_face,
+        "contact_depth": target.contact_depth,
+    }
+
+
+PinionFlanks = dict[FlankSide, CutFlank] | dict[FlankSide, Table]
+
+
+def _member(name: str, blank: MemberBlank, flanks: PinionFlanks, extra: Table) -> list[tuple[str, Table]]:
+    tables: list[tuple[str, Table]] = [(name, extra), (f"{name}.blank", blank.design_table())]
+    cut: dict[FlankSide, CutFlank] = {}
+    for side, flank in flanks.items():
+        if isinstance(flank, CutFlank):
+            cut[side] = flank
+        else:
+            tables.append((f"{name}.{side}.ease_off", flank))
+    return tables + (_cut_tables(name, blank, cut) if cut else [])
+
+
+def _cut_tables(name: str, blank: MemberBlank, flanks: dict[FlankSide, CutFlank]) -> list[tuple[str, Table]]:
+    mirror = 1.0 if blank.hand == "right" else -1.0
+    machines = {side: machine_table(flanks[side].machine) for side in FLANK_SIDES}
+    cutters = {side: cutter_table(flanks[side].blade, mirror) for side in FLANK_SIDES}
+    tables: list[tuple[str, Table]] = []
+    shared_machine = machines["concave"] == machines["convex"]
+    if shared_machine:
+        tables.append((f"{name}.machine", machines["concave"]))
+    shared = {key: value for key, value in cutters["concave"].items() if cutters["convex"][key] == value}
+    tables.append((f"{name}.cutter", shared))
+    for side in FLANK_SIDES:
+        own = {key: value for key, value in cutters[side].items() if key not in shared}
+        tables.append((f"{name}.{side}.cutter", own))
+        if not shared_machine:
+            tables.append((f"{name}.{side}.machine", machines[side]))
+    return tables
+
+
+def written_flank(flank: CutFlank, phase: float) -> CutFlank:
+    """A fitted flank as a design file holds it: tilt and swivel, indexing from the mean point, phase in the blade.
+
+    In face milling the rotation of a flank about its axis is no setting; it is left out.
+    """
+    flank = tilt_and_swivel(flank)
+    start = index_start(flank.machine, flank.blank)
+    if not flank.index_ratio:
+        return CutFlank(flank.blade, flank.machine, flank.blank, start)
+    ahead = flank.blade.phase + flank.index_zero - start - phase / flank.index_ratio
+    return CutFlank(replace(flank.blade, phase=float(np.angle(np.exp(1j * ahead)))), flank.machine, flank.blank, start)
+
+
+def header(inputs: SettingsInput, fitted: dict[FlankSide, FittedFlank]) -> list[str]:
+    """Comment of a design file: what it is, where from, what was chosen."""
+    cutting, blank = inputs.cutting, inputs.blank
+    conjugate = cutting.pinion == "conjugate"
+    lines = [
+        f"{inputs.name}: made by `mixed-ehl settings` from a blank and contact targets.",
+        f"Blank: {blank.source or blank.name} (ISO 23509 Method {blank.method}).",
+        f"Gear: {cutting.gear}, {blank.process}.",
+    ]
+    if conjugate:
+        lines.append(
+            "Pinion: no settings; its flanks are the conjugate ones less an ease-off, whether or not a machine can cut"
+        )
+        lines.append("them. Ease-off in um at the ends of the face and of the working depth of the gear:")
+    else:
+        lines.append(
+            f"Pinion: {cutting.pinion}, {cutting.machine} machine, fitted to the conjugate flank plus ease-off, in um"
+        )
+        lines.append("at the ends of the face and of the working depth of the gear:")
+    targets = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
+    for side in FLANK_SIDES:
+        target, state = targets[side], fitted[side]
+        chosen = (
+            f"toe {target.crowning_toe * 1e6:.4g}, heel {target.crowning_heel * 1e6:.4g}, "
+            f"root {target.relief_root * 1e6:.4g}, tip {target.relief_tip * 1e6:.4g}"
+        )
+        moved = {"bias": target.bias, "contact_face": target.contact_face, "contact_depth": target.contact_depth}
+        chosen += "".join(f", {name} {value:.4g}" for name, value in moved.items() if value)
+        if target.twist:
+            chosen += f", twist {target.twist * 1e6:.4g}"
+        if target.transmission_error is not None:
+            chosen += f", scaled to {target.transmission_error / ARCSEC:.4g} arcsec"
+        lost = int(np.sum(~state.found))
+        residual = f"residual {state.rms * 1e6:.2f} um rms, {state.largest * 1e6:.2f} um at most, "
+        lines.append(f"  {side} pinion flank: {chosen};")
+        lines.append(f"    {'' if conjugate else residual}{lost} of {state.found.size} points undercut.")
+    lines += [
+        "Machine settings and cutters are constructed, not published; ease-off, operating point, oil, material and",
+        "roughness are our choice where the source does not name them. No fillet is defined.",
+    ]
+    return lines
+
+
+def design_text(
+    inputs: SettingsInput,
+    blank: PairBlank,
+    pinion: PinionFlanks,
+    gear: dict[FlankSide, CutFlank],
+    header: Iterable[str],
+) -> str:
+    """Text of the design file."""
+    operation = inputs.operation
+    tables: list[tuple[str, Table]] = [
+        ("", {"name": inputs.name, "source": inputs.source or inputs.blank.source}),
+        (
+            "assembly",
+            {
+                "shaft_angle": f"{_short(np.degrees(blank.shaft_angle), 8)} deg",
+                "hypoid_offset": f"{_short(blank.hypoid_offset * 1e3, 7)} mm",
+                "drive_flank_pinion": "concave",
+                "normal_backlash": f"{_short(blank.backlash_normal * 1e3, 7)} mm",
+            },
+        ),
+        (
+            "operation",
+            {
+                "torque": f"{operation.torque:.6g} N m",
+                "speed": f"{operation.speed * 30.0 / np.pi:.6g} rpm",
+                "temperature_oil": f"{operation.temperature_oil - KELVIN:.6g} degC",
+                "oil": operation.oil,
+            },
+        ),
+    ]
+    for name, chosen, member, flanks in (
+        ("pinion", inputs.pinion, blank.pinion, pinion),
+        ("gear", inputs.gear, blank.gear, gear),
+    ):
+        extra: Table = {"material": chosen.material}
+        if chosen.finish is not None:
+            extra["finish"] = chosen.finish
+        if chosen.finish is None or "roughness_rms" in chosen.model_fields_set:
+            extra["roughness_rms"] = f"{chosen.roughness_rms * 1e6:.6g} um"
+        tables += _member(name, member, flanks, extra)
+        for edge, relief in chosen.edge_relief:
+            if relief is not None:
+                tables.append((f"{name}.edge_relief.{edge}", relief.model_dump()))
+    comment = "".join(f"# {line}".rstrip() + "\n" for line in header)
+    return comment + "\n" + _tables(tables)
+
+
+def targets_text(inputs: SettingsInput, comment: str) -> str:
+    """Text of a targets file: what was given, none of the defaults."""
+    return f"# {comment}\n\n" + _tables(_model_tables("", inputs))
+
+
+def _model_tables(name: str, model: BaseModel) -> Iterator[tuple[str, Table]]:
+    """A model as tables of a file, each after the one it is part of."""
+    plain: Table = {}
+    inner: list[tuple[str, BaseModel]] = []
+    for key in type(model).model_fields:
+        value = getattr(model, key)
+        if key not in model.model_fields_set or value is None:
+            continue
+        if isinstance(value, BaseModel):
+            inner.append((f"{name}.{key}".removeprefix("."), value))
+        else:
+            plain[key] = _with_unit(type(model), key, value) if isinstance(value, float) else value
+    yield name, plain
+    for full, one in inner:
+        yield from _model_tables(full, one)
+
+
+def _with_unit(model: type[BaseModel], key: str, value: float) -> Value:
+    """A value as a user would write it; ten digits."""
+    unit = value_range_of(model, key).unit
+    shown, factor, shift = {
+        "m": ("mm", 1e3, 0.0) if abs(value) >= 1e-3 else ("um", 1e6, 0.0),
+        "rad": ("deg", 180.0 / np.pi, 0.0),
+        "rad/s": ("rpm", 30.0 / np.pi, 0.0),
+        "K": ("degC", 1.0, -KELVIN),
+    }.get(unit, (unit, 1.0, 0.0))
+    number = float(f"{value * factor + shift:.10g}")
+    return f"{number!r} {shown}" if unit else number
+
+
+def parse_design(text: str) -> Design:
+    """The design that a text holds."""
+    return validate(Design, tomllib.loads(text))

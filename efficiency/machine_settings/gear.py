@@ -1,0 +1,349 @@
+"""Settings of the gear from blank and cutter.
+
+The cutter axis is square to the root cone at the mean point; the cutter centre lies so that the mean trace has the mean
+spiral angle. A face-hobbed gear has spiral and pressure angles then exactly, both blades at the reference radius on the
+pitch plane and the slot made by their phase. A face-milled one gets its two point radii, blade angles and the place of
+the cutter centre along the root line from the five conditions slot width, two pressure angles, mean spiral angle and
+nominal cutter radius: the slot has a width, so none of them is exact without (without it a Formate gear loses about
+0.8 deg of pressure angle a flank, a generated one its dedendum angle's share).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.blanks.cones import Blank
+from efficiency.blanks.pair_blank import PairBlank
+from efficiency.contact.assembly import Assembly
+from efficiency.cutting.cutter import FLANK_SIDES, Blade, FlankSide
+from efficiency.cutting.flank import CutFlank, FlankPoints
+from efficiency.cutting.machine import MachineSettings
+from efficiency.machine_settings.generating import (
+    GeneratingScrew,
+    ToolPose,
+    generating_screw,
+    machine_pose,
+    share_of_root_angle,
+)
+from ehl.common.errors import ConvergenceError, InputError
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PairDimensions:
+    """Dimensions of a pair that machine settings are made from, SI units and rad.
+
+    Attributes
+    ----------
+    assembly : Assembly
+        Position of the axes, aligned.
+    pinion, gear : Blank
+        Blanks.
+    hand_gear : float
+        +1 for a right-hand gear, -1 for a left-hand one.
+    offset_angle : float
+        Azimuth of the gear's mean point in the mesh frame.
+    calculation_gear, calculation_pinion : float
+        Calculation point from the middle of the face towards the heel [m]; spiral angle, pressure angles, thickness and
+        offset angle belong there.
+    spiral_gear, spiral_pinion : float
+        Mean spiral angles.
+    pressure_concave, pressure_convex : float
+        Normal pressure angles of the gear flanks.
+    thickness_gear : float
+        Mean normal circular tooth thickness of the gear [m].
+    clearance : float
+        Between tip and root [m].
+    backlash : float
+        Normal backlash [m], taken off the normal circular thickness of the pinion.
+    cutter_radius : float
+        Nominal radius of the gear cutter [m].
+    blade_groups : int
+        Of a face-hob head, 0 for a face mill.
+    generated_gear : bool
+        False for a Formate gear.
+    """
+
+    assembly: Assembly
+    pinion: Blank
+    gear: Blank
+    hand_gear: float
+    offset_angle: float
+    calculation_gear: float
+    calculation_pinion: float
+    spiral_gear: float
+    spiral_pinion: float
+    pressure_concave: float
+    pressure_convex: float
+    thickness_gear: float
+    clearance: float
+    backlash: float
+    cutter_radius: float
+    blade_groups: int
+    generated_gear: bool
+
+    def pressure(self, side: FlankSide) -> float:
+        """Normal pressure angle of a gear flank [rad]."""
+        return self.pressure_concave if side == "concave" else self.pressure_convex
+
+    @property
+    def point_gear(self) -> tuple[float, float]:
+        """Radius and axial position of the gear's calculation point [m]."""
+        radius, z = self.gear.axial(np.array([self.calculation_gear]), np.zeros(1))
+        return float(radius[0]), float(z[0])
+
+    @property
+    def dedendum_gear(self) -> float:
+        """Dedendum of the gear at the calculation point [m]."""
+        return -float(self.gear.root(np.array([self.calculation_gear]))[0])
+
+    @property
+    def dedendum_pinion(self) -> float:
+        """Dedendum of the pinion at the calculation point [m]."""
+        return -float(self.pinion.root(np.array([self.calculation_pinion]))[0])
+
+    @property
+    def slot_angle(self) -> float:
+        """Angle of a gear slot at the calculation point [rad]."""
+        radius = self.point_gear[0]
+        return float(2.0 * np.pi / self.gear.teeth - self.thickness_gear / (radius * np.cos(self.spiral_gear)))
+
+    @property
+    def lead_angle(self) -> float:
+        """nu of face hobbing: sin nu = z0 m_mn/(2 rc0) [rad]; 0 for face milling."""
+        module = 2.0 * self.point_gear[0] * np.cos(self.spiral_gear) / self.gear.teeth
+        sine = self.blade_groups * module / (2.0 * self.cutter_radius)
+        if sine >= 1.0:
+            raise InputError(
+                "cutter_radius",
+                f"{self.cutter_radius * 1e3:.5g} mm",
+                f"above {self.cutter_radius * sine * 1e3:.5g} mm with {self.blade_groups} blade groups",
+            )
+        return float(np.arcsin(sine))
+
+
+@dataclass(frozen=True)
+class GearCut:
+    """The cut gear and its tool in space.
+
+    Attributes
+    ----------
+    concave, convex : CutFlank
+        Flanks.
+    tool : ToolPose
+        Cutter in the mesh frame at the design point.
+    screw : GeneratingScrew
+        Cradle of the generating gear; the gear itself for a Formate gear.
+    tool_angle : float
+        Cutter angle of the mean point in the axes of `tool` [rad].
+    cutter_turn : float
+        What a cutter angle in the axes of `tool` has to grow by to be one of the gear's machine [rad].
+    rotation : float
+        Azimuth of the gear's work frame in the mesh frame at the design point [rad].
+    """
+
+    concave: CutFlank
+    convex: CutFlank
+    tool: ToolPose
+    screw: GeneratingScrew
+    tool_angle: float
+    cutter_turn: float
+    rotation: float
+
+    def flank(self, side: FlankSide) -> CutFlank:
+        """One of the two flanks."""
+        return self.concave if side == "concave" else self.convex
+
+
+def turned(angle: float) -> FloatArray:
+    """Rotation about z."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def cut_gear(pair: PairDimensions) -> GearCut:
+    """Both flanks of the gear.
+
+    Raises
+    ------
+    ConvergenceError
+        No point radii and blade angles give the slot.
+    """
+    return _hobbed(pair) if pair.blade_groups else _milled(pair)
+
+
+def _tool(pair: PairDimensions, shift: float) -> tuple[ToolPose, float]:
+    """Cutter on the root at the gear's calculation point, that point at azimuth 0 in the gear frame; its cutter
+    angle."""
+    blank, hand = pair.gear, pair.hand_gear
+    root = blank.pitch_angle - blank.dedendum_angle
+    axes = np.array([[np.sin(root), 0.0, -np.cos(root)], [0.0, 1.0, 0.0], [np.cos(root), 0.0, np.sin(root)]])
+    radius, z = pair.point_gear
+    foot = np.array([radius, 0.0, z]) + pair.dedendum_gear * np.cos(blank.dedendum_angle) * axes[:, 2]
+    along, rc = pair.spiral_gear - pair.lead_angle, pair.cutter_radius
+    centre = foot + axes @ np.array([shift - rc * np.sin(along), hand * rc * np.cos(along), 0.0])
+    return ToolPose(centre, axes), float(np.arctan2(-hand * np.cos(along), np.sin(along)))
+
+
+@dataclass(frozen=True)
+class _Setup:
+    """Gear machine of a tool."""
+
+    machine: MachineSettings
+    tool: ToolPose
+    screw: GeneratingScrew
+    cutter_turn: float
+    rotation: float
+
+
+def _setup(pair: PairDimensions, tool: ToolPose) -> _Setup:
+    placed = tool.moved(turned(pair.offset_angle), np.zeros(3))
+    if pair.generated_gear:
+        root = pair.gear.pitch_angle - pair.gear.dedendum_angle
+        screw = generating_screw(pair.assembly, share_of_root_angle(pair.assembly, root))
+        pose = machine_pose(screw.point, -screw.direction, np.zeros(3), np.array([0.0, 0.0, 1.0]), placed)
+        ratio = -pair.assembly.ratio / screw.rate
+        machine = pose.machine(ratio, -screw.pitch)
+        facing = pose.work_direction
+        return _Setup(machine, placed, screw, pose.cutter_turn, float(np.arctan2(facing[1], facing[0])))
+    # Formate: the machine centre on the gear axis; at the pitch apex in face hobbing, at the root apex in face milling
+    x, y, z = tool.axes.T
+    to_back = pair.gear.pitch_apex_beyond_crossing if pair.blade_groups else -float(tool.centre @ z / z[2])
+    centre = tool.centre + np.array([0.0, 0.0, to_back])
+    machine = MachineSettings(
+        radial_setting=float(np.hypot(centre @ x, centre @ y)),
+        cradle_angle=float(np.arctan2(centre @ y, centre @ x)),
+        machine_root_angle=float(np.arcsin(z[2])),
+        roll_ratio=1.0,
+        sliding_base=-float(centre @ z),
+        machine_centre_to_back=to_back,
+        generated=False,
+    )
+    return _Setup(machine, placed, generating_screw(pair.assembly, 0.0), 0.0, pair.offset_angle)
+
+
+def _cut(pair: PairDimensions, setup: _Setup, angle: float, blades: tuple[Blade, Blade]) -> GearCut:
+    zero = angle + setup.cutter_turn
+    concave, convex = (CutFlank(blade, setup.machine, pair.gear, zero) for blade in blades)
+    return GearCut(concave, convex, setup.tool, setup.screw, angle, setup.cutter_turn, setup.rotation)
+
+
+def _hobbed(pair: PairDimensions) -> GearCut:
+    """Both blades at the reference radius on the pitch plane, the slot made by their phase."""
+    tool, angle = _tool(pair, 0.0)
+    setup = _setup(pair, tool)
+    index = pair.blade_groups / pair.gear.teeth
+    blades = []
+    for side in FLANK_SIDES:
+        # the slot lies between the flanks: half of it to each side of the mean point's azimuth
+        rotation = (-0.5 if side == "concave" else 0.5) * pair.hand_gear * pair.slot_angle
+        blades.append(
+            Blade(
+                point_radius=pair.cutter_radius,
+                blade_angle=pair.pressure(side),
+                side=side,
+                reference_height=pair.dedendum_gear,
+                groups=pair.blade_groups,
+                offset_angle=pair.hand_gear * pair.lead_angle,
+                phase=-rotation / index,
+            )
+        )
+    return _cut(pair, setup, angle, (blades[0], blades[1]))
+
+
+def _milled(pair: PairDimensions) -> GearCut:
+    """Point radii, blade angles and place of the cutter by Newton's method on the calculation point of both flanks."""
+    depth, radius = pair.dedendum_gear, pair.point_gear[0]
+    place = np.array([pair.calculation_gear]), np.zeros(1)
+    width = pair.slot_angle * radius * np.cos(pair.spiral_gear)
+    width -= depth * (np.tan(pair.pressure_concave) + np.tan(pair.pressure_convex))
+    scale = np.array([1e-3, 1e-3, 0.01, 0.01, 1e-3])
+    x = np.array(
+        [
+            pair.cutter_radius + 0.5 * width,
+            pair.cutter_radius - 0.5 * width,
+            pair.pressure_concave - pair.gear.dedendum_angle * np.sin(pair.spiral_gear) * pair.generated_gear,
+            pair.pressure_convex + pair.gear.dedendum_angle * np.sin(pair.spiral_gear) * pair.generated_gear,
+            0.0,
+        ]
+    )
+
+    def cut(x: FloatArray) -> GearCut:
+        tool, angle = _tool(pair, float(x[4]))
+        blades = Blade(float(x[0]), float(x[2]), "concave"), Blade(float(x[1]), float(x[3]), "convex")
+        return _cut(pair, _setup(pair, tool), angle, blades)
+
+    def excess(x: FloatArray) -> FloatArray:
+        azimuth, spiral, pressure = [], [], []
+        made = cut(x)
+        for side in FLANK_SIDES:
+            points, found = made.flank(side).solve(*place)
+            if not found.all():
+                raise ConvergenceError("gear_settings", f"the {side} gear flank does not reach its calculation point")
+            azimuth.append(float(points.azimuth[0]))
+            spiral.append(_signed_spiral(pair, points))
+            pressure.append(float(points.angles(pair.gear.pitch_angle)[1][0]))
+        slot = np.angle(np.exp(1j * (azimuth[1] - azimuth[0]))) * pair.hand_gear
+        return np.array(
+            [
+                (slot - pair.slot_angle) * radius / 1e-3,
+                (pressure[0] - pair.pressure_concave) / 0.01,
+                (pressure[1] - pair.pressure_convex) / 0.01,
+                (0.5 * (spiral[0] + spiral[1]) - pair.spiral_gear) / 0.01,
+                (0.5 * (x[0] + x[1]) - pair.cutter_radius) / 1e-3,
+            ]
+        )
+
+    for _ in range(8):
+        value = excess(x)
+        if np.abs(value).max() < 1e-9:
+            break
+        columns = [(excess(x + 1e-3 * scale * unit) - value) / 1e-3 for unit in np.eye(5)]
+        try:
+            x = x - scale * np.linalg.solve(np.stack(columns, axis=1), value)
+        except np.linalg.LinAlgError:
+            raise ConvergenceError(
+                "gear_settings", "radii, angles and place of the gear cutter are not defined"
+            ) from None
+    else:
+        if np.abs(value).max() > 1e-6:
+            raise ConvergenceError("gear_settings", "no point radii and blade angles give the slot of the gear")
+    return cut(x)
+
+
+def _signed_spiral(pair: PairDimensions, points: FlankPoints) -> float:
+    """Spiral angle of one point [rad], positive in the sense of the member's hand."""
+    normal, azimuth = points.normal[:, 0], float(points.azimuth[0])
+    outwards = normal[0] * np.cos(azimuth) + normal[1] * np.sin(azimuth)
+    around = normal[1] * np.cos(azimuth) - normal[0] * np.sin(azimuth)
+    along = outwards * np.sin(pair.gear.pitch_angle) + normal[2] * np.cos(pair.gear.pitch_angle)
+    return -pair.hand_gear * float(np.arctan(along / around))
+
+
+def pair_dimensions(blank: PairBlank, generated_gear: bool) -> PairDimensions:
+    """Dimensions of a pair from its blank; drive is the concave pinion flank, hence the convex gear flank."""
+    hand = 1.0 if blank.gear.hand == "right" else -1.0
+    assembly = Assembly(blank.pinion.teeth, blank.gear.teeth, blank.shaft_angle, hand * blank.hypoid_offset)
+    return PairDimensions(
+        assembly=assembly,
+        pinion=blank.pinion.cones,
+        gear=blank.gear.cones,
+        hand_gear=hand,
+        offset_angle=hand * blank.offset_angle,
+        calculation_gear=-blank.gear.middle_shift,
+        calculation_pinion=-blank.pinion.middle_shift,
+        spiral_gear=blank.gear.mean_spiral_angle,
+        spiral_pinion=blank.pinion.mean_spiral_angle,
+        pressure_concave=blank.pressure_angle_coast,
+        pressure_convex=blank.pressure_angle_drive,
+        thickness_gear=blank.gear.mean_normal_thickness,
+        clearance=blank.clearance,
+        backlash=blank.backlash_normal,
+        cutter_radius=blank.cutter_radius,
+        blade_groups=blank.blade_groups or 0,
+        generated_gear=generated_gear,
+    )

@@ -1,0 +1,231 @@
+"""The targets file: blank, way of cutting, target ease-off, operating point."""
+
+from __future__ import annotations
+
+from math import degrees, radians
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import field_validator, model_validator
+
+from efficiency.blanks.inputs import PairBlankInput, load_blank
+from efficiency.contact.conjugate import read_ease_off_map
+from efficiency.design.design import Rms
+from efficiency.design.relief_input import MemberReliefInput
+from efficiency.loss.kinematics import OperatingPoint
+from ehl.common.data import named_file
+from ehl.common.errors import InputError
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel, read_toml, validate
+from ehl.material import Material
+from ehl.surface.finish import Finish
+
+Relief = Annotated[float, ValueRange("m", ge=0.0, le=1e-3)]
+Slope = Annotated[float, ValueRange("", ge=-2.0, le=2.0)]
+Twist = Annotated[float, ValueRange("m", ge=-1e-3, le=1e-3)]
+Place = Annotated[float, ValueRange("", ge=-0.6, le=0.6)]
+
+
+class Cutting(InputModel):
+    """How the members are cut.
+
+    Attributes
+    ----------
+    gear : str
+        ``"formate"`` (not generated) or ``"generated"``.
+    pinion : str
+        ``"both_flanks"``: one machine setting for both flanks (completing); ``"each_flank"``: a setting per flank;
+        ``"conjugate"``: no settings, the flanks are defined as conjugate to the gear's plus the ease-off.
+    machine : str
+        ``"free_form"``: any relative motion; ``"cradle"``: machine root angle near the pinion's root cone and tilt
+        within `tilt_limit`.
+    tilt_limit : float
+        Largest tilt of a cradle machine [rad].
+    blades : str
+        ``"straight"`` or ``"curved"`` pinion blades; left out, straight where each face-milled flank has its own
+        setting and curved elsewhere.
+    """
+
+    gear: Literal["formate", "generated"] = "formate"
+    pinion: Literal["both_flanks", "each_flank", "conjugate"] = "both_flanks"
+    machine: Literal["free_form", "cradle"] = "free_form"
+    tilt_limit: Annotated[float, ValueRange("rad", ge=0.0, le=radians(60.0))] = radians(30.0)
+    blades: Literal["straight", "curved"] | None = None
+    radius_offsets: Literal["free", "none"] = "free"
+
+
+class FlankTarget(InputModel):
+    """Target ease-off of one flank pair.
+
+    Relief is nothing at the contact position and grows with the square of the distance; the four amounts hold at the
+    ends of the face and of the working depth for a contact in the middle. Sides are those of the gear.
+
+    Attributes
+    ----------
+    crowning_toe, crowning_heel : float
+        Relief at both ends of the face [m].
+    relief_root, relief_tip : float
+        Relief at root and tip of the gear's working depth [m].
+    bias : float
+        How far the line of no lengthwise relief leans: its shift from mid-depth to the gear tip towards the heel, in
+        half faces.
+    twist : float
+        Relief added at the corners heel-tip and toe-root, taken from the two others [m].
+    contact_face, contact_depth : float
+        Contact position, -1 at toe (root), 1 at heel (tip) of the gear.
+    transmission_error : float or None
+        Target peak-to-peak unloaded transmission error over one pitch [rad]; all reliefs are then scaled alike to give
+        it.
+    map : str, optional
+        Path of a CSV file with an ease-off that is added, measured or of another program; see `contact.conjugate`.
+    """
+
+    crowning_toe: Relief = 40e-6
+    crowning_heel: Relief = 40e-6
+    relief_root: Relief = 12e-6
+    relief_tip: Relief = 12e-6
+    bias: Slope = 0.0
+    twist: Twist = 0.0
+    contact_face: Place = 0.0
+    contact_depth: Place = 0.0
+    transmission_error: Annotated[float, ValueRange("rad", gt=0.0, le=2e-3)] | None = None
+    map: str | None = None
+
+    @model_validator(mode="after")
+    def _map_as_it_is(self) -> Self:
+        if self.map is None:
+            return self
+        read_ease_off_map(Path(self.map))
+        if self.transmission_error is not None:
+            raise InputError(
+                "transmission_error", self.transmission_error, "no value beside a map, whose ease-off is not scaled"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _some_relief(self) -> Self:
+        if self.transmission_error is not None and not max(
+            self.crowning_toe, self.crowning_heel, self.relief_root, self.relief_tip
+        ):
+            raise InputError("transmission_error", self.transmission_error, "no value where all reliefs are 0")
+        return self
+
+
+class Targets(InputModel):
+    """Ease-off of both flank pairs and how near the root has to come to the blank's.
+
+    Attributes
+    ----------
+    drive, coast : FlankTarget
+        Drive is the concave pinion flank.
+    root_weight : float
+        Residual that one metre of root error counts as; left out, 0.02 where both face-hobbed flanks share a setting,
+        0.03 elsewhere.
+    """
+
+    drive: FlankTarget = FlankTarget()
+    coast: FlankTarget = FlankTarget()
+    root_weight: Annotated[float, ValueRange("", ge=0.0, le=1.0)] | None = None
+
+
+class MemberTargets(InputModel):
+    """What a design file says of a member besides its cut flanks: a finish by its name, else the roughness; relief."""
+
+    material: str = "steel"
+    finish: str | None = None
+    roughness_rms: Rms = 0.4e-6
+    edge_relief: MemberReliefInput = MemberReliefInput()
+
+    @model_validator(mode="after")
+    def _known(self) -> Self:
+        Material.load(self.material)
+        if self.finish is not None:
+            Finish.load(self.finish, "run_in")
+        return self
+
+
+class SettingsInput(InputModel):
+    """Content of a targets file.
+
+    `blank` is a table, or the name or path of a blank file.
+    """
+
+    name: str
+    source: str = ""
+    blank: PairBlankInput
+    cutting: Cutting = Cutting()
+    targets: Targets = Targets()
+    pinion: MemberTargets = MemberTargets()
+    gear: MemberTargets = MemberTargets()
+    operation: OperatingPoint
+
+    @field_validator("blank", mode="before")
+    @classmethod
+    def _by_name(cls, value: Any) -> Any:
+        return load_blank(value).model_dump() if isinstance(value, str) else value
+
+    @model_validator(mode="after")
+    def _one_way_of_cutting(self) -> Self:
+        if self.blank.gear_cutting not in (None, self.cutting.gear):
+            raise InputError(
+                "cutting.gear",
+                self.cutting.gear,
+                f"{self.blank.gear_cutting}, as gear_cutting of the blank says",
+                "Change one of both, or leave gear_cutting out of the blank.",
+            )
+        if self.blank.inside_blade_angle_gear is not None:
+            raise InputError(
+                "blank.inside_blade_angle_gear",
+                f"{degrees(self.blank.inside_blade_angle_gear):.6g} deg",
+                "no value: the settings keep the cutter axis square to the root cone",
+                "The blade angles then follow from the pressure angles; leave it out.",
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _ease_off_alone(self) -> Self:
+        if self.cutting.pinion == "conjugate":
+            for side in ("drive", "coast"):
+                target: FlankTarget = getattr(self.targets, side)
+                if target.map is not None:
+                    raise InputError(
+                        f"targets.{side}.map",
+                        target.map,
+                        "no map where the pinion is conjugate",
+                        "Give it as ease_off.map of the flank in the design file.",
+                    )
+                for one, other in (("crowning_toe", "crowning_heel"), ("relief_root", "relief_tip")):
+                    if getattr(target, one) != getattr(target, other):
+                        allowed = f"equal to {one} where the pinion is conjugate"
+                        raise InputError(f"targets.{side}.{other}", getattr(target, other), allowed)
+        return self
+
+    @property
+    def curved_blades(self) -> bool:
+        """Whether pinion blades may be curved."""
+        if self.cutting.blades is not None:
+            return self.cutting.blades == "curved"
+        return self.blank.process == "face_hobbing" or self.cutting.pinion == "both_flanks"
+
+
+def targets_beside(design: Path) -> Path:
+    """Where the targets that a design file was made from lie."""
+    return design.with_name(f"{design.stem}_targets{design.suffix}")
+
+
+def load_targets(name: str | Path) -> SettingsInput:
+    """Read and check a targets file, or shipped targets by their name.
+
+    Raises
+    ------
+    InputError
+        Naming field, value and allowed range.
+    """
+    path = named_file("targets", "targets", name)
+    content = read_toml(path, "targets")
+    targets = content.get("targets")
+    for target in targets.values() if isinstance(targets, dict) else ():
+        if isinstance(target, dict) and isinstance(target.get("map"), str):
+            # counted from the folder of the file
+            target["map"] = str(path.parent / target["map"])
+    return validate(SettingsInput, content)

@@ -1,0 +1,136 @@
+"""Tables of machine settings: settings of all four flanks, residuals, residual maps; warnings below."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ehl.common.quantities import quantity
+from ehl.common.table import Column, Table
+
+if TYPE_CHECKING:
+    from efficiency.machine_settings.correction import MachineCorrections
+    from efficiency.machine_settings.settings_result import FlankFit, SettingsResult
+
+MAP_FROM = 1e-9  # a residual map is shown where the largest residual exceeds this [m]
+
+
+def settings_tables(result: SettingsResult) -> list[Table]:
+    """Settings, fit, and the residual map of a flank that does not meet its target; warnings below the fit."""
+    maps = [_map(flank) for flank in result.flanks if flank.fitted.largest > MAP_FROM]
+    return [_settings(result), _fit(result), *maps]
+
+
+def correction_tables(result: MachineCorrections) -> list[Table]:
+    """What to set on the machine, then the deviations before and after."""
+    tables = []
+    for flanks in dict.fromkeys(item.flanks for item in result.corrections):
+        own = [item for item in result.corrections if item.flanks == flanks]
+        rows = [
+            (part, *(getattr(item, name) for item in own))
+            for part, name in (
+                ("change", "change"),
+                ("its uncertainty", "uncertainty"),
+                ("before", "nominal"),
+                ("to set", "corrected"),
+            )
+        ]
+        of = "both flanks" if flanks == "both" else f"{flanks} flank"
+        tables.append(
+            Table(
+                ["setting", *(Column(item.setting, label=item.setting.replace("_", " "), digits=6) for item in own)],
+                rows,
+                f"{result.design}, {result.member}, {of}: machine corrections",
+                name=f"corrections_{flanks}",
+                vertical=True,
+            )
+        )
+    fields = (
+        "deviation_rms",
+        "deviation_max",
+        "spiral_angle_error",
+        "pressure_angle_error",
+        "lengthwise_crowning",
+        "profile_crowning",
+        "twist",
+    )
+    labels = {name: name.replace("_", " ") for name in fields}
+    deviations = Table(
+        ["flank", *(Column(name, label=labels[name]) for name in fields)],
+        [(f"{item.flank}, {item.part}", *(getattr(item, name) for name in fields)) for item in result.deviations],
+        "Deviation from nominal, material too much positive",
+        result.notes,
+        name="deviations",
+        vertical=True,
+    )
+    return [*tables, deviations]
+
+
+def _settings(result: SettingsResult) -> Table:
+    """The numbers of the design file, a column per flank."""
+    columns = {}
+    for member in ("pinion", "gear"):
+        for side in ("concave", "convex"):
+            given = getattr(getattr(result.design, member), side).model_dump()
+            columns[f"{member} {side}"] = {name: value for table in given.values() for name, value in table.items()}
+    names = dict.fromkeys(name for values in columns.values() for name in values)
+    used = [name for name in names if any(values.get(name) not in (None, 0.0) for values in columns.values())]
+    return Table(
+        ["flank", *(Column(name, label=name.replace("_", " "), digits=6) for name in used)],
+        [(flank, *(values.get(name) for name in used)) for flank, values in columns.items()],
+        result.design.name,
+        name="settings",
+        vertical=True,
+    )
+
+
+def _fit(result: SettingsResult) -> Table:
+    places = ("toe", "middle", "heel")
+    rows = []
+    for flank in result.flanks:
+        fitted = flank.fitted
+        root = list(fitted.root_error) or [None] * len(places)
+        missing = len(flank.undercut)
+        rows.append(
+            (flank.side, fitted.rms, fitted.largest, missing, fitted.found.size, *root, flank.transmission_error)
+        )
+    return Table(
+        [
+            "pinion flank",
+            "residual_rms",
+            "residual_max",
+            Column("undercut_points", label="undercut points"),
+            Column("points", label="points of the grid"),
+            *(Column(f"root_error_{place}", of="root_error", label=f"root error, {place}") for place in places),
+            "transmission_error",
+        ],
+        rows,
+        "fit",
+        [
+            *(f"warning: {warning}" for warning in result.warnings),
+            f"{result.status}, {result.iterations} iterations, {result.seconds:.2f} s",
+        ],
+        vertical=True,
+    )
+
+
+def _map(flank: FlankFit) -> Table:
+    """Residual over the gear flank, tip on top, root to tip down the rows and toe to heel along them."""
+    along, deep = flank.grid.shape
+    shape = (deep, along)
+    residual, found = flank.fitted.residual.reshape(shape), flank.fitted.found.reshape(shape)
+    u, depth = flank.grid.u.reshape(shape)[0], 0.5 * (flank.grid.y.reshape(shape)[:, 0] + 1.0)
+    picked = range(0, along, 2)
+    at = [quantity("gear_u").text(float(u[k]), 3) for k in picked]
+    unit = quantity("residual_max").display
+    return Table(
+        [
+            Column("depth", of="pattern_depth", label="depth", digits=2),
+            *(Column(f"at {text}", of="residual_max", label=text, digits=3) for text in at),
+        ],
+        [
+            (depth[row], *(residual[row, k] if found[row, k] else "undercut" for k in picked))
+            for row in reversed(range(deep))
+        ],
+        f"residual of the {flank.side} pinion flank, {unit}, over the gear: from toe to heel, and from root 0 to tip 1",
+        name=f"residual {flank.side}",
+    )

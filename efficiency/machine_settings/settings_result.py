@@ -1,0 +1,176 @@
+"""What the search for machine settings leaves behind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.contact.transmission import Transmission
+from efficiency.cutting.cutter import FlankSide
+from efficiency.design.design import Design
+from efficiency.machine_settings.conjugate import FitGrid
+from efficiency.machine_settings.fit import FittedFlank
+from ehl.common.numbers import finite_or_none
+
+if TYPE_CHECKING:
+    from ehl.common.table import Table
+
+FloatArray = NDArray[np.float64]
+
+RESIDUAL_LIMIT = 3e-6
+
+
+@dataclass(frozen=True)
+class UndercutPoint:
+    """A point that the pinion flank does not reach.
+
+    Attributes
+    ----------
+    gear_u, gear_h : float
+        Blank coordinates of the gear point that would touch it [m].
+    place : str
+        Where on the gear flank: toe, middle or heel, and root, middle or tip.
+    """
+
+    gear_u: float
+    gear_h: float
+    place: str
+
+
+@dataclass(frozen=True)
+class FlankFit:
+    """Residual of one pinion flank.
+
+    Attributes
+    ----------
+    side : str
+        Pinion flank, ``"concave"`` (drive) or ``"convex"`` (coast).
+    grid : FitGrid
+        Where it was fitted.
+    fitted : FittedFlank
+        Relief and residual at the points of the grid.
+    start_error : float
+        Distance of the conjugate start from the conjugate flank [m].
+    undercut : tuple of UndercutPoint
+        Points that do not exist on the flank.
+    transmission : Transmission or None
+        Unloaded transmission error of the mesh; None where it was not or could not be computed.
+    """
+
+    side: FlankSide
+    grid: FitGrid
+    fitted: FittedFlank
+    start_error: float
+    undercut: tuple[UndercutPoint, ...]
+    transmission: Transmission | None = None
+
+    @property
+    def transmission_error(self) -> float | None:
+        """Peak to peak of the unloaded transmission error of the mesh [rad]."""
+        return None if self.transmission is None else self.transmission.peak_to_peak
+
+    @property
+    def residual_map(self) -> FloatArray:
+        """Rows (u [m], h [m], residual [m]); undercut points are not a number."""
+        residual = np.where(self.fitted.found, self.fitted.residual, np.nan)
+        return np.stack([self.grid.u, self.grid.h, residual], axis=1)
+
+
+@dataclass(frozen=True, repr=False)
+class SettingsResult:
+    """Machine settings from targets.
+
+    Attributes
+    ----------
+    design : Design
+        The pair as its file holds it.
+    text : str
+        The design file.
+    concave, convex : FlankFit
+        Residuals of both pinion flanks.
+    iterations : int
+        Of the fits together.
+    seconds : float
+        Wall time.
+    status : str
+        ``"converged"``; ``"pointed"`` where the cut flanks of a member cross below its tip; ``"undercut"`` where more
+        than a twentieth of a working flank is undercut; ``"residual"`` where a residual exceeds `RESIDUAL_LIMIT`.
+    warnings : tuple of str
+        What to look at.
+    """
+
+    design: Design
+    text: str
+    concave: FlankFit
+    convex: FlankFit
+    iterations: int
+    seconds: float
+    status: str
+    warnings: tuple[str, ...]
+
+    @property
+    def flanks(self) -> tuple[FlankFit, FlankFit]:
+        """Both flanks, drive first."""
+        return self.concave, self.convex
+
+    @property
+    def rms(self) -> float:
+        """Larger of both residuals, root mean square [m]."""
+        return max(flank.fitted.rms for flank in self.flanks)
+
+    def __repr__(self) -> str:
+        return (
+            f"SettingsResult({self.design.name!r}: {self.status}, residual RMS {self.rms:.3g} m, "
+            f"{len(self.warnings)} warnings)"
+        )
+
+    def _repr_html_(self) -> str:
+        return "\n".join(table.html() for table in self.tables())
+
+    def tables(self) -> list[Table]:
+        """Settings of the four flanks, residuals of the fit, and maps of what is left.
+
+        Returns
+        -------
+        list of Table
+        """
+        from efficiency.machine_settings.report import settings_tables
+
+        return settings_tables(self)
+
+    def show(self) -> None:
+        """Print settings, residuals and warnings."""
+        for table in self.tables():
+            table.print()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers in SI units.
+
+        Returns
+        -------
+        dict
+            Points that do not exist are null.
+        """
+        out: dict[str, Any] = {
+            "name": self.design.name,
+            "status": self.status,
+            "iterations": self.iterations,
+            "seconds": self.seconds,
+            "warnings": list(self.warnings),
+        }
+        for flank in self.flanks:
+            out[flank.side] = {
+                "residual_rms": flank.fitted.rms,
+                "residual_max": flank.fitted.largest,
+                "transmission_error": flank.transmission_error,
+                "root_error": flank.fitted.root_error.tolist(),
+                "undercut": [
+                    {"gear_u": point.gear_u, "gear_h": point.gear_h, "place": point.place} for point in flank.undercut
+                ],
+                "residual_map": [[finite_or_none(float(value)) for value in row] for row in flank.residual_map],
+            }
+        out["design"] = self.design.model_dump()
+        return out

@@ -1,0 +1,309 @@
+"""Machine settings from targets: blank -> gear settings -> conjugate start -> fit -> design file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.blanks.inputs import PairBlankInput
+from efficiency.blanks.pair import pair_blank
+from efficiency.blanks.pair_blank import PairBlank
+from efficiency.contact.flank_pair import flank_pair
+from efficiency.contact.gear_flanks import Side
+from efficiency.contact.transmission import Transmission
+from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
+from efficiency.cutting.flank import CutFlank
+from efficiency.cutting.rotation import dot, spin
+from efficiency.design.design import Design
+from efficiency.machine_settings.conjugate import ConjugateFlankStart, FitGrid, conjugate_start, grid_on_gear
+from efficiency.machine_settings.cradle import fit_on_cradle
+from efficiency.machine_settings.cut_teeth import tip_findings, undercut_findings
+from efficiency.machine_settings.design_file import (
+    Table,
+    design_text,
+    ease_off_table,
+    header,
+    parse_design,
+    written_flank,
+)
+from efficiency.machine_settings.fit import FitResult, FittedFlank, fit, measure
+from efficiency.machine_settings.free_settings import FreeSettings, free_settings, with_motions
+from efficiency.machine_settings.gear import GearCut, PairDimensions, cut_gear, pair_dimensions
+from efficiency.machine_settings.inputs import Cutting, FlankTarget, MemberTargets, SettingsInput, Targets, load_targets
+from efficiency.machine_settings.settings_result import RESIDUAL_LIMIT, FlankFit, SettingsResult, UndercutPoint
+from efficiency.machine_settings.target_flank import backlash_angle, target_flank, target_relief
+from ehl.common.errors import ConvergenceError
+
+FloatArray = NDArray[np.float64]
+
+_DRIVE: dict[FlankSide, Side] = {"concave": "drive", "convex": "coast"}
+_AMPLITUDE_TOLERANCE = 0.01
+_LOOSER = 0.2
+# coefficients of the map of the mesh: enough for the transmission error to 0.03 arcsec
+_SHAPE = (12, 10)
+# a flank farther off than this needs no transmission error, and a larger one is none
+_MESHES, _MESHES_ANGLE = 2.0 * RESIDUAL_LIMIT, 0.01
+_WAYS_OUT = 'a setting per flank, less ease-off, or cutting.pinion = "conjugate" are ways out'
+
+
+def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = True) -> SettingsResult:
+    """Complete design of a pair from its blank and targets.
+
+    Parameters
+    ----------
+    inputs : SettingsInput, Path or str
+        Content of a targets file, the file, or the name of a shipped one.
+    transmission : bool
+        Whether to compute the unloaded transmission error where no target asks for it.
+
+    Returns
+    -------
+    SettingsResult
+        Machine settings of both members, what is left of the targets, and the design file.
+
+    Raises
+    ------
+    InputError
+        The blank or the cutter is impossible.
+    ConvergenceError
+        The gear or the conjugate pinion does not exist over the working depth.
+
+    Examples
+    --------
+    >>> import efficiency
+    >>> efficiency.settings("fh_spiral_bevel_12x37", transmission=False).status
+    'converged'
+    """
+    began = perf_counter()
+    if isinstance(inputs, Path | str):
+        inputs = load_targets(inputs)
+    start = _start(inputs.blank, inputs.cutting)
+    blank, pair, gear, grid, starts = start.blank, start.pair, start.gear, start.grid, start.starts
+
+    targets = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
+    scale = dict.fromkeys(FLANK_SIDES, 1.0)
+    for _ in range(5):
+        if inputs.cutting.pinion == "conjugate":
+            fits, fitted = [], {side: _uncut(pair, starts[side]) for side in FLANK_SIDES}
+        else:
+            fits = _fit(inputs, scale)
+            fitted = _by_side(fits)
+        text, design = _design(inputs, blank, pair, gear, fitted, scale)
+        amplitudes = {side: targets[side].transmission_error for side in FLANK_SIDES}
+        mesh = {
+            side: unloaded_mesh(design, _DRIVE[side], fitted[side]) if transmission or amplitudes[side] else None
+            for side in FLANK_SIDES
+        }
+        off = {
+            side: float(want / have.peak_to_peak)
+            for side, want in amplitudes.items()
+            if want and (have := mesh[side]) is not None
+        }
+        if all(abs(ratio - 1.0) < _AMPLITUDE_TOLERANCE for ratio in off.values()):
+            break
+        scale = {side: scale[side] * off.get(side, 1.0) for side in FLANK_SIDES}
+
+    reports = {
+        side: FlankFit(side, grid, fitted[side], starts[side].error, _undercut(grid, fitted[side]), mesh[side])
+        for side in FLANK_SIDES
+    }
+    findings = [
+        *tip_findings(design.flanks(), blank.module_normal),
+        *undercut_findings(tuple(reports.values()), grid.lowest),
+    ]
+    warnings = (*(finding.text for finding in findings), *_warnings(blank, reports, transmission))
+    if inputs.cutting.pinion == "conjugate":
+        warnings = ("pinion: flanks defined by conjugate plus ease-off, not cut by settings", *warnings)
+    flaws = {finding.flaw for finding in findings}
+    short = any(report.fitted.rms > RESIDUAL_LIMIT for report in reports.values())
+    status = next((flaw for flaw in ("pointed", "undercut") if flaw in flaws), "residual" if short else "converged")
+    return SettingsResult(
+        design=design,
+        text=text,
+        concave=reports["concave"],
+        convex=reports["convex"],
+        iterations=sum(result.iterations for result in fits),
+        seconds=perf_counter() - began,
+        status=status,
+        warnings=warnings,
+    )
+
+
+@dataclass(frozen=True)
+class _Start:
+    """What does not depend on the ease-off: blanks, the cut gear, the conjugate pinion."""
+
+    blank: PairBlank
+    pair: PairDimensions
+    gear: GearCut
+    grid: FitGrid
+    starts: dict[FlankSide, ConjugateFlankStart]
+
+
+@lru_cache(maxsize=4)
+def _start(blank_input: PairBlankInput, cutting: Cutting) -> _Start:
+    blank = pair_blank(blank_input.model_copy(update={"gear_cutting": cutting.gear}))
+    pair = pair_dimensions(blank, cutting.gear == "generated")
+    gear = cut_gear(pair)
+    grid = grid_on_gear(pair, gear)
+    return _Start(blank, pair, gear, grid, {side: conjugate_start(pair, gear, side, grid) for side in FLANK_SIDES})
+
+
+def forget_fits() -> None:
+    """Forget what earlier calls have left: conjugate starts of blanks and cutters, fits of flanks."""
+    _start.cache_clear()
+    _fit_flanks.cache_clear()
+
+
+def _fit(inputs: SettingsInput, scale: dict[FlankSide, float]) -> list[FitResult]:
+    targets: dict[FlankSide, FlankTarget] = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
+    together = [FLANK_SIDES] if free_settings(inputs).common else [(side,) for side in FLANK_SIDES]
+    return [
+        _fit_flanks(
+            inputs.model_copy(update={"targets": Targets(root_weight=inputs.targets.root_weight), **_NO_LOAD}),
+            tuple((side, targets[side], scale[side]) for side in sides),
+        )
+        for sides in together
+    ]
+
+
+# what a fit of flanks does not depend on
+_NO_LOAD: dict[str, object] = {"name": "", "source": "", "pinion": MemberTargets(), "gear": MemberTargets()}
+
+
+@lru_cache(maxsize=8)
+def _fit_flanks(inputs: SettingsInput, wanted: tuple[tuple[FlankSide, FlankTarget, float], ...]) -> FitResult:
+    """Settings of flanks that share them; `wanted`: flank, its target, and the scale of its ease-off."""
+    start = _start(inputs.blank, inputs.cutting)
+    pair, grid, free = start.pair, start.grid, free_settings(inputs)
+    # one face-mill setting has one rotation of the work: the backlash has to come from the point radii
+    thinning = backlash_angle(pair) if free.common and not pair.blade_groups else 0.0
+
+    def attempt(weight: float, settings: FreeSettings) -> FitResult:
+        flanks = [
+            target_flank(pair, start.starts[side], scale * target_relief(target, grid.x, grid.y), weight, thinning)
+            for side, target, scale in wanted
+        ]
+        if inputs.cutting.machine == "cradle":
+            return fit_on_cradle(pair, flanks, start.gear.screw, settings, inputs.cutting.tilt_limit)
+        return fit(flanks, settings.common, settings.own)
+
+    # where the plain settings do not do: more motions, then a root somewhat off the blank's as the lesser evil
+    weight = root_weight(inputs, pair)
+    ways = [(weight, free), (weight, with_motions(free))]
+    if weight > 0.0 and inputs.targets.root_weight is None:
+        ways.append((_LOOSER * weight, with_motions(free)))
+    best: FitResult | None = None
+    for way in ways:
+        result = attempt(*way)
+        best = result if best is None or result.rms < best.rms else best
+        if best.rms < RESIDUAL_LIMIT:
+            break
+    assert best is not None
+    return best
+
+
+def root_weight(inputs: SettingsInput, pair: PairDimensions) -> float:
+    """Residual that a metre of root error counts as: less where both flanks share few settings."""
+    if inputs.targets.root_weight is not None:
+        return inputs.targets.root_weight
+    return 0.02 if pair.blade_groups and inputs.cutting.pinion == "both_flanks" else 0.03
+
+
+def _by_side(fits: list[FitResult]) -> dict[FlankSide, FittedFlank]:
+    found = {flank.flank.side: flank for result in fits for flank in result.flanks}
+    for side, flank in found.items():
+        if flank.found.mean() < 0.5:
+            raise ConvergenceError(
+                "undercut", f"the {side} pinion flank exists at {flank.found.mean():.0%} of its points only"
+            )
+    return found
+
+
+def _uncut(pair: PairDimensions, start: ConjugateFlankStart) -> FittedFlank:
+    """The conjugate flank itself: nothing is left to fit, only its undercut is looked for."""
+    target = target_flank(pair, start, np.zeros(start.parameters.shape[1]), 0.0)
+    return measure(target, target.flank, target.phase, target.parameters)
+
+
+def _design(
+    inputs: SettingsInput,
+    blank: PairBlank,
+    pair: PairDimensions,
+    gear: GearCut,
+    fitted: dict[FlankSide, FittedFlank],
+    scale: dict[FlankSide, float],
+) -> tuple[str, Design]:
+    cut_flanks: dict[FlankSide, CutFlank] = {side: written_flank(gear.flank(side), 0.0) for side in FLANK_SIDES}
+    if inputs.cutting.pinion == "conjugate":
+        targets: dict[FlankSide, FlankTarget] = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
+        defined: dict[FlankSide, Table] = {side: ease_off_table(targets[side], scale[side]) for side in FLANK_SIDES}
+        text = design_text(inputs, blank, defined, cut_flanks, header(inputs, fitted))
+        return text, parse_design(text)
+    # blade phases of both flanks from their mean rotation; the backlash is taken off the pinion tooth
+    back = _backlash_turns(pair, fitted)
+    middle = 0.5 * sum(fitted[side].phase for side in FLANK_SIDES)
+    pinion: dict[FlankSide, CutFlank] = {
+        side: written_flank(fitted[side].flank, fitted[side].phase - middle - back[side]) for side in FLANK_SIDES
+    }
+    text = design_text(inputs, blank, pinion, cut_flanks, header(inputs, fitted))
+    return text, parse_design(text)
+
+
+def _backlash_turns(pair: PairDimensions, fitted: dict[FlankSide, FittedFlank]) -> dict[FlankSide, float]:
+    """Turn of each flank from contact on both sides into its tooth [rad]."""
+    turns: dict[FlankSide, float] = {}
+    for side in FLANK_SIDES:
+        flank = fitted[side]
+        points = flank.flank.points(flank.parameters[:, flank.found])
+        spun = spin(points.position)
+        # turning against the outward normal makes the tooth thinning
+        turns[side] = float(np.sign(np.median(dot(points.normal, spun)))) * backlash_angle(pair)
+    return turns
+
+
+def unloaded_mesh(design: Design, side: Side, fitted: FittedFlank) -> Transmission | None:
+    """Unloaded transmission error of the mesh; None where the pair does not mesh, or is far from the target."""
+    if fitted.rms > _MESHES:
+        return None
+    try:
+        mesh = flank_pair(design.flanks(), side, shape=_SHAPE).transmission
+    except ConvergenceError:
+        return None
+    return mesh if mesh.peak_to_peak < _MESHES_ANGLE else None
+
+
+def _undercut(grid: FitGrid, fitted: FittedFlank) -> tuple[UndercutPoint, ...]:
+    points = []
+    for k in np.flatnonzero(~fitted.found):
+        along = "toe" if grid.x[k] < -1 / 3 else "heel" if grid.x[k] > 1 / 3 else "middle"
+        across = "root" if grid.y[k] < -1 / 3 else "tip" if grid.y[k] > 1 / 3 else "mid-depth"
+        points.append(UndercutPoint(float(grid.u[k]), float(grid.h[k]), f"{along}, {across} of the gear"))
+    return tuple(points)
+
+
+def _warnings(blank: PairBlank, reports: dict[FlankSide, FlankFit], transmission: bool) -> tuple[str, ...]:
+    out = []
+    for side, report in reports.items():
+        if report.fitted.rms > RESIDUAL_LIMIT:
+            out.append(
+                f"{side}: residual {report.fitted.rms * 1e6:.2f} um rms, above {RESIDUAL_LIMIT * 1e6:g}; {_WAYS_OUT}"
+            )
+        error = report.fitted.root_error
+        clearance = blank.clearance
+        if error.size and np.abs(error).max() > 0.5 * clearance:
+            out.append(
+                f"{side}: root {np.abs(error).max() * 1e3:.2f} mm off the blank's, more than half the clearance of "
+                f"{clearance * 1e3:.2f} mm"
+            )
+        if report.transmission is None:
+            if transmission:
+                out.append(f"{side}: no unloaded transmission error, the flanks do not mesh over the whole map")
+        elif report.transmission.edges:
+            out.append(f"{side}: unloaded contact runs over an edge: {', '.join(report.transmission.edges)}")
+    return tuple(out)

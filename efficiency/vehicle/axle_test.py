@@ -1,0 +1,248 @@
+"""Power loss of an axle at the test points of 40 CFR 1037.560, as GEM takes it.
+
+    P_loss = T_in omega_wheel k_a - T_out omega_wheel
+
+with input torque, wheel speed, axle ratio k_a and output torque; T_out = 0 is the unloaded test. Equation and decimals
+of the file are read in the regulation; its test points are from memory, compare them with the text in force.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from efficiency.conditions.loss_map import LossMap, Tabulated, require_all
+from efficiency.loss.axle import AxleLosses
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.files import write_file
+from ehl.common.numbers import finite_or_none
+from ehl.common.quantities import quantity
+from ehl.common.table import Column, Table
+from ehl.common.units import ValueRange
+from regression.friction.published_registry import model_label
+
+FloatArray = NDArray[np.float64]
+Application = Literal["single", "tandem"]
+
+RPM = 2.0 * np.pi / 60.0
+MILES_PER_HOUR = 65.0  # vehicle speed whose wheel speed the test has to reach
+REVOLUTIONS_PER_MILE = 650.0  # of a tyre nobody knows
+_OUTPUT_TORQUES: dict[Application, tuple[float, ...]] = {
+    "single": (0.0, 500.0, 1000.0, 2000.0, 3000.0, 4000.0),
+    "tandem": (0.0, 250.0, 500.0, 1000.0, 1500.0, 2000.0),
+}
+_REVOLUTIONS = ValueRange("", ge=100.0, le=2000.0, hint="Revolutions of the smallest tyre per mile.")
+_MARGIN = 1.25  # input torques computed reach so far beyond the output torque over the ratio: efficiencies above 0.8
+SOURCE = "test points of 40 CFR 1037.560 from memory: compare them with the text in force"
+
+
+def power_loss_40cfr1037(torque_input: float, torque_output: float, speed_wheel: float, ratio: float) -> float:
+    """Power loss of 40 CFR 1037.560 [W].
+
+    Parameters
+    ----------
+    torque_input, torque_output : float
+        [N m].
+    speed_wheel : float
+        [rad/s].
+    ratio : float
+        Drive axle ratio [-].
+
+    Examples
+    --------
+    >>> round(power_loss_40cfr1037(845.1, 3000.0, 10.472, 3.731), 1)
+    1602.9
+    """
+    return torque_input * speed_wheel * ratio - torque_output * speed_wheel
+
+
+@dataclass(frozen=True)
+class AxleTestPoints:
+    """Output torques [N m] and wheel speeds [rad/s] of the test."""
+
+    torque_output: tuple[float, ...]
+    speed_wheel: tuple[float, ...]
+
+    def pinion_torques(self, ratio: float) -> FloatArray:
+        """Pinion torques to compute [N m]: without loss, and one that covers the loss at the last."""
+        loaded = [torque / ratio for torque in self.torque_output if torque > 0.0]
+        return np.array([*loaded, _MARGIN * loaded[-1]])
+
+    def pinion_speeds(self, ratio: float) -> FloatArray:
+        """[rad/s]."""
+        return np.array(self.speed_wheel) * ratio
+
+
+def axle_test_points(
+    application: Application = "single",
+    revolutions_per_mile: float = REVOLUTIONS_PER_MILE,
+    torque_max: float | None = None,
+) -> AxleTestPoints:
+    """Test points: output torques of the application, wheel speeds 50, 150, 250... rpm to that of 65 miles an hour.
+
+    Parameters
+    ----------
+    application : {"single", "tandem"}
+        Single drive axle of a heavy vehicle; tandem axle, or axle of a light or medium vehicle.
+    revolutions_per_mile : float
+        Of the smallest tyre.
+    torque_max : float, optional
+        Output torque the axle is rated for [N m].
+
+    Raises
+    ------
+    InputError
+        An unknown application, a number out of range, no output torque left.
+
+    Examples
+    --------
+    >>> points = axle_test_points("tandem")
+    >>> len(points.torque_output), len(points.speed_wheel)
+    (6, 8)
+    """
+    if application not in get_args(Application):
+        raise InputError("application", application, "single or tandem")
+    turns = _REVOLUTIONS.check(revolutions_per_mile, "revolutions_per_mile")
+    torques = tuple(t for t in _OUTPUT_TORQUES[application] if torque_max is None or t <= torque_max)
+    if len(torques) < 2:
+        least = _OUTPUT_TORQUES[application][1]
+        raise InputError("torque_max", f"{torque_max:g} N m", f"at least {least:g} N m, the lowest loaded test point")
+    highest = MILES_PER_HOUR * turns / 60.0
+    steps = max(1, int(np.ceil((highest - 50.0) / 100.0)))
+    return AxleTestPoints(torques, tuple(float(50.0 + 100.0 * k) * RPM for k in range(steps + 1)))
+
+
+@dataclass(frozen=True)
+class AxleTestRow:
+    """One test point.
+
+    Attributes
+    ----------
+    speed_wheel, torque_output, torque_input, power_loss : float
+        [rad/s], [N m], [N m], [W].
+    """
+
+    speed_wheel: float
+    torque_output: float
+    torque_input: float
+    power_loss: float
+
+
+@dataclass(frozen=True, repr=False)
+class AxleTest(Tabulated):
+    """Power loss at the test points.
+
+    Parameters
+    ----------
+    map : LossMap
+        Of the mesh at pinion torques around those of the test.
+    ratio : float
+        Axle ratio [-].
+    rows : tuple of AxleTestRow
+        By wheel speed, then by output torque; none where a point of the map failed.
+    said : tuple of (str, str)
+        Point and note; the losses beside the mesh first.
+    """
+
+    map: LossMap
+    ratio: float
+    rows: tuple[AxleTestRow, ...] = field(repr=False)
+    said: tuple[tuple[str, str], ...] = field(default=(), repr=False)
+
+    @property
+    def status(self) -> Literal["converged", "failed"]:
+        """As of the map."""
+        return self.map.status
+
+    @property
+    def reason(self) -> str:
+        """As of the map."""
+        return self.map.reason
+
+    def table(self) -> Table:
+        """One row per test point."""
+        of = self.map
+        return Table(
+            ("speed_wheel", "torque_output", "torque_input", Column("power_loss", label="power loss")),
+            [tuple(asdict(row).values()) for row in self.rows],
+            title=f"{of.design}, ratio {self.ratio:.4g}, {of.oil} at "
+            f"{quantity('temperature_oil').text(of.temperature_oil)}, friction: "
+            f"{model_label(of.friction_model)}; power loss by 40 CFR 1037.560",
+            name="axle test",
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        about = {name: getattr(self.map, name) for name in ("design", "friction_model", "oil", "temperature_oil")}
+        state = {"ratio": self.ratio, "status": self.status, "reason": self.reason}
+        return {**about, **state, "rows": finite_or_none(self.rows), "notes": list(self.notes)}
+
+    def __repr__(self) -> str:
+        return f"AxleTest({self.map.design}, {self.map.friction_model}: {len(self.rows)} test points, {self.status})"
+
+    def to_csv(self, path: Path | str) -> Path:
+        """Write wheel speed (0.1 rpm), output torque (0.01 N m) and power loss (0.0001 kW), the decimals of GEM.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        ConvergenceError
+            A point failed.
+        """
+        require_all(self.reason)
+        lines = ["Wheel speed [r/min],Output torque [N m],Power loss [kW]"]
+        lines += [f"{r.speed_wheel / RPM:.1f},{r.torque_output:.2f},{r.power_loss * 1e-3:.4f}" for r in self.rows]
+        path = Path(path)
+        write_file(path, "\n".join(lines) + "\n", "cfr1037")
+        return path
+
+
+def solve_axle_test(points: AxleTestPoints, mesh: LossMap, ratio: float, axle: AxleLosses | None = None) -> AxleTest:
+    """Input torque and power loss at output torques, from torque losses of the mesh at given pinion torques.
+
+    ``T_in - T_loss(T_in) = T_out/k_a``; of the mesh ``T_loss/T_in`` is interpolated in ``T_in``, monotone cubic, and
+    taken as constant below the lowest torque computed.
+
+    Parameters
+    ----------
+    points : AxleTestPoints
+        Where.
+    mesh : LossMap
+        At `points.pinion_torques` and `points.pinion_speeds`, mesh alone.
+    ratio : float
+        Axle ratio [-].
+    axle : AxleLosses, optional
+        Losses beside the mesh.
+
+    Raises
+    ------
+    ConvergenceError
+        More than a fifth of the input torque is lost at the greatest output torque.
+    """
+    beside = mesh.said[:1] if axle is None else (("", axle.description),)
+    said = (*beside, ("", SOURCE), *mesh.said[1:])
+    if mesh.reason:
+        return AxleTest(mesh, ratio, (), said)
+    torques, rows = mesh.torques, []
+    for speed, wheel, losses in zip(mesh.speeds, points.speed_wheel, mesh.values("torque_loss_mesh"), strict=True):
+        share = scipy.interpolate.PchipInterpolator(torques, losses / torques)
+        for output in points.torque_output:
+
+            def missing(
+                torque: float, speed: float = speed, share: Any = share, given: float = output / ratio
+            ) -> float:
+                beside = axle.torque_loss(torque, speed) if axle else 0.0
+                return torque - float(share(max(torque, torques[0]))) * torque - beside - given
+
+            if missing(float(torques[-1])) <= 0.0:
+                where = f"{quantity('torque_output').text(output)} and {quantity('speed_wheel').text(wheel)}"
+                raise ConvergenceError("loss_too_large", f"more than a fifth of the input torque is lost at {where}")
+            torque = float(scipy.optimize.brentq(missing, 0.0, float(torques[-1]), xtol=1e-12))
+            rows.append(AxleTestRow(wheel, output, torque, power_loss_40cfr1037(torque, output, wheel, ratio)))
+    return AxleTest(mesh, ratio, tuple(rows), said)

@@ -1,0 +1,83 @@
+"""Where the shipped data lies: `data/` of a checkout, or `ehl/_data/` of an installed wheel."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from ehl.common.errors import InputError, near
+
+_PACKAGED = Path(__file__).resolve().parents[1] / "_data"
+_CHECKOUT = Path(__file__).resolve().parents[2] / "data"
+
+
+def data_path(*parts: str) -> Path:
+    """Path of a shipped data file or folder.
+
+    Parameters
+    ----------
+    *parts : str
+        Path components below the data folder, e.g. ``("oils", "fva3.toml")``.
+    """
+    root = _PACKAGED if _PACKAGED.is_dir() else _CHECKOUT
+    return root.joinpath(*parts)
+
+
+def data_names(folder: str, suffix: str = ".toml") -> tuple[str, ...]:
+    """Names (without suffix) of the shipped files in one data folder, sorted."""
+    return tuple(sorted(path.name.removesuffix(suffix) for path in data_path(folder).glob(f"*{suffix}")))
+
+
+def shipped(kind: str) -> tuple[str, ...]:
+    """Names of what the program brings along.
+
+    Parameters
+    ----------
+    kind : str
+        "oils", "materials", "finishes", "additives", "designs", "blanks", "targets", "plans", "formulas" or "datasets".
+
+    Returns
+    -------
+    tuple of str
+
+    Raises
+    ------
+    InputError
+        There is no such kind.
+
+    Examples
+    --------
+    >>> import ehl
+    >>> "75w90" in ehl.shipped("oils")
+    True
+    """
+    suffixes = {"formulas": ".json", "datasets": ".h5"}
+    surfaces = ("materials", "finishes", "additives")
+    kinds = ("oils", *surfaces, "designs", "blanks", "targets", "plans", "formulas", "datasets")
+    if kind not in kinds:
+        raise InputError("kind", kind, "one of " + ", ".join(kinds))
+    return data_names(kind, suffixes.get(kind, ".toml"))
+
+
+def named_file(field: str, folder: str, name: str | Path, suffix: str = ".toml") -> Path:
+    """Path of a file, or of the shipped one of that name; `InputError` naming `field` where there is none."""
+    path = Path(name)
+    names = data_names(folder, suffix)
+    if os.path.exists(path):  # and not Path.exists, which raises where the name is too long
+        return path
+    if path.suffix:
+        if path.suffix == suffix and path.stem in names:
+            raise InputError(field, str(path), "an existing file", f"Without {suffix} it is the shipped {path.stem}.")
+        return path
+    if str(name) not in names:
+        kind = suffix.removeprefix(".").upper()
+        raise InputError(field, str(name), f"a {kind} file or one of " + ", ".join(names), _meant(str(name), names))
+    return data_path(folder, f"{name}{suffix}")
+
+
+def _meant(name: str, names: tuple[str, ...]) -> str:
+    """What a name that is unknown here may stand for: one of another kind, or a misspelt one."""
+    for folder, words in (("designs", "a design"), ("oils", "an oil"), ("plans", "a plan"), ("blanks", "a blank")):
+        if name in data_names(folder):
+            return f"{name} is {words}."
+    return near(name, names)

@@ -1,0 +1,180 @@
+"""Files that are read and written, and what stops that as an `InputError`.
+
+What a user gives is read here and nowhere else: a FIFO would wait for ever, a device has no end, and a file that is too
+large, or nested too deep, is refused with its number before memory is taken.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import re
+import stat
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from ehl.common.errors import InputError
+
+MAX_BYTES = 100_000_000  # of a file of text; 10^6 rows of a table have about that many
+MAX_DEPTH = 50  # of tables and lists within each other; the deepest file there is has 7
+
+
+def read_bytes(path: str | Path, field: str, allowed: str, max_bytes: int = MAX_BYTES) -> bytes:
+    """Content of a file a user gives.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    field, allowed : str
+        Of the error: what is read, and what could be.
+    max_bytes : int
+        Size that is read at most.
+
+    Returns
+    -------
+    bytes
+
+    Raises
+    ------
+    InputError
+        There is no such file, it is no regular file, is too large, or cannot be read.
+    """
+    name = str(path)
+    try:
+        status = os.stat(path)
+        if not stat.S_ISREG(status.st_mode):
+            kind = "folder" if stat.S_ISDIR(status.st_mode) else "pipe or device"
+            raise InputError(field, name, allowed, f"It is a {kind}, and no readable file.")
+        if status.st_size > max_bytes:
+            raise InputError(field, name, allowed, f"It has {status.st_size} bytes; at most {max_bytes} are read.")
+        with open(path, "rb") as file:
+            return file.read(status.st_size)
+    except FileNotFoundError:
+        raise InputError(field, name, allowed, "The file does not exist; check the path.") from None
+    except (OSError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(field, name, allowed, f"It could not be read: {error}.") from None
+
+
+def read_text(path: str | Path, field: str, allowed: str) -> str:
+    """As `read_bytes`, of a text in UTF-8; `InputError` where it is something else."""
+    try:
+        return read_bytes(path, field, allowed).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(field, str(path), allowed, f"It could not be read: no text in UTF-8 ({error}).") from None
+
+
+def parse_toml(text: str, field: str, name: str, allowed: str = "valid TOML") -> dict[str, Any]:
+    """Content of a TOML text; `InputError` naming `field` and the file's `name` where it is none."""
+    try:
+        content: dict[str, Any] = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:  # a number of 10 000 digits is a plain ValueError
+        raise InputError(field, name, allowed, f"{_reason(error)}.") from None
+    _check_depth(content, field, name, allowed)
+    return content
+
+
+def parse_json(text: str | bytes, field: str, name: str, allowed: str = "valid JSON") -> Any:
+    """Content of a JSON text; `InputError` naming `field` and the file's `name` where it is none."""
+    try:
+        content = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputError(field, name, allowed, f"It could not be read: {_reason(error)}.") from None
+    _check_depth(content, field, name, allowed)
+    return content
+
+
+def split_row(line: str, where: str) -> list[str]:
+    """Cells of one line of a CSV file; `InputError` naming the place where it is none."""
+    try:
+        return next(csv.reader([line]), [])
+    except csv.Error as error:
+        raise InputError(where, line, "cells with commas between them", f"{error}.") from None
+
+
+def _reason(error: Exception) -> str:
+    return f"it is nested deeper than {MAX_DEPTH} levels" if isinstance(error, RecursionError) else str(error)
+
+
+def _check_depth(content: Any, field: str, name: str, allowed: str) -> None:
+    """Refuse what those who walk through it later would run out of stack for."""
+    level = [content] if isinstance(content, (dict, list)) else []
+    for _ in range(MAX_DEPTH):
+        level = [
+            item
+            for part in level
+            for item in (part.values() if isinstance(part, dict) else part)
+            if isinstance(item, (dict, list))
+        ]
+        if not level:
+            return
+    raise InputError(field, name, allowed, f"It is nested deeper than {MAX_DEPTH} levels.")
+
+
+def make_folder(folder: Path, field: str) -> None:
+    """Make a folder, and those it lies in, where there is none.
+
+    Raises
+    ------
+    InputError
+        Naming `field`: the folder cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:
+        taken = isinstance(error, FileExistsError | NotADirectoryError)
+        hint = "There is a file of that name; choose another." if taken else f"{error}."
+        raise InputError(field, str(folder), "a folder that can be written", hint) from None
+
+
+def write_file(path: Path, content: str | bytes, field: str = "path", *, folder: bool = False) -> None:
+    """Write a file, its folder too if `folder`.
+
+    Raises
+    ------
+    InputError
+        Naming `field`: the file cannot be written.
+    """
+    try:
+        if folder:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content.encode(errors="replace") if isinstance(content, str) else content)
+    except (OSError, ValueError) as error:
+        raise InputError(field, str(path), "a writable file", f"{error}.") from None
+
+
+def toml_text(content: dict[str, Any]) -> str:
+    """Tables as TOML text."""
+    return "\n".join(_toml_lines(content, ()))
+
+
+def _toml_lines(table: dict[str, Any], path: tuple[str, ...]) -> list[str]:
+    plain = {key: value for key, value in table.items() if not isinstance(value, dict)}
+    lines = [f"[{'.'.join(map(_toml_key, path))}]"] if path and (plain or not table) else []
+    lines += [f"{_toml_key(key)} = {_toml_literal(value)}" for key, value in plain.items()]
+    lines.append("")
+    for key, value in table.items():
+        if isinstance(value, dict):
+            lines += _toml_lines(value, (*path, key))
+    return lines
+
+
+def _toml_key(key: str) -> str:
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _toml_literal(key)
+
+
+def _toml_literal(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{_toml_key(key)} = {_toml_literal(entry)}" for key, entry in value.items()) + "}"
+    if isinstance(value, (tuple, list)):
+        return "[" + ", ".join(_toml_literal(entry) for entry in value) + "]"
+    if isinstance(value, str):
+        escaped = value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+        return f'"{escaped}"'
+    return repr(value)

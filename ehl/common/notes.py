@@ -1,0 +1,168 @@
+"""Notes of results as a reader wants them: one row for each kind, graded, the gravest first.
+
+Results say their notes in sentences, with the values of their own case. `group_notes` puts sentences that differ in
+their numbers and places alone into one row: how often, the worst of them, and where that was.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from operator import itemgetter
+from typing import Literal
+
+from ehl.common.table import Table
+
+Grade = Literal["fault", "warning", "for information"]
+GRADES: tuple[Grade, ...] = ("fault", "warning", "for information")
+
+_CASES_NAMED = 2  # of those that say the same, before the rest becomes dots
+_NUMBER = re.compile(r"(?<![\w.])[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+# what says where, not what
+_PLACE = re.compile(r"\([^)]*\)|\b(?:near the|midway) (?:toe|heel|root|tip)(?: to (?:heel|tip))?|;.*$")
+
+
+@dataclass(frozen=True)
+class NoteKind:
+    """A kind of note by words that its sentences hold.
+
+    Parameters
+    ----------
+    words : str
+        A part of every sentence of this kind.
+    grade : str
+        "fault": the result may not be used as it is; "warning": it holds with the limit said; "for information".
+    low : bool
+        Whether the smallest value is the worst.
+    """
+
+    words: str
+    grade: Grade
+    low: bool = False
+
+
+@dataclass(frozen=True)
+class Note:
+    """All notes of one kind.
+
+    Parameters
+    ----------
+    grade : str
+        One of `GRADES`.
+    text : str
+        The sentence with the worst value.
+    count : int
+        Cases that have such a note.
+    where : str
+        The case of `text`; the first cases where all say the same; empty where there is but one.
+    alike : bool
+        Whether all cases say the same.
+    """
+
+    grade: Grade
+    text: str
+    count: int = 1
+    where: str = ""
+    alike: bool = field(default=False, repr=False)
+
+
+CONTACT_NOTES: tuple[NoteKind, ...] = (
+    NoteKind("no law of the oil is valid", "fault"),
+    NoteKind(": yielding", "fault"),
+    NoteKind("thinner than a few oil molecules", "warning", low=True),
+    NoteKind("oils decompose", "warning"),
+    NoteKind("outside the measured range", "warning"),
+    NoteKind("up to which the oil is known", "warning"),
+    NoteKind("is neglected; it changes", "warning"),
+    NoteKind("may not resolve", "warning"),
+    NoteKind("maximum number of nodes", "warning"),
+    NoteKind("overestimated by", "warning"),
+    NoteKind("than the oil: it enters at their temperature", "for information"),
+    NoteKind("running-in", "for information"),
+    NoteKind("no effect", "for information"),
+    NoteKind("without effect", "for information"),
+)
+"""Kinds of notes on one contact; others count as warnings."""
+
+
+def grade_of(text: str, kinds: Sequence[NoteKind]) -> Grade:
+    """Grade of a sentence; a kind that is not listed is a warning."""
+    kind = _kind(text, kinds)
+    return "warning" if kind is None else kind.grade
+
+
+def group_notes(said: Iterable[tuple[str, str]], kinds: Sequence[NoteKind] = CONTACT_NOTES) -> list[Note]:
+    """One note for each kind: the gravest grade first, in it as `kinds` lists them, then the most frequent.
+
+    Parameters
+    ----------
+    said : iterable of (str, str)
+        Case and sentence; the case is empty where there is but one.
+    kinds : sequence of NoteKind
+        The weightiest first. The first whose words a sentence holds is its kind; without one sentences of the same
+        words are of a kind, after the others of their grade.
+
+    Returns
+    -------
+    list of Note
+
+    Examples
+    --------
+    >>> said = [(f"{torque} N m", f"edges carry {share} % of the torque") for torque, share in ((50, 2.5), (90, 3.1))]
+    >>> group_notes(said)
+    [Note(grade='warning', text='edges carry 3.1 % of the torque', count=2, where='90 N m')]
+    """
+    groups: dict[str, list[tuple[str, str]]] = {}
+    for case, text in said:
+        kind = _kind(text, kinds)
+        groups.setdefault(kind.words if kind is not None else _words(text), []).append((case, text))
+    found: list[tuple[int, int, int, Note]] = []
+    for members in groups.values():
+        kind = _kind(members[0][1], kinds)
+        sign = -1.0 if kind is not None and kind.low else 1.0
+        column = _differing([text for _, text in members])
+        case, text = max(members, key=lambda member: sign * _value(member[1], column))
+        cases = list(dict.fromkeys(case for case, _ in members))
+        alike = len({text for _, text in members}) == 1
+        if alike:
+            case = ", ".join(cases) if len(cases) <= _CASES_NAMED else f"{', '.join(cases[:_CASES_NAMED])}, ..."
+        note = Note(grade_of(text, kinds), text, len(cases), case, alike and len(cases) > 1)
+        place = len(kinds) if kind is None else list(kinds).index(kind)
+        found.append((GRADES.index(note.grade), place, -note.count, note))
+    return [note for *_, note in sorted(found, key=itemgetter(0, 1, 2))]
+
+
+def notes_table(notes: Sequence[Note], cases: int = 1, title: str = "") -> Table:
+    """The notes as a table: grade, note, of several cases how many and where it is worst."""
+    if cases <= 1:
+        return Table(("grade", "note"), [(note.grade, note.text) for note in notes], title, name="notes")
+    rows = [
+        (note.grade, f"{note.count} of {cases}" if note.where else "all", note.where or None, note.text)
+        for note in notes
+    ]
+    # the long text last: what stands behind it is far away on a wide line
+    return Table(("grade", "cases", "where, at its worst", "note"), rows, title, name="notes")
+
+
+def _kind(text: str, kinds: Sequence[NoteKind]) -> NoteKind | None:
+    return next((kind for kind in kinds if kind.words in text), None)
+
+
+def _words(text: str) -> str:
+    """A sentence without its numbers and places."""
+    return _NUMBER.sub("#", _PLACE.sub("", text))
+
+
+def _differing(texts: Sequence[str]) -> int:
+    """Which number of the sentences differs first."""
+    rows = [_NUMBER.findall(text) for text in texts]
+    for column in range(min(map(len, rows), default=0)):
+        if len({row[column] for row in rows}) > 1:
+            return column
+    return 0
+
+
+def _value(text: str, column: int) -> float:
+    numbers = _NUMBER.findall(text)
+    return float(numbers[column]) if column < len(numbers) else 0.0

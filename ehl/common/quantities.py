@@ -1,0 +1,236 @@
+"""The one table of quantities: name, symbol, SI unit, display unit, label and definition, from `data/quantities.csv`.
+
+Table heads, plot axes, units in files and the page docs/nomenclature.md are made from it. The page is printed by
+`python -m ehl.common.quantities`.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from ehl.common.data import data_path
+from ehl.common.units import UNITS
+
+_TYPOGRAPHY = {"degC": "°C", "um": "µm", "*": " ", "^2": "²", "^3": "³"}
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """One quantity of the program.
+
+    Parameters
+    ----------
+    name : str
+        As in files and results; a dotted one belongs to the table named before the dot.
+    symbol : str
+        Of the field's literature; empty where there is none.
+    unit : str
+        SI unit in the program and its files, e.g. ``"Pa*s"``; empty for a number without dimension or a text.
+    display : str
+        Unit shown to a reader, a key of `ehl.common.units.UNITS`, ``unit`` itself, or empty.
+    label : str
+        Words for axes and table heads.
+    definition : str
+        What exactly is meant.
+    digits : int
+        Significant digits shown.
+
+    Examples
+    --------
+    >>> film = quantity("film_central")
+    >>> film.head
+    'central film thickness [nm]'
+    >>> film.text(2.5e-7)
+    '250 nm'
+    """
+
+    name: str
+    symbol: str = ""
+    unit: str = ""
+    display: str = ""
+    label: str = ""
+    definition: str = ""
+    digits: int = 4
+
+    def to_display(self, values: Any) -> Any:
+        """SI values (float or array) in the display unit."""
+        if self.display == self.unit:
+            return values
+        _, factor, zero = UNITS[self.display]
+        return (values - zero) / factor
+
+    def to_si(self, values: Any) -> Any:
+        """Values in the display unit (float or array) in SI."""
+        if self.display == self.unit:
+            return values
+        _, factor, zero = UNITS[self.display]
+        return values * factor + zero
+
+    @property
+    def head(self) -> str:
+        """Label with the display unit in brackets, for the head of a column."""
+        return f"{self.label} [{printed_unit(self.display)}]" if self.display else self.label
+
+    @property
+    def axis_label(self) -> str:
+        """Label and symbol with the display unit as it is typeset, for the axis of a figure."""
+        return f"{self.label} [{typeset_unit(self.display) or '-'}]"
+
+    def text(self, value: float, digits: int = 0) -> str:
+        """An SI value in the display unit, with that unit."""
+        return f"{_brief(self.to_display(value), digits or self.digits)} {printed_unit(self.display)}".strip()
+
+    def span(self, low: float, high: float, digits: int = 3) -> str:
+        """Two SI values in the display unit, with that unit once."""
+        ends = (_brief(self.to_display(end), digits) for end in (low, high))
+        return f"{' to '.join(ends)} {printed_unit(self.display)}".strip()
+
+
+def format_number(value: float, digits: int = 4) -> str:
+    """A number with so many significant digits; digits before the point are never cut, a dash where there is none.
+
+    Examples
+    --------
+    >>> format_number(0.0123456), format_number(98765.4), format_number(1.2e-9), format_number(float("nan"))
+    ('0.01235', '98765', '1.200e-09', '–')
+    """
+    if not math.isfinite(value):
+        return "–"
+    if value == 0.0:
+        return "0"
+    exponent = math.floor(math.log10(abs(value)))
+    if not -5 <= exponent < 9:
+        return f"{value:.{digits - 1}e}"
+    # rounding may reach the next power of ten
+    exponent = int(f"{value:.{digits - 1}e}".partition("e")[2])
+    return f"{value:.{max(0, digits - 1 - exponent)}f}"
+
+
+def _brief(value: float, digits: int) -> str:
+    """The same for a sentence, without zeros at the end."""
+    mantissa, mark, exponent = format_number(value, digits).partition("e")
+    return (mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa) + mark + exponent
+
+
+def printed_unit(unit: str) -> str:
+    """A unit in plain characters: ``Pa s`` for ``Pa*s``."""
+    return unit.replace("*", " ")
+
+
+def typeset_unit(unit: str) -> str:
+    """A unit as a figure or page shows it: ``µm``, ``°C``, ``m²/s``."""
+    for plain, typeset in _TYPOGRAPHY.items():
+        unit = unit.replace(plain, typeset)
+    return unit
+
+
+_UNITS_SAID = re.compile(r"(?<=\d) (degC|um|%|N m|rpm|[GM]Pa|[num]?m|arc(?:sec|min)|k?W|m/s|K|kg|s)(?![\w/])")
+
+
+def typeset_units(text: str) -> str:
+    """A sentence as a page shows it: units typeset, and on the line of their number."""
+
+    def joined(found: re.Match[str]) -> str:
+        return "\N{NO-BREAK SPACE}" + typeset_unit(found[1]).replace(" ", "\N{NO-BREAK SPACE}")
+
+    return _UNITS_SAID.sub(joined, text)
+
+
+@cache
+def _sections() -> tuple[tuple[str, str, tuple[Quantity, ...]], ...]:
+    """Title, introduction and quantities of every section of the table."""
+    sections: list[tuple[str, str, list[Quantity]]] = []
+    with data_path("quantities.csv").open(encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            if row["name"].startswith("# "):
+                sections.append((row["name"][2:], row["definition"], []))
+                continue
+            name = row["name"]
+            label = row["label"] or name.rpartition(".")[2].replace("_", " ")
+            unit = row["unit"]
+            digits = int(row["digits"] or 4)
+            display = row["display"] or unit
+            sections[-1][2].append(Quantity(name, row["symbol"], unit, display, label, row["definition"], digits))
+    return tuple((title, text, tuple(rows)) for title, text, rows in sections)
+
+
+@cache
+def quantities() -> Mapping[str, Quantity]:
+    """Every quantity of the program by its name."""
+    return {entry.name: entry for _, _, rows in _sections() for entry in rows}
+
+
+def quantity(name: str) -> Quantity:
+    """The quantity of a name.
+
+    Parameters
+    ----------
+    name : str
+        As in results and files.
+
+    Returns
+    -------
+    Quantity
+
+    Raises
+    ------
+    KeyError
+        There is none.
+
+    Examples
+    --------
+    >>> quantity("film_central").unit
+    'm'
+    """
+    return quantities()[name]
+
+
+def si_unit(name: str) -> str:
+    """SI unit of a quantity as files write it, e.g. ``"Pa*s"``; empty for a number without dimension."""
+    return quantities()[name].unit
+
+
+def si_units(names: Iterable[str]) -> dict[str, str]:
+    """SI units of several quantities by their names."""
+    return {name: si_unit(name) for name in names}
+
+
+def to_display(name: str, values: Any) -> Any:
+    """SI values (float or array) of a quantity in its display unit."""
+    return quantity(name).to_display(values)
+
+
+def axis_label(name: str) -> str:
+    """Label of a quantity with its display unit, for the axis of a figure."""
+    return quantity(name).axis_label
+
+
+def nomenclature() -> str:
+    """The page docs/nomenclature.md."""
+    lines = [
+        "# Nomenclature",
+        "",
+        "Made from `data/quantities.csv` by `python -m ehl.common.quantities > docs/nomenclature.md`; do not edit it.",
+        "The one list of names: TOML keys, result fields, dataset columns and JSON keys. Files and results are in SI",
+        "units unless a text carries its own unit; tables and figures show the unit of the third column.",
+        "x is normal to the contact line, y along it. Where authors differ by a factor, the definition here is the one",
+        "used. A name with a dot belongs to the table named before the dot.",
+    ]
+    for title, text, rows in _sections():
+        lines += ["", f"## {title}", ""] + ([text, ""] if text else [])
+        lines += ["| name | symbol | unit | shown in | definition |", "|---|---|---|---|---|"]
+        for entry in rows:
+            unit = typeset_unit(entry.unit) or "-"
+            shown = "" if entry.display == entry.unit else typeset_unit(entry.display)
+            lines.append(f"| `{entry.name}` | {entry.symbol} | {unit} | {shown} | {entry.definition} |")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    print(nomenclature())

@@ -1,0 +1,424 @@
+"""One table, and how it looks in a terminal, on a page, in CSV and XLSX files and as JSON.
+
+Rows hold SI numbers and words; columns are named after `ehl.common.quantities`. Terminal, page and
+workbook show display units; CSV, JSON and data frames are SI. Words of a user stay words in every one of them.
+"""
+
+from __future__ import annotations
+
+import csv
+import html
+import io
+import math
+import os
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from ehl.common.errors import InputError
+from ehl.common.files import make_folder, write_file
+from ehl.common.quantities import Quantity, format_number, printed_unit, quantities, typeset_unit, typeset_units
+from ehl.common.table_reader import harmless
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from rich.console import Console, ConsoleOptions, RenderResult
+    from xlsxwriter.format import Format
+    from xlsxwriter.workbook import Workbook
+
+Cell = float | int | str | bool | None
+
+NOTHING = "–"  # shown where there is no value
+_GAP = 2  # between the columns of a terminal
+_NARROWEST = 12  # a column of words may be folded down to this width
+_PIPE_WIDTH = 10_000  # of an output that is no terminal
+_DENSE, _DENSEST = 9, 13  # more columns than this are set smaller on a page
+_MAX_SHEET_WIDTH, _MAX_SHEET_NAME = 60, 31
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table.
+
+    Parameters
+    ----------
+    name : str
+        Key of the column in CSV, JSON and data frames.
+    of : str
+        Name of the quantity it holds where that is not `name`; a column of neither holds plain numbers or words.
+    label : str
+        Words in the head in place of the quantity's own.
+    digits : int
+        Significant digits in place of the quantity's own.
+    """
+
+    name: str
+    of: str = ""
+    label: str = ""
+    digits: int = 0
+
+    @property
+    def quantity(self) -> Quantity:
+        """What it holds."""
+        known = quantities()
+        return known[self.of] if self.of else known.get(self.name, Quantity(self.name, label=self.name))
+
+    @property
+    def head_label(self) -> str:
+        """Words of its head, without unit."""
+        return self.label or self.quantity.label
+
+    def text(self, value: Cell) -> str:
+        """A cell as a reader sees it, in the display unit."""
+        if value is None:
+            return NOTHING
+        if isinstance(value, bool):
+            return "yes" if value else "no"
+        if isinstance(value, str):
+            return value
+        shown = self.quantity.to_display(value)
+        return str(shown) if isinstance(shown, int) else format_number(shown, self.digits or self.quantity.digits)
+
+    def shown(self, value: Cell) -> Cell:
+        """A cell in the display unit."""
+        return value if value is None or isinstance(value, str | bool) else self.quantity.to_display(value)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of SI numbers and words under columns that say what they are.
+
+    Parameters
+    ----------
+    columns : sequence of Column or str
+        A string stands for `Column` of that name.
+    rows : sequence of sequences
+        Numbers in SI (also of numpy), words, truth values, None; what is not finite counts as None.
+    title : str
+        Head of the table.
+    notes : sequence of str
+        Remarks below the table.
+    name : str
+        Of the sheet or CSV file; the title where not given.
+    highlight : int
+        Row that is emphasised on a page.
+    vertical : bool
+        Whether a reader sees one line for each column: quantity, values, unit. Where the first column holds words,
+        they are the heads of the values.
+
+    Examples
+    --------
+    >>> table = Table(["oil", "film_central"], [["fva3", 2.5e-7]])
+    >>> print(table.csv(), end="")
+    oil,film_central [m]
+    fva3,2.5e-07
+    >>> table.records()
+    [{'oil': 'fva3', 'film_central': 2.5e-07}]
+    """
+
+    columns: Sequence[Column | str]
+    rows: Sequence[Sequence[Any]]
+    title: str = ""
+    notes: Sequence[str] = ()
+    name: str = ""
+    highlight: int = -1
+    vertical: bool = False
+
+    kind = "table"
+
+    def __repr__(self) -> str:
+        heads = [column if isinstance(column, str) else column.name for column in self.columns]
+        shown = ", ".join(heads[:10]) + (", ..." if len(heads) > 10 else "")
+        return f"Table({self.title or self.name!r}: {len(self.rows)} rows of {shown})"
+
+    @classmethod
+    def from_columns(cls, columns: Mapping[Any, Iterable[Any]], **others: Any) -> Table:
+        """A table from columns of equal length; `others` as of `Table`."""
+        return cls(tuple(columns), tuple(zip(*columns.values(), strict=True)), **others)
+
+    @classmethod
+    def from_records(cls, records: Sequence[Mapping[str, Any]], **others: Any) -> Table:
+        """A table from rows that name their columns; a row may lack some; `others` as of `Table`."""
+        names = tuple(dict.fromkeys(name for record in sorted(records, key=len, reverse=True) for name in record))
+        return cls(names, tuple(tuple(record.get(name) for name in names) for record in records), **others)
+
+    def __post_init__(self) -> None:
+        columns = tuple(Column(column) if isinstance(column, str) else column for column in self.columns)
+        rows = tuple(tuple(map(cell, row)) for row in self.rows)
+        if any(len(row) != len(columns) for row in rows):
+            raise ValueError(f"rows of {len(columns)} cells expected")
+        object.__setattr__(self, "columns", columns)
+        object.__setattr__(self, "rows", rows)
+
+    def records(self) -> list[dict[str, Cell]]:
+        """Rows by the names of their columns, SI, as JSON holds them."""
+        names = [column.name for column in self._columns]
+        return [dict(zip(names, row, strict=True)) for row in self.rows]
+
+    def to_frame(self) -> pd.DataFrame:
+        """The same as a pandas data frame."""
+        import pandas as pd
+
+        return pd.DataFrame(self.records(), columns=[column.name for column in self._columns])
+
+    def csv(self) -> str:
+        """CSV text, SI, units in the head; words a spreadsheet would compute get an apostrophe."""
+        file = io.StringIO()
+        writer = csv.writer(file, lineterminator="\n")
+        head, rows = self._grid(display=False)
+        writer.writerow(map(harmless, head))
+        writer.writerows([harmless(value) for value in row] for row in rows)
+        return file.getvalue()
+
+    def html(self) -> str:
+        """The table as an HTML element, in display units."""
+        head, rows = self._texts(typeset=True)
+        left = self._left(rows)
+        style = [' class="text" style="text-align:left"' if words else "" for words in left]
+        dense = "dense densest" if len(head) > _DENSEST else "dense"
+        lines = [f'<table class="{dense}">' if len(head) > _DENSE else "<table>"]
+        if self.title:
+            lines.append(f"<caption><span>{html.escape(typeset_units(self.title))}</span></caption>")
+        cells = "".join(f"<th{mark}>{html.escape(text)}</th>" for text, mark in zip(head, style, strict=True))
+        lines.append(f"<thead><tr>{cells}</tr></thead>\n<tbody>")
+        for number, row in enumerate(rows):
+            mark = ' class="highlight"' if number == self.highlight else ""
+            row = [html.escape(typeset_units(text)) for text in row]
+            cells = "".join(f"<td{s}>{text}</td>" for text, s in zip(row, style, strict=True))
+            lines.append(f"<tr{mark}>{cells}</tr>")
+        lines.append("</tbody>\n</table>")
+        lines += [f"<p>{html.escape(typeset_units(note))}</p>" for note in self.notes]
+        return "\n".join(lines)
+
+    _repr_html_ = html
+
+    def print(self) -> None:
+        """Print the table; columns that do not fit into a narrow terminal are left out and named."""
+        from rich.console import Console
+
+        console = Console()
+        if not console.is_terminal and "COLUMNS" not in os.environ:
+            console = Console(width=_PIPE_WIDTH)
+        console.print(self, crop=False, overflow="ignore")
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        from rich.box import SIMPLE
+        from rich.table import Table as Printed
+        from rich.text import Text
+
+        head, rows = self._texts(typeset=False)
+        left = self._left(rows)
+        widths = self._fitting(head, rows, left, options.max_width)
+        title = Text(_plain(self.title), style="italic") if self.title else None
+        printed = Printed(title=title, box=SIMPLE, padding=(0, _GAP - 1, 0, 0), pad_edge=False, show_edge=False)
+        printed.title_justify = "left"
+        for i, width in widths.items():
+            justify: Literal["left", "right"] = "left" if left[i] else "right"
+            printed.add_column(Text(_plain(head[i])), justify=justify, width=width, overflow="fold")
+        for row in rows:
+            printed.add_row(*(Text(_plain(row[i])) for i in widths))
+        if not rows:  # a head over nothing says nothing
+            yield from [title] if title else []
+        elif sum(widths.values()) + _GAP * (len(widths) - 1) <= options.max_width:
+            yield printed
+        else:  # not even two columns fit
+            yield title or ""
+            yield from (Text(_plain(f"{head[i]}: {row[i]}")) for row in rows for i in widths)
+        missing = [head[i] for i in range(len(head)) if i not in widths]
+        if missing:
+            yield Text(f"left out, {options.max_width} characters are too few: {_plain('; '.join(missing))}")
+        for note in self.notes:
+            yield Text(_plain(note))
+
+    @property
+    def _columns(self) -> Sequence[Column]:
+        return self.columns  # type: ignore[return-value]
+
+    def _grid(self, *, display: bool) -> tuple[list[str], list[list[Cell]]]:
+        """Head and cells of a file: names and SI numbers, or names and numbers in display units."""
+
+        def unit(column: Column) -> str:
+            return printed_unit(column.quantity.display if display else column.quantity.unit)
+
+        def value(column: Column, cell: Cell) -> Cell:
+            return column.shown(cell) if display else cell
+
+        if not self.vertical:
+            head = [_with_unit(column.name, unit(column) if self._numeric(i) else "") for i, column in self._each()]
+            return head, [[value(c, x) for c, x in zip(self._columns, row, strict=True)] for row in self.rows]
+        head, values = self._turned()
+        return head, [[c.name, *(value(c, x) for x in cells), unit(c)] for c, cells in values]
+
+    def _texts(self, *, typeset: bool) -> tuple[list[str], list[list[str]]]:
+        """Head and cells as a reader sees them."""
+        written = typeset_unit if typeset else printed_unit
+
+        def unit(column: Column) -> str:
+            return written(column.quantity.display)
+
+        if not self.vertical:
+            head = [_with_unit(c.head_label, unit(c) if self._numeric(i) else "") for i, c in self._each()]
+            return head, [[c.text(x) for c, x in zip(self._columns, row, strict=True)] for row in self.rows]
+        head, values = self._turned()
+        return head, [[c.head_label, *(c.text(x) for x in cells), unit(c)] for c, cells in values]
+
+    def _each(self) -> Iterator[tuple[int, Column]]:
+        return enumerate(self._columns)
+
+    def _numeric(self, column: int) -> bool:
+        """Whether a column holds a number, or nothing at all."""
+        cells = [row[column] for row in self.rows if row[column] is not None]
+        return not cells or any(not isinstance(x, str) for x in cells)
+
+    def _turned(self) -> tuple[list[str], list[tuple[Column, list[Cell]]]]:
+        named = bool(self.rows) and len(self.rows) > 1 and not self._numeric(0)
+        heads = [str(row[0]) for row in self.rows] if named else ["value"] * len(self.rows)
+        columns = list(self._each())[named:]
+        return ["quantity", *heads, "unit"], [(c, [row[i] for row in self.rows]) for i, c in columns]
+
+    def _left(self, rows: Sequence[Sequence[str]]) -> list[bool]:
+        """Which columns a reader sees hold words and stand left."""
+        like = [[bool(_LIKE_NUMBER.fullmatch(row[i])) for row in rows] for i in self._texts_width]
+        if not self.vertical:
+            return [not all(cells) for cells in like]
+        # words among the values of a vertical table stand right as the numbers do
+        return [True, *(not any(cells) for cells in like[1:-1]), True]
+
+    @property
+    def _texts_width(self) -> range:
+        return range(len(self.rows) + 2 if self.vertical else len(self.columns))
+
+    def _fitting(
+        self, head: Sequence[str], rows: Sequence[Sequence[str]], left: Sequence[bool], limit: int
+    ) -> dict[int, int]:
+        """Columns that fit and their widths; the first two, and the unit of a vertical table, always stay."""
+        from rich.cells import cell_len
+
+        least, full = [], []
+        for i, title in enumerate(head):
+            content = max((cell_len(row[i]) for row in rows), default=0)
+            word = max((cell_len(part) for part in title.split()), default=1)
+            least.append(max(min(content, _NARROWEST) if left[i] else content, word))
+            full.append(max(content, cell_len(title)))
+        keep, fixed = list(range(len(head))), 1 if self.vertical else 0
+        while len(keep) > 2 + fixed and sum(least[i] + _GAP for i in keep) - _GAP > limit:
+            del keep[-1 - fixed]
+        spare = limit + _GAP - sum(least[i] + _GAP for i in keep)
+        widths = {}
+        for i in keep:
+            widths[i] = least[i] + max(0, min(spare, full[i] - least[i]))
+            spare -= widths[i] - least[i]
+        return widths
+
+
+# a cell that stands right: a number, an interval, a percentage, a dash
+_LIKE_NUMBER = re.compile(r"|[–-]|[<>~±]?\s*[+-]?\d[\d.,e+-]*(\s*%)?(\s*(to|±|/)\s*[+-]?\d[\d.,e+-]*(\s*%)?)?|yes|no")
+
+
+def cell(value: Any) -> Cell:
+    """A value as a table holds it: numbers of numpy become those of Python, None where there is none."""
+    if hasattr(value, "item"):
+        value = value.item()
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if value is None or isinstance(value, bool | int) else str(value)
+
+
+def write_csv(folder: Path, tables: Sequence[Table]) -> list[Path]:
+    """Write each table as a CSV file of its name.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written.
+    """
+    make_folder(folder, "csv")
+    written = []
+    for table in tables:
+        path = folder / f"{re.sub(r'[^A-Za-z0-9.]+', '_', table.name or table.title)}.csv"
+        write_file(path, table.csv(), "csv")
+        written.append(path)
+    return written
+
+
+def write_xlsx(path: Path, tables: Sequence[Table], title: str) -> Path:
+    """Write tables as one workbook in display units: a sheet for each, and a first one that says what it is.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    import xlsxwriter
+    from xlsxwriter.exceptions import FileCreateError
+
+    from ehl.common.version import __version__
+
+    make_folder(path.parent, "xlsx")
+    book = xlsxwriter.Workbook(str(path), {"nan_inf_to_errors": False, "strings_to_numbers": False})
+    bold = book.add_format({"bold": True, "bottom": 1, "text_wrap": True, "valign": "top"})
+    book.set_properties({"title": title, "comments": f"mixed-ehl {__version__}"})
+    names = _sheet_names(tables)
+    front: list[list[Cell]] = [["what", title], ["program", f"mixed-ehl {__version__}"]]
+    front += [["units", "in the head of each column"]]
+    for name, table in zip(names, tables, strict=True):
+        front.append([f"sheet {name}", f"{len(table.rows)} rows"])
+        front.extend([f"note on {name}", note] for note in table.notes)
+    _add_sheet(book, "about", [], front, bold)
+    for name, table in zip(names, tables, strict=True):
+        _add_sheet(book, name, *table._grid(display=True), bold)
+    try:
+        book.close()
+    except (OSError, FileCreateError) as error:
+        raise InputError("xlsx", str(path), "a writable file", f"{error}.") from None
+    return path
+
+
+def _add_sheet(book: Workbook, name: str, head: Sequence[str], rows: Sequence[Sequence[Cell]], bold: Format) -> None:
+    sheet = book.add_worksheet(name)
+    if head:
+        for i, text in enumerate(head):
+            sheet.write_string(0, i, text, bold)
+        sheet.freeze_panes(1, 0)
+        if rows:
+            sheet.autofilter(0, 0, len(rows), len(head) - 1)
+    widths = [max(12, len(text) // 2 + 4) for text in head] or [12, 12]
+    for number, row in enumerate(rows, start=bool(head)):
+        for i, value in enumerate(row):
+            if isinstance(value, str):
+                sheet.write_string(number, i, value)
+                if number < 200:
+                    widths[i] = max(widths[i], len(value))
+            elif isinstance(value, bool):
+                sheet.write_boolean(number, i, value)
+            elif value is not None:
+                sheet.write_number(number, i, value)
+    for i, width in enumerate(widths):
+        sheet.set_column(i, i, min(_MAX_SHEET_WIDTH, width))
+    sheet.set_landscape()
+    sheet.repeat_rows(0)
+
+
+def _sheet_names(tables: Sequence[Table]) -> list[str]:
+    """Names a workbook takes: without its forbidden characters, short, each once."""
+    names: list[str] = []
+    for table in tables:
+        clean = re.sub(r"[\[\]:*?/\\\x00-\x1f]", " ", table.name or table.title).strip(" '") or "table"
+        name, number = clean[:_MAX_SHEET_NAME], 1
+        while name.lower() in {"about", "history", *(other.lower() for other in names)}:
+            number += 1
+            name = f"{clean[: _MAX_SHEET_NAME - 4]} {number}"
+        names.append(name)
+    return names
+
+
+def _with_unit(text: str, unit: str) -> str:
+    return f"{text} [{unit}]" if unit else text
+
+
+def _plain(text: str) -> str:
+    """Text without the control characters a terminal would obey."""
+    return _CONTROL.sub(" ", text)

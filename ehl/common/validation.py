@@ -1,0 +1,297 @@
+"""Input files: TOML text to a validated model, with errors a user can act on."""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
+
+from pydantic import AfterValidator, AliasChoices, BaseModel, ConfigDict, Field, Tag, ValidationError
+from pydantic.fields import FieldInfo
+
+from ehl.common.errors import InputError, near
+from ehl.common.file_kinds import refuse_other_kind, refuse_unreadable
+from ehl.common.files import parse_toml, read_text
+from ehl.common.units import ValueRange
+
+
+def _name(text: str) -> str:
+    if not text.isprintable():
+        raise InputError("name", text, "one line without control characters")
+    return text
+
+
+# goes into titles, names of files, comments of exported code and columns of tables
+Name = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(_name)]
+
+
+class InputModel(BaseModel):
+    """Base of all input models: frozen, numbers finite, and an unknown key is an error."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, defer_build=True, allow_inf_nan=False)
+
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def read_toml(path: str | Path, kind: str = "") -> dict[str, Any]:
+    """Read a TOML file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    kind : str
+        Which of `ehl.common.file_kinds.KINDS` is wanted; empty where any will do.
+
+    Raises
+    ------
+    InputError
+        The file does not exist, cannot be read, is not TOML, or is of another kind, which the message names.
+    """
+    text = read_text(path, "file", "an existing TOML file")
+    try:
+        content = parse_toml(text, "file", str(path))
+    except InputError as error:
+        refuse_unreadable(text, path, kind, error)
+    refuse_other_kind(content, path, kind)
+    return content
+
+
+def validate(model: type[Model], content: dict[str, Any], where: str = "") -> Model:
+    """Build a model, turning pydantic's complaints into one `InputError` that tells all of them.
+
+    Parameters
+    ----------
+    model : type
+        The pydantic model.
+    content : dict
+        What the file holds.
+    where : str
+        Name put before the field (file name or table).
+    """
+    try:
+        return model.model_validate(content)
+    except ValidationError as error:
+        raise input_error(error, model, where) from None
+
+
+def input_error(error: ValidationError, model: type[BaseModel], where: str = "") -> InputError:
+    """The `InputError` that says the same as pydantic's complaints, each place once."""
+    found: list[tuple[str, InputError]] = []
+    for complaint in error.errors(include_url=False):
+        problem = _problem(complaint, model, where)
+        # the members of a union complain each, of the place itself and of what is in it
+        places = (".".join(filter(None, (where, *locate_field(model, complaint["loc"]).path))), problem.field)
+        if not any(_nested(place, told) for place in places for told, _ in found):
+            found.append((places[0], problem))
+    meant = {problem.field: _meant(problem) for _, problem in found}
+    kept = [problem for _, problem in found if problem.value is not None or problem.field not in meant.values()]
+    return InputError.of(kept or [problem for _, problem in found])
+
+
+def _nested(one: str, other: str) -> bool:
+    return one == other or one.startswith(f"{other}.") or other.startswith(f"{one}.")
+
+
+def _meant(problem: InputError) -> str:
+    """The key that a misspelt one stands for: that it is missing need not be told as well."""
+    _, asked, rest = problem.hint.partition("Did you mean '")
+    parent, _, _ = problem.field.rpartition(".")
+    return ".".join(filter(None, (parent, rest.partition("'")[0]))) if asked else ""
+
+
+def _problem(complaint: Any, model: type[BaseModel], where: str) -> InputError:
+    place = locate_field(model, complaint["loc"])
+    parts = ([where] if where else []) + list(place.path)
+    field = ".".join(parts) or model.__name__
+    kind = complaint["type"]
+    value = None if kind == "missing" else complaint["input"]
+    if isinstance(value, dict):
+        value = "table with " + ", ".join(sorted(map(str, value))[:8])
+    context = complaint.get("ctx") or {}
+    if kind.startswith("quantity"):
+        return InputError(field, value, str(context["allowed"]), str(context["hint"]))
+    if kind == "value_error" and isinstance(context.get("error"), InputError):
+        told: InputError = context["error"]
+        return told.changed(
+            lambda inner: InputError(".".join([*parts, inner.field]), inner.value, inner.allowed, inner.hint)
+        )
+    if kind == "extra_forbidden":
+        known = sorted(_keys(place.owner))
+        hint = _join(near(place.path[-1], known), f"Known keys: {', '.join(known)}.")
+        return InputError(field, value, "only the documented keys of this table", hint)
+    if kind.startswith("union_tag"):
+        key = str(context["discriminator"]).strip("'")
+        return InputError(".".join([*parts, key]), context.get("tag"), _tags(place.annotation, key))
+    choices = get_args(place.annotation) if get_origin(place.annotation) is Literal else ()
+    hint = "" if value is None else near(value, map(str, choices))
+    return InputError(field, value, expected_input(place, ".".join(place.path)) or complaint["msg"], hint)
+
+
+def _join(*texts: str) -> str:
+    return " ".join(filter(None, texts))
+
+
+def _keys(owner: type[BaseModel]) -> set[str]:
+    return {info.alias or name for name, info in owner.model_fields.items()}
+
+
+def _tags(annotation: Any, key: str) -> str:
+    """Values of the key that chooses between the members of a union."""
+    members = (part for part in get_args(annotation) if isinstance(part, type) and issubclass(part, BaseModel))
+    return "one of " + ", ".join(
+        repr(tag) for member in members for tag in get_args(member.model_fields[key].annotation)
+    )
+
+
+@dataclass(frozen=True)
+class FieldLocation:
+    """A place in the tree of input models.
+
+    Attributes
+    ----------
+    path : tuple of str
+        Keys as the user wrote them.
+    owner : type
+        The innermost model on the way.
+    annotation : Any
+        Type of what belongs there; None where nothing does.
+    metadata : tuple
+        Units and bounds of it.
+    """
+
+    path: tuple[str, ...]
+    owner: type[BaseModel]
+    annotation: Any
+    metadata: tuple[Any, ...] = ()
+
+
+def locate_field(model: type[BaseModel], loc: Sequence[int | str]) -> FieldLocation:
+    """The place pydantic's `loc` names, without what pydantic puts in for the members of unions."""
+    owner, annotation, metadata = model, model, ()  # type: type[BaseModel], Any, tuple[Any, ...]
+    path: list[str] = []
+    for part in map(str, loc):
+        annotation, metadata = _bare(annotation, metadata)
+        if _is_model(annotation):
+            owner = annotation
+            info = _field(owner, part)
+            path.append(part)
+            annotation, metadata = (None, ()) if info is None else (info.annotation, tuple(info.metadata))
+        elif _is_union(annotation):
+            # the user never wrote the name of the member
+            annotation, metadata = _member(annotation, part), ()
+        else:
+            path.append(part)
+            annotation, metadata = _item(annotation, part), ()
+    annotation, metadata = _bare(annotation, metadata)
+    return FieldLocation(tuple(path), annotation if _is_model(annotation) else owner, annotation, metadata)
+
+
+def value_range_of(model: type[BaseModel], name: str) -> ValueRange:
+    """Unit and range of a field of a model."""
+    return next(part for part in locate_field(model, (name,)).metadata if isinstance(part, ValueRange))
+
+
+def expected_input(place: FieldLocation, table: str) -> str:
+    """What the place takes, in words; empty where that is not known.
+
+    Parameters
+    ----------
+    place : FieldLocation
+        From `locate_field`.
+    table : str
+        What the place is called if it is a table.
+    """
+    for part in place.metadata:
+        if isinstance(part, ValueRange):
+            return part.expected
+    kind = place.annotation
+    if _is_model(kind):
+        needed = [info.alias or name for name, info in kind.model_fields.items() if info.is_required()]
+        return f"a table [{table}]" + (f" with {', '.join(needed)}" if needed else "")
+    if get_origin(kind) is Literal:
+        return "one of " + ", ".join(map(repr, get_args(kind)))
+    if _is_union(kind):
+        parts = (FieldLocation((), place.owner, *_bare(member, ())) for member in get_args(kind))
+        return " or ".join(dict.fromkeys(filter(None, (expected_input(part, table) for part in parts))))
+    words = {int: "a whole number", str: "a text in quotes", bool: "true or false", float: "a number"}
+    if kind in words:
+        return words[kind] + _bounds(place.metadata)
+    if kind is dict or get_origin(kind) is dict:
+        return f"a table [{table}]"
+    if get_origin(kind) in (list, tuple):
+        items = get_args(kind)
+        fixed = get_origin(kind) is tuple and ... not in items
+        return f"a list of {len(items)} entries" if fixed else "a list"
+    return ""
+
+
+def _bounds(metadata: tuple[Any, ...]) -> str:
+    words = {"gt": "above", "ge": "of at least", "lt": "below", "le": "of at most"}
+    found = [
+        f"{word} {getattr(part, name)}" for part in metadata for name, word in words.items() if hasattr(part, name)
+    ]
+    return " " + " and ".join(found) if found else ""
+
+
+def _bare(annotation: Any, metadata: tuple[Any, ...]) -> tuple[Any, tuple[Any, ...]]:
+    """The type inside ``Annotated[...]`` and ``... | None``, and what was noted at it."""
+    while True:
+        if get_origin(annotation) is Annotated:
+            notes = (n.metadata if isinstance(n, FieldInfo) else [n] for n in annotation.__metadata__)
+            metadata = (*metadata, *(note for part in notes for note in part))
+            annotation = get_args(annotation)[0]
+            continue
+        members = [part for part in get_args(annotation) if part is not types.NoneType]
+        if not (_is_union(annotation) and len(members) == 1):
+            return annotation, metadata
+        annotation = members[0]
+
+
+def _is_model(annotation: Any) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
+
+
+def _is_union(annotation: Any) -> bool:
+    return get_origin(annotation) in (Union, types.UnionType)
+
+
+def _field(model: type[BaseModel], key: str) -> FieldInfo | None:
+    for name, info in model.model_fields.items():
+        alias = info.validation_alias
+        others = alias.choices if isinstance(alias, AliasChoices) else [alias]
+        if key == name or key in others:
+            return info
+    return None
+
+
+def _member(union: Any, label: str) -> Any:
+    """The member of a union that pydantic calls by its tag or its name."""
+    for member in get_args(union):
+        bare, notes = _bare(member, ())
+        if label in (getattr(bare, "__name__", ""), *(note.tag for note in notes if isinstance(note, Tag))):
+            return member
+        if _is_model(bare) and label in _literals(bare):
+            return member
+    return None
+
+
+def _literals(model: type[BaseModel]) -> Iterator[Any]:
+    for info in model.model_fields.values():
+        if get_origin(info.annotation) is Literal:
+            yield from get_args(info.annotation)
+
+
+def _item(annotation: Any, key: str) -> Any:
+    """Type of an entry of a table of any keys or of a list."""
+    arguments = get_args(annotation)
+    if not arguments:
+        return None
+    if get_origin(annotation) is dict:
+        return arguments[1]
+    if get_origin(annotation) is tuple and ... not in arguments:
+        return arguments[int(key)] if key.isdigit() and int(key) < len(arguments) else None
+    return arguments[0]

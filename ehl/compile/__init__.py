@@ -1,0 +1,1 @@
+"""Compilation of kernels: compiler settings, cache on disk, carried kernels, warm-up."""

@@ -1,0 +1,495 @@
+"""`ContactResult`: what one contact gave, whether it may stand, and which limits of the model it touches."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ehl.common.errors import InputError
+from ehl.common.notes import group_notes
+from ehl.common.numbers import finite_or_none
+from ehl.common.table import Table
+from ehl.common.units import KELVIN
+from ehl.fluid.lubricant import Lubricant
+from ehl.heat import ThermalTraction, carried_shear_heat
+from ehl.inputs import ContactProblem
+from ehl.line_contact import LineContact
+from ehl.rough import TransientResult
+from ehl.rough.dry import DryContactResult
+from ehl.rough.mixed import ERROR_ALLOWED, SHEAR_STRENGTH
+from ehl.smooth import SteadyResult
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+    from ehl.uncertainty.result import InputUncertainty
+
+_NOT_SCALAR = ("skipped", "notes", "problem", "film", "isothermal", "heat", "transient", "dry")
+
+_SHOWN = (
+    "friction_coefficient",
+    "friction_fluid",
+    "friction_asperity",
+    "friction_error",
+    "mesh_error",
+    "statistical_error",
+    "friction_boundary_half",
+    "friction_boundary_double",
+    "film_central",
+    "film_min",
+    "film_error",
+    "film_ratio",
+    "asperity_load_share",
+    "roughness_load_share",
+    "pressure_max",
+    "rolling_traction",
+    "temperature_film_max",
+    "temperature_flash",
+)
+
+# what may not stand as converged, whatever a solver's residuals say
+REASONS = ("not_finite", "negative", "shear_strength", "inaccurate")
+
+LIMIT_TEMPERATURE = 1000.0  # no law of the oil means anything there [K]
+HOT_NODE_WEIGHT = (
+    2.0  # the share of hot spots in the friction of a run is counted so many times: it is seen in one step only
+)
+DECOMPOSITION_TEMPERATURE = 300.0 + KELVIN  # oils decompose [K]
+MAX_SMOOTH_ERROR = 0.1  # relative discretisation error from which a smooth result is no result [-]
+CARRIED_HEAT_NOTED = 0.02  # change of smooth friction by convection of shear heat in the film that makes a note
+MOLECULAR_FILM = 1e-9  # films below this are thinner than a few molecules [m]
+
+
+@dataclass(frozen=True, repr=False)
+class ContactResult:
+    """What one contact gave; SI units, names of docs/nomenclature.md.
+
+    `friction_coefficient` is the answer, `friction_error` its relative error, `notes` the limits of the model it
+    touches. Made by `Contact.solve` and `solve_path`.
+
+    Parameters
+    ----------
+    status : str
+        "converged"; "unsettled", an answer whose interval `friction_error` is known and wider than asked for; "failed",
+        no answer, all figures nan. `reason` says why.
+    reason : str
+        Empty when converged; else a reason of the solver that ended it, or one of
+
+        - "shear_strength": a film shear stress above 1 GPa; the shear law needs a limit
+        - "mesh_budget" (unsettled): no mesh in budget resolves the roughness, a subgrid film stands for its fine part
+        - "too_hot" (unsettled): film above 1000 K, where no law of the oil is valid, contributes more than half the
+          tolerance to mu
+        - "thermal_rounds" (unsettled): film and heat still changed by more than the tolerance
+        - "mesh_error" (unsettled): the mesh error of mu is four times the tolerance or more
+    friction_coefficient, friction_fluid, friction_asperity : float
+        mu = fluid + asperity part [-]; rolling traction is not in it.
+    film_central, film_min : float
+        h at x = 0 and the smallest h [m].
+    pressure_max : float
+        [Pa].
+    film_ratio : float
+        lambda: smooth isothermal film_central over the composite Rq [-]; infinity for smooth surfaces.
+    asperity_load_share : float
+        Share of the load carried by asperity contact [-].
+    roughness_load_share : float
+        Share of the load above the macroscopic pressure [-]; the same as the above with load sharing.
+    rolling_traction : float
+        Traction of the pressure gradient over w' [-], apart from friction.
+    temperature_film_max, temperature_flash : float
+        Largest film temperature and larger flash temperature [K]; the inlet temperature where heat was skipped.
+    film_error, friction_error : float
+        Relative error estimates [-]: discretisation, the 90 % interval of the time mean where there is one, what was
+        skipped, films too hot for any law, and the bounds of roughness finer than the mesh.
+    mesh_error, statistical_error : float
+        The first two parts of `friction_error` [-].
+    realisation_error : float
+        Half width of the 90 % interval of mu over other stretches of the same surfaces, over mu; not in
+        `friction_error`, which is about the surfaces given [-].
+    friction_boundary_half, friction_boundary_double : float
+        mu at half and twice the boundary film; nan where asperities carry little or it was not asked for [-]. With
+        the reason "mesh_budget" mu without and with all of the fine roughness.
+    skipped : tuple of str
+        What was neglected, each with the estimate that justifies it.
+    notes : tuple of str
+        Limits of the model this case touches, and inputs without effect.
+    iterations : int
+        Newton iterations, all grids and paths together.
+    seconds : float
+        Wall time.
+    problem : ContactProblem
+        The inputs.
+    film, isothermal : SteadyResult
+        The solution, for plots, and the one without heat, for warm starts.
+    heat : ThermalTraction
+        Temperature profiles; None where heat was left out.
+    transient : TransientResult
+        The run of the deterministic solver; None without it.
+    dry : DryContactResult
+        The dry contact at one moment where the film is negligible; None elsewhere.
+
+    Examples
+    --------
+    >>> result = Contact(viscosity_inlet=0.02, pressure_viscosity=18e-9, pressure_hertz="0.8 GPa",
+    ...                  radius_equivalent="15 mm", speed_entrainment="5 m/s", thermal="off").solve()
+    >>> result.status, f"{1e9 * result.film_central:.0f} nm"
+    ('converged', '577 nm')
+    """
+
+    status: str
+    reason: str
+    friction_coefficient: float = math.nan
+    friction_fluid: float = math.nan
+    friction_asperity: float = math.nan
+    film_central: float = math.nan
+    film_min: float = math.nan
+    pressure_max: float = math.nan
+    film_ratio: float = math.nan
+    asperity_load_share: float = math.nan
+    roughness_load_share: float = math.nan
+    rolling_traction: float = math.nan
+    temperature_film_max: float = math.nan
+    temperature_flash: float = math.nan
+    film_error: float = math.nan
+    friction_error: float = math.nan
+    mesh_error: float = math.nan
+    statistical_error: float = math.nan
+    realisation_error: float = math.nan
+    friction_boundary_half: float = math.nan
+    friction_boundary_double: float = math.nan
+    skipped: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    iterations: int = 0
+    seconds: float = math.nan
+    problem: ContactProblem | None = field(default=None, compare=False)
+    film: SteadyResult | None = field(default=None, compare=False)
+    isothermal: SteadyResult | None = field(default=None, compare=False)
+    heat: ThermalTraction | None = field(default=None, compare=False)
+    transient: TransientResult | None = field(default=None, compare=False)
+    dry: DryContactResult | None = field(default=None, compare=False)
+
+    def __repr__(self) -> str:
+        if self.status == "failed":
+            return f"ContactResult(failed: {self.reason})"
+        outcome = self.status if not self.reason else f"{self.status}: {self.reason}"
+        return (
+            f"ContactResult({outcome}, friction_coefficient={self.friction_coefficient:.5g} "
+            f"± {100.0 * self.friction_error:.2g} %, film_central={self.film_central:.4g} m, "
+            f"film_min={self.film_min:.4g} m, film_ratio={self.film_ratio:.3g}, "
+            f"asperity_load_share={self.asperity_load_share:.3g}, pressure_max={self.pressure_max:.4g} Pa)"
+        )
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
+
+    @property
+    def outcome(self) -> str:
+        """Status and reason in words; of an unsettled contact how closely its friction is known."""
+        if self.status == "unsettled":
+            error = f"{100.0 * self.friction_error:.2g} %"
+            return f"unsettled ({self.reason}): mu is known to ±{error}, an interval wider than asked for"
+        return self.status if not self.reason else f"{self.status} ({self.reason})"
+
+    def table(self) -> Table:
+        """Results with their units, what was left out and the notes; for terminal, page and files.
+
+        Returns
+        -------
+        Table
+        """
+        known = [name for name in _SHOWN if math.isfinite(getattr(self, name))]
+        return Table(
+            known,
+            [[getattr(self, name) for name in known]] if known else [],
+            title=self._title(),
+            notes=(self.outcome, *self._remarks(), self.cost),
+            name="contact",
+            vertical=True,
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Results as scalars in SI units, for JSON; what is not finite becomes None.
+
+        Returns
+        -------
+        dict
+        """
+        names = (item.name for item in fields(self) if item.name not in _NOT_SCALAR)
+        values = {name: finite_or_none(getattr(self, name)) for name in names}
+        return values | {"skipped": list(self.skipped), "notes": list(self.notes)}
+
+    def to_frame(self) -> DataFrame:
+        """One row of operating point and results in SI units.
+
+        Returns
+        -------
+        pandas.DataFrame
+        """
+        return results_frame([self])
+
+    def plot(self, path: str | Path | None = None) -> Figure:
+        """Figure of pressure, film and temperatures; of a transient run also its history and roughness.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            File to write it to as well; the suffix (.png, .svg, .pdf) chooses the format.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InputError
+            There is no solution to draw, or the file cannot be written.
+        """
+        from ehl.common.figures import save_figure
+        from ehl.view.plots import plot_smooth
+        from ehl.view.rough_plots import plot_transient
+
+        if self.problem is None or self.film is None or self.isothermal is None:
+            raise InputError("plot", self.reason, "a contact that was solved")
+        if self.transient is not None:
+            figure = plot_transient(self.problem, self.transient, self.isothermal, self._caption())
+        else:
+            figure = plot_smooth(self.problem.line, self.film, self.heat, self._caption())
+        if path is not None:
+            save_figure(figure, Path(path))
+        return figure
+
+    def report(self, path: str | Path, uncertainty: InputUncertainty | None = None) -> Path:
+        """Write one HTML page: the answer with what is known of it, notes, figures, all results, the operating point.
+
+        Parameters
+        ----------
+        path : str or Path
+        uncertainty : InputUncertainty, optional
+            What the inputs leave open, as of `Contact.uncertainty`; without it the page says that it is not known.
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
+        from ehl.view.contact_report import write_contact_report
+
+        return write_contact_report(Path(path), self, uncertainty)
+
+    def animate(self, path: str | Path) -> Path:
+        """Write the moving roughness as an animation (GIF or self-contained HTML page).
+
+        Parameters
+        ----------
+        path : str or Path
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        InputError
+            As `Contact.check_animation`; or roughness was left out because the film is thick; or the file cannot be
+            written.
+        """
+        from ehl.view.animation import animate_contact
+
+        if self.problem is None:
+            raise InputError("animate", self.reason, "a contact that was solved")
+        return animate_contact(self.problem, self.transient, self.friction_coefficient, Path(path))
+
+    def _title(self) -> str:
+        return f"line contact, {self.operating_point}".removesuffix(", ")
+
+    @property
+    def operating_point(self) -> str:
+        """Pressure, radius, speed and slip in words; empty without the inputs."""
+        if self.problem is None:
+            return ""
+        line = self.problem.line
+        return (
+            f"p_h {line.pressure_hertz / 1e9:.3g} GPa, R {line.radius_equivalent * 1e3:.3g} mm, "
+            f"u_r {line.speed_entrainment:.3g} m/s, SR {line.slide_to_roll:.3g}"
+        )
+
+    @property
+    def cost(self) -> str:
+        """Iterations and wall time in words."""
+        seconds = f", {self.seconds:.3g} s" if math.isfinite(self.seconds) else ""
+        return f"{self.iterations} Newton iterations{seconds}"
+
+    def _remarks(self) -> tuple[str, ...]:
+        found = group_notes([("", item) for item in self.notes])
+        return (*(f"{note.grade}: {note.text}" for note in found), *(f"skipped: {item}" for item in self.skipped))
+
+    def _caption(self) -> str:
+        """Title of the figure."""
+        if self.transient is None:
+            return (
+                f"mu = {self.friction_coefficient:.4g}, h_c = {self.film_central * 1e9:.1f} nm, "
+                f"h_min = {self.film_min * 1e9:.1f} nm"
+            )
+        errors = f"mesh ±{100.0 * self.mesh_error:.2g} %, 90 % interval ±{100.0 * self.statistical_error:.2g} %"
+        first = f"μ = {self.friction_coefficient:.4f} ({errors})"
+        if math.isfinite(self.friction_boundary_half):
+            half, double = self.friction_boundary_half, self.friction_boundary_double
+            first += f",  {half:.4f} … {double:.4f} at half and twice the boundary film"
+        second = f"λ = {self.film_ratio:.2g},  asperities carry {100.0 * self.asperity_load_share:.2g} %"
+        if math.isfinite(self.roughness_load_share):
+            second += f", {100.0 * self.roughness_load_share:.2g} % above the macroscopic pressure"
+        return f"{first}\n{second},  {self.status} {self.reason}".rstrip()
+
+
+def results_frame(results: Sequence[ContactResult]) -> DataFrame:
+    """One row per result: its operating point and its scalars in SI units; what is not known is nan.
+
+    Parameters
+    ----------
+    results : sequence of ContactResult
+
+    Returns
+    -------
+    pandas.DataFrame
+    """
+    import pandas as pd
+
+    names = [item.name for item in fields(ContactResult) if item.name not in (*_NOT_SCALAR, "skipped", "notes")]
+    rows = []
+    for result in results:
+        inputs = {} if result.problem is None else result.problem.to_dict()
+        rows.append({**inputs, **{name: getattr(result, name) for name in names}})
+    return pd.DataFrame(rows)
+
+
+def rejection_reason(result: ContactResult) -> str:
+    """Reason why a result cannot stand, one of `REASONS`; empty where it can."""
+    numbers = (result.friction_coefficient, result.film_central, result.film_min, result.pressure_max)
+    if not all(math.isfinite(value) for value in (*numbers, result.friction_error, result.film_error)):
+        return "not_finite"
+    if min(numbers) < 0.0 or not 0.0 <= result.asperity_load_share <= 1.0 + 1e-9:
+        return "negative"
+    if max_shear_stress(result) > SHEAR_STRENGTH:
+        return "shear_strength"
+    if result.transient is None and result.dry is None and max(result.mesh_error, result.film_error) > MAX_SMOOTH_ERROR:
+        return "inaccurate"
+    return ""
+
+
+def mesh_error_too_large(result: ContactResult, tolerance: float) -> bool:
+    """Whether the mesh of a rough run leaves an error far above the tolerance asked for."""
+    return result.transient is not None and result.mesh_error > ERROR_ALLOWED * tolerance
+
+
+def friction_above_limit_temperature(result: ContactResult) -> float:
+    """Part of mu from film above 1000 K [-]: no law of the oil is valid there, so that all of it is uncertain.
+
+    Of a rough run the larger of two: the share of the hot nodes in the last step, counted twice, and the share of the
+    pressure under the nodes that are so hot in the mean.
+    """
+    if max(result.temperature_film_max, result.temperature_flash) <= LIMIT_TEMPERATURE:
+        return 0.0
+    if result.transient is not None:
+        state, profiles = result.transient.run.state, result.transient.profiles
+        shear, load = float(state.shear.sum()), float(profiles.pressure_fluid.sum())
+        spots = float(state.shear[state.temperature > LIMIT_TEMPERATURE].sum()) / shear if shear > 0.0 else 0.0
+        mean = (
+            float(profiles.pressure_fluid[profiles.temperature_film > LIMIT_TEMPERATURE].sum()) / load
+            if load > 0.0
+            else 0.0
+        )
+        return min(max(HOT_NODE_WEIGHT * spots, mean), 1.0) * result.friction_fluid
+    heat = result.heat
+    if heat is None:
+        return 0.0
+    power = float(np.trapezoid(heat.shear_stress, heat.x))
+    hot = np.where(heat.temperature_film > LIMIT_TEMPERATURE, heat.shear_stress, 0.0)
+    return result.friction_fluid * float(np.trapezoid(hot, heat.x)) / power if power > 0.0 else 0.0
+
+
+def max_shear_stress(result: ContactResult) -> float:
+    """Largest shear stress of the film [Pa]; with roughness of the last step, or the mean of all where it is larger."""
+    if result.transient is not None:
+        run = result.transient.run
+        mean = result.friction_fluid * math.pi / 4.0  # over the Hertz width, in p_h
+        return max(float(run.state.shear.max()), mean) * run.problem.units.pressure
+    if result.dry is not None:
+        return 0.0
+    assert result.film is not None
+    return float(result.film.shear_stress.max())
+
+
+BULK_NOTED = 1.0  # difference of bulk and oil that makes a note [K]
+FILM_EXPONENT = 0.67  # of the inlet viscosity in the film thickness
+
+
+def bulk_note(lubricant: Lubricant, bulk: tuple[float, float]) -> tuple[str, ...]:
+    """What bodies warmer or colder than the oil do to the film, by the viscosity of the oil between them.
+
+    Parameters
+    ----------
+    lubricant : Lubricant
+        At its inlet temperature.
+    bulk : tuple of float
+        Bulk temperatures of both bodies [K].
+    """
+    mean = 0.5 * (bulk[0] + bulk[1])
+    difference = mean - lubricant.temperature
+    if abs(difference) < BULK_NOTED:
+        return ()
+    warm, oil = np.array([mean]), np.array([lubricant.temperature])
+    ambient = np.zeros(1)
+    ratio = math.exp(float((lubricant.log_viscosity(ambient, warm) - lubricant.log_viscosity(ambient, oil))[0]))
+    word = "warmer" if difference > 0.0 else "colder"
+    return (
+        f"bodies {abs(difference):.0f} K {word} than the oil: it enters at their temperature, {ratio:.2f} times as "
+        f"viscous, with about {ratio**FILM_EXPONENT:.2f} times the film",
+    )
+
+
+def limit_notes(result: ContactResult, contact: LineContact, lubricant: Lubricant, hardness: float) -> tuple[str, ...]:
+    """Limits of the model that a result touches."""
+    notes = []
+    if lubricant.extrapolated:
+        notes.append("oil temperature outside the measured range of the oil card")
+    if contact.pressure_hertz > lubricant.pressure_valid:
+        difference = lubricant.continuation_difference(contact.pressure_hertz)
+        notes.append(
+            f"pressure of {contact.pressure_hertz / 1e9:.3g} GPa above the {lubricant.pressure_valid / 1e9:.3g} GPa up "
+            "to which the oil is known: its law goes on; along its tangent from there ln(eta/eta0) would differ by "
+            f"{difference:+.0%}"
+        )
+    if result.film_min < MOLECULAR_FILM:
+        notes.append(f"minimum film {result.film_min * 1e9:.2g} nm: thinner than a few oil molecules")
+    if max(result.temperature_film_max, result.temperature_flash) > LIMIT_TEMPERATURE:
+        notes.append(
+            f"temperatures up to {max(result.temperature_film_max, result.temperature_flash):.0f} K: no law of the oil "
+            f"is valid; the hot film contributes {friction_above_limit_temperature(result):.2g} to mu, counted as error"
+        )
+    elif result.temperature_film_max > DECOMPOSITION_TEMPERATURE:
+        notes.append(f"film temperature {result.temperature_film_max - KELVIN:.0f} degC: oils decompose")
+    if result.pressure_max > hardness:
+        notes.append(
+            f"pressure of {result.pressure_max / 1e9:.3g} GPa above the hardness {hardness / 1e9:.3g} GPa: yielding"
+        )
+    if result.heat is not None and contact.speed_sliding > 0.0:
+        assert result.film is not None
+        assert result.isothermal is not None
+        film = result.film.film_central
+        carried = carried_shear_heat(contact, lubricant, film, film / result.isothermal.film_central)
+        if carried.friction_change > CARRIED_HEAT_NOTED:
+            notes.append(
+                f"film Peclet number {carried.peclet_film:.2g}: convection of shear heat in the film is neglected; it "
+                f"changes smooth friction by at most about {100.0 * carried.friction_change:.2g} % and the smooth film "
+                f"by {100.0 * carried.film_change:.2g} %"
+            )
+    return tuple(notes)

@@ -1,0 +1,243 @@
+"""What one run averages over: its steps in blocks, what they cost, and the errors of their mean."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtrit
+
+from ehl.line_contact import LineContact
+from ehl.rough._kernels.march import FILM_MEAN, ITERATIONS, MU_FLUID, SHARE
+from ehl.rough.accuracy import BATCH, FRONT_STARTUP
+from ehl.rough.batch_means import ONE_DRAW, batch_means
+from ehl.rough.run import Run
+from ehl.rough.surfaces import RoughSurfaces
+
+Array = NDArray[np.float64]
+
+# work of a step: (nodes + 100)(iterations + 1.5); over 40 contacts with heat 150 ns each, within a factor of 1.5
+STEP_NODES, STEP_ITERATIONS = 100.0, 1.5
+FILM_JUMP = 5.0  # mean film of a step over its median above which a fallback went astray
+MAX_MEDIAN_FILM = 10.0  # no median is larger, in film units, unless most steps went astray
+FLUX_SAMPLES = 20  # moments the mean heat flux is taken from
+MAX_REPEATS = 3  # of a block in which that happened
+MIN_EXCHANGES, EXCHANGE_LEVEL, PLACES = 4, 0.01, 10  # batches; level of the test; independent places along x
+
+
+@dataclass
+class Window:
+    """What one run recorded: all steps, and the mean profiles since the start-up."""
+
+    run: Run
+    batch: float = BATCH  # travel of a batch of the mean [b]
+    started: list[Array] = field(default_factory=list)
+    recorded: list[Array] = field(default_factory=list)
+    sums: list[Array] = field(default_factory=list)  # of the profiles, by block
+    exchanges: list[Array] = field(default_factory=list)  # of the side flow per step, by block and batch
+    numbers: list[int] = field(default_factory=list)  # of the blocks along the travel: the same stretch on every mesh
+    rolled: float = 0.0  # travel of the blocks [b]
+    passed: int = 0  # blocks rolled, those that went astray as well
+    repeats: int = 0
+    steps: int = 0  # of all rolling, that without averaging as well
+    iterations: float = 0.0
+    _means: dict[tuple[int, int], tuple[Array, Array]] = field(default_factory=dict, repr=False)  # what `parts` found
+
+    @property
+    def work(self) -> float:
+        """Cost of all steps so far, in node-iterations."""
+        return (self.run.problem.x.size + STEP_NODES) * (self.iterations + STEP_ITERATIONS * self.steps)
+
+    @property
+    def rate(self) -> float:
+        """Work per b of travel, of the steps so far."""
+        return self.work * self.run.problem.units.steps_per_half_width / max(self.steps, 1)
+
+    def branch(self) -> Window:
+        """Another window that goes on from the state and the cost of this one, without its averages."""
+        run = self.run.branch(self.run.problem)
+        return Window(run, self.batch, started=[*self.started], steps=self.steps, iterations=self.iterations)
+
+    def _march(self, travel: float) -> tuple[Array, Array]:
+        records, profiles = self.run.advance(max(1, round(travel * self.run.problem.units.steps_per_half_width)))
+        self.steps += len(records)
+        self.iterations += float(records[:, ITERATIONS].sum())
+        return records, profiles
+
+    def start(self, travel: float) -> None:
+        """Roll without averaging."""
+        self.started.append(self._march(travel)[0])
+
+    def mean_flux(self, travel: float) -> Array:
+        """Roll without averaging, but for the heat flux into both surfaces (2, n) [W/m2]."""
+        flux = np.zeros_like(self.run.state.flux_into)
+        for _ in range(FLUX_SAMPLES):
+            self.start(travel / FLUX_SAMPLES)
+            flux += self.run.state.flux_into / FLUX_SAMPLES
+        return flux
+
+    def roll(self, travel: float) -> None:
+        """Roll a block and average."""
+        batches = max(1, round(travel / BATCH))
+        pieces = [self._advance(travel / batches) for _ in range(batches)]
+        self.recorded.append(np.concatenate([records for records, _, _ in pieces]))
+        self.sums.append(np.sum([profiles * len(records) for records, profiles, _ in pieces], axis=0))
+        self.exchanges.append(np.array([exchange for _, _, exchange in pieces]))
+
+    def block(self, travel: float) -> None:
+        """Roll one block of the window; one in which a film goes astray is forgotten, with the next; others follow."""
+        while True:
+            self.roll(travel)
+            self.passed += 1
+            if self.repeats >= MAX_REPEATS or not self.astray():
+                break
+            self.repeat()
+            skipped = math.ceil(FRONT_STARTUP / travel)
+            self.start(skipped * travel - FRONT_STARTUP)
+            self.passed += skipped
+        self.numbers.append(self.passed - 1)
+        self.rolled += travel
+
+    def records_of(self, numbers: Sequence[int]) -> Array:
+        """Steps of some blocks."""
+        return np.concatenate([self.recorded[self.numbers.index(number)] for number in numbers])
+
+    def friction_of(self, numbers: Sequence[int]) -> Array:
+        """mu of every step of some blocks."""
+        return self._friction_of(self.records_of(numbers))
+
+    def pieces(self, numbers: Sequence[int], length: float) -> list[int]:
+        """Into how many parts of about this length each of some blocks divides [b]."""
+        per_length = length * self.run.problem.units.steps_per_half_width
+        return [max(1, round(len(self._block(number)) / per_length)) for number in numbers]
+
+    def parts(self, numbers: Sequence[int], pieces: Sequence[int]) -> Array:
+        """Mean friction of parts of some blocks, each divided into so many.
+
+        Two meshes are compared in the same pieces: their steps divide a block unlike, and 2.5 lengths are two to one
+        mesh and three to the other.
+        """
+        return np.concatenate([self._parts(number, count) for number, count in zip(numbers, pieces, strict=True)])
+
+    def _parts(self, number: int, count: int) -> Array:
+        block, means = self._means.get((number, count), (None, np.zeros(0)))
+        if block is not self._block(number):
+            block = self._block(number)
+            means = np.array([float(part.mean()) for part in np.array_split(self._friction_of(block), count)])
+            self._means[number, count] = block, means
+        return means
+
+    def _block(self, number: int) -> Array:
+        return self.recorded[self.numbers.index(number)]
+
+    def _friction_of(self, records: Array) -> Array:
+        if self.run.problem.model.fluid.sliding == 0.0:
+            return np.zeros(len(records))
+        return np.asarray(records[:, MU_FLUID] + self.run.problem.model.contact.friction * records[:, SHARE])
+
+    def _advance(self, travel: float) -> tuple[Array, Array, Array]:
+        before = self.run.macroscopic.total_exchange.copy()
+        records, profiles = self._march(travel)
+        return records, profiles, (self.run.macroscopic.total_exchange - before) / len(records)
+
+    def astray(self) -> bool:
+        """Whether the film of a step of the last block is many times the usual one."""
+        return film_jumped(self.recorded[-1][:, FILM_MEAN], self.column(FILM_MEAN), self.roughness)
+
+    @property
+    def roughness(self) -> float:
+        """Composite Rq, film units."""
+        surfaces = self.run.problem.model.surfaces
+        return math.hypot(*(float(np.std(p)) if p.size else 0.0 for p in (surfaces.profile_1, surfaces.profile_2)))
+
+    def repeat(self) -> None:
+        """Forget the last block and roll on until the contact holds other oil; the surfaces roll on as well."""
+        self.started.append(self.recorded.pop())
+        self.sums.pop()
+        self.exchanges.pop()
+        self.start(FRONT_STARTUP)
+        self.repeats += 1
+
+    @property
+    def profiles(self) -> Array:
+        """Mean profiles of the window."""
+        return np.asarray(np.sum(self.sums, axis=0) / len(self.records))
+
+    @property
+    def records(self) -> Array:
+        """Steps of the window."""
+        return np.concatenate(self.recorded)
+
+    def column(self, column: int) -> Array:
+        """One column of the records."""
+        return np.concatenate([block[:, column] for block in self.recorded])
+
+    def friction_since(self, step: int) -> Array:
+        """mu of every step from one on, of start-up and window."""
+        return self._friction_of(np.concatenate([*self.started, *self.recorded])[step:])
+
+    def friction(self) -> Array:
+        """mu of every step of the window; zero without sliding."""
+        return np.concatenate([self._friction_of(block) for block in self.recorded])
+
+    def interval(self) -> tuple[float, float]:
+        """mu and the half width of its 90 % interval.
+
+        Of too few batches the whole window counts as one draw from a distribution of its own spread.
+        """
+        friction = self.friction()
+        mean, half_width = batch_means(friction, round(self.batch * self.run.problem.units.steps_per_half_width))
+        return mean, half_width if math.isfinite(half_width) else ONE_DRAW * float(np.std(friction))
+
+
+def film_jumped(part: Array, films: Array, roughness: float) -> bool:
+    """Whether the mean film of a step is many times the median, or no number: a fallback let the bodies fly apart.
+
+    No film counts that is not also many times the composite Rq, film units: a valley as wide as the contact holds one.
+    """
+    usual = min(max(float(np.median(films)), roughness), MAX_MEDIAN_FILM)
+    return not bool(part.max() <= FILM_JUMP * usual)
+
+
+def net_exchange(window: Window) -> tuple[float, float]:
+    """Largest running sum of the mean exchange along x over the throughput, and its statistical threshold.
+
+    The macroscopic pressure answers every surplus with a deficit, so that the sum over time wanders about a line: its
+    slope is the mean exchange, free of end effects of the window. Threshold: half width of the interval
+    of that slope by the residuals of batches of 2 b, at a level of 1 % for all places together; nan with fewer than 4.
+    """
+    run = window.run
+    middle = slice(run.problem.model.contact.middle_first, run.problem.model.contact.middle_last)
+    sums = np.cumsum(np.concatenate(window.exchanges), axis=1) / float(run.state.mass[middle].mean())
+    count = len(sums)
+    if count < MIN_EXCHANGES:
+        return float(np.abs(sums.mean(axis=0)).max()), math.nan
+    total = np.vstack([np.zeros(sums.shape[1]), np.cumsum(sums, axis=0)])
+    moment = np.arange(count + 1) - 0.5 * count
+    slope = moment @ total / float(moment @ moment)
+    place = int(np.argmax(np.abs(slope)))
+    left = total[:, place] - total[:, place].mean() - slope[place] * moment
+    spread = math.sqrt(float(left @ left) / ((count - 1) * float(moment @ moment)))
+    return abs(float(slope[place])), float(stdtrit(count - 1, 1.0 - 0.5 * EXCHANGE_LEVEL / PLACES)) * spread
+
+
+def realisation_error(window: Window, surfaces: RoughSurfaces, contact: LineContact, statistical: float) -> float:
+    """Half width of the 90 % interval of mu over other stretches of the same surfaces, over mu (ours).
+
+    The interval of the time mean counts the whole travel T as fresh roughness. Surface i brings at most its period, and
+    l_i = T |u_i|/u_r + lc of it: the variance grows by the mean of T/l_i, weighted with the variances of the heights.
+    """
+    rough = [
+        (p, u)
+        for p, u in zip((surfaces.profile_1, surfaces.profile_2), (contact.speed_1, contact.speed_2), strict=True)
+        if p and p.rms
+    ]
+    travel = len(window.records) / window.run.problem.units.steps_per_half_width
+    growth = 0.0
+    for profile, speed in rough:
+        seen = travel * abs(speed) / contact.speed_entrainment + profile.correlation_length / contact.half_width
+        growth += (profile.rms / surfaces.rms) ** 2 * travel / min(seen, profile.length / contact.half_width)
+    return statistical * math.sqrt(max(growth, 1.0)) if rough else 0.0

@@ -1,0 +1,284 @@
+"""Runs of one contact on meshes of increasing fineness over the same roughness, and the mean of mu they give together.
+
+mu = mean on the coarsest mesh + mean difference of each mesh to the one before it. Both meshes of a difference roll
+over the same stretch of the surfaces: it settles in a fraction of the travel that mu itself takes, so that the fine
+meshes roll for a short while and the coarsest, at a sixteenth of their cost, for long (multilevel Monte Carlo, Giles
+2008, Oper. Res. 56, 607, with time means in place of samples).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtrit
+
+from ehl.common.errors import ConvergenceError
+from ehl.rough._kernels.march import FILM_MEAN
+from ehl.rough.accuracy import FRONT_STARTUP, PER_SWEEP, SETTLING, SPREADS, RunPlan
+from ehl.rough.averaging import Window
+from ehl.rough.batch_means import ONE_DRAW, batch_means, interval_of_means, paired_error
+
+Array = NDArray[np.float64]
+
+HOPELESS = 1.5  # predicted interval at the end of the budget, over the tolerance, above which a contact will not settle
+SHARE_WITHOUT_HOPE = 0.75  # of the budget that is spent on it all the same
+SMALL_PART = 0.05  # of the squared error: what adds less is not worth rolling on
+# error of mu by the mesh above which a mesh that the budget left out is added, and the budgets that may cost
+MESH_ERROR_ALLOWED, BUDGETS = 0.1, 2.0
+FINER_STEP = 0.85  # iterations of a step over those on twice the spacing
+
+
+def in_common(finer: Window, coarser: Window) -> list[int]:
+    """Blocks that both meshes rolled.
+
+    Raises
+    ------
+    ConvergenceError
+        "film_jump": there is none, as the blocks of one went astray again and again.
+    """
+    common = sorted(set(finer.numbers) & set(coarser.numbers))
+    if not common:
+        raise ConvergenceError("film_jump", "no stretch of the surfaces that two meshes have in common")
+    return common
+
+
+@dataclass
+class Levels:
+    """Windows of the same contact, the coarsest mesh first.
+
+    Parameters
+    ----------
+    windows : list of Window
+        Each mesh has half the spacing of the one before.
+    plan : RunPlan
+        Tolerance, windows and budget.
+    reserved : float
+        Work that what follows will take.
+    """
+
+    windows: list[Window]
+    plan: RunPlan
+    reserved: float = 0.0
+    _changes: dict[int, tuple[tuple[int, int], Array]] = field(default_factory=dict, repr=False)
+
+    @property
+    def work(self) -> float:
+        """Work of all meshes so far."""
+        return sum(window.work for window in self.windows)
+
+    @property
+    def fine(self) -> Window:
+        """The finest mesh."""
+        return self.windows[-1]
+
+    @property
+    def even(self) -> bool:
+        """Whether all meshes rolled as far: then the mean is that of the finest alone."""
+        return all(window.numbers == self.fine.numbers for window in self.windows)
+
+    @property
+    def longest(self) -> Window:
+        """The window of the longest travel, the finest of several as long."""
+        return max(reversed(self.windows), key=lambda window: round(window.rolled, 6))
+
+    def differences(self, level: int) -> Array:
+        """Mean of mu on a mesh less that on the one before, in parts of half a batch of their common travel."""
+        finer, coarser = self.windows[level], self.windows[level - 1]
+        rolled = len(finer.numbers), len(coarser.numbers)
+        if level not in self._changes or self._changes[level][0] != rolled:
+            common = in_common(finer, coarser)
+            pieces = coarser.pieces(common, 0.5 * self.plan.batch)
+            self._changes[level] = rolled, finer.parts(common, pieces) - coarser.parts(common, pieces)
+        return self._changes[level][1]
+
+    def mean(self, column: int, *, film: bool = False) -> float:
+        """Time mean of a column of the records; of a film in m."""
+        total = 0.0
+        for level, window in enumerate(self.windows):
+            unit = window.run.problem.units.film if film else 1.0
+            if level == 0:
+                total += unit * float(window.records[:, column].mean())
+                continue
+            coarser = self.windows[level - 1]
+            common = in_common(window, coarser)
+            scale = coarser.run.problem.units.film if film else 1.0
+            total += unit * float(window.records_of(common)[:, column].mean())
+            total -= scale * float(coarser.records_of(common)[:, column].mean())
+        return total
+
+    def friction(self) -> float:
+        """mu."""
+        if self.even:
+            return float(self.fine.friction().mean())
+        return float(self.windows[0].friction().mean()) + sum(
+            float(self.differences(level).mean()) for level in range(1, len(self.windows))
+        )
+
+    def half_widths(self) -> list[float]:
+        """Half widths of the 90 % intervals of the coarsest mean and of each difference."""
+        return [self.windows[0].interval()[1]] + [
+            interval_of_means(self.differences(level)) for level in range(1, len(self.windows))
+        ]
+
+    def interval(self) -> tuple[float, float]:
+        """mu and the half width of its 90 % interval, with what a shortened start-up may have left."""
+        mean, half_width = self._interval()
+        return mean, math.hypot(half_width, self.drift())
+
+    def drift(self) -> float:
+        """What a shortened start-up and window add to the half width; 0 where they have their full length.
+
+        The window counts as one draw of the means over a block, since the roughness filled the coarsest mesh: they
+        hold what is slower than a block, and mu that is still on its way.
+        """
+        if not self.plan.thrifty:
+            return 0.0
+        coarsest = self.windows[0]
+        steps_per_half_width = coarsest.run.problem.units.steps_per_half_width
+        mu = coarsest.friction_since(round(FRONT_STARTUP * steps_per_half_width))
+        length = max(1, round(self.plan.block * steps_per_half_width))
+        means = mu[mu.size % length :].reshape(-1, length).mean(axis=1)
+        return float(stdtrit(means.size - 1, 0.95)) * float(np.std(means, ddof=1))
+
+    def _interval(self) -> tuple[float, float]:
+        """A difference that grows with mu counts with its covariance: both come from the same travel."""
+        if self.even:
+            return self.fine.interval()
+        widths = self.half_widths()
+        total = sum(width**2 for width in widths)
+        finer, coarser = self.windows[1], self.windows[0]
+        common = in_common(finer, coarser)
+        parts = coarser.parts(common, coarser.pieces(common, 0.5 * self.plan.batch))
+        change = self.differences(1)
+        if parts.std() > 0.0 and change.std() > 0.0:
+            share = math.sqrt(len(common) / len(coarser.numbers))
+            total += 2.0 * max(float(np.corrcoef(parts, change)[0, 1]), 0.0) * widths[0] * widths[1] * share
+        return self.friction(), math.sqrt(total)
+
+    def mesh_error(self) -> float:
+        """Error of mu by the mesh, from the two finest over their common travel (`paired_error`)."""
+        coarser, finer = self.windows[-2:]
+        common = in_common(finer, coarser)
+        parts = round(
+            sum(len(finer.records_of([n])) for n in common)
+            / (finer.batch * finer.run.problem.units.steps_per_half_width)
+        )
+        return paired_error(coarser.friction_of(common), finer.friction_of(common), parts)
+
+    def film_error(self) -> float:
+        """Error of the mean film over itself: by the mesh as that of mu, and the 90 % interval of its time mean."""
+        coarser, finer = self.windows[-2:]
+        common = in_common(finer, coarser)
+        per_batch = finer.batch * finer.run.problem.units.steps_per_half_width
+        films = [window.run.problem.units.film * window.records_of(common)[:, FILM_MEAN] for window in (coarser, finer)]
+        mesh = paired_error(films[0], films[1], round(len(films[1]) / per_batch))
+        window = self.longest
+        film = window.run.problem.units.film * window.records[:, FILM_MEAN]
+        _, half_width = batch_means(film, round(window.batch * window.run.problem.units.steps_per_half_width))
+        if not math.isfinite(half_width):
+            half_width = ONE_DRAW * float(np.std(film))
+        return (mesh + half_width) / self.mean(FILM_MEAN, film=True)
+
+    def finer_needed(self) -> bool:
+        """Whether the error of the mesh is large, and half of it affordable with no more than twice the budget."""
+        finer = 4.0 * FINER_STEP * self.fine.rate * (SETTLING + self.plan.window_fine) + self.work
+        return self.mesh_error() > MESH_ERROR_ALLOWED * abs(self.friction()) and finer <= BUDGETS * self.plan.budget
+
+    def spread(self) -> float:
+        """What the scatter of the last difference adds to the error of the mesh."""
+        change = self.differences(len(self.windows) - 1)
+        return SPREADS * float(np.std(change, ddof=1)) / math.sqrt(change.size) if change.size > 1 else math.inf
+
+    def roll(self) -> None:
+        """Roll until mu is inside the tolerance, the windows are full or the budget is spent.
+
+        Each block goes where it lowers the variance of mu most for its cost.
+        """
+        plan = self.plan
+        budget = plan.budget - self.reserved
+        shortest = [plan.window_min] + [plan.window_fine] * (len(self.windows) - 1)
+        fixed = plan.window_max <= plan.window_min
+        for window, travel in zip(self.windows, shortest, strict=True):
+            wanted = plan.window_min if fixed else travel
+            while window.rolled < wanted - 1e-9:
+                if not fixed and window.rolled >= plan.block and self.work > budget:
+                    break
+                window.block(min(plan.block, wanted - window.rolled) if fixed else plan.block)
+        if fixed:
+            return
+        if not self._can_settle(budget):
+            budget = max(SHARE_WITHOUT_HOPE * plan.budget - self.reserved, 0.0)
+        while not self._settled():
+            level = self._worthiest()
+            if level < 0:
+                return
+            cost = plan.block * self.windows[level].rate
+            if self.work + cost > budget:
+                return
+            self.windows[level].block(plan.block)
+
+    def _settled(self) -> bool:
+        mean, half_width = self.interval()
+        return max(half_width, self.spread()) <= self.plan.tolerance * abs(mean)
+
+    def _variances(self) -> list[float]:
+        """Squared errors by level: the interval, and what counts as error of the mesh besides."""
+        found = [width**2 for width in self.half_widths()]
+        found[-1] += self.spread() ** 2
+        return found
+
+    def _worthiest(self) -> int:
+        """Level whose next block lowers the squared error most for its cost; -1 where windows that count are full."""
+        best, level, block = 0.0, -1, self.plan.block
+        variances = self._variances()
+        for i, window in enumerate(self.windows):
+            if window.rolled > self.plan.window_max - block + 1e-9 or variances[i] < SMALL_PART * sum(variances):
+                continue
+            behind = i
+            while behind > 0 and self.windows[behind - 1].rolled < window.rolled + block - 1e-9:
+                behind -= 1  # a mesh is compared with the one before: that rolls first
+            cost = sum(each.rate for each in self.windows[behind : i + 1])
+            gain = variances[i] / (window.rolled + block) / cost
+            if gain > best:
+                best, level = gain, behind
+        return level
+
+    def _can_settle(self, budget: float) -> bool:
+        """Whether the interval would come near the tolerance if the whole budget were spent in the best way.
+
+        Variances a/T at costs c per travel are least, (sum sqrt(a c))^2 over all of the cost, for T as sqrt(a/c).
+        """
+        terms = [v * w.rolled * w.rate for v, w in zip(self._variances(), self.windows, strict=True)]
+        spent = sum(w.rolled * w.rate for w in self.windows)
+        affordable = max(budget - self.work, 0.0) + spent
+        least = sum(math.sqrt(term) for term in terms) / math.sqrt(affordable)
+        most = math.sqrt(self.half_widths()[0] ** 2 * self.windows[0].rolled / self.plan.window_max)
+        return max(least, most) <= HOPELESS * self.plan.tolerance * abs(self.friction())
+
+
+def least_levels(plan: RunPlan, levels: int) -> int:
+    """Meshes that a contact has at least: two, one of which resolves the inlet."""
+    least = 2
+    while least < levels and plan.spacing * 2 ** (levels - least) > PER_SWEEP["fast"] * plan.inlet:
+        least += 1
+    return least
+
+
+def affordable(plan: RunPlan, coarsest: Window, levels: int, reserved: float) -> int:
+    """Meshes the budget can roll for the shortest windows, no fewer than `least_levels`.
+
+    From one mesh to the next a b of travel takes four times the work but for the iterations, which get fewer.
+    """
+    least = least_levels(plan, levels)
+    spent = coarsest.work + reserved
+    for count in range(levels, least, -1):
+        total = spent
+        for k in range(count):
+            travel = (plan.window_min if k == 0 else plan.window_fine) + SETTLING * (count - max(k, 1))
+            total += coarsest.rate * (4.0 * FINER_STEP) ** k * travel
+        if total <= plan.budget:
+            return count
+    return least

@@ -1,0 +1,290 @@
+"""Many neighbouring contacts, each solved from the nearest one that is already solved."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ehl.common.errors import InputError, MixedEhlError
+from ehl.common.validation import validate
+from ehl.contact import Contact
+from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.oil import Oil
+from ehl.inputs import ContactProblem, ModelInput, SurfaceInput
+from ehl.line_contact import LineContact
+from ehl.material import Material
+from ehl.result import ContactResult, results_frame
+from ehl.solve import solve_contact
+from ehl.state import ContactState
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# the smooth solver's word for a start it did not use
+START_DROPPED = "neighbour_too_far"
+REFUSED = "refused"
+MOTION = (
+    "radius_equivalent",
+    "effective_modulus",
+    "pressure_hertz",
+    "speed_entrainment",
+    "slide_to_roll",
+    "speed_sliding_lengthwise",
+)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PathResult:
+    """Solutions of neighbouring contacts, in the order of the input.
+
+    Parameters
+    ----------
+    results : tuple of ContactResult
+        One per contact; a contact that could not be solved has the status "failed".
+    messages : tuple of str
+        Why an input was refused (its `reason` is then "refused"); empty otherwise.
+    order : ndarray of int, shape (n,)
+        The order they were solved in.
+    origin : ndarray of int, shape (n,)
+        The contact each one was started from; -1 for a cold start.
+    fallbacks : int
+        Warm starts that failed, so that the contact was solved cold.
+    seconds : float
+        Wall time [s].
+
+    Examples
+    --------
+    >>> state = ContactState.of(
+    ...     pressure_hertz=[0.8e9, 0.9e9], radius_equivalent=0.015, effective_modulus=226e9, speed_entrainment=5.0)
+    >>> solve_path(state, Oil.load("75w90")).status
+    ('converged', 'converged')
+    """
+
+    results: tuple[ContactResult, ...]
+    messages: tuple[str, ...]
+    order: IntArray
+    origin: IntArray
+    fallbacks: int
+    seconds: float
+
+    @property
+    def status(self) -> tuple[str, ...]:
+        """Status of each contact."""
+        return tuple(result.status for result in self.results)
+
+    @property
+    def warm(self) -> int:
+        """Contacts solved from a neighbour."""
+        return int(np.count_nonzero(self.origin >= 0))
+
+    def values(self, name: str) -> FloatArray:
+        """A quantity of all contacts.
+
+        Parameters
+        ----------
+        name : str
+            A field of `ContactResult`.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            nan where a contact failed.
+        """
+        return np.array([getattr(result, name) for result in self.results], dtype=np.float64)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Results of all contacts for JSON.
+
+        Returns
+        -------
+        dict
+        """
+        return {"results": [result.to_dict() for result in self.results], "messages": list(self.messages)}
+
+    def to_frame(self) -> DataFrame:
+        """One row per contact: operating point and results in SI units.
+
+        Returns
+        -------
+        pandas.DataFrame
+        """
+        return results_frame(self.results)
+
+    def __repr__(self) -> str:
+        solved = len(self.results) - self.status.count("failed")
+        return f"PathResult({solved} of {len(self.results)} contacts solved, {self.warm} warm, {self.seconds:.3g} s)"
+
+    def _repr_html_(self) -> str:
+        return str(self.to_frame().to_html(max_rows=20))
+
+
+def solve_path(
+    contacts: ContactState | Sequence[Contact] | Sequence[LineContact],
+    lubricant: Oil | Lubricant | Sequence[Lubricant] | None = None,
+    *,
+    surface: SurfaceInput | None = None,
+    model: ModelInput | None = None,
+    bodies: tuple[Material, Material] | None = None,
+    warm: bool = True,
+) -> PathResult:
+    """Solve neighbouring contacts, each started from the nearest one solved before it.
+
+    The smooth film depends on the Hertz pressure and the two Moes groups, so nearness is measured in their logarithms;
+    the next contact is always the one nearest to any solved one. Where a start does not lead to a solution the
+    contact is solved without it. One contact that fails or is refused leaves the others alone.
+
+    Parameters
+    ----------
+    contacts : sequence of Contact, ContactState, or sequence of LineContact
+        Contacts bring all of their inputs, and take none of the others below. A state brings its oil temperatures and
+        Rq.
+    lubricant : Oil, Lubricant or sequence of Lubricant, optional
+        For a state or line contacts. An oil is taken at the temperatures of a state; one lubricant holds for all.
+    surface : SurfaceInput, optional
+        Roughness and boundary friction; the Rq of a state take the place of its own. Smooth when not given.
+    model : ModelInput, optional
+        Physics and accuracy.
+    bodies : tuple of Material, optional
+        Steel when not given; each at the oil temperature.
+    warm : bool
+        False starts every contact cold.
+
+    Returns
+    -------
+    PathResult
+
+    Raises
+    ------
+    InputError
+        Numbers of contacts and lubricants differ, or an oil comes without temperatures.
+
+    Examples
+    --------
+    >>> import ehl
+    >>> contact = ehl.Contact(
+    ...     viscosity_inlet=0.04, pressure_viscosity="18 1/GPa", pressure_hertz="1 GPa", radius_equivalent="10 mm",
+    ...     speed_entrainment="5 m/s", slide_to_roll=0.2, thermal="off", accuracy="fast",
+    ... )
+    >>> path = ehl.solve_path([contact.replace(speed_entrainment=speed) for speed in (4.0, 5.0)])
+    >>> path.status
+    ('converged', 'converged')
+    """
+    clock = time.perf_counter()
+    problem_of, count = _problems(
+        contacts, lubricant, surface or SurfaceInput(), model or ModelInput(), bodies or (Material.load("steel"),) * 2
+    )
+    results: list[ContactResult] = [ContactResult("failed", REFUSED)] * count
+    messages = [""] * count
+    problems: dict[int, ContactProblem] = {}
+    for at in range(count):
+        try:
+            problems[at] = problem_of(at)
+        except MixedEhlError as error:
+            messages[at] = str(error)
+
+    here = np.array(list(problems), dtype=int)
+    place = _coordinates([problems[at] for at in problems])
+    distance = np.sum((place - np.median(place, axis=0)) ** 2, axis=1) if here.size else np.zeros(0)
+    nearest = np.full(here.size, -1)
+    left = np.ones(here.size, dtype=bool)
+    order: list[int] = []
+    origin = np.full(count, -1)
+    dropped = 0
+    for _ in range(here.size):
+        k = int(np.argmin(np.where(left, distance, np.inf)))
+        at = int(here[k])
+        left[k] = False
+        order.append(at)
+        neighbour = int(here[nearest[k]]) if warm and nearest[k] >= 0 else -1
+        try:
+            result, used = _solve(problems[at], results[neighbour] if neighbour >= 0 else None)
+        except MixedEhlError as error:
+            messages[at] = str(error)
+            continue
+        results[at] = result
+        if used:
+            origin[at] = neighbour
+        elif neighbour >= 0:
+            dropped += 1
+        if result.isothermal is not None:
+            apart = np.sum((place - place[k]) ** 2, axis=1)
+            closer = (apart < distance) | (nearest < 0)
+            distance[closer], nearest[closer] = apart[closer], k
+    seconds = time.perf_counter() - clock
+    return PathResult(tuple(results), tuple(messages), np.array(order, dtype=int), origin, dropped, seconds)
+
+
+def _solve(p: ContactProblem, start: ContactResult | None) -> tuple[ContactResult, bool]:
+    """The solution, and whether it came from the start."""
+    result = solve_contact(p.line, p.lubricant, p.surface, p.model, p.bodies, p.temperature_bulk, start)
+    if start is None:
+        return result, False
+    if result.isothermal is not None:
+        return result, START_DROPPED not in result.isothermal.fallbacks
+    return solve_contact(p.line, p.lubricant, p.surface, p.model, p.bodies, p.temperature_bulk, None), False
+
+
+def _problems(
+    contacts: ContactState | Sequence[Contact] | Sequence[LineContact],
+    lubricant: Oil | Lubricant | Sequence[Lubricant] | None,
+    surface: SurfaceInput,
+    model: ModelInput,
+    bodies: tuple[Material, Material],
+) -> tuple[Callable[[int], ContactProblem], int]:
+    """What makes the problem of one contact, where a value out of range is an InputError, and their number."""
+    count = contacts.size if isinstance(contacts, ContactState) else len(contacts)
+    if isinstance(lubricant, Sequence) and len(lubricant) != count:
+        raise InputError("lubricant", f"{len(lubricant)} of them", f"one for each of the {count} contacts")
+    if isinstance(lubricant, Oil) and not isinstance(contacts, ContactState):
+        raise InputError("lubricant", lubricant.name, "a Lubricant", "Only a ContactState carries temperatures.")
+
+    def problem_of(at: int) -> ContactProblem:
+        if not isinstance(contacts, ContactState) and isinstance(contact := contacts[at], Contact):
+            return contact.problem()
+        if lubricant is None:
+            raise InputError("lubricant", None, "an Oil or a Lubricant with a state or line contacts")
+        if isinstance(lubricant, Oil):
+            assert isinstance(contacts, ContactState)
+            oil = lubricant.at(float(contacts.temperature_oil.flat[at]))
+        else:
+            oil = lubricant if isinstance(lubricant, Lubricant) else lubricant[at]
+        rough = surface
+        if isinstance(contacts, ContactState):
+            line = LineContact.from_pressure(**{name: float(getattr(contacts, name).flat[at]) for name in MOTION})
+            rough = surface if surface.measured else _with_rms(surface, contacts, at)
+        else:
+            assert isinstance(contact, LineContact)
+            line = contact
+        return ContactProblem(_checked(line), oil, rough, model, bodies, (oil.temperature, oil.temperature))
+
+    return problem_of, count
+
+
+def _checked(line: LineContact) -> LineContact:
+    for name in ("radius_equivalent", "effective_modulus", "load_per_length", "speed_entrainment"):
+        value = getattr(line, name)
+        if not (math.isfinite(value) and value > 0.0):
+            raise InputError(name, value, "> 0")
+    if not math.isfinite(line.speed_sliding):
+        raise InputError("slide_to_roll", line.slide_to_roll, "finite sliding speeds")
+    return line
+
+
+def _with_rms(surface: SurfaceInput, state: ContactState, at: int) -> SurfaceInput:
+    rms = {name: float(getattr(state, name).flat[at]) for name in ("roughness_rms_1", "roughness_rms_2")}
+    return validate(SurfaceInput, surface.model_dump(exclude_unset=True) | rms)
+
+
+def _coordinates(problems: Sequence[ContactProblem]) -> FloatArray:
+    """Logarithms of the Hertz pressure and of both Moes groups, shape (n, 3)."""
+    groups = [(p.line.pressure_hertz, *p.line.moes_groups(p.lubricant)) for p in problems]
+    return np.asarray(np.log(np.array(groups, dtype=np.float64).reshape(-1, 3)))
