@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypedDict, TypeVar, U
 import numpy as np
 
 from efficiency.conditions.duty import DutyCycle, DutyRow, duty_cycle, read_duty
-from efficiency.conditions.grid import AXES, Condition, Grid, Report, solve_grid, solve_points
+from efficiency.conditions.grid import AXES, Condition, Grid, solve_grid, solve_points
 from efficiency.conditions.loss_map import LossMap, signed_axes, solve_loss_map
 from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPosition, cycle_lines, mesh_cycle
 from efficiency.contact.displaced_axes import DisplacedAxes
@@ -46,6 +46,7 @@ from efficiency.strength.result import Strength
 from efficiency.strength.root_stress import RootTooth, root_tooth
 from efficiency.vehicle.axle_test import REVOLUTIONS_PER_MILE, AxleTest, axle_test_points, solve_axle_test
 from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.progress import ProgressCallback
 from ehl.common.units import ValueRange
 from ehl.common.validation import value_range_of
 from ehl.fluid.oil import Oil
@@ -343,7 +344,7 @@ class GearPair:
         *,
         grid: tuple[int, int] | None = None,
         fixed: Mapping[str, Any] | None = None,
-        report: Report | None = None,
+        progress: ProgressCallback | None = None,
         strength: bool = False,
         **axes: Any,
     ) -> Grid:
@@ -357,8 +358,8 @@ class GearPair:
             Mesh positions and points per contact line.
         fixed : mapping, optional
             What has no axis and differs from the operating point of the design.
-        report : callable, optional
-            Called with the number of points done and of all points.
+        progress : callable, optional
+            Called with a `Progress` after each point.
         strength : bool
             Columns of strength: worst grade, safety factors, integral temperature, specific film (0.1 s a point).
         **axes : sequence
@@ -388,7 +389,7 @@ class GearPair:
                 models[pair.name] = resolve_friction(friction, pair.design)
             return pair.at(models[pair.name], grid, many=True, **here)
 
-        return solve_grid(chosen, solve, report, GearOutput(self.design), strength)
+        return solve_grid(chosen, solve, progress, GearOutput(self.design), strength)
 
     def duty(
         self,
@@ -397,7 +398,7 @@ class GearPair:
         *,
         oil: str | None = None,
         grid: tuple[int, int] | None = None,
-        report: Report | None = None,
+        progress: ProgressCallback | None = None,
         load_balance: LoadBalance | None = None,
     ) -> DutyCycle:
         """Efficiency at every operating point of a duty cycle, and the energies of all.
@@ -412,8 +413,8 @@ class GearPair:
             Oil card in place of the design's.
         grid : (int, int), optional
             Mesh positions and points per contact line.
-        report : callable, optional
-            Called with the number of rows done and of all rows.
+        progress : callable, optional
+            Called with a `Progress` after each row.
         load_balance : {"frictional", "frictionless"}, optional
             As in `LoadedMesh.efficiency`.
         """
@@ -423,7 +424,7 @@ class GearPair:
         def solve(condition: Condition) -> EfficiencyResult:
             return self.at(model, grid, many=True, oil=card, load_balance=load_balance, **condition)
 
-        points = solve_points([row.condition for row in rows], solve, report)
+        points = solve_points([row.condition for row in rows], solve, progress)
         return duty_cycle(rows, points, self.name, model.name, card, GearOutput(self.design))
 
     def loss_map(
@@ -436,7 +437,7 @@ class GearPair:
         oil: str | None = None,
         axle: Axle | None = None,
         grid: tuple[int, int] | None = None,
-        report: Report | None = None,
+        progress: ProgressCallback | None = None,
         load_balance: LoadBalance | None = None,
     ) -> LossMap:
         """Torque loss over pinion torque and speed, drive and coast, for `LossMap.to_vecto`.
@@ -459,8 +460,8 @@ class GearPair:
             torque) or a table file with the columns torque, speed, torque_loss; none if not given.
         grid : (int, int), optional
             Mesh positions and points per contact line.
-        report : callable, optional
-            Called with the number of points done and of all points.
+        progress : callable, optional
+            Called with a `Progress` after each point.
         load_balance : {"frictional", "frictionless"}, optional
             As in `LoadedMesh.efficiency`.
 
@@ -477,7 +478,7 @@ class GearPair:
             return self.at(model, grid, many=True, oil=card, load_balance=load_balance, **condition)
 
         about = {"design": self.name, "friction_model": model.name, "oil": card}
-        return solve_loss_map(torques, speeds, kelvin, solve, resolve_axle(axle), report, **about)
+        return solve_loss_map(torques, speeds, kelvin, solve, resolve_axle(axle), progress, **about)
 
     def axle_test(
         self,
@@ -504,7 +505,7 @@ class GearPair:
         axle : mapping, Path, str or AxleLosses, optional
             Losses beside the mesh, as of `loss_map`.
         **options
-            `temperature`, `oil`, `grid`, `report`, `load_balance` of `loss_map`.
+            `temperature`, `oil`, `grid`, `progress`, `load_balance` of `loss_map`.
 
         Raises
         ------
@@ -589,7 +590,7 @@ class GearPair:
         torque: Value | None = None,
         friction: Friction | None = None,
         conditions: Mapping[str, Any] | None = None,
-        report: Report | None = None,
+        progress: ProgressCallback | None = None,
         **axes: Any,
     ) -> MisalignmentGrid:
         """Contact over all combinations of `E`, `P`, `G` and `alpha`, added to those of the design (V-H check).
@@ -606,8 +607,8 @@ class GearPair:
             Of the loss; by default the formula shipped for the oil, without one a constant.
         conditions : mapping, optional
             `speed`, `temperature`, `oil` and what else differs from the operating point of the design.
-        report : callable, optional
-            Called with the number of states done and of all states of a side.
+        progress : callable, optional
+            Called with a `Progress` after each state of a side.
         **axes : sequence
             Values of `E`, `P`, `G` [m] and `alpha` [rad]; zero where not given.
         """
@@ -643,7 +644,7 @@ class GearPair:
                 self.design,
                 side=part,
                 marking=thickness,
-                report=report,
+                progress=progress,
                 torque=carried,
                 load=None if carried is None else load,
                 **values,
@@ -943,7 +944,7 @@ class Mesh:
         friction: Friction = CONSTANT,
         *,
         fixed: Mapping[str, Any] | None = None,
-        report: Report | None = None,
+        progress: ProgressCallback | None = None,
         strength: bool = False,
         **axes: Any,
     ) -> Grid:
@@ -955,8 +956,8 @@ class Mesh:
             Friction model or its name.
         fixed : mapping, optional
             What has no axis and differs from the operating point of the design.
-        report : callable, optional
-            Called with the number of points done and of all points.
+        progress : callable, optional
+            Called with a `Progress` after each point.
         strength : bool
             Columns of strength: worst grade, safety factors, integral temperature, specific film (0.1 s a point).
         **axes : sequence
@@ -976,7 +977,7 @@ class Mesh:
             return self.load(here.pop("torque", None)).at(model, **here)
 
         chosen = {name: axis_values(name, values) for name, values in axes.items()}
-        return solve_grid(chosen, solve, report, GearOutput(self.design), strength)
+        return solve_grid(chosen, solve, progress, GearOutput(self.design), strength)
 
     def map(
         self,
@@ -986,7 +987,7 @@ class Mesh:
         temperature: Any = None,
         *,
         fixed: Mapping[str, Any] | None = None,
-        report: Report | None = None,
+        progress: ProgressCallback | None = None,
         strength: bool = False,
     ) -> Grid:
         """Efficiency over torque, speed and temperature, in this order; what is not given is that of the design."""
@@ -996,7 +997,7 @@ class Mesh:
             "speed": own.speed if speed is None else speed,
             "temperature": own.temperature_oil if temperature is None else temperature,
         }
-        return self.over(friction, fixed=fixed, report=report, strength=strength, **axes)
+        return self.over(friction, fixed=fixed, progress=progress, strength=strength, **axes)
 
     def __repr__(self) -> str:
         lines = f"{len(self.grids.fine)} positions, {self.grids.points_per_line} points per line"

@@ -37,7 +37,7 @@ from ehl.common.console import (
     names_of,
     output_folder,
     print_json,
-    progress,
+    working,
     write_text,
 )
 
@@ -225,14 +225,13 @@ def misalignment(
     """
     axes = given({"E": e, "P": p, "G": g, "alpha": alpha})
     conditions = given({"speed": speed, "temperature": temperature, "oil": oil})
-    with progress("states") as report:
+    with working("misalignment"):
         states = efficiency.load(design).misalignment(
             side=side,
             marking=marking,
             torque=torque,
             friction=friction,
             conditions=conditions or None,
-            report=report,
             **axes,
         )
     present(states, json_output, csv=csv, plot=plot)
@@ -296,8 +295,9 @@ def study(
     chosen = {"friction": friction, "oil": oil, "side": one_side(side), "jobs": jobs, "store": store}
     chosen |= {"strength": strength}
     chosen |= given({"load_balance": load_balance_of(load_balance)})
-    with output_folder(output), progress("points") as move:
-        result = efficiency.study(designs or PAIRS, report=move, **chosen, **given(values))
+    kept = f"finished points are kept in {store}, the same command resumes"
+    with output_folder(output), working("study", kept):
+        result = efficiency.study(designs or PAIRS, **chosen, **given(values))
     written = result.write(folder=output)
     if json_output:
         print_json(result.to_dict())

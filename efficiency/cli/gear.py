@@ -38,7 +38,7 @@ from efficiency.cli.options import (
     unit_system,
 )
 from ehl import InputError
-from ehl.common.console import App, fail_unless_converged, given, is_list, print_json, progress, working
+from ehl.common.console import App, fail_unless_converged, given, is_list, print_json, working
 
 LOSS = "Friction and loss"
 
@@ -173,15 +173,15 @@ def gear(
     flanks = one_side(side or "drive")
     if duty is not None:
         refuse("--duty", point | options | {"strength": strength, "side": side, "plot": plot, "report": report})
-        with progress("rows of the duty cycle") as move:
-            cycle = pair.duty(duty, model, oil=oil, report=move, load_balance=balance_of)
+        with working("duty cycle"):
+            cycle = pair.duty(duty, model, oil=oil, load_balance=balance_of)
         present(cycle, json_output, xlsx=xlsx, csv=csv)
         return
     if any(is_list(text) for text in axes.values()):
         refuse("lists of operating points", options)
-        with progress("operating points") as move:
+        with working("operating points"):
             more = fixed | given({"load_balance": balance_of})
-            grid = pair.mesh(flanks).map(model, fixed=more, report=move, strength=strength, **axes)
+            grid = pair.mesh(flanks).map(model, fixed=more, strength=strength, **axes)
         present(grid, json_output, units=system, plot=plot, report=report, xlsx=xlsx, csv=csv)
         return
     refuse("one operating point, whose strength is always shown", {"strength": strength})
@@ -247,8 +247,8 @@ def demo(
 ) -> None:
     """The main job, small and real: sweep, fit, gear, compare, one HTML report."""
     kept = f"solved contacts are kept in {output}, the same command goes on from there"
-    with progress("contacts", "formulas", "gear pair", kept=kept) as move:
-        result = efficiency.demo(output, jobs, move)
+    with working("demonstration", kept):
+        result = efficiency.demo(output, jobs)
     result.comparison.show()
     print(f"report: {output / 'report.html'}")
     fail_unless_converged(result.comparison.status, result.comparison.reason)

@@ -21,7 +21,7 @@ from efficiency.cli.options import (
     present,
 )
 from ehl import InputError
-from ehl.common.console import App, check_outputs, check_suffix, given, progress
+from ehl.common.console import App, check_outputs, check_suffix, given, working
 
 LOSSES = "Losses beside the mesh"
 FrictionOption = Annotated[str, typer.Option(help="Friction model, as of `mixed-ehl gear`.")]
@@ -62,8 +62,8 @@ def loss_map(
     check_outputs({"vecto": vecto})
     options = _options(temperature, oil, load_balance, xlsx)
     axle = _axle(axle_losses, drag, load_share)
-    with progress("points of the map") as move:
-        found = efficiency.load(design).loss_map(torque, speed, friction, axle=axle, report=move, **options)
+    with working("loss map"):
+        found = efficiency.load(design).loss_map(torque, speed, friction, axle=axle, **options)
     if vecto is not None and found.status == "converged":
         found.to_vecto(vecto)
     present(found, json_output, xlsx=xlsx, csv=csv)
@@ -94,13 +94,12 @@ def axle_test(
     check_outputs({"output": output})
     options = _options(temperature, oil, load_balance, xlsx) | given({"torque_max": torque_max})
     axle = _axle(axle_losses, drag, load_share)
-    with progress("points of the map") as move:
+    with working("loss map"):
         found = efficiency.load(design).axle_test(
             cast("Any", application),
             friction,
             revolutions_per_mile=revolutions_per_mile,
             axle=axle,
-            report=move,
             **options,
         )
     if output is not None and found.status == "converged":

@@ -11,7 +11,7 @@ import typer
 import efficiency
 from efficiency.cli.options import MISALIGNMENT, OPERATION, OUTPUT, DaskOption, JobsOption, JsonOption, OilOption
 from ehl import InputError
-from ehl.common.console import App, fail_unless_converged, given, output_folder, print_json, progress
+from ehl.common.console import App, fail_unless_converged, given, output_folder, print_json, working
 
 SEARCH = "Search"
 
@@ -122,8 +122,9 @@ def optimise(
     }
     chosen |= {"evaluations": evaluations, "batch": batch, "check": check, "seed": seed, "jobs": jobs}
     chosen |= {"dask": dask, "store": store}
-    with output_folder(output), progress("evaluations") as move:
-        result = efficiency.optimise(targets, _variables(vary), report=move, **chosen)
+    kept = f"finished evaluations are kept in {store}, the same command resumes"
+    with output_folder(output), working("optimisation", kept):
+        result = efficiency.optimise(targets, _variables(vary), **chosen)
     written = result.write(folder=output)
     if json_output:
         print_json(result.to_dict())

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from efficiency.loss.efficiency_result import EfficiencyResult, Output, Presented
 from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.progress import ProgressCallback, progress_to, report_progress
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 Condition = Mapping[str, Any]
 Solve = Callable[[Condition], EfficiencyResult]
-Report = Callable[[int, int], None]
 """Called with the number of points done and of all points."""
 
 # from the one that costs most to change to the one that costs least
@@ -199,7 +199,7 @@ def count_reasons(reasons: Iterable[str], what: str) -> str:
 
 
 def solve_points(
-    conditions: Sequence[Condition], solve: Solve, report: Report | None = None, strength: bool = False
+    conditions: Sequence[Condition], solve: Solve, progress: ProgressCallback | None = None, strength: bool = False
 ) -> list[GridPoint]:
     """Efficiency at each condition, in their order; what has no geometry or load is a point with its reason.
 
@@ -209,28 +209,28 @@ def solve_points(
         By names of `AXES`.
     solve : callable
         Efficiency at a condition; it keeps geometry and load of the last conditions.
-    report : callable, optional
-        Progress.
+    progress : callable, optional
+        Called with a `Progress` after each point.
     strength : bool
         Whether the points have grades and safety factors: 0.1 s each.
     """
     points = []
-    for done, condition in enumerate(conditions, 1):
-        try:
-            result = solve(condition)
-            graded = result.strength.columns() if strength and not result.reason else {}
-            points.append(GridPoint(dict(condition), result, result.reason, strength=graded))
-        except ConvergenceError as error:
-            points.append(GridPoint(dict(condition), None, error.reason, error.detail))
-        if report is not None:
-            report(done, len(conditions))
+    with progress_to(progress):
+        for done, condition in enumerate(conditions, 1):
+            try:
+                result = solve(condition)
+                graded = result.strength.columns() if strength and not result.reason else {}
+                points.append(GridPoint(dict(condition), result, result.reason, strength=graded))
+            except ConvergenceError as error:
+                points.append(GridPoint(dict(condition), None, error.reason, error.detail))
+            report_progress("points", done, len(conditions))
     return points
 
 
 def solve_grid(
     axes: Mapping[str, Sequence[Any]],
     solve: Solve,
-    report: Report | None = None,
+    progress: ProgressCallback | None = None,
     output: Output | None = None,
     strength: bool = False,
 ) -> Grid:
@@ -240,7 +240,7 @@ def solve_grid(
     ----------
     axes : mapping
         Names of `AXES` to values in SI units.
-    solve, report, strength
+    solve, progress, strength
         As in `solve_points`.
     output : Output, optional
         Draws, prints and writes the grid.
@@ -264,7 +264,7 @@ def solve_grid(
     conditions = [
         dict(zip(axes, (v[k] for v, k in zip(axes.values(), place, strict=True)), strict=True)) for place in places
     ]
-    solved = solve_points([conditions[k] for k in order], solve, report, strength)
+    solved = solve_points([conditions[k] for k in order], solve, progress, strength)
     points = dict(zip(order, solved, strict=True))
     named = {name: tuple(getattr(v, "name", v) for v in values) for name, values in axes.items()}
     return Grid(named, tuple(points[k] for k in range(len(places))), output)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.conditions.duty import DutyRow
-from efficiency.conditions.grid import Condition, Grid, GridPoint, Report, count_reasons, solve_points
+from efficiency.conditions.grid import Condition, Grid, GridPoint, count_reasons, solve_points
 from efficiency.loss.axle import SIGNED_TORQUE, AxleLosses
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import OPERATION_LIMITS
@@ -26,6 +26,7 @@ from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file
 from ehl.common.notes import notes_table
 from ehl.common.numbers import finite_or_none
+from ehl.common.progress import ProgressCallback
 from ehl.common.quantities import quantity
 from ehl.common.table import Table, write_csv, write_xlsx
 from ehl.common.units import ValueRange
@@ -262,7 +263,7 @@ def solve_loss_map(
     temperature_oil: float,
     solve: Callable[[Condition], EfficiencyResult],
     axle: AxleLosses | None = None,
-    report: Report | None = None,
+    progress: ProgressCallback | None = None,
     **about: Any,
 ) -> LossMap:
     """Torque loss at all combinations.
@@ -277,8 +278,8 @@ def solve_loss_map(
         Efficiency at a condition, as of `efficiency.conditions.grid.solve_points`.
     axle : AxleLosses, optional
         Losses beside the mesh; what its table does not cover is refused before anything is computed.
-    report : callable, optional
-        Progress.
+    progress : callable, optional
+        Called with a `Progress` after each point.
     **about
         `design`, `friction_model`, `oil` of the map.
     """
@@ -286,7 +287,7 @@ def solve_loss_map(
     # neighbours in torque keep geometry and load
     places = [(t, w) for t in sorted(torques, key=lambda t: (t < 0.0, t)) if t != 0.0 for w in speeds]
     rows = [DutyRow(float(t), float(w), temperature_oil, 1.0) for t, w in places]
-    solved = dict(zip(places, solve_points([row.condition for row in rows], solve, report), strict=True))
+    solved = dict(zip(places, solve_points([row.condition for row in rows], solve, progress), strict=True))
     points = tuple(
         _point(float(t), float(w), beside[t, w], None if t == 0.0 else solved[t, w]) for w in speeds for t in torques
     )

@@ -23,6 +23,7 @@ from efficiency.design.design import Design
 from efficiency.loss.efficiency_result import Output, Presented
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.numbers import finite_or_none
+from ehl.common.progress import ProgressCallback, progress_to, report_progress
 
 if TYPE_CHECKING:
     import pandas
@@ -225,7 +226,7 @@ def misalignment_study(
     alpha: Sequence[float] = (0.0,),
     side: Side = "drive",
     marking: float = MARKING,
-    report: Callable[[int, int], None] | None = None,
+    progress: ProgressCallback | None = None,
     torque: float | None = None,
     load: Callable[[dict[str, float]], EfficiencyResult] | None = None,
 ) -> MisalignmentStudy:
@@ -241,8 +242,8 @@ def misalignment_study(
         Which flanks are in contact.
     marking : float
         Thickness of the marking compound [m].
-    report : callable, optional
-        Called with the number of points done and of all points.
+    progress : callable, optional
+        Called with a `Progress` after each point.
     torque : float, optional
         Of the pinion [N m], where there is a load.
     load : callable, optional
@@ -280,8 +281,8 @@ def misalignment_study(
             if load is not None:
                 point = _loaded(point, load, placed, 0.5 * design.gear.blank.face_width)
             points.append(point)
-        if report is not None:
-            report(number + 1, len(states))
+        with progress_to(progress):
+            report_progress("states", number + 1, len(states))
     return MisalignmentStudy(
         design.name, side, marking, **values, points=tuple(points), seconds=time.perf_counter() - clock, torque=torque
     )

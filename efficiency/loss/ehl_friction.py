@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from efficiency.loss.contact_sample import coordinates, divide, nearest, predict, remoteness, spread, worth_solving
 from efficiency.loss.lubrication import SolvedFriction
 from ehl.common.errors import InputError
-from ehl.common.progress import tell
+from ehl.common.progress import report_progress
 from ehl.common.units import ValueRange
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
@@ -170,11 +170,11 @@ class EhlFriction:
         worth = int(each * (done + chosen.size) / MIN_SECONDS)
         jobs = max(1, min(self.jobs or _cores(), _cores(), worth, chosen.size))
         seconds = each * (total - done) / jobs
-        tell("contacts", done, total, seconds)
+        report_progress("contacts", done, total, seconds)
         found = []
         for one in self._each(scenes, jobs):
             found.append(one)
-            tell("contacts", done + len(found), total)
+            report_progress("contacts", done + len(found), total)
         values, errors, reasons = zip(*found, strict=True)
         scatter, bias = np.array(errors).T
         return Solved(np.array(values).T, scatter, bias, reasons)

@@ -14,7 +14,7 @@ slope of the root times the change of u.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -331,7 +331,6 @@ def fit(
     ridge: float = 1e-8,
     tolerance: float = 5e-3,
     max_iterations: int = 60,
-    progress: Callable[[int, float], None] | None = None,
 ) -> FitResult:
     """Levenberg-Marquardt fit of one or two flanks.
 
@@ -416,8 +415,6 @@ def fit(
         history.append(cost)
         small = small + 1 if gain < tolerance else 0
         converged = small >= 2 or gain < 1e-6
-        if progress is not None:
-            progress(iteration, cost)
     size = values.size - total
     final = [
         measure(target, now.flank, now.phase, now.parameters, now.root)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -49,6 +49,7 @@ from ehl.common.data import named_file
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file
 from ehl.common.numbers import finite_or_none
+from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from ehl.common.validation import read_toml
 from ehl.fluid.oil import Oil
 from regression.plan.cost import checked_jobs
@@ -88,7 +89,7 @@ def optimise(
     jobs: int | None = 1,
     dask: Any = None,
     store: Path | str | None = None,
-    report: Callable[[int, int], None] | None = None,
+    progress: ProgressCallback | None = None,
 ) -> Optimisation:
     """Search ease-off and blank of a pair for less loss within limits of pressure, transmission error, edges and roots.
 
@@ -138,8 +139,8 @@ def optimise(
         Compute on a dask cluster, as `regression.sweep`; a batch should then be as large as the cluster.
     store : Path or str, optional
         File of the evaluations, read and continued.
-    report : callable, optional
-        Called with the number of evaluations done and of all.
+    progress : callable, optional
+        Called with a `Progress` after each evaluation.
 
     Returns
     -------
@@ -180,10 +181,9 @@ def optimise(
     def step() -> None:
         nonlocal done
         done += 1
-        if report is not None:
-            report(min(done, total), total)
+        report_progress("evaluations", min(done, total), total)
 
-    with cluster(dask) as workers:
+    with progress_to(progress), cluster(dask) as workers:
         evaluate = partial(evaluate_all, executor=workers or local_executor(jobs), store=known, done=step)
         if known.path is not None:
             _write_problem(problem, known.path.with_name("problem.json"), evaluations, batch, seed)

@@ -4,24 +4,21 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from efficiency.loss.compare import Comparison
 from efficiency.pair import GearPair, Mesh
 from ehl.common.files import make_folder
+from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from regression.data.dataset import Dataset
 from regression.formula import fit
 from regression.friction.formula import FittedFormula
 from regression.plan.cost import checked_jobs
-from regression.sweeping.recorder import Progress
 from regression.sweeping.run import Run, sweep
 
 DESIGN = "fm_spiral_bevel_14x39"
 CONSTANT = "constant:0.05"
-
-Notify = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
@@ -55,9 +52,7 @@ class DemoResult:
     seconds: dict[str, float]
 
 
-def run_demo(
-    folder: Path | str, jobs: int | None = None, notify: Notify = lambda step, done, total: None
-) -> DemoResult:
+def run_demo(folder: Path | str, jobs: int | None = None, progress: ProgressCallback | None = None) -> DemoResult:
     """Run all steps and write their files and the report into a folder.
 
     Parameters
@@ -66,8 +61,8 @@ def run_demo(
         Made if there is none. Contacts already computed there are kept.
     jobs : int, optional
         Worker processes of the sweep; by default the cores there are.
-    notify : callable
-        Called with (step, done, total) as the work goes on.
+    progress : callable, optional
+        Called with a `Progress` for contacts, formulas and gear pair.
 
     Returns
     -------
@@ -100,27 +95,25 @@ def run_demo(
         now = time.perf_counter()
         seconds[step], clock = now - clock, now
 
-    def report_case(progress: Progress) -> None:
-        notify("contacts", progress.done, progress.total)
-
-    run = sweep("demo", folder / "run", jobs=jobs, progress=report_case)
+    run = sweep("demo", folder / "run", jobs=jobs, progress=progress)
     dataset = run.dataset()
     lap("sweep")
 
-    notify("formulas", 0, 1)
-    formulas = fit(dataset).candidates
-    paths = [folder / f"formula_{formula.family}.json" for formula in formulas]
-    for formula, path in zip(formulas, paths, strict=True):
-        formula.save(path)
-    notify("formulas", 1, 1)
-    lap("fit")
+    with progress_to(progress):
+        report_progress("formulas", 0, 1)
+        formulas = fit(dataset).candidates
+        paths = [folder / f"formula_{formula.family}.json" for formula in formulas]
+        for formula, path in zip(formulas, paths, strict=True):
+            formula.save(path)
+        report_progress("formulas", 1, 1)
+        lap("fit")
 
-    notify("gear pair", 0, 1)
-    gear = GearPair(DESIGN).mesh()
-    models = [*map(str, paths), "ehl:load_sharing", CONSTANT, "xu_kahraman_2007"]
-    comparison = gear.load().compare(models)
-    notify("gear pair", 1, 1)
-    lap("gear")
+        report_progress("gear pair", 0, 1)
+        gear = GearPair(DESIGN).mesh()
+        models = [*map(str, paths), "ehl:load_sharing", CONSTANT, "xu_kahraman_2007"]
+        comparison = gear.load().compare(models)
+        report_progress("gear pair", 1, 1)
+        lap("gear")
 
     result = DemoResult(folder, run, dataset, formulas, gear, comparison, seconds)
     (folder / "demo.json").write_text(json.dumps(demo_summary(result), indent=2) + "\n", encoding="utf-8")

@@ -13,7 +13,7 @@ import math
 import os
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import lru_cache
 from itertools import groupby, product
@@ -41,6 +41,7 @@ from efficiency.pair import (
 from ehl import __version__
 from ehl.common.errors import InputError
 from ehl.common.numbers import finite_or_none
+from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from ehl.common.quantities import Quantity, quantities
 from ehl.fluid.oil import Oil
 from regression.formula import Formula
@@ -426,7 +427,7 @@ def run_study(
     points_per_line: int = POINTS_PER_LINE,
     jobs: int | None = 1,
     store: Path | None = None,
-    report: Callable[[int, int], None] | None = None,
+    progress: ProgressCallback | None = None,
     load_balance: LoadBalance = "frictional",
     strength: bool = False,
     **values: Any,
@@ -452,8 +453,8 @@ def run_study(
         after the other.
     store : Path, optional
         File of the finished tasks, read and continued.
-    report : callable, optional
-        Called with the number of points done and of all points.
+    progress : callable, optional
+        Called with a `Progress` after each task.
     load_balance : {"frictional", "frictionless"}
         What carries the torque: normal and friction forces together, or the normal forces alone.
     strength : bool
@@ -512,8 +513,8 @@ def run_study(
         if store is not None:
             _append(store, key, found)
         done += len(found)
-        if report is not None:
-            report(done, total)
+        with progress_to(progress):
+            report_progress("points", done, total)
     points = [point for task in tasks for point in known[task.key]]
     seconds = time.perf_counter() - clock
     return Study(

@@ -29,7 +29,7 @@ from ehl.common.data import shipped
 from ehl.common.duration import duration
 from ehl.common.errors import InputError, MixedEhlError, near
 from ehl.common.files import make_folder
-from ehl.common.progress import listening
+from ehl.common.progress import Progress, progress_to
 from ehl.common.version import __version__
 
 if TYPE_CHECKING:
@@ -354,111 +354,117 @@ def fail_unless_converged(status: str, reason: str) -> None:
         raise typer.Exit(1)
 
 
-FIRST_WORD, WORD_EVERY = 3.0, 30.0  # when long work is first heard of, and how often in a log [s]
+FIRST_DISPLAY, LINE_EVERY = 3.0, 30.0  # when progress is first shown, and the interval of lines in a log [s]
 NOTHING_KEPT = "nothing of it is kept; the same command begins again"
 
 
-class Pulse:
-    """Says on a stream how long work has taken, how far it is and how long it will take.
+class ProgressDisplay:
+    """Shows on a stream the elapsed time of a computation, its progress and the estimated time left.
 
-    A terminal has one line that is renewed; elsewhere a line comes after `FIRST_WORD` and then every `WORD_EVERY`.
+    A terminal has one line with a bar (rich) that is renewed; elsewhere a line is written after `FIRST_DISPLAY` and
+    then every `LINE_EVERY`.
 
     Parameters
     ----------
     what : str
-        The work.
+        The computation.
     stream : file
-        Where to say it.
+        Where it is shown.
     clock : callable
         Seconds.
     """
 
     def __init__(self, what: str, stream: IO[str], clock: Callable[[], float] = time.monotonic) -> None:
         self.what, self.stream, self.clock = what, stream, clock
-        self.begin = self.step_begin = clock()
-        self.next = self.begin + FIRST_WORD
-        self.step, self.done, self.total = "", 0, 0
-        self.seconds: float | None = None
-        self.terminal, self.shown = stream.isatty(), False
+        self.begin = clock()
+        self.begins: dict[str, float] = {}
+        self.next = self.begin + FIRST_DISPLAY
+        self.state = Progress("", 0, 0)
+        self._bar: Any = None
 
-    def move(self, step: str, done: int, total: int, seconds: float | None = None) -> None:
-        """Take note of how far a step is, and of how long the rest was estimated to take before it began [s]."""
-        if step != self.step:
-            self.step, self.step_begin = step, self.clock()
-        self.done, self.total, self.seconds = done, total, seconds
+    def update(self, state: Progress) -> None:
+        """Take the state that the computation reports."""
+        if state.done == 0:
+            self.begins[state.step] = self.clock()
+        # steps within each other alternate: each has its own pace
+        self.begins.setdefault(state.step, self.clock() if self.begins else self.begin)
+        self.state = state
 
-    def words(self) -> str:
-        """The state of the work in words."""
-        now = self.clock()
+    def text(self) -> str:
+        """The state in words."""
+        now, state = self.clock(), self.state
         parts = [self.what]
-        if self.total:
-            parts.append(f"{self.step} {self.done} of {self.total}".lstrip())
+        if state.total:
+            parts.append(f"{state.step} {state.done} of {state.total}".lstrip())
         parts.append(f"{duration(now - self.begin)} elapsed")
-        if 0 < self.done < self.total:
-            left = (now - self.step_begin) * (self.total - self.done) / self.done
+        left = state.seconds_left
+        if left is None and 0 < state.done < state.total:
+            left = (now - self.begins[state.step]) * (state.total - state.done) / state.done
+        if left is not None and state.done < state.total:
             parts.append(f"about {duration(left)} left")
-        elif self.seconds is not None and self.done < self.total:
-            parts.append(f"about {duration(self.seconds)} as estimated")
         return ", ".join(parts)
 
-    def tick(self) -> None:
-        """Say it where it is time to."""
+    def refresh(self) -> None:
+        """Show the state where it is time to."""
         if self.clock() < self.next:
             return
-        if self.terminal:
-            self.stream.write(f"\r\x1b[K{self.words()}")
+        if self.stream.isatty():
+            if self._bar is None:
+                from rich.console import Console
+                from rich.progress import BarColumn, TextColumn
+                from rich.progress import Progress as Bar
+
+                columns = (TextColumn("{task.description}", markup=False), BarColumn())
+                self._bar = Bar(*columns, console=Console(file=self.stream), transient=True)
+                self._bar.add_task(self.what, total=None)
+                self._bar.start()
+            self._bar.update(
+                self._bar.task_ids[0],
+                description=self.text(),
+                completed=self.state.done,
+                total=self.state.total or None,
+            )
         else:
-            self.stream.write(f"mixed-ehl: {self.words()}\n")
-            self.next = self.clock() + WORD_EVERY
-        self.stream.flush()
-        self.shown = True
+            self.stream.write(f"mixed-ehl: {self.text()}\n")
+            self.stream.flush()
+            self.next = self.clock() + LINE_EVERY
 
     def clear(self) -> None:
-        """Leave the line of a terminal empty."""
-        if self.terminal and self.shown:
-            self.stream.write("\r\x1b[K")
-            self.stream.flush()
+        """Remove the line from a terminal."""
+        if self._bar is not None:
+            self._bar.stop()
 
 
 @contextmanager
-def working(what: str, kept: str = NOTHING_KEPT) -> Iterator[Pulse]:
-    """Let long work be heard of on standard error; Ctrl-C says what is kept.
+def working(what: str, kept: str = NOTHING_KEPT) -> Iterator[ProgressDisplay]:
+    """Show the progress of a computation on standard error; Ctrl-C states what is kept.
 
     Parameters
     ----------
     what : str
-        The work, as "comparison".
+        The computation, as "comparison".
     kept : str
         What remains of it where the user stops it, and how to go on.
     """
-    pulse, over = Pulse(what, sys.stderr), threading.Event()
+    display, over = ProgressDisplay(what, sys.stderr), threading.Event()
 
-    def beat() -> None:
+    def refresh() -> None:
         while not over.wait(0.5):
-            with contextlib.suppress(OSError, ValueError):  # nobody reads any more
-                pulse.tick()
+            with contextlib.suppress(OSError, ValueError):  # standard error is closed
+                display.refresh()
 
-    thread = threading.Thread(target=beat, daemon=True)
+    thread = threading.Thread(target=refresh, daemon=True)
     thread.start()
     try:
-        with listening(pulse.move):
-            yield pulse
+        with progress_to(display.update):
+            yield display
     except KeyboardInterrupt:
-        print(f"mixed-ehl: stopped after {duration(pulse.clock() - pulse.begin)}; {kept}", file=sys.stderr)
+        over.set()
+        thread.join()
+        display.clear()
+        print(f"mixed-ehl: stopped after {duration(display.clock() - display.begin)}; {kept}", file=sys.stderr)
         raise SystemExit(STOPPED) from None
     finally:
         over.set()
         thread.join()
-        pulse.clear()
-
-
-@contextmanager
-def progress(*steps: str, kept: str = NOTHING_KEPT) -> Iterator[Callable[..., None]]:
-    """Show how far counted work is; gives the function that moves it: ([step], done, total)."""
-    with working(steps[0] if len(steps) == 1 else "work", kept) as pulse:
-
-        def move(*state: Any) -> None:
-            step, done, total = state if len(state) == 3 else ("", *state)
-            pulse.move(step, done, total)
-
-        yield move
+        display.clear()

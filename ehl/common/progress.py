@@ -1,27 +1,67 @@
-"""How far long work is: told deep inside of it, shown by whoever listens."""
+"""Progress reporting for long computations: the one protocol of all three packages.
+
+A computation reports by `report_progress`; whoever started it receives each `Progress` through `progress_to`. Public
+functions take the callback as `progress=`; ``progress=print`` writes one line per step.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import dataclass
 
-Listener = Callable[..., None]
-_listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
+from ehl.common.duration import duration
 
 
-def tell(step: str, done: int, total: int, seconds: float | None = None) -> None:
-    """Say that so many parts of a step are done, and how long the others will take as estimated; nobody may listen."""
-    listener = _listener.get()
-    if listener is not None:
-        listener(step, done, total, *(() if seconds is None else (seconds,)))
+@dataclass(frozen=True)
+class Progress:
+    """State of a long computation.
+
+    Parameters
+    ----------
+    step : str
+        What is counted, as "contacts".
+    done, total : int
+        Finished parts of the step, and all of its parts.
+    seconds_left : float or None
+        Estimated wall time of the remaining parts [s]; None where there is no estimate.
+
+    Examples
+    --------
+    >>> print(Progress("contacts", 20, 80, 30.0))
+    contacts 20 of 80, about 30 s left
+    """
+
+    step: str
+    done: int
+    total: int
+    seconds_left: float | None = None
+
+    def __str__(self) -> str:
+        left = f", about {duration(self.seconds_left)} left" if self.seconds_left and self.done < self.total else ""
+        return f"{self.step} {self.done} of {self.total}{left}"
+
+
+ProgressCallback = Callable[[Progress], object]
+_callback: ContextVar[ProgressCallback | None] = ContextVar("progress", default=None)
+
+
+def report_progress(step: str, done: int, total: int, seconds_left: float | None = None) -> None:
+    """Report the state of a step to the callback of the enclosing `progress_to`, if there is one."""
+    callback = _callback.get()
+    if callback is not None:
+        callback(Progress(step, done, total, seconds_left))
 
 
 @contextmanager
-def listening(listener: Listener) -> Iterator[None]:
-    """Hear what is told in the block."""
-    token = _listener.set(listener)
+def progress_to(callback: ProgressCallback | None) -> Iterator[None]:
+    """Send the progress reported in the block to `callback`; None keeps the callback of the enclosing block."""
+    if callback is None:
+        yield
+        return
+    token = _callback.set(callback)
     try:
         yield
     finally:
-        _listener.reset(token)
+        _callback.reset(token)

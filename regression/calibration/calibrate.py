@@ -8,7 +8,7 @@ from __future__ import annotations
 import datetime
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from os import PathLike
 from pathlib import Path
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ehl.common.errors import InputError, MixedEhlError
 from ehl.common.numbers import finite_or_none
+from ehl.common.progress import ProgressCallback, progress_to
 from ehl.common.quantities import quantity, si_unit
 from ehl.common.units import KELVIN
 from ehl.common.validation import validate
@@ -389,9 +390,9 @@ def calibrate(
     *,
     parameters: Sequence[str] | None = None,
     oil: str | None = None,
-    jobs: int | None = 1,
+    jobs: int | None = None,
     profile: bool | None = None,
-    progress: Callable[[str], None] = lambda words: None,
+    progress: ProgressCallback | None = None,
 ) -> Calibration:
     """Fit oil and surface parameters to measured friction.
 
@@ -412,7 +413,7 @@ def calibrate(
     profile : bool, optional
         Whether intervals are profiles on the solver; where not given, if that is cheap (`PROFILE_CALLS`).
     progress : callable, optional
-        Called with the progress in words.
+        Called with a `Progress` in each round of the search.
 
     Returns
     -------
@@ -443,39 +444,35 @@ def calibrate(
     start = all_values(measurement, setup)
     target = target_of(measurement, setup)
     target = _solvable(solver, start, target)
-    progress(f"{int(target.rows.sum())} rows, {len(setup.parameters)} parameters")
 
     names = setup.parameters
-    fit = search(solver, best_start(solver, start, names, target), names, target, progress)
-    rounds, stated = fit.rounds, _noise(fit, target)
-    if stated.larger_than_stated:
-        progress(
-            f"the residuals are {math.sqrt(stated.chi_square):.2g} times the stated noise: it is estimated instead"
-        )
-        target = replace(target, stated=False)
-        fit = search(solver, fit.values, names, target, progress)
-        rounds += fit.rounds
-    not_identifiable: dict[str, tuple[str, float]] = {}
-    while True:
-        noise = _noise(fit, target)
-        found = determination_of(fit, target, noise, measurement.curve)
-        intervals = intervals_by_errors(fit, noise, found)
-        worst = least_identifiable(fit, found, noise.quantile * found.errors)
-        profiled = worst is None and _profiles(solver, names, target, wanted=profile)
-        if profiled:
-            intervals = profile_intervals(solver, fit, target, noise, found)
-            worst = least_identifiable(fit, found, np.array([interval.half_width for interval in intervals]))
-        if worst is None:
-            break
-        why = why_not_identifiable(worst, fit, found, noise.quantile, intervals[names.index(worst)])
-        progress(f"{worst}: {why}")
-        names = tuple(name for name in names if name != worst)
-        fit, held, more = _refit_without(worst, start[worst], fit, names, solver, target, noise, progress)
-        rounds += more
-        not_identifiable[worst] = (why, held)
-        if not names:
-            reasons = "; ".join(f"{name}: {words}" for name, (words, _) in not_identifiable.items())
-            raise NotIdentifiable(f"none of the parameters can be identified from these rows. {reasons}")
+    with progress_to(progress):
+        fit = search(solver, best_start(solver, start, names, target), names, target)
+        rounds, stated = fit.rounds, _noise(fit, target)
+        if stated.larger_than_stated:
+            target = replace(target, stated=False)
+            fit = search(solver, fit.values, names, target)
+            rounds += fit.rounds
+        not_identifiable: dict[str, tuple[str, float]] = {}
+        while True:
+            noise = _noise(fit, target)
+            found = determination_of(fit, target, noise, measurement.curve)
+            intervals = intervals_by_errors(fit, noise, found)
+            worst = least_identifiable(fit, found, noise.quantile * found.errors)
+            profiled = worst is None and _profiles(solver, names, target, wanted=profile)
+            if profiled:
+                intervals = profile_intervals(solver, fit, target, noise, found)
+                worst = least_identifiable(fit, found, np.array([interval.half_width for interval in intervals]))
+            if worst is None:
+                break
+            why = why_not_identifiable(worst, fit, found, noise.quantile, intervals[names.index(worst)])
+            names = tuple(name for name in names if name != worst)
+            fit, held, more = _refit_without(worst, start[worst], fit, names, solver, target, noise)
+            rounds += more
+            not_identifiable[worst] = (why, held)
+            if not names:
+                reasons = "; ".join(f"{name}: {words}" for name, (words, _) in not_identifiable.items())
+                raise NotIdentifiable(f"none of the parameters can be identified from these rows. {reasons}")
 
     misfit = float(np.sqrt(np.mean((fit.friction - target.friction)[target.rows] ** 2)))
     mean = float(np.mean(np.abs(target.friction[target.rows])))
@@ -561,14 +558,13 @@ def _refit_without(
     solver: FrictionSolver,
     target: Target,
     noise: Noise,
-    progress: Callable[[str], None],
 ) -> tuple[Fit, float, int]:
     """The fit with one parameter held: at the card's value, or where it was if the data exclude that."""
     rounds, limit = 0, EXCLUDED_GAIN / robust.DEVIANCE
     before = robust.loss(target.residuals(fit.friction) / noise.scale)
     best = fit.values[name]
     for held in dict.fromkeys((card, best)):
-        again = search(solver, {**fit.values, name: held}, names, target, progress) if names else fit
+        again = search(solver, {**fit.values, name: held}, names, target) if names else fit
         rounds += again.rounds if names else 0
         after = robust.loss(target.residuals(again.friction) / noise.scale)
         if after - before <= limit or held == best:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +10,7 @@ from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from ehl.common.errors import ConvergenceError
+from ehl.common.progress import report_progress
 from regression.calibration import robust
 from regression.calibration.parameters import PARAMETERS
 from regression.calibration.prediction import FrictionSolver, Surrogate
@@ -228,7 +228,6 @@ def search(
     values: dict[str, float],
     names: tuple[str, ...],
     target: Target,
-    progress: Callable[[str], None] = lambda words: None,
 ) -> Fit:
     """Least loss over the fitted parameters, from these values on.
 
@@ -251,7 +250,8 @@ def search(
             # held later on: a loss that changes from round to round has no least value
             scale = target.scale(residuals, len(names))
         cost = robust.loss(residuals / scale)
-        progress(f"round {rounds}: misfit {np.sqrt(np.mean((friction - target.friction)[target.rows] ** 2)):.3g}")
+        misfit = np.sqrt(np.mean((friction - target.friction)[target.rows] ** 2))
+        report_progress(f"misfit {misfit:.3g}, round", rounds, MAX_ROUNDS)
         goal = minimise(surrogate, target, scale, region)
         step = np.abs(goal - here)
         foretold = cost - robust.loss(target.residuals(surrogate.at(goal)) / scale)

@@ -58,9 +58,7 @@ def calibrate(
         typer.echo(f"written: {synthetic}, synthetic")
         return
     with working("calibration"):
-        result = regression.calibrate(
-            measured, setup, profile=profile, progress=lambda words: typer.echo(words, err=True), **chosen
-        )
+        result = regression.calibrate(measured, setup, profile=profile, **chosen)
     if plot is not None:
         write_figure(result.plot(), plot)
     if report is not None:

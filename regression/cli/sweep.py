@@ -10,7 +10,7 @@ import typer.core
 
 import regression
 from ehl import InputError
-from ehl.common.console import STOPPED, App, names_of, pairs, print_json
+from ehl.common.console import App, names_of, pairs, print_json, working
 
 
 class SweepGroup(typer.core.TyperGroup):
@@ -96,12 +96,9 @@ def sweep_run(
     for name, value in (("sbatch", sbatch), ("container", container), ("merge", merge), ("fit", fit)):
         if value is not None:
             raise InputError(name, str(value), "nothing without --slurm")
-    options |= {"shard": shard, "dask": dask, "progress": True}
-    try:
+    options |= {"shard": shard, "dask": dask}
+    with working(content.name, f"finished cases are kept in {run}, the same command resumes"):
         result = regression.sweep(content, run, **options)
-    except KeyboardInterrupt:
-        typer.echo(f"stopped; finished cases are kept in {run}, the same command resumes", err=True)
-        raise typer.Exit(STOPPED) from None
     typer.echo(result.to_text())
     if result.unanswered:
         cases = "1 case has" if result.unanswered == 1 else f"{result.unanswered} cases have"

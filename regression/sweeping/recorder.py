@@ -6,35 +6,14 @@ import signal
 import threading
 import time
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from types import FrameType
 from typing import Any
 
+from ehl.common.progress import report_progress
 from regression.data.store import ResultStore
-
-
-@dataclass(frozen=True)
-class Progress:
-    """Progress of a sweep: cases of this shard.
-
-    Parameters
-    ----------
-    done, total, failed : int
-        Cases on disk or computed; of the shard; failed in this call.
-    remaining : float or None
-        Estimated wall time to the end [s], from the estimated cost of the cases and the pace so far; None before the
-        first case.
-    elapsed : float
-        Wall time since the sweep began [s].
-    """
-
-    done: int
-    total: int
-    failed: int
-    remaining: float | None = None
-    elapsed: float = 0.0
 
 
 @dataclass
@@ -46,7 +25,6 @@ class Recorder:
     resumed: int
     flush_every: int
     flush_seconds: float
-    progress: Callable[[Progress], None] | None
     stop: threading.Event
     costs: Mapping[str, float]
     counts: Counter[str] = field(default_factory=Counter)
@@ -90,9 +68,8 @@ class Recorder:
 
     def show(self) -> None:
         """Report the progress."""
-        if self.progress is not None:
-            done, elapsed = self.resumed + self.counts.total(), time.perf_counter() - self._start
-            self.progress(Progress(done, self.total, self.counts["failed"], self._remaining(), elapsed))
+        step = f"{failed} failed, cases" if (failed := self.counts["failed"]) else "cases"
+        report_progress(step, self.resumed + self.counts.total(), self.total, self._remaining())
 
     def _remaining(self) -> float | None:
         if self._cost_done <= 0.0:

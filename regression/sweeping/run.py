@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property, partial
 from os import PathLike
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ehl import SOLVER
 from ehl.common.errors import InputError
+from ehl.common.progress import ProgressCallback
 from ehl.common.units import ValueRange
 from ehl.warmup import prepare_workers
 from regression.data.dataset import Dataset, RunStatus, load_dataset, merge_compressed, results_path, run_status
@@ -20,8 +20,6 @@ from regression.plan.cost import checked_jobs
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs, solve_outputs
 from regression.sweeping.executors import cluster
-from regression.sweeping.progress import show_progress
-from regression.sweeping.recorder import Progress
 from regression.sweeping.rerun import SHARE, Rerun, rerun
 from regression.sweeping.slurm import DEFAULT_JOBS, job_script
 from regression.sweeping.sweep import SweepReport, sweep_shard
@@ -212,7 +210,7 @@ def sweep(
     time_cap: float | str | None = 600.0,
     retries: int = 1,
     retry_failed: bool = False,
-    progress: bool | Callable[[Progress], None] = False,
+    progress: ProgressCallback | None = None,
 ) -> Run:
     """Compute the cases of a plan that are not on disk yet; the same call resumes a sweep that was interrupted.
 
@@ -237,8 +235,8 @@ def sweep(
         Fallback settings tried where the solver gives a case up.
     retry_failed : bool
         Compute the failed cases on disk again.
-    progress : bool or callable
-        Show the progress on standard error, or call this with each `Progress`.
+    progress : callable, optional
+        Called with a `Progress` after each case; ``print`` writes a line each.
 
     Returns
     -------
@@ -267,9 +265,7 @@ def sweep(
     content = plan if isinstance(plan, Plan) else Plan.from_file(plan)
     _check_formula(formula)
     part = _shard(shard)
-    shown: AbstractContextManager[Callable[[Progress], None] | None]
-    shown = show_progress(content.name) if progress is True else nullcontext(progress or None)
-    with shown as show, cluster(dask) as executor:
+    with cluster(dask) as executor:
         options: dict[str, Any] = {
             "evaluate": partial(published_outputs, name=formula) if formula else solve_outputs,
             "version": formula or SOLVER,
@@ -278,7 +274,7 @@ def sweep(
             "time_cap": None if time_cap is None else _time_cap(time_cap),
             "retries": retries,
             "retry_failed": retry_failed,
-            "progress": show,
+            "progress": progress,
         }
         if formula is None and executor is None and options["jobs"] > 1:
             prepare_workers(rough=content.model.roughness == "deterministic")

@@ -21,6 +21,7 @@ from ehl import SOLVER
 from ehl.common.duration import duration
 from ehl.common.errors import InputError
 from ehl.common.files import make_folder
+from ehl.common.progress import ProgressCallback, progress_to
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil
 from regression.data.row_format import TEXT_WIDTHS
@@ -31,7 +32,7 @@ from regression.plan.plan import Plan
 from regression.plan.sampling import Array
 from regression.sweeping.evaluators import Evaluator, case_key, fallback_settings, solve_outputs
 from regression.sweeping.executors import Executor, compute, local_executor
-from regression.sweeping.recorder import Progress, Recorder, stop_requests
+from regression.sweeping.recorder import Recorder, stop_requests
 from regression.sweeping.workers import TIME_CAP, WORKER_CRASHED, CaseRunner, Task
 
 
@@ -162,7 +163,7 @@ class SweepOptions:
         Compute the failed cases on disk again: those the solver gave up with the settings that were not tried yet,
         those that ran out of time or crashed their worker as they were.
     progress : callable, optional
-        Called after every case.
+        Called with a `Progress` after each case.
     """
 
     evaluate: Evaluator = solve_outputs
@@ -174,7 +175,7 @@ class SweepOptions:
     time_cap: float | None = 600.0
     retries: int = 1
     retry_failed: bool = False
-    progress: Callable[[Progress], None] | None = None
+    progress: ProgressCallback | None = None
 
     def __post_init__(self) -> None:
         checked_jobs(self.jobs)
@@ -249,7 +250,7 @@ def compute_cases(
     clock = time.perf_counter()
     # the longest first: the last cases are short, and no core waits long for another
     order = np.lexsort((np.arange(len(points)), -cost))
-    with ResultStore(path, meta) as store, stop_requests() as stop:
+    with progress_to(options.progress), ResultStore(path, meta) as store, stop_requests() as stop:
         # cases of another division into shards count as well
         known = _joined(rows_of_other_files(path), store.rows())
         done = {key for key, (status, _, _) in known.items() if not (options.retry_failed and status == "failed")}
@@ -270,9 +271,7 @@ def compute_cases(
                 costs[key] = float(cost[position])
                 waiting.append((key, point))
         resumed = len(points) - len(waiting)
-        recorder = Recorder(
-            store, len(points), resumed, options.flush_every, options.flush_seconds, options.progress, stop, costs
-        )
+        recorder = Recorder(store, len(points), resumed, options.flush_every, options.flush_seconds, stop, costs)
 
         def pending() -> Iterator[Task]:
             for key, point in waiting:

@@ -1,4 +1,4 @@
-"""Long work is heard of within five seconds, says how long it will take, and what is kept where it is stopped."""
+"""Progress of long computations on a terminal and in a log, and what a stopped command states."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ import pytest
 
 import regression
 from ehl.common import console
-from ehl.common.console import FIRST_WORD, WORD_EVERY, Pulse, progress, working
-from ehl.common.progress import listening, tell
+from ehl.common.console import FIRST_DISPLAY, LINE_EVERY, ProgressDisplay, working
+from ehl.common.duration import duration
+from ehl.common.progress import Progress, progress_to, report_progress
 
 Cli = Callable[..., Any]
 
@@ -31,62 +32,68 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_the_first_word_comes_within_five_seconds_and_further_ones_twice_a_minute() -> None:
+def test_the_first_line_comes_within_five_seconds_and_further_ones_twice_a_minute() -> None:
     stream, clock = io.StringIO(), Clock()
-    pulse = Pulse("comparison", stream, clock)
-    said = []
+    display = ProgressDisplay("comparison", stream, clock)
+    lines = []
     for second in range(70):
         clock.now = 100.0 + second
-        pulse.tick()
-        said.append(stream.getvalue().count("\n"))
-    first = said.index(1)
-    assert first == FIRST_WORD <= 5.0
-    assert said.index(2) == first + WORD_EVERY
+        display.refresh()
+        lines.append(stream.getvalue().count("\n"))
+    first = lines.index(1)
+    assert first == FIRST_DISPLAY <= 5.0
+    assert lines.index(2) == first + LINE_EVERY
     assert stream.getvalue().splitlines()[0] == "mixed-ehl: comparison, 3 s elapsed"
 
 
-def test_the_remaining_time_is_that_of_the_step_at_hand() -> None:
+def test_the_remaining_time_is_that_of_the_current_step() -> None:
     clock = Clock()
-    pulse = Pulse("comparison", io.StringIO(), clock)
+    display = ProgressDisplay("comparison", io.StringIO(), clock)
     clock.now += 40.0
-    pulse.move("contacts", 0, 80)
-    assert pulse.words() == "comparison, contacts 0 of 80, 40 s elapsed"
-    pulse.move("contacts", 0, 80, 44.0)
-    assert pulse.words() == "comparison, contacts 0 of 80, 40 s elapsed, about 44 s as estimated"
+    display.update(Progress("contacts", 0, 80))
+    assert display.text() == "comparison, contacts 0 of 80, 40 s elapsed"
+    display.update(Progress("contacts", 0, 80, 44.0))
+    assert display.text() == "comparison, contacts 0 of 80, 40 s elapsed, about 44 s left"
     clock.now += 10.0
-    pulse.move("contacts", 20, 80)
-    assert pulse.words() == "comparison, contacts 20 of 80, 50 s elapsed, about 30 s left"
-    pulse.move("contacts", 80, 80)
-    assert pulse.words() == "comparison, contacts 80 of 80, 50 s elapsed"
+    display.update(Progress("contacts", 20, 80))
+    assert display.text() == "comparison, contacts 20 of 80, 50 s elapsed, about 30 s left"
+    display.update(Progress("contacts", 80, 80))
+    assert display.text() == "comparison, contacts 80 of 80, 50 s elapsed"
 
 
-def test_a_terminal_has_one_line_that_is_empty_in_the_end() -> None:
+def test_a_terminal_has_one_line_that_is_removed_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
     stream, clock = Terminal(), Clock()
-    pulse = Pulse("fit", stream, clock)
-    pulse.clear()
+    display = ProgressDisplay("fit", stream, clock)
+    display.clear()
     assert stream.getvalue() == ""
-    for _ in range(3):
-        clock.now += 3.0
-        pulse.tick()
-    pulse.clear()
-    assert "\n" not in stream.getvalue()
-    assert "fit, 9 s elapsed" in stream.getvalue()
-    assert stream.getvalue().endswith("\r\x1b[K")
+    clock.now += 3.0
+    display.update(Progress("rounds", 2, 8))
+    display.refresh()
+    display.clear()
+    assert "fit, rounds 2 of 8, 3 s elapsed" in stream.getvalue()
+    assert stream.getvalue().endswith("\x1b[2K")
 
 
-def test_what_is_told_deep_inside_is_heard_and_only_there(monkeypatch: pytest.MonkeyPatch) -> None:
-    heard: list[tuple[str, int, int]] = []
-    tell("contacts", 1, 2)
-    with listening(lambda *state: heard.append(state)):
-        tell("contacts", 1, 2)
-    tell("contacts", 2, 2)
-    assert heard == [("contacts", 1, 2)]
-    with working("work") as pulse:
-        tell("contacts", 3, 4)
-        assert (pulse.step, pulse.done, pulse.total) == ("contacts", 3, 4)
-    with progress("points") as move:
-        move(1, 5)
-        move("points", 2, 5)
+def test_reports_reach_the_enclosing_block_alone() -> None:
+    seen: list[Progress] = []
+    report_progress("contacts", 1, 2)
+    with progress_to(seen.append):
+        report_progress("contacts", 1, 2)
+        with progress_to(None):
+            report_progress("contacts", 2, 2, 0.5)
+    report_progress("contacts", 2, 2)
+    assert seen == [Progress("contacts", 1, 2), Progress("contacts", 2, 2, 0.5)]
+    with working("work") as display:
+        report_progress("contacts", 3, 4)
+        assert display.state == Progress("contacts", 3, 4)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"), [(0.4, "0 s"), (59.0, "59 s"), (61.0, "1 min 1 s"), (7325.0, "2 h 2 min")]
+)
+def test_durations(seconds: float, text: str) -> None:
+    assert duration(seconds) == text
 
 
 def test_ctrl_c_says_what_is_kept_and_how_to_go_on(capsys: pytest.CaptureFixture[str]) -> None:
@@ -106,4 +113,4 @@ def test_stopped_commands(mixed_ehl: Cli, monkeypatch: pytest.MonkeyPatch, tmp_p
     monkeypatch.setattr(regression, "sweep", stop)
     swept = mixed_ehl("sweep", "demo", "-o", tmp_path / "run")
     assert swept.code == 130
-    assert f"finished cases are kept in {tmp_path / 'run'}, the same command resumes" in swept.err
+    assert str(tmp_path / "run") in swept.err

@@ -13,6 +13,7 @@ from efficiency.contact.transmission import contact_path
 from efficiency.design.design import load_design
 from efficiency.geometry.misalignment import MisalignmentStudy, misalignment_study
 from ehl.common.errors import InputError
+from ehl.common.progress import Progress
 
 BEVEL = "fm_spiral_bevel_14x39"
 
@@ -57,11 +58,11 @@ def test_study_as_json(study: MisalignmentStudy) -> None:
 
 
 def test_states_that_cannot_mesh_are_a_status() -> None:
-    calls: list[tuple[int, int]] = []
+    calls: list[Progress] = []
     study = misalignment_study(
-        load_design("fh_hypoid_9x34"), E=[0.0], P=[0.0, 2e-3], side="coast", report=lambda k, n: calls.append((k, n))
+        load_design("fh_hypoid_9x34"), E=[0.0], P=[0.0, 2e-3], side="coast", progress=calls.append
     )
-    assert calls == [(1, 2), (2, 2)]
+    assert calls == [Progress("states", 1, 2), Progress("states", 2, 2)]
     assert study.points[0].status in ("converged", "edge contact")
     assert study.points[0].undercut > 0.0
     for point in study.points:

@@ -12,7 +12,7 @@ import pytest
 from efficiency.loss import ehl_friction as module
 from efficiency.loss.ehl_friction import EhlFriction, ehl_friction
 from ehl.common.errors import InputError
-from ehl.common.progress import listening
+from ehl.common.progress import Progress, progress_to
 from ehl.fluid.oil import Oil
 from ehl.line_contact import LineContact
 from ehl.state import ContactState
@@ -250,19 +250,20 @@ def test_contacts_are_added_until_chance_leaves_what_was_asked(monkeypatch: pyte
 
 
 def test_growth_ends_at_the_most_contacts_and_where_it_is_met_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    heard: list[tuple[Any, ...]] = []
+    heard: list[Progress] = []
     state = states(300)
     for tolerance, wanted in ((1e-6, 40), (0.9, module.FIRST)):
         monkeypatch.setattr(module, "solve_contact", scattered(np.random.default_rng(1), 0.1))
         heard.clear()
-        with listening(lambda *told: heard.append(told)):
+        with progress_to(heard.append):
             estimate = EhlFriction("ehl", points=40, tolerance=tolerance, jobs=1).evaluate(state, OIL)
         assert estimate.contacts == wanted
-        # what it will take is said before it begins, and how far it is
-        assert heard[0][:3] == ("contacts", 0, module.FIRST)
-        assert 0.05 * module.FIRST < heard[0][3] < 10.0 * module.FIRST
-        assert [told[1] for told in heard if len(told) == 3] == list(range(1, wanted + 1))
-        assert heard[-1][1] == heard[-1][2] == wanted
+        # the estimated time is reported before the first contact, and the progress after each
+        assert (heard[0].step, heard[0].done, heard[0].total) == ("contacts", 0, module.FIRST)
+        assert heard[0].seconds_left is not None
+        assert 0.05 * module.FIRST < heard[0].seconds_left < 10.0 * module.FIRST
+        assert [state.done for state in heard if state.seconds_left is None] == list(range(1, wanted + 1))
+        assert heard[-1].done == heard[-1].total == wanted
 
 
 def test_growth_goes_where_the_others_are_missed(monkeypatch: pytest.MonkeyPatch) -> None:

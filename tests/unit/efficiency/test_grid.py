@@ -18,6 +18,7 @@ from efficiency.loss.kinematics import Operation
 from efficiency.output.tables import map_table
 from efficiency.pair import GearPair, Mesh
 from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.progress import Progress
 from ehl.fluid.oil import Oil
 from regression.formula import friction_model
 
@@ -89,12 +90,12 @@ def test_axes_in_any_order_and_each_load_once(monkeypatch: pytest.MonkeyPatch) -
         "torque": [100.0, 200.0],
         "roughness_rms": [2e-7, 4e-7],
     }
-    done: list[tuple[int, int]] = []
-    found = GearPair(DESIGN).over(MODEL, grid=GRID, report=lambda *step: done.append(step), **axes)
+    done: list[Progress] = []
+    found = GearPair(DESIGN).over(MODEL, grid=GRID, progress=done.append, **axes)
     assert found.shape == (2, 2, 2, 2)
     assert made[0] == 0.0
     assert loads == [100.0, 200.0]
-    assert done[-1] == (16, 16)
+    assert done[-1] == Progress("points", 16, 16)
     values = found.values()
     loaded = PAIR.mesh("drive", *GRID).load(200.0).grids
     speed = DESIGN.operation.speed

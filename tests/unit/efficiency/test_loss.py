@@ -31,6 +31,7 @@ from efficiency.output.plots_load import (
 from efficiency.pair import GearPair
 from ehl.common.data import data_path
 from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.progress import Progress
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from ehl.uncertainty.spread import UncertaintyInput
@@ -309,10 +310,10 @@ def test_run_functions_agree_and_figures_show_the_result(mesh: MeshGrids) -> Non
 
 
 def test_map_refuses_an_empty_list_and_reports_progress() -> None:
-    seen: list[tuple[int, int]] = []
+    seen: list[Progress] = []
     mesh = PAIR.mesh("drive", *COARSE)
-    mesh.map("constant:0.05", [100.0, 200.0], report=lambda done, total: seen.append((done, total)))
-    assert seen == [(1, 2), (2, 2)]
+    mesh.map("constant:0.05", [100.0, 200.0], progress=seen.append)
+    assert seen == [Progress("points", 1, 2), Progress("points", 2, 2)]
     with pytest.raises(InputError, match="speed"):
         mesh.map("constant:0.05", 100.0, [])
 

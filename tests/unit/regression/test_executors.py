@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import threading
 import time
 from collections.abc import Iterator
@@ -15,19 +14,16 @@ import numpy as np
 import pytest
 from small_plans import sweep_plan
 
-from ehl.common.duration import duration
 from ehl.common.errors import ConvergenceError
+from ehl.common.progress import Progress
 from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.inputs import ModelInput
 from regression.data.dataset import load_dataset, run_status
 from regression.plan.cost import checked_jobs, contact_seconds
 from regression.plan.plan import Plan
-from regression.sweeping import progress as progress_module
 from regression.sweeping.evaluators import Outputs, fallback_settings, published_outputs
 from regression.sweeping.executors import MAX_CRASHES, AllWorkersCrashed, Row, WorkersCrashed
-from regression.sweeping.progress import show_progress
-from regression.sweeping.recorder import Progress
 from regression.sweeping.sweep import sweep_shard
 from regression.sweeping.workers import CaseRunner, Task
 
@@ -258,30 +254,6 @@ def test_the_estimate_is_that_of_this_engine(name: str) -> None:
     assert np.median(longest) < 0.1 * len(frame)
 
 
-def test_plain_lines_where_there_is_no_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(progress_module, "LINE_EVERY", 0.0)
-    stream = io.StringIO()
-    with show_progress("name", stream) as show:
-        show(Progress(0, 8, 0))
-        show(Progress(3, 8, 1, 4000.0, 90.0))
-        show(Progress(8, 8, 1, 0.0, 4090.0))
-    assert stream.getvalue().splitlines() == [
-        "name: 0 of 8 cases",
-        "name: 3 of 8 cases, 1 min 30 s elapsed, about 1 h 6 min left, 1 failed",
-        "name: 8 of 8 cases, 1 h 8 min elapsed, 1 failed",
-    ]
-    assert [duration(s) for s in (0.4, 59.0, 61.0, 7325.0)] == ["0 s", "59 s", "1 min 1 s", "2 h 2 min"]
-
-
-def test_the_first_line_comes_at_once_and_the_next_after_half_a_minute() -> None:
-    stream, now = io.StringIO(), [0.0]
-    lines = progress_module._Lines("name", stream, lambda: now[0])
-    for second in range(61):
-        now[0] = float(second)
-        lines.show(Progress(second, 100, 0))
-    assert [line.split()[1] for line in stream.getvalue().splitlines()] == ["0", "30", "60"]
-
-
 def test_no_more_workers_than_cases_or_processors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SLURM_CPUS_PER_TASK", "3")
     assert [checked_jobs(jobs) for jobs in (None, 1, 3, 8)] == [3, 1, 3, 3]
@@ -290,13 +262,3 @@ def test_no_more_workers_than_cases_or_processors(tmp_path: Path, monkeypatch: p
     # one case is left of this shard: no process is started for it
     report = sweep_shard(plan, tmp_path, evaluate=XU, shard=(2, 16), jobs=8)
     assert (report.converged, report.workers) == (1, 1)
-
-
-def test_a_bar_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("FORCE_COLOR", "1")
-    stream = io.StringIO()
-    with show_progress("name", stream) as show:
-        show(Progress(3, 8, 1, 90.0))
-        time.sleep(0.15)
-    assert "3/8" in stream.getvalue()
-    assert "about 1 min 30 s left" in stream.getvalue()
