@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 import re
+import unicodedata
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -16,18 +18,24 @@ from ehl.common.errors import InputError
 
 @cache
 def _registry() -> Any:
-    # importing pint takes longer than everything else in `mixed-ehl --help`
+    # pint is imported late: it takes longer to load than everything else in `mixed-ehl --help`
     import pint
 
     registry: Any = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
-    registry.define("cSt = 1e-6 m ** 2 / s")
-    registry.define("rpm = revolution / minute")
     return registry
 
 
 # a unit follows after a space, or at once if it cannot be read as part of the number
 _NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?:\s+|(?=[^\d\s.+-]))(\S.*)")
-# the pattern above takes a time that grows with the square of a text's length, and pint computes any power it finds
+_DEGREES = re.compile(
+    r"([+-]?)(\d+) ?(?:°|deg) ?(\d+(?:\.\d+)?) ?(?:'|min|arcmin)(?: ?(\d+(?:\.\d+)?) ?(?:\"|s|sec|arcsec))?"
+)
+_COMMA = re.compile(r"\d,\d")
+_COMMA_HINT = (
+    "A comma inside of a number is ambiguous. Write a decimal point, no separator of thousands, "
+    "and separate the values of a list by a comma and a space, or by a semicolon."
+)
+# the pattern of numbers takes a time that grows with the square of a text's length, and pint computes any power
 _LONGEST = 200
 _RANGE = re.compile(r"\s*([^:]{1,40}):([^:]{1,40}):\s*(\d{1,9})\s*([^\d.:][^:]{0,40})")
 _MAX_VALUES = 10_000  # of a range
@@ -36,8 +44,7 @@ _POWER, _SMALL_POWER = re.compile(r"\*\*|\^"), re.compile(r"(\*\*|\^)\s*[+-]?\d(
 KELVIN = 273.15  # zero of the Celsius scale [K]
 ARCSEC = math.pi / (180.0 * 3600.0)  # an arc second [rad]
 
-# units of input and output: the SI unit they belong to, factor, and zero in it. Input in any other, and what is wrong
-# with it, is left to pint, which takes longer to load than a design to be read
+# units of output: the SI unit they belong to, factor, and zero in it
 UNITS = {
     "m": ("m", 1.0, 0.0),
     "mm": ("m", 1e-3, 0.0),
@@ -67,6 +74,120 @@ UNITS = {
     "degC": ("K", 1.0, KELVIN),
     "%": ("", 1e-2, 0.0),
 }
+
+# further spellings that are read, by SI unit: the factor of each group, in the form of `_canonical` ("_" is a space).
+# A spelling has one meaning for a given field: "C" is a Celsius degree where a temperature is expected
+_TURN = 2.0 * math.pi
+_INCH, _FOOT, _POUND = 0.0254, 0.3048, 4.4482216152605  # [m], [m], [N]
+_READ: dict[str, tuple[tuple[float, str], ...]] = {
+    "m": (
+        (1.0, "meter metre"),
+        (1e-2, "cm"),
+        (1e-3, "millimeter millimetre"),
+        (1e-6, "micron microns micrometer micrometre"),
+        (_INCH, "in inch inches"),
+        (_FOOT, "ft feet foot"),
+        (1e-3 * _INCH, "mil mils thou"),
+        (1e-6 * _INCH, "uin microinch"),
+    ),
+    "m^2": ((1.0, "m2"), (1e-4, "cm2"), (1e-6, "mm2")),
+    "1/m": ((1.0, "1/m m-1"), (1e3, "mm-1")),
+    "m/s": (
+        (1.0, "m_s-1 mps"),
+        (1e-3, "mm/s"),
+        (1e-2, "cm/s"),
+        (1.0 / 3.6, "km/h kmh kph"),
+        (1.0 / 60.0, "m/min"),
+        (_INCH, "in/s"),
+        (_FOOT, "ft/s fps"),
+        (_FOOT / 60.0, "ft/min fpm"),
+        (0.44704, "mph"),
+    ),
+    "m^2/s": ((1.0, "m2/s"), (1e-6, "mm2/s cst CST mm2_s-1"), (1e-4, "St cm2/s")),
+    "rad": (
+        (math.pi / 180.0, "° degree degrees"),
+        (1e-3, "mrad"),
+        (math.pi / 200.0, "gon"),
+        (60.0 * ARCSEC, "'"),
+        (ARCSEC, '"'),
+    ),
+    # of a shaft: a rotation or turn a time, or the angular speed; nothing else
+    "rad/s": (
+        (1.0, "rad/s rad_s-1"),
+        (_TURN / 60.0, "RPM Rpm 1/min /min min-1 U/min u/min r/min rev/min revs/min rot/min"),
+        (_TURN, "1/s /s s-1 Hz U/s rev/s rps"),
+        (_TURN * 1e3 / 60.0, "krpm"),
+    ),
+    "N": ((1.0, "N"), (_POUND, "lbf"), (9.80665, "kgf kp")),
+    "N*m": (
+        (1.0, "Nm N_m"),
+        (1e3, "kNm kN_m"),
+        (1e-3, "mNm mN_m Nmm N_mm"),
+        (_POUND * _FOOT, "lbf_ft ft_lbf lb_ft ft_lb lbft ftlb lbfft ftlbf"),
+        (_POUND * _INCH, "lbf_in in_lbf lb_in in_lb lbin inlb lbfin inlbf"),
+        (9.80665, "kgf_m kgfm kp_m kpm"),
+    ),
+    "N/m": ((1.0, "N/m"), (1e3, "kN/m"), (_POUND / _INCH, "lbf/in lb/in"), (_POUND / _FOOT, "lbf/ft lb/ft")),
+    "Pa": (
+        (1.0, "Pa N/m2"),
+        (1e2, "hPa mbar"),
+        (1e3, "kPa"),
+        (1e6, "N/mm2 MN/m2"),
+        (1e9, "kN/mm2"),
+        (_POUND / _INCH**2, "psi lbf/in2"),
+        (1e3 * _POUND / _INCH**2, "ksi kpsi"),
+        (9.80665e6, "kgf/mm2"),
+    ),
+    "1/Pa": ((1.0, "Pa-1 m2/N"), (1e-6, "1/MPa MPa-1 mm2/N"), (1e-9, "GPa-1 /GPa"), (1e-5, "1/bar bar-1")),
+    "Pa/K": ((1.0, "Pa/K"), (1e6, "MPa/K"), (1e3, "kPa/K")),
+    "Pa*s": ((1.0, "Pa_s Pas N_s/m2"), (1e-3, "mPas mPa_s cP cp"), (0.1, "P")),
+    "K": ((1.0, "kelvin Kelvin"),),
+    "1/K": ((1.0, "1/K K-1 1/degC 1/°C 1/C"),),
+    "kg/m^3": ((1.0, "kg/m3 g/l g/L"), (1e3, "g/cm3 g/ml g/mL g/cc kg/l kg/L kg/dm3 t/m3")),
+    "W/(m*K)": ((1.0, "W/m_K W/mK W/m/K W_m-1_K-1"), (1e-3, "mW/m_K mW/mK")),
+    "J/(kg*K)": ((1.0, "J/kg_K J/kgK J/kg/K J_kg-1_K-1"), (1e3, "kJ/kg_K kJ/kgK kJ/kg/K J/g_K J/gK")),
+    "W/(m^2*K)": ((1.0, "W/m2_K W/m2K W/m2/K"),),
+    "W/m^2": ((1.0, "W/m2"), (1e3, "kW/m2"), (1e6, "MW/m2 W/mm2"), (1e9, "GW/m2")),
+    "K/W": ((1.0, "K/W degC/W °C/W C/W"),),
+    "s": ((1.0, "s sec second seconds"), (1e-3, "ms"), (60.0, "min minute minutes"), (3600.0, "hr hour hours")),
+    "h": ((1.0, "h hr hour hours"), (1.0 / 60.0, "min minute minutes"), (1.0 / 3600.0, "s sec second seconds")),
+    "": ((1e-2, "percent"),),
+}
+# kelvins of a temperature scale: factor and zero
+_TEMPERATURES = {
+    **dict.fromkeys(("C", "°C", "deg_C", "Celsius", "celsius"), (1.0, KELVIN)),
+    **dict.fromkeys(("F", "°F", "degF", "deg_F", "Fahrenheit"), (5.0 / 9.0, KELVIN - 160.0 / 9.0)),
+}
+# fields whose unit is never left to pint: another spelling there may mean something else
+_CLOSED = ("", "rad/s", "N*m", "rad")
+
+
+@cache
+def spellings(unit: str) -> dict[str, tuple[float, float]]:
+    """Spellings that are read for an SI unit, in canonical form: factor and zero of each.
+
+    Parameters
+    ----------
+    unit : str
+        SI unit of a field; ``""`` for a ratio.
+    """
+    found = {_canonical(name): (factor, zero) for name, (common, factor, zero) in UNITS.items() if common == unit}
+    for factor, names in _READ.get(unit, ()):
+        found |= dict.fromkeys((name.replace("_", " ") for name in names.split()), (factor, 0.0))
+    if unit == "K":
+        found |= {name.replace("_", " "): value for name, value in _TEMPERATURES.items()}
+    return found
+
+
+def _canonical(text: str) -> str:
+    """One form for the ways to write a unit: ``mm²/s``, ``mm^2/s`` and ``mm**2/s`` are ``mm2/s``."""
+    text = unicodedata.normalize("NFKC", text).replace("\u03bc", "u").replace("\u2212", "-")
+    text = text.replace("\u2032", "'").replace("\u2019", "'").replace("''", '"').replace("\u201d", '"')
+    text = re.sub(r"(\*\*|\^)\s*(?=[+-]?\d)", "", text)
+    text = re.sub(r"(?<=[A-Za-z])[.-](?=[A-Za-z])", " ", text)  # N.m, lb-ft
+    text = re.sub(r"[*\u00b7\u22c5\u00d7()]", " ", text)
+    return re.sub(r"\s*/\s*", "/", " ".join(text.split()))
+
 
 # what a user may type for each SI unit, shown in error messages
 _EXAMPLES = {
@@ -143,25 +264,53 @@ def _from_text(text: str, unit: str, field: str) -> tuple[float, bool]:
         return float(text), False
     except ValueError:
         pass
-    cleaned = text.strip().replace("°C", "degC").replace("µ", "u").replace("μ", "u")
+    if _COMMA.search(text):
+        raise InputError(field, text, _expectation(unit), _COMMA_HINT)
+    cleaned = unicodedata.normalize("NFKC", text).replace("\u2212", "-").strip()
+    if unit == "rad" and (match := _DEGREES.fullmatch(_canonical(cleaned))) is not None:
+        minutes, seconds = float(match[3]), float(match[4] or 0.0)
+        if minutes < 60.0 and seconds < 60.0:
+            angle = math.radians(float(match[2])) + (60.0 * minutes + seconds) * ARCSEC
+            return -angle if match[1] == "-" else angle, True
     match = _NUMBER_AND_UNIT.fullmatch(cleaned)
-    if match is not None and match[2] in UNITS:
-        common, factor, zero = UNITS[match[2]]
-        if common == unit:
-            return float(match[1]) * factor + zero, True
+    if match is not None:
+        known = spellings(unit).get(_canonical(match[2]))
+        if known is not None:
+            return float(match[1]) * known[0] + known[1], True
+    if match is None or unit in _CLOSED:
+        raise InputError(field, text, _expectation(unit), _refusal(match[2] if match else "", unit))
+    return _by_pint(float(match[1]), match[2], text, unit, field), True
+
+
+def _by_pint(number: float, typed: str, text: str, unit: str, field: str) -> float:
+    """A number in a unit that no table of this module has."""
     import pint
 
     registry = _registry()
     try:
-        if match is None:
-            raise ValueError(text)
-        # ValueRange(value, unit) and not a product: offset units (degC) are not multiplicative
-        quantity = registry.Quantity(float(match[1]), registry.Unit(match[2]))
-        return float(quantity.to(registry.Unit(unit) if unit else registry.dimensionless).magnitude), True
+        # Quantity(value, unit) and not a product: offset units (degC) are not multiplicative
+        quantity = registry.Quantity(number, registry.Unit(typed.replace("\u03bc", "u")))
+        return float(quantity.to(registry.Unit(unit)).magnitude)
     except pint.DimensionalityError:
-        raise InputError(field, text, _expectation(unit), "The unit is of another dimension.") from None
+        hint = _near_unit(typed, unit, "The unit is of another dimension.")
     except Exception:  # pint raises its own, tokenizer and attribute errors for unreadable text
-        raise InputError(field, text, _expectation(unit), "It could not be read.") from None
+        hint = _near_unit(typed, unit)
+    raise InputError(field, text, _expectation(unit), hint)
+
+
+def _refusal(typed: str, unit: str) -> str:
+    """Why a unit is refused that no table of the field has."""
+    others = {common for common, _, _ in UNITS.values()} | _READ.keys()
+    if any(_canonical(typed) in spellings(other) for other in others):
+        return _near_unit(typed, unit, "The unit is of another dimension.")
+    return _near_unit(typed, unit)
+
+
+def _near_unit(typed: str, unit: str, hint: str = "The unit could not be read.") -> str:
+    """A hint that names the spelling that was most likely meant."""
+    names = {name.casefold().replace(" ", ""): name for name in spellings(unit)}
+    close = difflib.get_close_matches(_canonical(typed).casefold().replace(" ", ""), names, 1, 0.75)
+    return f"{hint} Did you mean {names[close[0]]!r}?" if close else hint if typed else "It could not be read."
 
 
 def _format(number: float, unit: str) -> str:
@@ -216,14 +365,22 @@ class ValueRange:
         """Parse and check one value outside a pydantic model (the command line)."""
         number = parse_quantity(value, self.unit, field=field, bare=bare)
         if not self._inside(number):
-            raise InputError(field, value, self.expected, self.hint)
+            raise InputError(field, value, self.expected, self._remedy(value))
         return number
+
+    def _remedy(self, value: object) -> str:
+        """The hint, and for a bare number the unit in which it would be inside of the range."""
+        if isinstance(value, int | float) and self.unit:
+            for name, (unit, factor, zero) in UNITS.items():
+                if unit == self.unit and name != unit and self._inside(float(value) * factor + zero):
+                    return f"A bare number is in {self.unit}. Did you mean '{value:g} {name}'? {self.hint}".strip()
+        return self.hint
 
     def check_list(self, text: str, field: str) -> list[float]:
         """Values of a list ``"a, b, c unit"`` or a range ``"from:to:number unit"``.
 
-        In a list the last unit holds for entries without one. A range has `number` equally
-        spaced values, both ends among them: ``"50:200:4 N m"`` is 50, 100, 150, 200 N m.
+        Entries are separated by a comma and a space, or by a semicolon; the last unit holds for entries without one.
+        A range has `number` equally spaced values, both ends among them: ``"50:200:4 N m"`` is 50, 100, 150, 200 N m.
 
         Raises
         ------
@@ -231,6 +388,8 @@ class ValueRange:
             Neither of them, or a value out of range.
         """
         if ":" not in text:
+            if _COMMA.search(text):
+                raise InputError(field, text, _expectation(self.unit), _COMMA_HINT)
             return [self.check(entry, field, bare=False) for entry in _entries(text)]
         match = _RANGE.fullmatch(text)
         count = int(match[3]) if match else 0
@@ -266,7 +425,7 @@ class ValueRange:
             raise PydanticCustomError(
                 "quantity_range",
                 "allowed: {allowed}. {hint}",
-                {"allowed": self.expected, "hint": self.hint},
+                {"allowed": self.expected, "hint": self._remedy(value)},
             )
         return number
 
@@ -276,7 +435,36 @@ class ValueRange:
 
 def _entries(text: str) -> list[str]:
     """Entries of a list such as ``"100, 200, 300 N m"``, each with its unit."""
-    entries = [entry.strip() for entry in text.split(",")]
+    entries = [entry.strip() for entry in re.split("[,;]", text)]
     last = _NUMBER_AND_UNIT.fullmatch(entries[-1])
     default = f" {last[2]}" if last else ""
     return [entry if _NUMBER_AND_UNIT.fullmatch(entry) else entry + default for entry in entries]
+
+
+def spellings_page() -> str:
+    """The page docs/units.md: every unit that is read, by the SI unit of the field."""
+    rows = [
+        "# Units",
+        "",
+        "Made by `python -m ehl.common.units > docs/units.md`; do not edit it. A value is a number and its unit, such",
+        "as `1.2 GPa` or `350Nm`; a bare number in a file or in Python is in SI units. `mm²`, `mm^2` and `mm2` are the",
+        "same, as are `N m`, `N*m` and `N·m`. A comma inside of a number is refused: values of a list are separated by",
+        "a comma and a space, or by a semicolon.",
+        "",
+        "| SI unit of the field | units that are read |",
+        "|---|---|",
+    ]
+    for unit in sorted({*_READ, *(common for common, _, _ in UNITS.values())}):
+        rows.append(f"| {unit or 'ratio'} | " + " ".join(f"`{name}`" for name in spellings(unit)) + " |")
+    rows += [
+        "",
+        "Speeds of shafts, torques, angles and ratios are read in these units alone. A rate such as `1500 1/min` is",
+        "a number of rotations, an energy is no torque, an angle is no ratio. Other fields are read in any unit of",
+        "their dimension that [pint](https://pint.readthedocs.io) has. Angles may have minutes and seconds:",
+        "`35° 12' 30\"`.",
+    ]
+    return "\n".join(rows)
+
+
+if __name__ == "__main__":
+    print(spellings_page())

@@ -185,7 +185,7 @@ SHEET: list[Change] = [
     ("face width, 25.4", "facewidth, 25.4", "face_width", "above 0"),
     ("pitch angle, 19.7468", "pitch angle, 197.468", "pitch_angle", "below"),
     ("mean addendum, 4.836", "mean addendum, nan", "mean addendum", "finite"),
-    ("mean addendum, 4.836", "mean addendum, 4,836 x", "mean addendum", "could not be read"),
+    ("mean addendum, 4.836", "mean addendum, 4,836 x", "mean addendum", "comma"),
     ("flank, concave", "flank, concav", "line 15", "concave, convex"),
     ("cutter type, face milling", "cutter type, facemilling", "cutter type", "face milling, face hobbing"),
     ("process, generated", "process, generating", "process", "generated, formate"),
