@@ -190,7 +190,7 @@ def run_cutter(seed: int, index: int) -> tuple[str, str]:
         both = isinstance(plain, ConvergenceError) and isinstance(deep, ConvergenceError)
         return ("refused" if both else "wrong"), f"{plain if not both else ''} {deep}"
     (points, exists), (others, also) = plain, deep
-    flank_part = exists & (flank.regression(points.parameters) > 0.0) if flank.machine.generated else exists
+    flank_part = exists & (flank.regression(points.parameters) > 0.0) if flank.machine.generation.rolls else exists
     lost = int((flank_part & ~also).sum())
     off = np.linalg.norm(points.position - others.position, axis=0)[flank_part & also].max(initial=0.0)
     right = flank_part.any() and not lost and off < 1e-9

@@ -144,7 +144,8 @@ def random_cut(seed: int, index: int) -> tuple[CutFlank, float]:
     if index % 2:
         content = blank_content(seed, index)
         pair = pair_blank(PairBlankInput.model_validate(content))
-        flank = cut_gear(pair_dimensions(pair, not formate(content, int(rng.integers(0, 2))))).flank(side)
+        way = "formate" if formate(content, int(rng.integers(0, 2))) else "generated"
+        flank = cut_gear(pair_dimensions(replace(pair, gear_cutting=way))).flank(side)
     else:
         design = load_design(str(rng.choice(data_names("designs"))))
         shipped = design.flank("pinion" if rng.uniform() < 0.7 else "gear", side)

@@ -1,4 +1,4 @@
 """Blanks of a pair (ISO 23509): pitch cones, tooth proportions, face width, undercut check, virtual gears.
 
-Imports no other folder of the package.
+Imports `cutting`.
 """

@@ -6,10 +6,11 @@ Limits marked M are recommendations of ISO 23509 or AGMA 2005 from memory, D fol
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import degrees, gcd, sin
+from math import degrees, sin
 
 from efficiency.blanks.inputs import PairBlankInput
 from efficiency.blanks.pair_blank import BlankWarning, PairBlank
+from efficiency.cutting.process import PROCESSES
 from ehl.common.errors import InputError
 
 KINDS = (
@@ -32,8 +33,6 @@ TOP_LAND = 0.25  # of m_mn, M
 SLOT_WIDTH = 0.2  # of m_mn, O: room for a blade with an edge radius
 FACE_WIDTH_CONE = 0.30  # of R_e2, M
 FACE_WIDTH_MODULE = 10.0  # of m_et2, M
-CUTTER_TAPERED = 1.1  # smallest r_c0/(R_m2 sin beta_m2) of tapered teeth, M
-CUTTER_UNIFORM = 1.5  # largest for face-milled uniform depth, M
 SPIRAL_PINION = 52.0  # deg, M: about 50 in practice
 OFFSET = 0.25  # of d_e2, M
 CLEARANCE = 0.2  # of m_mn, M: 0.25 is usual
@@ -111,7 +110,7 @@ def _at_most(kind: str, what: str, value: float, limit: float, unit: str, remedy
 
 
 def _teeth(pair: PairBlank) -> Iterator[BlankWarning]:
-    module = pair.module_normal * 1e3
+    module, process = pair.module_normal * 1e3, PROCESSES[pair.process]
     for point in pair.undercut:
         check = _at_least if point.member == "pinion" else _at_most
         remedy = "Change the addendum factor, raise the pressure angle or lower the depth factor."
@@ -127,10 +126,9 @@ def _teeth(pair: PairBlank) -> Iterator[BlankWarning]:
         slot, place = min(zip(member.slot_width, places, strict=True))
         remedy = "Change the thickness factor, or lower depth or pressure angle."
         yield from _at_least("slot_width", f"{name} at the {place}", slot * 1e3, SLOT_WIDTH * module, "mm", remedy)
-        if pair.process == "face_milling":
-            what, ratio = f"{name}, widest over narrowest slot", max(member.slot_width) / slot
-            remedy = "The blade for the wide end cuts the other flank at the narrow one: take another depth taper."
-            yield from _at_most("slot_taper", what, ratio, 2.0, "", remedy)
+        what, ratio = f"{name}, widest over narrowest slot", max(member.slot_width) / slot
+        remedy = "The blade for the wide end cuts the other flank at the narrow one: take another depth taper."
+        yield from _at_most("slot_taper", what, ratio, process.widest_slot, "", remedy)
         theta = degrees(min(member.addendum_angle, member.dedendum_angle))
         remedy = "The tooth grows towards the toe."
         yield from _at_least("depth_taper", f"{name}, theta", theta, 0.0, "deg", remedy, slack=0.05)
@@ -143,13 +141,10 @@ def _cutter_and_face(pair: PairBlank) -> Iterator[BlankWarning]:
     limit, remedy = FACE_WIDTH_MODULE * pair.module_outer * 1e3, "Ten outer modules are usual: narrow the face."
     yield from _at_most("face_width", "b_2", gear.face_width * 1e3, limit, "mm", remedy)
     natural = gear.mean_cone_distance * sin(gear.mean_spiral_angle) * 1e3
-    cutter = "cutter_radius", "r_c0", pair.cutter_radius * 1e3
-    if pair.process == "face_milling" and natural > 0.0:
-        if pair.taper != "uniform":
-            remedy = "Smaller cutters ask for uniform depth."
-            yield from _at_least(*cutter, CUTTER_TAPERED * natural, "mm", remedy)
-        else:
-            yield from _at_most(*cutter, CUTTER_UNIFORM * natural, "mm", "Larger cutters ask for tapered depth.")
+    cutter = PROCESSES[pair.process].radius_limit(pair.taper, natural)
+    if cutter is not None:
+        check = _at_least if cutter.side == "at least" else _at_most
+        yield from check("cutter_radius", "r_c0", pair.cutter_radius * 1e3, cutter.limit, "mm", cutter.remedy)
     for name, member in (("pinion", pair.pinion), ("gear", gear)):
         mean, inner = degrees(member.mean_spiral_angle), degrees(member.inner_spiral_angle)
         remedy = "Axial forces and sliding grow: lower the spiral angle or the offset."
@@ -168,12 +163,10 @@ def _mesh(pair: PairBlank) -> Iterator[BlankWarning]:
     for side, virtual in (("drive", pair.virtual_drive), ("coast", pair.virtual_coast)):
         total = virtual.contact_ratio_total
         yield from _at_least("contact_ratio", f"total, {side} side", total, CONTACT_RATIO, "", remedy)
-    if pair.blade_groups is not None and pair.process == "face_hobbing":
-        numbers = {"z_0": pair.blade_groups, "z_1": pair.pinion.teeth, "z_2": pair.gear.teeth}
-        remedy = "Errors of one blade group or tooth always meet the same teeth; take numbers without common factor."
-        for one, other in (("z_1", "z_2"), ("z_0", "z_1"), ("z_0", "z_2")):
-            factor = gcd(numbers[one], numbers[other])
-            yield from _at_most("common_factor", f"{one} and {other}", factor, 1, "", remedy)
+    remedy = "Errors of one blade group or tooth always meet the same teeth; take numbers without common factor."
+    teeth = pair.pinion.teeth, pair.gear.teeth
+    for what, factor in PROCESSES[pair.process].common_factors(pair.blade_groups or 0, teeth):
+        yield from _at_most("common_factor", what, factor, 1, "", remedy)
     what, error = "spiral angle of the pinion against touching cones", abs(degrees(pair.tangency_error))
     remedy = "The method as printed stops early: take pitch_cones = 'tangent' or 'converged' for flanks."
     yield from _at_most("tangency", what, error, TANGENCY, "deg", remedy)

@@ -8,19 +8,24 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import degrees, pi, radians
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from efficiency.cutting.blank import Hand, Length
+from efficiency.cutting.machine import GENERATIONS, Generation
+from efficiency.cutting.process import PROCESSES
 from ehl.common.data import named_file
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, Name, read_toml, validate
 
-Hand = Literal["left", "right"]
-Process = Literal["face_milling", "face_hobbing"]
-
-Length = Annotated[float, ValueRange("m", gt=0.0, le=3.0)]
+if TYPE_CHECKING:
+    ProcessName = str
+    GenerationName = str
+else:
+    ProcessName = Literal[tuple(PROCESSES)]
+    GenerationName = Literal[tuple(GENERATIONS)]
 Offset = Annotated[
     float,
     ValueRange(
@@ -113,7 +118,7 @@ class PairBlankInput(InputModel):
     name: Name
     source: str = ""
     method: Literal[0, 1, 2, 3]
-    process: Process
+    process: ProcessName
     pitch_cones: Literal["converged", "tangent", "standard"] = "converged"
     teeth_pinion: Teeth
     teeth_gear: Teeth
@@ -128,7 +133,7 @@ class PairBlankInput(InputModel):
     mean_spiral_angle_pinion: SpiralAngle | None = None
     cutter_radius: Length
     blade_groups: Annotated[int, Field(ge=1, le=50)] | None = None
-    gear_cutting: Literal["generated", "formate"] | None = None
+    gear_cutting: GenerationName | None = None
     inside_blade_angle_gear: PressureAngle | None = None
     pressure_angle: PressureAngles = PressureAngles()
     depth: Annotated[DepthTypeOne | DepthTypeTwo, Field(discriminator="data_type")] = DepthTypeTwo()
@@ -160,20 +165,22 @@ class PairBlankInput(InputModel):
 
     @model_validator(mode="after")
     def _process(self) -> Self:
-        if self.process == "face_hobbing" and self.blade_groups is None:
-            raise InputError("blade_groups", None, "the number of blade groups of the face-hobbing head")
-        if self.process == "face_milling" and self.blade_groups is not None:
-            raise InputError("blade_groups", self.blade_groups, "no value: a face mill has no blade groups")
+        PROCESSES[self.process].check_blade_groups(self.blade_groups)
         return self
 
     @property
-    def formate(self) -> bool:
-        """Whether the gear is not generated."""
-        return self.gear_cutting == "formate"
+    def gear_generation(self) -> Generation:
+        """How the profile of the gear comes about."""
+        return GENERATIONS[self.gear_cutting or "generated"]
+
+    @property
+    def indexing(self) -> float:
+        """Rotation of the gear about its axis per rotation of the cutter; 0 for a face mill."""
+        return (self.blade_groups or 0) / self.teeth_gear
 
     @model_validator(mode="after")
     def _blade_of_formate(self) -> Self:
-        if self.inside_blade_angle_gear is not None and not self.formate:
+        if self.inside_blade_angle_gear is not None and self.gear_generation.rolls:
             raise InputError(
                 "inside_blade_angle_gear",
                 f"{degrees(self.inside_blade_angle_gear):.6g} deg",

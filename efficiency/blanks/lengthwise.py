@@ -57,7 +57,7 @@ class Trace:
 def tooth_trace(inputs: PairBlankInput, cones: PitchCones) -> Trace:
     """Trace through the calculation point."""
     crown = crown_gear(inputs, cones.cone_distance_2, cones.pitch_angle_2, cones.spiral_2)
-    turns = 0.0 if inputs.blade_groups is None else inputs.blade_groups / inputs.teeth_gear * sin(cones.pitch_angle_2)
+    turns = inputs.indexing * sin(cones.pitch_angle_2)
     return Trace(crown.radius, crown.lead, crown.distance, crown.distance / (1.0 + turns))
 
 

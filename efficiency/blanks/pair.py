@@ -22,7 +22,7 @@ from efficiency.blanks.dimensions import (
     thickness,
     undercut_limits,
 )
-from efficiency.blanks.inputs import Hand, PairBlankInput, load_blank
+from efficiency.blanks.inputs import PairBlankInput, load_blank
 from efficiency.blanks.lengthwise import Trace, check_trace
 from efficiency.blanks.pair_blank import MemberBlank, PairBlank
 from efficiency.blanks.pitch_cones import pitch_cones
@@ -30,6 +30,8 @@ from efficiency.blanks.proportions import factors, taper_angles
 from efficiency.blanks.slots import SlotGeometry, SlotsAndLands, slots_and_lands
 from efficiency.blanks.tangency import PitchCones, limit_pressure_angle, tangent_cones
 from efficiency.blanks.virtual_gears import virtual_gears
+from efficiency.cutting.blank import Hand
+from efficiency.cutting.process import PROCESSES
 from ehl.common.errors import InputError
 
 
@@ -113,7 +115,7 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
         thickness_gear=thick.normal[1],
         backlash_in_plane=thick.backlash_normal / cos(alpha_n),
         pressure_angles=alphas,
-        pitch_share=0.0 if inputs.blade_groups is None else 1.0,
+        pitch_share=PROCESSES[inputs.process].pitch_share,
         cutter_tilt=_cutter_tilt(inputs, alphas[0]),
     )
     parts = _Parts(cones, place, addendums, dedendums, angles, faces, spirals, thick, slots_and_lands(slots), ends)
@@ -134,7 +136,7 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
         (theta_a, theta_f),
         alphas,
     )
-    if inputs.formate:
+    if not inputs.gear_generation.rolls:
         # a straight slot that is not generated has no undercut
         undercut = tuple(point for point in undercut if point.member == "pinion")
     touching = tangent_cones(inputs, cones.pitch_angle_2, cones.mean_diameter_2, cones.spiral_2)
@@ -142,7 +144,7 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
         name=inputs.name,
         method=inputs.method,
         process=inputs.process,
-        gear_cutting=inputs.gear_cutting or "generated",
+        gear_cutting=inputs.gear_generation.name,
         pinion=pinion,
         gear=gear,
         ratio=inputs.teeth_gear / inputs.teeth_pinion,
@@ -190,7 +192,7 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
 
 def _cutter_tilt(inputs: PairBlankInput, pressure_convex: float) -> float | None:
     """Normal tilt of the cutter of a Formate gear, Equation (48) of AGMA 929; None where the gear is generated."""
-    if not inputs.formate:
+    if inputs.gear_generation.rolls:
         return None
     blade = inputs.inside_blade_angle_gear
     return 0.0 if blade is None else blade - pressure_convex

@@ -6,11 +6,10 @@ from dataclasses import asdict, dataclass
 from math import tan
 from typing import TYPE_CHECKING, Any
 
-from efficiency.blanks.cones import Blank
 from efficiency.blanks.dimensions import UndercutLimit
-from efficiency.blanks.inputs import Hand, Process
 from efficiency.blanks.slots import Three
 from efficiency.blanks.virtual_gears import VirtualGears
+from efficiency.cutting.blank import Blank, Hand
 
 if TYPE_CHECKING:
     from ehl.common.table import Table
@@ -243,7 +242,7 @@ class PairBlank:
 
     name: str
     method: int
-    process: Process
+    process: str
     gear_cutting: str
     pinion: MemberBlank
     gear: MemberBlank

@@ -10,6 +10,7 @@ from math import atan, cos, degrees, pi, sin, sqrt, tan
 
 from efficiency.blanks.inputs import DepthTypeOne, PairBlankInput
 from efficiency.blanks.tangency import PitchCones
+from efficiency.cutting.process import PROCESSES
 from ehl.common.errors import InputError
 
 # Annex C, from memory of it and of AGMA 2005; teeth of the pinion: factor. 12 (hypoid: 11) and more: 2
@@ -116,8 +117,7 @@ def taper_angles(
     cone, spiral = cones.cone_distance_2, cones.spiral_2
     uniform_radius = cone * sin(spiral)
     if taper is None:
-        tapered = inputs.process == "face_milling" and inputs.cutter_radius > uniform_radius
-        kind = "tilted_root" if tapered else "uniform"
+        kind = PROCESSES[inputs.process].taper(inputs.cutter_radius, uniform_radius)
     else:
         kind = taper.type
     if kind == "given":

@@ -292,16 +292,15 @@ def crown_gear(inputs: PairBlankInput, cone_2: float, delta_2: float, spiral_2: 
 
     sin nu = z_0 m_mn/(2 r_c0), Formulae (35), (98), (176); rho_P0^2 = R_m2^2 + r_c0^2 - 2 R_m2 r_c0 sin(beta_m2 - nu).
     """
-    rc, lead = inputs.cutter_radius, 0.0
-    if inputs.blade_groups is not None:
-        module = 2.0 * cone_2 * sin(delta_2) * cos(spiral_2) / inputs.teeth_gear
-        least = 0.5 * inputs.blade_groups * module
-        if least >= rc:
-            raise InputError(
-                "cutter_radius",
-                f"{rc * 1e3:.6g} mm",
-                f"above {least * 1e3:.4g} mm with {inputs.blade_groups} blade groups",
-                "Take a larger head or fewer blade groups.",
-            )
-        lead = asin(least / rc)
+    rc, groups = inputs.cutter_radius, inputs.blade_groups or 0
+    module = 2.0 * cone_2 * sin(delta_2) * cos(spiral_2) / inputs.teeth_gear
+    least = 0.5 * groups * module
+    if least >= rc:
+        raise InputError(
+            "cutter_radius",
+            f"{rc * 1e3:.6g} mm",
+            f"above {least * 1e3:.4g} mm with {groups} blade groups",
+            "Take a larger head or fewer blade groups.",
+        )
+    lead = asin(least / rc)
     return CrownGear(lead, rc, cone_2 - rc * sin(spiral_2 - lead), rc * cos(spiral_2 - lead))

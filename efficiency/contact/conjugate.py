@@ -20,12 +20,12 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.chebyshev import Patch
 from efficiency.contact.ease_off import conjugate_points, relative_regularity
 from efficiency.contact.flank_grid import UNDERCUT
 from efficiency.contact.mesh_surface import NORMAL, POSITION
+from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank, FlankPoints
 from efficiency.cutting.newton import Array

@@ -17,8 +17,8 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.blanks.cones import Blank
 from efficiency.contact.mesh_surface import PINION, MeshSurface
+from efficiency.cutting.blank import Blank
 from efficiency.cutting.newton import Array
 
 FloatArray = NDArray[np.float64]

@@ -9,10 +9,10 @@ from typing import Literal
 
 import numpy as np
 
-from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.ease_off import conjugate_points, pinion_phase
 from efficiency.contact.relief import PairRelief
+from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank
 from ehl.common.errors import ConvergenceError

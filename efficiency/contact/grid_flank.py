@@ -21,8 +21,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from efficiency.blanks.cones import Blank
 from efficiency.contact.chebyshev import Patch
+from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank
 from efficiency.cutting.newton import Array

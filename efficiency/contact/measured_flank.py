@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.blanks.cones import Blank
 from efficiency.contact.chebyshev import Patch
 from efficiency.contact.conjugate import regular_points
 from efficiency.contact.grid_flank import Hand, PointGrid, SmoothFlank, normal_sense, placed_points
 from efficiency.contact.measured_deviation import SmoothField, smooth_field
+from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank, FlankPoints
 from ehl.common.errors import ConvergenceError, InputError

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from efficiency.blanks.cones import Blank
+    from efficiency.cutting.blank import Blank
 
 FloatArray = NDArray[np.float64]
 ReliefForm = Literal["linear", "parabolic", "circular"]

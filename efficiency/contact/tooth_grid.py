@@ -18,7 +18,7 @@ from efficiency.cutting.limits import flank_limits
 from ehl.common.errors import ConvergenceError, InputError
 
 if TYPE_CHECKING:
-    from efficiency.blanks.cones import Blank
+    from efficiency.cutting.blank import Blank
     from efficiency.cutting.cutter import FlankSide
     from efficiency.cutting.flank import Flank, FlankPoints
 

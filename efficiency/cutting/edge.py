@@ -8,19 +8,24 @@ arithmetic is holomorphic in s and in the numbers of the edge.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from math import acos
+from typing import Annotated, Any, Self
 
 import numpy as np
+from pydantic import model_validator
 
+from efficiency.cutting.blank import Length
 from efficiency.cutting.newton import Array
+from ehl.common.errors import InputError
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel
 
 # numbers of an edge may carry a complex step
 Scalar = Any
 
 
-@dataclass(frozen=True)
-class Relief:
-    """Part of an edge that leaves the profile on an arc and cuts more than the profile would.
+class Relief(InputModel):
+    """Toprem or flankrem: part of an edge that leaves the profile on an arc and cuts more than the profile would.
 
     Attributes
     ----------
@@ -32,13 +37,12 @@ class Relief:
         Angle by which the arc turns the edge, straight on from there [rad]; None: the arc goes on to the end.
     """
 
-    height: float
-    radius: float
-    angle: float | None = None
+    height: Length
+    radius: Length
+    angle: Annotated[float, ValueRange("rad", gt=0.0, le=0.5)] | None = None
 
 
-@dataclass(frozen=True)
-class Protuberance:
+class Protuberance(InputModel):
     """Thickening of the blade below a height: two arcs, then an edge parallel to the profile.
 
     Attributes
@@ -51,9 +55,23 @@ class Protuberance:
         Radius of both arcs [m], at least half the amount.
     """
 
-    height: float
-    amount: float
-    radius: float
+    height: Length
+    amount: Annotated[float, ValueRange("m", gt=0.0, le=2e-3)]
+    radius: Length
+
+    @model_validator(mode="after")
+    def _arcs_reach(self) -> Self:
+        if self.amount >= 2.0 * self.radius:
+            raise InputError("amount", f"{self.amount * 1e3:.6g} mm", "below twice the radius of its arcs")
+        # both arcs lie between the start and the tip plane
+        run = 2.0 * self.radius * acos(1.0 - 0.5 * self.amount / self.radius)
+        if run >= self.height:
+            raise InputError(
+                "radius",
+                f"{self.radius * 1e3:.6g} mm",
+                f"so small that both arcs ({run * 1e3:.3g} mm) fit below the height of {self.height * 1e3:.3g} mm",
+            )
+        return self
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.blanks.cones import Blank
 from efficiency.cutting import newton
+from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import Blade, FlankSide
 from efficiency.cutting.machine import MachineSettings
 from efficiency.cutting.newton import Array
@@ -248,7 +248,7 @@ class CutFlank(Flank):
             # the indexing work turns away under the blade
             cutting = pose.direct(spin(in_cutter)) + self.index_ratio * pose.about_work(point + pose.shift[0])
             normal = -self.blade.sign * unit(cross(np.asarray(pose.direct(turn(along, th))), cutting))
-        condition = dot(normal, pose.rolling(point)) if self.machine.generated else phi + 0.0 * s
+        condition = dot(normal, pose.rolling(point)) if self.machine.generation.rolls else phi + 0.0 * s
         indexed = self._indexed(th)
         return pose.to_work(point, indexed), pose.to_work_direction(normal, indexed), condition
 
@@ -294,7 +294,7 @@ class CutFlank(Flank):
         jacobian[3:6] = moved[:, 3:] + turned * spin(facing)[:, None]
         jacobian[6] = dot(change, rolling[:, None]) + dot(normal[:, None], rolling_rates)
         condition = dot(normal, rolling)
-        if not self.machine.generated:
+        if not self.machine.generation.rolls:
             jacobian[:, 2], jacobian[6], jacobian[6, 2], condition = 0.0, 0.0, 1.0, phi
         return np.concatenate([position, facing, condition[None]]), jacobian.transpose(2, 0, 1)
 
@@ -332,7 +332,7 @@ class CutFlank(Flank):
         regression, and nearest to the tool in front of the machine centre.
         """
         found = self._solved(np.zeros(1))
-        if not self._regular(found).any() and self.machine.generated:
+        if not self._regular(found).any() and self.machine.generation.rolls:
             found = np.concatenate([found, self._solved(np.array(_ROLLS))], axis=1)
         regular = self._regular(found)
         if not regular.any():
@@ -356,7 +356,7 @@ class CutFlank(Flank):
 
     def _regular(self, x: FloatArray) -> NDArray[np.bool_]:
         """Which points lie before the edge of regression: all of a flank that is not enveloped."""
-        if not self.machine.generated or not x.size:
+        if not self.machine.generation.rolls or not x.size:
             return np.ones(x.shape[1], dtype=bool)
         return self.regression(x) > 0.0
 

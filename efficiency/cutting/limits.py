@@ -117,7 +117,7 @@ def columns(flank: CutFlank, u: FloatArray, lengths: FloatArray, start: FloatArr
     points = flank.points(flat)
     _, height = flank.blank.coordinates(np.hypot(points.position[0], points.position[1]), points.position[2])
     shape = lengths.shape
-    if flank.machine.generated:
+    if flank.machine.generation.rolls:
         rate = flank.regression(flat).reshape(shape)
     else:
         # a surface that is not enveloped has no edge of regression
@@ -339,7 +339,7 @@ def mutilation(flank: CutFlank, roll: tuple[float, float], rolls: int = 9) -> Mu
     """
     count = 720
     blank, blade = flank.blank, flank.blade
-    phis = np.linspace(*roll, rolls) if flank.machine.generated else np.zeros(1)
+    phis = np.linspace(*roll, rolls) if flank.machine.generation.rolls else np.zeros(1)
     th = np.linspace(-np.pi, np.pi, count, endpoint=False)
     grid = np.stack([np.full(count * phis.size, blade.tip), np.tile(th, phis.size), np.repeat(phis, count)])
     point = np.real(flank.sweep(grid)[0])

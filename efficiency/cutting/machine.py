@@ -2,21 +2,79 @@
 
 One chain for generated and non-generated (Formate) members, face milling and face hobbing. Frames and signs: machine
 frame with its origin at the machine centre, x along the root line from toe to heel, z along the cradle axis, teeth at
-z < 0; work frame with z along its axis from apex to heel.
+z < 0; work frame with z along its axis from apex to heel. What depends on whether the flank is generated is one object
+each, found by name in `GENERATIONS`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from efficiency.cutting.blank import Length, Shift
 from efficiency.cutting.newton import Array
 from efficiency.cutting.rotation import spin, turn
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel
 
 FloatArray = NDArray[np.float64]
+Turn = Annotated[float, ValueRange("rad", ge=-3.1416, le=3.1416)]
+
+# natural steps of settings that a correction changes [m], [rad]
+LENGTH_STEP, ANGLE_STEP = 1e-4, 1e-3
+
+
+@dataclass(frozen=True)
+class Generation:
+    """How the profile of a flank comes about.
+
+    Attributes
+    ----------
+    name : str
+        In files.
+    label : str
+        In a sentence.
+    words : tuple of str
+        In setting sheets.
+    rolls : bool
+        Whether cradle and work roll, so that the flank is the envelope of the tool: it obeys the equation of meshing,
+        may be undercut, and its root is cut deepest at one roll.
+    first_order, second_order : tuple of (str, float)
+        Settings of a machine correction next to those of every machine, with their natural steps.
+    correction_note : str
+        What a correction leaves open.
+    """
+
+    name: str
+    label: str
+    words: tuple[str, ...]
+    rolls: bool
+    first_order: tuple[tuple[str, float], ...]
+    second_order: tuple[tuple[str, float], ...] = ()
+    correction_note: str = ""
+
+
+GENERATED = Generation(
+    name="generated",
+    label="generated",
+    words=("generated",),
+    rolls=True,
+    first_order=(("roll_ratio", 1e-3),),
+    second_order=(("modified_roll_2c", 1e-3), ("helical_motion_1", LENGTH_STEP)),
+)
+FORMATE = Generation(
+    name="formate",
+    label="Formate",
+    words=("formate", "non-generated", "helixform"),
+    rolls=False,
+    first_order=(("cradle_angle", ANGLE_STEP),),
+    correction_note="the root of a Formate member is not held: check its depth after a change of the sliding base",
+)
+GENERATIONS = {generation.name: generation for generation in (GENERATED, FORMATE)}
 
 
 def _polynomial(coefficients: tuple[float, ...], phi: Array) -> tuple[Array, Array, Array]:
@@ -55,8 +113,8 @@ class MachineSettings:
         Derivatives of the sliding base by the cradle roll.
     vertical_motion_1, vertical_motion_2, vertical_motion_3 : float
         Derivatives of the blank offset by the cradle roll.
-    generated : bool
-        False for a non-generated (Formate) member: cradle and generating work rotation stand still.
+    generation : Generation
+        Cradle and generating work rotation stand still where it does not roll.
     """
 
     radial_setting: float
@@ -79,7 +137,7 @@ class MachineSettings:
     vertical_motion_1: float = 0.0
     vertical_motion_2: float = 0.0
     vertical_motion_3: float = 0.0
-    generated: bool = True
+    generation: Generation = GENERATED
 
     @cached_property
     def cutter_centre(self) -> FloatArray:
@@ -104,7 +162,7 @@ class MachineSettings:
     def at(self, phi: Array) -> Pose:
         """The machine at cradle rolls phi, (n,) [rad]; a non-generated flank sees it stand still."""
         zero = 0.0 * phi
-        if not self.generated:
+        if not self.generation.rolls:
             phi = zero
         modified = (
             self.modified_roll_2c,
@@ -115,7 +173,7 @@ class MachineSettings:
         )
         vertical = (self.blank_offset, self.vertical_motion_1, self.vertical_motion_2, self.vertical_motion_3)
         helical = (self.sliding_base, self.helical_motion_1, self.helical_motion_2, self.helical_motion_3)
-        ratio = self.roll_ratio if self.generated else 0.0
+        ratio = self.roll_ratio if self.generation.rolls else 0.0
         turned = _polynomial((0.0, 1.0, *(-c for c in modified)), phi)
         offset, base = _polynomial(vertical, phi), _polynomial(helical, phi)
         return Pose(
@@ -124,6 +182,91 @@ class MachineSettings:
             shift=tuple(np.array([zero, y, -x]) for y, x in zip(offset, base, strict=True)),
             work=tuple(ratio * angle for angle in turned),
         )
+
+
+class MachineInput(InputModel):
+    """Table `machine` of a flank: settings that all machines share.
+
+    Attributes
+    ----------
+    radial_setting : float
+        Cutter centre from the cradle axis [m].
+    cradle_angle : float
+        Of the cutter centre around the cradle axis; positive for a right-hand member [rad].
+    machine_root_angle : float
+        Of the work axis to the machine plane [rad].
+    tilt, swivel : float
+        Of the cutter axis [rad].
+    blank_offset, sliding_base, machine_centre_to_back : float
+        Position of the work [m].
+    """
+
+    process: str
+    radial_setting: Length
+    cradle_angle: Turn
+    machine_root_angle: Turn
+    tilt: Turn = 0.0
+    swivel: Turn = 0.0
+    blank_offset: Shift = 0.0
+    sliding_base: Shift = 0.0
+    machine_centre_to_back: Shift = 0.0
+
+    def settings(self) -> MachineSettings:
+        """Numbers of the settings."""
+        numbers = {"roll_ratio": 0.0, **self.model_dump(exclude={"process"})}
+        return MachineSettings(**numbers, generation=GENERATIONS[self.process])
+
+
+class GeneratedMachine(MachineInput):
+    """Settings of a generated flank by their trade names; see also `MachineInput`.
+
+    Attributes
+    ----------
+    roll_ratio : float
+        Rotation of the work over that of the cradle [-].
+    modified_roll_2c, modified_roll_6d, modified_roll_24e, modified_roll_120f, modified_roll_720g : float
+        Coefficients of modified roll by their trade names [-].
+    helical_motion_1, helical_motion_2, helical_motion_3 : float
+        Derivatives of the sliding base by the cradle roll [m/rad^n].
+    vertical_motion_1, vertical_motion_2, vertical_motion_3 : float
+        Derivatives of the vertical position by the cradle roll [m/rad^n].
+    """
+
+    process: Literal["generated"] = "generated"
+    roll_ratio: Annotated[float, ValueRange("", gt=0.0, le=100.0)]
+    modified_roll_2c: Annotated[float, ValueRange("", ge=-1.0, le=1.0)] = 0.0
+    modified_roll_6d: Annotated[float, ValueRange("", ge=-10.0, le=10.0)] = 0.0
+    modified_roll_24e: Annotated[float, ValueRange("", ge=-100.0, le=100.0)] = 0.0
+    modified_roll_120f: Annotated[float, ValueRange("", ge=-1000.0, le=1000.0)] = 0.0
+    modified_roll_720g: Annotated[float, ValueRange("", ge=-10000.0, le=10000.0)] = 0.0
+    helical_motion_1: Shift = 0.0
+    helical_motion_2: Shift = 0.0
+    helical_motion_3: Shift = 0.0
+    vertical_motion_1: Shift = 0.0
+    vertical_motion_2: Shift = 0.0
+    vertical_motion_3: Shift = 0.0
+
+
+class FormateMachine(MachineInput):
+    """Settings of a non-generated (Formate) flank: the cradle stands still, the cutter plunges or only indexes."""
+
+    process: Literal["formate"]
+
+
+MACHINE_INPUTS: dict[str, type[MachineInput]] = {"generated": GeneratedMachine, "formate": FormateMachine}
+
+
+def machine_table(machine: MachineSettings) -> dict[str, str | float]:
+    """Settings as table `machine` of a design file: those the machine needs, and others that are not zero."""
+    known = MACHINE_INPUTS[machine.generation.name].model_fields
+    table: dict[str, str | float] = {"process": machine.generation.name}
+    for field in fields(MachineSettings):
+        if field.name not in known:
+            continue
+        value = float(getattr(machine, field.name))
+        if known[field.name].is_required() or value != 0.0:
+            table[field.name] = value
+    return table
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from efficiency.cutting.machine import GENERATIONS
+from efficiency.cutting.process import PROCESSES
 from ehl.common.errors import InputError
 from ehl.common.files import read_text, toml_text
 from ehl.common.units import parse_quantity
@@ -121,8 +123,8 @@ _FLANKS = {
     "both": "",
 }
 _TEXTS = {
-    "type": {"face milling": "face_milling", "face hobbing": "face_hobbing"},
-    "process": {"generated": "generated", "formate": "formate", "non-generated": "formate", "helixform": "formate"},
+    "type": {process.label: name for name, process in PROCESSES.items()},
+    "process": {word: name for name, generation in GENERATIONS.items() for word in generation.words},
     "hand": {"left": "left", "lh": "left", "right": "right", "rh": "right"},
 }
 # direction words of a sheet and their sign here

@@ -11,22 +11,18 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.displaced_axes import DisplacedAxes
 from efficiency.contact.gear_flanks import MEMBERS, GearFlanks, Member
 from efficiency.contact.relief import PairRelief
+from efficiency.cutting.blank import Blank, Depth, Hand, Length, Shift
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import Flank
 from efficiency.design.flank_input import (
     ConjugateFlankInput,
     CutFlankInput,
-    Depth,
     FlankInput,
     GridFlankInput,
-    Hand,
-    Length,
-    Shift,
 )
 from efficiency.design.relief_input import MemberReliefInput
 from efficiency.design.stiffness_input import StiffnessInput

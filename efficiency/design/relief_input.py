@@ -7,8 +7,8 @@ from typing import Annotated, Self
 
 from pydantic import model_validator
 
-from efficiency.blanks.cones import Blank
 from efficiency.contact.relief import EdgeRelief, MemberRelief, ReliefForm
+from efficiency.cutting.blank import Blank
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from efficiency.blanks.cones import Blank
+from efficiency.cutting.blank import Blank
 from efficiency.loss.kinematics import Driver
 from ehl.common.errors import InputError
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import model_validator
 
-from efficiency.blanks.cones import Blank
+from efficiency.cutting.blank import Blank
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.lubrication import heat_share

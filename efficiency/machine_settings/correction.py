@@ -25,11 +25,12 @@ from efficiency.contact.grid_flank import PointGrid, read_point_grid
 from efficiency.contact.measured_flank import MeasuredFlank, measured_flank
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank
+from efficiency.cutting.machine import ANGLE_STEP, LENGTH_STEP
 from efficiency.cutting.rotation import dot, spin
 from efficiency.design.design import Design, load_design
 from efficiency.design.flank_input import CutFlankInput, GridFlankInput
 from efficiency.machine_settings.design_file import machine_tables
-from efficiency.machine_settings.fit import Parameter, RootLine, with_setting
+from efficiency.machine_settings.fit import FitParameter, RootLine, with_setting
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.units import parse_quantity
 
@@ -39,19 +40,15 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 Order = Literal[1, 2]
 
-# settings and their natural steps
-_LENGTH, _ANGLE = 1e-4, 1e-3
+# settings of every machine and their natural steps
 _FIRST = {
-    "machine_root_angle": _ANGLE,
-    "radial_setting": _LENGTH,
-    "sliding_base": _LENGTH,
-    "blank_offset": _LENGTH,
-    "machine_centre_to_back": _LENGTH,
+    "machine_root_angle": ANGLE_STEP,
+    "radial_setting": LENGTH_STEP,
+    "sliding_base": LENGTH_STEP,
+    "blank_offset": LENGTH_STEP,
+    "machine_centre_to_back": LENGTH_STEP,
 }
-_FIRST_GENERATED = {"roll_ratio": 1e-3}
-_FIRST_FORMATE = {"cradle_angle": _ANGLE}
-_SECOND = {"tilt": _ANGLE, "swivel": _ANGLE}
-_SECOND_GENERATED = {"modified_roll_2c": 1e-3, "helical_motion_1": _LENGTH}
+_SECOND = {"tilt": ANGLE_STEP, "swivel": ANGLE_STEP}
 # natural steps that count as one standard deviation of a point, standard deviation of the root [m], steps of Newton
 _STEPS, _ROOT, _ITERATIONS = 10.0, 20e-6, 3
 _IMAGINARY = 1e-30
@@ -329,7 +326,7 @@ def _side(design: Design, member: Member, grid: PointGrid, error: float) -> _Sid
     points, _ = flank.solve(u, h)
     (x, y, _), (nx, ny, _) = points.position, points.normal
     root = None
-    if flank.machine.generated:
+    if flank.machine.generation.rolls:
         stations = np.array([-0.4, 0.0, 0.4]) * blank.face_width
         nearest = [int(np.argmin((u - at) ** 2 + (h - float(blank.root(np.array([at]))[0])) ** 2)) for at in stations]
         line = RootLine(stations, np.zeros(3), 1.0, points.parameters[1:, nearest])
@@ -340,18 +337,18 @@ def _side(design: Design, member: Member, grid: PointGrid, error: float) -> _Sid
     return _Side(side, flank, measured, u, h, points.parameters, x * ny - y * nx, np.arctan2(y, x), root)
 
 
-def _parameters(flank: CutFlank, order: Order) -> list[Parameter]:
-    generated = flank.machine.generated
-    steps = _FIRST | (_FIRST_GENERATED if generated else _FIRST_FORMATE)
+def _parameters(flank: CutFlank, order: Order) -> list[FitParameter]:
+    generation = flank.machine.generation
+    steps = _FIRST | dict(generation.first_order)
     if order == 2:
-        steps = steps | _SECOND | (_SECOND_GENERATED if generated else {})
+        steps = steps | _SECOND | dict(generation.second_order)
     if flank.machine.tilt == 0.0:
         # without tilt its direction moves nothing
         steps.pop("swivel", None)
-    return [Parameter("machine", name, scale) for name, scale in steps.items()]
+    return [FitParameter("machine", name, scale) for name, scale in steps.items()]
 
 
-def _corrected(flank: CutFlank, parameters: Sequence[Parameter], vector: FloatArray) -> CutFlank:
+def _corrected(flank: CutFlank, parameters: Sequence[FitParameter], vector: FloatArray) -> CutFlank:
     for parameter, step in zip(parameters, vector, strict=True):
         value = getattr(flank.machine, parameter.name) + float(step) * parameter.scale
         flank = with_setting(flank, parameter, value)
@@ -359,7 +356,7 @@ def _corrected(flank: CutFlank, parameters: Sequence[Parameter], vector: FloatAr
 
 
 def _solve(
-    group: Sequence[_Side], parameters: Sequence[Parameter], error: float
+    group: Sequence[_Side], parameters: Sequence[FitParameter], error: float
 ) -> tuple[FloatArray, FloatArray, dict[FlankSide, FloatArray]]:
     """Steps of the settings, their standard uncertainties, and the deviation that is left of each flank [m]."""
     count = len(parameters)
@@ -433,7 +430,7 @@ def _notes(design: Design, member: Member, sides: Sequence[_Side], order: Order)
         )
     if order == 1:
         notes.append("settings of first order leave crowning and twist as they are")
-    if not sides[0].nominal.machine.generated:
-        notes.append("the root of a Formate member is not held: check its depth after a change of the sliding base")
+    if note := sides[0].nominal.machine.generation.correction_note:
+        notes.append(note)
     notes.append("the thickness of the tooth is free: keep it by the depth of the cut or the point width")
     return tuple(notes)

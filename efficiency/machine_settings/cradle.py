@@ -17,15 +17,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.cutting.flank import CutFlank
-from efficiency.machine_settings.fit import FitResult, FittedFlank, Parameter, TargetFlank, fit
-from efficiency.machine_settings.free_settings import AXIS, FreeAxisMachine, FreeSettings, free_axis, tilt_and_swivel
+from efficiency.machine_settings.fit import FitParameter, FitResult, FittedFlank, FreeSettings, TargetFlank, fit
 from efficiency.machine_settings.gear import PairDimensions
 from efficiency.machine_settings.generating import (
+    FreeAxisMachine,
     GeneratingScrew,
     ToolPose,
+    free_axis,
     generating_screw,
     machine_pose,
     share_of_root_angle,
+    tilt_and_swivel,
 )
 
 FloatArray = NDArray[np.float64]
@@ -108,8 +110,8 @@ def _tilted_back(target: TargetFlank, limit: float) -> TargetFlank:
     return replace(target, flank=replace(target.flank, machine=machine))
 
 
-def _without_axis(parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:
-    return tuple(parameter for parameter in parameters if parameter not in AXIS)
+def _without_axis(parameters: tuple[FitParameter, ...]) -> tuple[FitParameter, ...]:
+    return tuple(parameter for parameter in parameters if parameter.name not in ("axis_x", "axis_y"))
 
 
 def _on_cradle(pair: PairDimensions, target: TargetFlank, old: GeneratingScrew, new: GeneratingScrew) -> TargetFlank:

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 from pydantic import BaseModel
 
 from efficiency.blanks.pair_blank import MemberBlank, PairBlank
-from efficiency.cutting.cutter import FLANK_SIDES, Blade, FlankSide
+from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank, index_start
-from efficiency.cutting.machine import MachineSettings
+from efficiency.cutting.machine import MachineSettings, machine_table
+from efficiency.cutting.process import PROCESSES, CuttingProcess
 from efficiency.design.design import Design
 from efficiency.machine_settings.fit import FittedFlank
-from efficiency.machine_settings.free_settings import tilt_and_swivel
+from efficiency.machine_settings.generating import tilt_and_swivel
 from efficiency.machine_settings.inputs import FlankTarget, SettingsInput
 from ehl.common.quantities import quantities
 from ehl.common.units import ARCSEC, KELVIN
@@ -60,42 +61,9 @@ def _tables(content: Iterable[tuple[str, Table]]) -> str:
     return "\n".join(lines).strip("\n") + "\n"
 
 
-def machine_table(machine: MachineSettings) -> Table:
-    """Settings that are not zero, by their names in a design file."""
-    table: Table = {"process": "generated" if machine.generated else "formate"}
-    for f in fields(MachineSettings):
-        value = getattr(machine, f.name)
-        if f.name == "generated" or (not machine.generated and _unit(f.name) not in ("m", "rad")):
-            continue
-        if f.name in ("radial_setting", "cradle_angle", "machine_root_angle", "roll_ratio") or value != 0.0:
-            table[f.name] = float(value)
-    return table
-
-
 def machine_tables(member: str, machines: Mapping[FlankSide, MachineSettings]) -> str:
     """Machine settings of flanks as tables of a design file."""
     return _tables((f"{member}.{side}.machine", machine_table(machine)) for side, machine in machines.items())
-
-
-def cutter_table(blade: Blade, mirror: float) -> Table:
-    """Numbers of a blade by their names in a design file; `mirror` is +1 for a right-hand member."""
-    if blade.groups:
-        return {
-            "type": "face_hobbing",
-            "cutter_radius": blade.point_radius,
-            "blade_groups": blade.groups,
-            "blade_offset_angle": mirror * blade.offset_angle,
-            "blade_angle": blade.blade_angle,
-            "reference_height": blade.reference_height,
-            "radius_offset": blade.radius_offset,
-            "blade_curvature": blade.curvature,
-            "blade_phase": mirror * blade.phase,
-        }
-    tip = blade.point_radius - blade.sign * blade.reference_height * float(np.tan(blade.blade_angle))
-    table: Table = {"type": "face_milling", "point_radius": tip, "blade_angle": blade.blade_angle}
-    if blade.curvature:
-        table |= {"blade_curvature": blade.curvature, "reference_height": blade.reference_height}
-    return table
 
 
 def ease_off_table(target: FlankTarget, scale: float) -> Table:
@@ -113,7 +81,9 @@ def ease_off_table(target: FlankTarget, scale: float) -> Table:
 PinionFlanks = dict[FlankSide, CutFlank] | dict[FlankSide, Table]
 
 
-def _member(name: str, blank: MemberBlank, flanks: PinionFlanks, extra: Table) -> list[tuple[str, Table]]:
+def _member(
+    name: str, blank: MemberBlank, flanks: PinionFlanks, extra: Table, process: CuttingProcess
+) -> list[tuple[str, Table]]:
     tables: list[tuple[str, Table]] = [(name, extra), (f"{name}.blank", blank.design_table())]
     cut: dict[FlankSide, CutFlank] = {}
     for side, flank in flanks.items():
@@ -121,13 +91,15 @@ def _member(name: str, blank: MemberBlank, flanks: PinionFlanks, extra: Table) -
             cut[side] = flank
         else:
             tables.append((f"{name}.{side}.ease_off", flank))
-    return tables + (_cut_tables(name, blank, cut) if cut else [])
+    return tables + (_cut_tables(name, blank, cut, process) if cut else [])
 
 
-def _cut_tables(name: str, blank: MemberBlank, flanks: dict[FlankSide, CutFlank]) -> list[tuple[str, Table]]:
+def _cut_tables(
+    name: str, blank: MemberBlank, flanks: dict[FlankSide, CutFlank], process: CuttingProcess
+) -> list[tuple[str, Table]]:
     mirror = 1.0 if blank.hand == "right" else -1.0
     machines = {side: machine_table(flanks[side].machine) for side in FLANK_SIDES}
-    cutters = {side: cutter_table(flanks[side].blade, mirror) for side in FLANK_SIDES}
+    cutters = {side: process.cutter_table(flanks[side].blade, mirror) for side in FLANK_SIDES}
     tables: list[tuple[str, Table]] = []
     shared_machine = machines["concave"] == machines["convex"]
     if shared_machine:
@@ -237,7 +209,7 @@ def design_text(
             extra["finish"] = chosen.finish
         if chosen.finish is None or "roughness_rms" in chosen.model_fields_set:
             extra["roughness_rms"] = f"{chosen.roughness_rms * 1e6:.6g} um"
-        tables += _member(name, member, flanks, extra)
+        tables += _member(name, member, flanks, extra, PROCESSES[blank.process])
         for edge, relief in chosen.edge_relief:
             if relief is not None:
                 tables.append((f"{name}.edge_relief.{edge}", relief.model_dump()))

@@ -21,8 +21,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.blanks.cones import Blank
 from efficiency.cutting import newton
+from efficiency.cutting.blank import Blank
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.newton import Array
 from efficiency.cutting.rotation import dot, spin, turn
@@ -140,12 +140,40 @@ _MISSED = 0.1
 
 
 @dataclass(frozen=True)
-class Parameter:
+class FitParameter:
     """A free setting: the part that holds it, its name there, and the size of a natural step."""
 
     part: Literal["machine", "blade", "phase"]
     name: str
     scale: float
+
+
+_STEPS: dict[str, tuple[Literal["machine", "blade", "phase"], float]] = {
+    "axis_x": ("machine", 0.01),
+    "axis_y": ("machine", 0.01),
+    "radial_setting": ("machine", 1e-3),
+    "blank_offset": ("machine", 1e-3),
+    "sliding_base": ("machine", 1e-3),
+    "machine_centre_to_back": ("machine", 1e-3),
+    "roll_ratio": ("machine", 0.02),
+    "modified_roll_2c": ("machine", 0.01),
+    "modified_roll_6d": ("machine", 0.02),
+    "helical_motion_1": ("machine", 1e-3),
+    "blade_angle": ("blade", 0.01),
+    "point_radius": ("blade", 1e-3),
+    "radius_offset": ("blade", 1e-3),
+    "curvature": ("blade", 1.0),
+    "phase": ("phase", 0.01),
+}
+PARAMETERS = {name: FitParameter(part, name, scale) for name, (part, scale) in _STEPS.items()}
+
+
+@dataclass(frozen=True)
+class FreeSettings:
+    """Settings that a fit changes: those of both flanks, and those of each."""
+
+    common: tuple[FitParameter, ...]
+    own: tuple[FitParameter, ...]
 
 
 @dataclass(frozen=True)
@@ -248,13 +276,13 @@ class FitResult:
         return max(flank.rms for flank in self.flanks)
 
 
-def with_setting(flank: CutFlank, parameter: Parameter, value: complex) -> CutFlank:
+def with_setting(flank: CutFlank, parameter: FitParameter, value: complex) -> CutFlank:
     """The flank with one machine or blade setting changed."""
     part = replace(getattr(flank, parameter.part), **{parameter.name: value})
     return replace(flank, **{parameter.part: part})
 
 
-def _changed(flank: CutFlank, phase: float, parameter: Parameter, step: float) -> tuple[CutFlank, float]:
+def _changed(flank: CutFlank, phase: float, parameter: FitParameter, step: float) -> tuple[CutFlank, float]:
     if parameter.part == "phase":
         return flank, phase + step
     return with_setting(flank, parameter, getattr(getattr(flank, parameter.part), parameter.name) + step), phase
@@ -301,7 +329,9 @@ def measure(
     return FittedFlank(flank, phase, parameters, relief, relief - target.relief, found, state)
 
 
-def _derivatives(target: TargetFlank, now: FittedFlank, parameters: Sequence[Parameter], weighed: bool) -> FloatArray:
+def _derivatives(
+    target: TargetFlank, now: FittedFlank, parameters: Sequence[FitParameter], weighed: bool
+) -> FloatArray:
     """Rows of points, and of the root where it is weighed, over the settings, (n + k, m), in metres per scale."""
     point, facing, _ = now.flank.sweep(now.parameters)
     share = 1.0 / dot(facing, turn(target.normal, -now.phase))
@@ -325,8 +355,8 @@ def _derivatives(target: TargetFlank, now: FittedFlank, parameters: Sequence[Par
 
 def fit(
     targets: Sequence[TargetFlank],
-    common: Sequence[Parameter],
-    own: Sequence[Parameter],
+    common: Sequence[FitParameter],
+    own: Sequence[FitParameter],
     *,
     ridge: float = 1e-8,
     tolerance: float = 5e-3,
@@ -338,7 +368,7 @@ def fit(
     ----------
     targets : sequence of TargetFlank
         One flank, or both flanks of a member cut in one setting.
-    common, own : sequences of Parameter
+    common, own : sequences of FitParameter
         Settings that all flanks share, and settings of each flank.
     ridge : float
         Pull towards the start [m per scale].

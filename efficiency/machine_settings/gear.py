@@ -10,17 +10,19 @@ nominal cutter radius: the slot has a width, so none of them is exact without (w
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.blanks.cones import Blank
 from efficiency.blanks.pair_blank import PairBlank
 from efficiency.contact.assembly import Assembly
+from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import FLANK_SIDES, Blade, FlankSide
 from efficiency.cutting.flank import CutFlank, FlankPoints
-from efficiency.cutting.machine import MachineSettings
+from efficiency.cutting.machine import GENERATIONS, Generation, MachineSettings
+from efficiency.cutting.process import PROCESSES, CuttingProcess
 from efficiency.machine_settings.generating import (
     GeneratingScrew,
     ToolPose,
@@ -64,8 +66,10 @@ class PairDimensions:
         Nominal radius of the gear cutter [m].
     blade_groups : int
         Of a face-hob head, 0 for a face mill.
-    generated_gear : bool
-        False for a Formate gear.
+    process : CuttingProcess
+        How the head indexes.
+    generation : Generation
+        How the profile of the gear comes about.
     """
 
     assembly: Assembly
@@ -84,7 +88,8 @@ class PairDimensions:
     backlash: float
     cutter_radius: float
     blade_groups: int
-    generated_gear: bool
+    process: CuttingProcess
+    generation: Generation
 
     def pressure(self, side: FlankSide) -> float:
         """Normal pressure angle of a gear flank [rad]."""
@@ -173,7 +178,7 @@ def cut_gear(pair: PairDimensions) -> GearCut:
     ConvergenceError
         No point radii and blade angles give the slot.
     """
-    return _hobbed(pair) if pair.blade_groups else _milled(pair)
+    return GEAR_CUTS[pair.process.name](pair)
 
 
 def _tool(pair: PairDimensions, shift: float) -> tuple[ToolPose, float]:
@@ -200,9 +205,10 @@ class _Setup:
     rotation: float
 
 
-def _setup(pair: PairDimensions, tool: ToolPose) -> _Setup:
+def _setup(pair: PairDimensions, tool: ToolPose, to_back: float | None = None) -> _Setup:
+    """Machine of a tool; `to_back` of a Formate gear, by default that of a machine centre at the root apex [m]."""
     placed = tool.moved(turned(pair.offset_angle), np.zeros(3))
-    if pair.generated_gear:
+    if pair.generation.rolls:
         root = pair.gear.pitch_angle - pair.gear.dedendum_angle
         screw = generating_screw(pair.assembly, share_of_root_angle(pair.assembly, root))
         pose = machine_pose(screw.point, -screw.direction, np.zeros(3), np.array([0.0, 0.0, 1.0]), placed)
@@ -210,9 +216,10 @@ def _setup(pair: PairDimensions, tool: ToolPose) -> _Setup:
         machine = pose.machine(ratio, -screw.pitch)
         facing = pose.work_direction
         return _Setup(machine, placed, screw, pose.cutter_turn, float(np.arctan2(facing[1], facing[0])))
-    # Formate: the machine centre on the gear axis; at the pitch apex in face hobbing, at the root apex in face milling
+    # Formate: the machine centre lies on the gear axis
     x, y, z = tool.axes.T
-    to_back = pair.gear.pitch_apex_beyond_crossing if pair.blade_groups else -float(tool.centre @ z / z[2])
+    if to_back is None:
+        to_back = -float(tool.centre @ z / z[2])
     centre = tool.centre + np.array([0.0, 0.0, to_back])
     machine = MachineSettings(
         radial_setting=float(np.hypot(centre @ x, centre @ y)),
@@ -221,7 +228,7 @@ def _setup(pair: PairDimensions, tool: ToolPose) -> _Setup:
         roll_ratio=1.0,
         sliding_base=-float(centre @ z),
         machine_centre_to_back=to_back,
-        generated=False,
+        generation=pair.generation,
     )
     return _Setup(machine, placed, generating_screw(pair.assembly, 0.0), 0.0, pair.offset_angle)
 
@@ -235,7 +242,8 @@ def _cut(pair: PairDimensions, setup: _Setup, angle: float, blades: tuple[Blade,
 def _hobbed(pair: PairDimensions) -> GearCut:
     """Both blades at the reference radius on the pitch plane, the slot made by their phase."""
     tool, angle = _tool(pair, 0.0)
-    setup = _setup(pair, tool)
+    # Formate: the machine centre at the pitch apex
+    setup = _setup(pair, tool, pair.gear.pitch_apex_beyond_crossing)
     index = pair.blade_groups / pair.gear.teeth
     blades = []
     for side in FLANK_SIDES:
@@ -266,8 +274,8 @@ def _milled(pair: PairDimensions) -> GearCut:
         [
             pair.cutter_radius + 0.5 * width,
             pair.cutter_radius - 0.5 * width,
-            pair.pressure_concave - pair.gear.dedendum_angle * np.sin(pair.spiral_gear) * pair.generated_gear,
-            pair.pressure_convex + pair.gear.dedendum_angle * np.sin(pair.spiral_gear) * pair.generated_gear,
+            pair.pressure_concave - pair.gear.dedendum_angle * np.sin(pair.spiral_gear) * pair.generation.rolls,
+            pair.pressure_convex + pair.gear.dedendum_angle * np.sin(pair.spiral_gear) * pair.generation.rolls,
             0.0,
         ]
     )
@@ -324,7 +332,10 @@ def _signed_spiral(pair: PairDimensions, points: FlankPoints) -> float:
     return -pair.hand_gear * float(np.arctan(along / around))
 
 
-def pair_dimensions(blank: PairBlank, generated_gear: bool) -> PairDimensions:
+GEAR_CUTS: dict[str, Callable[[PairDimensions], GearCut]] = {"face_milling": _milled, "face_hobbing": _hobbed}
+
+
+def pair_dimensions(blank: PairBlank) -> PairDimensions:
     """Dimensions of a pair from its blank; drive is the concave pinion flank, hence the convex gear flank."""
     hand = 1.0 if blank.gear.hand == "right" else -1.0
     assembly = Assembly(blank.pinion.teeth, blank.gear.teeth, blank.shaft_angle, hand * blank.hypoid_offset)
@@ -345,5 +356,6 @@ def pair_dimensions(blank: PairBlank, generated_gear: bool) -> PairDimensions:
         backlash=blank.backlash_normal,
         cutter_radius=blank.cutter_radius,
         blade_groups=blank.blade_groups or 0,
-        generated_gear=generated_gear,
+        process=PROCESSES[blank.process],
+        generation=GENERATIONS[blank.gear_cutting],
     )

@@ -8,8 +8,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import field_validator, model_validator
 
-from efficiency.blanks.inputs import PairBlankInput, load_blank
+from efficiency.blanks.inputs import GenerationName, PairBlankInput, load_blank
 from efficiency.contact.conjugate import read_ease_off_map
+from efficiency.cutting.process import PROCESSES
 from efficiency.design.design import Rms
 from efficiency.design.relief_input import MemberReliefInput
 from efficiency.loss.kinematics import OperatingPoint
@@ -46,7 +47,7 @@ class Cutting(InputModel):
         setting and curved elsewhere.
     """
 
-    gear: Literal["formate", "generated"] = "formate"
+    gear: GenerationName = "formate"
     pinion: Literal["both_flanks", "each_flank", "conjugate"] = "both_flanks"
     machine: Literal["free_form", "cradle"] = "free_form"
     tilt_limit: Annotated[float, ValueRange("rad", ge=0.0, le=radians(60.0))] = radians(30.0)
@@ -205,7 +206,7 @@ class SettingsInput(InputModel):
         """Whether pinion blades may be curved."""
         if self.cutting.blades is not None:
             return self.cutting.blades == "curved"
-        return self.blank.process == "face_hobbing" or self.cutting.pinion == "both_flanks"
+        return PROCESSES[self.blank.process].curved_blades or self.cutting.pinion == "both_flanks"
 
 
 def targets_beside(design: Path) -> Path:

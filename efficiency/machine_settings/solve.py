@@ -18,11 +18,19 @@ from efficiency.contact.gear_flanks import Side
 from efficiency.contact.transmission import Transmission
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank
+from efficiency.cutting.process import MODIFIED, MOTIONS, PLAIN, PROCESSES
 from efficiency.cutting.rotation import dot, spin
 from efficiency.design.design import Design
-from efficiency.machine_settings.conjugate import ConjugateFlankStart, FitGrid, conjugate_start, grid_on_gear
+from efficiency.machine_settings.conjugate import (
+    ConjugateFlankStart,
+    FitGrid,
+    backlash_angle,
+    conjugate_start,
+    grid_on_gear,
+    target_flank,
+    target_relief,
+)
 from efficiency.machine_settings.cradle import fit_on_cradle
-from efficiency.machine_settings.cut_teeth import tip_findings, undercut_findings
 from efficiency.machine_settings.design_file import (
     Table,
     design_text,
@@ -31,12 +39,17 @@ from efficiency.machine_settings.design_file import (
     parse_design,
     written_flank,
 )
-from efficiency.machine_settings.fit import FitResult, FittedFlank, fit, measure
-from efficiency.machine_settings.free_settings import FreeSettings, free_settings, with_motions
+from efficiency.machine_settings.fit import PARAMETERS, FitResult, FittedFlank, FreeSettings, fit, measure
 from efficiency.machine_settings.gear import GearCut, PairDimensions, cut_gear, pair_dimensions
 from efficiency.machine_settings.inputs import Cutting, FlankTarget, MemberTargets, SettingsInput, Targets, load_targets
-from efficiency.machine_settings.settings_result import RESIDUAL_LIMIT, FlankFit, SettingsResult, UndercutPoint
-from efficiency.machine_settings.target_flank import backlash_angle, target_flank, target_relief
+from efficiency.machine_settings.settings_result import (
+    RESIDUAL_LIMIT,
+    FlankFit,
+    SettingsResult,
+    UndercutPoint,
+    tip_findings,
+    undercut_findings,
+)
 from ehl.common.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
@@ -44,6 +57,7 @@ FloatArray = NDArray[np.float64]
 _DRIVE: dict[FlankSide, Side] = {"concave": "drive", "convex": "coast"}
 _AMPLITUDE_TOLERANCE = 0.01
 _LOOSER = 0.2
+_ROOT_WEIGHT = 0.03
 # coefficients of the map of the mesh: enough for the transmission error to 0.03 arcsec
 _SHAPE = (12, 10)
 # a flank farther off than this needs no transmission error, and a larger one is none
@@ -148,7 +162,7 @@ class _Start:
 @lru_cache(maxsize=4)
 def _start(blank_input: PairBlankInput, cutting: Cutting) -> _Start:
     blank = pair_blank(blank_input.model_copy(update={"gear_cutting": cutting.gear}))
-    pair = pair_dimensions(blank, cutting.gear == "generated")
+    pair = pair_dimensions(blank)
     gear = cut_gear(pair)
     grid = grid_on_gear(pair, gear)
     return _Start(blank, pair, gear, grid, {side: conjugate_start(pair, gear, side, grid) for side in FLANK_SIDES})
@@ -181,8 +195,8 @@ def _fit_flanks(inputs: SettingsInput, wanted: tuple[tuple[FlankSide, FlankTarge
     """Settings of flanks that share them; `wanted`: flank, its target, and the scale of its ease-off."""
     start = _start(inputs.blank, inputs.cutting)
     pair, grid, free = start.pair, start.grid, free_settings(inputs)
-    # one face-mill setting has one rotation of the work: the backlash has to come from the point radii
-    thinning = backlash_angle(pair) if free.common and not pair.blade_groups else 0.0
+    # one setting without blade phase has one rotation of the work: the backlash has to come from the point radii
+    thinning = backlash_angle(pair) if free.common and not pair.process.blade_phase else 0.0
 
     def attempt(weight: float, settings: FreeSettings) -> FitResult:
         flanks = [
@@ -208,11 +222,35 @@ def _fit_flanks(inputs: SettingsInput, wanted: tuple[tuple[FlankSide, FlankTarge
     return best
 
 
+def free_settings(inputs: SettingsInput) -> FreeSettings:
+    """Free settings of the pinion.
+
+    One setting for both flanks: those of the cutting process. In a setting per flank everything is the flank's own;
+    cutter axis, radial setting, radius and blade alone would do for the flank, but leave the root 1 to 3 mm off.
+    """
+    cutting = inputs.cutting
+    common: tuple[str, ...] = ()
+    own: tuple[str, ...] = (*PLAIN, *MODIFIED, "blade_angle", "point_radius", "curvature", "phase")
+    if cutting.pinion != "each_flank":
+        process = PROCESSES[inputs.blank.process]
+        common, own = process.shared_settings(cutting.machine == "free_form", cutting.radius_offsets == "free")
+    free = (name for name in own if name != "curvature" or inputs.curved_blades)
+    return FreeSettings(tuple(PARAMETERS[name] for name in common), tuple(PARAMETERS[name] for name in free))
+
+
+def with_motions(free: FreeSettings) -> FreeSettings:
+    """The same with modified roll and helical motion, for targets that the plain settings miss."""
+    motions = [PARAMETERS[name] for name in MOTIONS]
+    if free.common:
+        return FreeSettings((*free.common, *(m for m in motions if m not in free.common)), free.own)
+    return FreeSettings((), (*free.own, *(m for m in motions if m not in free.own)))
+
+
 def root_weight(inputs: SettingsInput, pair: PairDimensions) -> float:
     """Residual that a metre of root error counts as: less where both flanks share few settings."""
     if inputs.targets.root_weight is not None:
         return inputs.targets.root_weight
-    return 0.02 if pair.blade_groups and inputs.cutting.pinion == "both_flanks" else 0.03
+    return pair.process.root_weight if inputs.cutting.pinion == "both_flanks" else _ROOT_WEIGHT
 
 
 def _by_side(fits: list[FitResult]) -> dict[FlankSide, FittedFlank]:

@@ -24,7 +24,7 @@ from ehl.common.units import ValueRange
 from ehl.common.validation import locate_field
 
 if TYPE_CHECKING:
-    from efficiency.blanks.cones import Blank
+    from efficiency.cutting.blank import Blank
     from efficiency.design.design import Design
 
 Units = Literal["metric", "inch"]

@@ -19,11 +19,11 @@ from ehl.common.figures import BLUE, GREY, ORANGE
 from ehl.common.units import ARCSEC
 
 if TYPE_CHECKING:
-    from efficiency.blanks.cones import Blank
     from efficiency.contact.contact_lines import MeshPosition
     from efficiency.contact.flank_pair import FlankPair
     from efficiency.contact.pattern import ContactPattern
     from efficiency.contact.transmission import ContactPath
+    from efficiency.cutting.blank import Blank
     from efficiency.design.design import Design
     from efficiency.geometry.pair_geometry import SideGeometry
 

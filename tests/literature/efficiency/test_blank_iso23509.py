@@ -337,10 +337,8 @@ def test_formate_blank_of_agma_929_d_from_what_the_designer_types() -> None:
 def test_formate_blank_against_the_cut_flanks() -> None:
     # cutter square to the root cone: thickness at the pitch cone and top land of the gear by our own cutting
     pair = pair_blank(load_blank("fm_hypoid_11x45").model_copy(update={"gear_cutting": "formate"}))
-    gear, cut = pair.gear, cut_gear(pair_dimensions(pair, False))
-    flanks = GearFlanks(
-        "11x45", {}, {"concave": cut.concave, "convex": cut.convex}, pair_dimensions(pair, False).assembly
-    )
+    gear, cut = pair.gear, cut_gear(pair_dimensions(pair))
+    flanks = GearFlanks("11x45", {}, {"concave": cut.concave, "convex": cut.convex}, pair_dimensions(pair).assembly)
     places = np.array([gear.inner_cone_distance, gear.mean_cone_distance, gear.outer_cone_distance])
     u = places - gear.cones.mean_cone_distance
     assert gear_thickness(flanks, u, 0.0 * u) == pytest.approx(np.array(gear.normal_thickness), rel=0.011)

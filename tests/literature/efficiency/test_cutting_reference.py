@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
+from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import Blade
 from efficiency.cutting.flank import CutFlank, index_start
 from efficiency.cutting.limits import flank_limits, mutilation, slot_angle
-from efficiency.cutting.machine import MachineSettings
+from efficiency.cutting.machine import FORMATE, MachineSettings
 from ehl.common.data import data_path
 
 MM, INCH = 1e-3, 25.4e-3
@@ -59,7 +59,7 @@ def hobbed_gear(side: str) -> CutFlank:
         roll_ratio=0.0,
         sliding_base=-blank.mean_dedendum,
         machine_centre_to_back=blank.pitch_apex_beyond_crossing,
-        generated=False,
+        generation=FORMATE,
     )
     # half the slot to either side of the mean point
     slot = 2.0 * np.pi / blank.teeth - HOBBED["printed"]["smn2"] * MM / (
@@ -309,7 +309,7 @@ def test_formate_gear_of_a_face_mill_loses_pressure_angle(side: str, sign: float
         machine_root_angle=root_angle,
         roll_ratio=0.0,
         machine_centre_to_back=float(sink / np.sin(root_angle)),
-        generated=False,
+        generation=FORMATE,
     )
     blade = Blade(rc + sign * 1.10013 * MM, np.radians(20.0) - sign * blank.dedendum_angle * np.sin(spiral), side)  # type: ignore[arg-type]
     at = np.zeros(1)

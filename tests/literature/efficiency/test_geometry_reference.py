@@ -11,13 +11,13 @@ import pytest
 from flank_curvature import flank_curvature
 from scipy.interpolate import griddata
 
-from efficiency.blanks.cones import Blank
 from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.ease_off import conjugate_points, ease_off
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
 from efficiency.contact.tooth_grid import gear_thickness, pinion_thickness
 from efficiency.contact.transmission import contact_path
+from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import Blade
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import MachineSettings

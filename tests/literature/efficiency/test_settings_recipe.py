@@ -19,20 +19,12 @@ from efficiency.contact.transmission import transmission
 from efficiency.cutting.cutter import FLANK_SIDES, Blade, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import MachineSettings
-from efficiency.machine_settings.conjugate import conjugate_start, fit_grid, opposite
-from efficiency.machine_settings.fit import Parameter, TargetFlank, fit, measure
-from efficiency.machine_settings.free_settings import (
-    ANGLE,
-    CURVATURE,
-    PHASE,
-    RADIAL,
-    RADIUS,
-    free_settings,
-    tilt_and_swivel,
-)
-from efficiency.machine_settings.gear import cut_gear, pair_dimensions
+from efficiency.machine_settings.conjugate import conjugate_start, fit_grid, opposite, target_flank, target_relief
+from efficiency.machine_settings.fit import PARAMETERS, FitParameter, TargetFlank, fit, measure
+from efficiency.machine_settings.gear import PairDimensions, cut_gear, pair_dimensions
+from efficiency.machine_settings.generating import tilt_and_swivel
 from efficiency.machine_settings.inputs import FlankTarget, load_targets
-from efficiency.machine_settings.target_flank import target_flank, target_relief
+from efficiency.machine_settings.solve import free_settings
 
 MM, DEG = 1e-3, np.pi / 180.0
 TARGET = FlankTarget()
@@ -70,8 +62,12 @@ def recipe_flank(side: FlankSide, pinion: object) -> CutFlank:
     return CutFlank(blade, MACHINE, pinion, 1.5558)  # type: ignore[arg-type]
 
 
+def formate_pair(blank: PairBlankInput) -> PairDimensions:
+    return pair_dimensions(pair_blank(blank.model_copy(update={"gear_cutting": "formate"})))
+
+
 def test_conjugate_start_is_the_given_one() -> None:
-    pair = pair_dimensions(pair_blank(load_blank("fh_hypoid_9x34")), False)
+    pair = formate_pair(load_blank("fh_hypoid_9x34"))
     gear = cut_gear(pair)
     machine = conjugate_start(pair, gear, "concave", fit_grid(pair, 0.1, (3, 3))).flank.machine
     given = {
@@ -89,7 +85,7 @@ def test_conjugate_start_is_the_given_one() -> None:
 
 
 def test_gear_settings_are_the_given_ones() -> None:
-    pair = pair_dimensions(pair_blank(load_blank("fh_hypoid_9x34")), False)
+    pair = formate_pair(load_blank("fh_hypoid_9x34"))
     gear = cut_gear(pair)
     machine = gear.concave.machine
     assert machine.radial_setting == pytest.approx(111.08769 * MM, abs=2e-6 * MM * 10)
@@ -111,7 +107,7 @@ def test_gear_settings_are_the_given_ones() -> None:
 def test_given_settings_have_the_given_residual_and_transmission_error(
     side: FlankSide, rms: float, largest: float, missing: int, together: float
 ) -> None:
-    pair = pair_dimensions(pair_blank(load_blank("fh_hypoid_9x34")), False)
+    pair = formate_pair(load_blank("fh_hypoid_9x34"))
     gear = cut_gear(pair)
     grid = fit_grid(pair)
     start = conjugate_start(pair, gear, side, grid)
@@ -144,7 +140,7 @@ def sister() -> PairBlankInput:
 
 
 def target_flanks(blank: PairBlankInput, root_weight: float) -> list[TargetFlank]:
-    pair = pair_dimensions(pair_blank(blank), False)
+    pair = formate_pair(blank)
     gear, grid = cut_gear(pair), fit_grid(pair)
     relief = target_relief(TARGET, grid.x, grid.y)
     return [target_flank(pair, conjugate_start(pair, gear, side, grid), relief, root_weight) for side in FLANK_SIDES]
@@ -153,14 +149,18 @@ def target_flanks(blank: PairBlankInput, root_weight: float) -> list[TargetFlank
 @pytest.mark.parametrize(("name", "convex", "concave"), [("offset 31.75", 0.51, 0.48), ("offset 10", 0.50, 0.48)])
 def test_setting_per_flank_reaches_the_given_residuals(name: str, convex: float, concave: float) -> None:
     blank = load_blank("fh_hypoid_9x34") if name == "offset 31.75" else sister()
-    tilt = Parameter("machine", "tilt", 0.01)
+    tilt = FitParameter("machine", "tilt", 0.01)
+    radial, *blade = (
+        PARAMETERS[name] for name in ("radial_setting", "point_radius", "blade_angle", "curvature", "phase")
+    )
+    free = [radial, tilt, *blade]
     found = {}
     for wanted in target_flanks(blank, 0.0):
         # tilt alone is free, its direction is held: no free axis
         flank = tilt_and_swivel(wanted.flank)
         shift = np.array([[0.0], [flank.index_zero - wanted.flank.index_zero], [0.0]])
         held = replace(wanted, flank=flank, parameters=wanted.parameters + shift)
-        result = fit([held], (), (RADIAL, tilt, RADIUS, ANGLE, CURVATURE, PHASE))
+        result = fit([held], (), tuple(free))
         found[flank.side] = result.rms * 1e6
         assert result.iterations < 12
     assert found["convex"] == pytest.approx(convex, abs=0.02)

@@ -13,9 +13,9 @@ import pytest
 from efficiency.contact.conjugate import read_ease_off_map
 from efficiency.cutting.flank import CutFlank
 from efficiency.design.design import load_design
+from efficiency.machine_settings.conjugate import target_relief
 from efficiency.machine_settings.correction import machine_corrections
 from efficiency.machine_settings.inputs import FlankTarget
-from efficiency.machine_settings.target_flank import target_relief
 from efficiency.output.files import export_ease_off
 from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
 from ehl.common.errors import InputError

@@ -114,7 +114,7 @@ def test_tables_shared_by_both_flanks(tmp_path: Path) -> None:
 def test_face_hobbed_formate_gear(tmp_path: Path) -> None:
     design = load(tmp_path, HOBBED)
     concave, convex = cut(design.gear.flank("concave")), cut(design.gear.flank("convex"))
-    assert not concave.machine.generated
+    assert not concave.machine.generation.rolls
     assert concave.index_ratio == pytest.approx(13.0 / 39.0)
     assert concave.index_zero == convex.index_zero
     assert concave.blade.point_radius == pytest.approx(0.08255)

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from efficiency.blanks.cones import Blank
 from efficiency.cutting import newton
+from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import Blade
 from efficiency.cutting.edge import Protuberance, Relief
 from efficiency.cutting.flank import CutFlank, Flank, index_start
-from efficiency.cutting.machine import MachineSettings
+from efficiency.cutting.machine import FORMATE, GENERATED, MachineSettings
 
 BLANK = Blank(39, np.radians(70.2532), 0.081273, 0.0254, 0.001591, 0.005639, np.radians(2.1342), np.radians(6.4934))
 MACHINE = MachineSettings(
@@ -54,7 +54,12 @@ BLADES = {
     "straight mill": Blade(0.1, 0.35, "concave"),
     "curved mill": Blade(0.1, 0.35, "convex", 2.0, reference_height=0.004, edge_radius=0.001),
     "hob": HOB,
-    "relieved hob": replace(HOB, side="convex", toprem=Relief(0.002, 0.02, 0.05), flankrem=Relief(0.006, 0.1)),
+    "relieved hob": replace(
+        HOB,
+        side="convex",
+        toprem=Relief(height=0.002, radius=0.02, angle=0.05),
+        flankrem=Relief(height=0.006, radius=0.1),
+    ),
     "fillet": Blade(0.1, 0.35, "concave", edge_radius=0.001, part="fillet"),
 }
 
@@ -142,7 +147,9 @@ def test_machine_by_hand(groups: int) -> None:
 @pytest.mark.parametrize("generated", [True, False])
 def test_equation_of_meshing_and_normal_from_derivatives(name: str, generated: bool) -> None:
     """All motions on: analytic state and derivatives against complex step; n . dr/dphi; normal square to the tool."""
-    flank = CutFlank(BLADES[name], replace(MACHINE, generated=generated), BLANK, index_zero=0.3)
+    flank = CutFlank(
+        BLADES[name], replace(MACHINE, generation=GENERATED if generated else FORMATE), BLANK, index_zero=0.3
+    )
     state, slope = flank.linearise(parameters())
     by_step = Flank.linearise(flank, parameters())
     np.testing.assert_allclose(state, by_step[0], atol=1e-15)
@@ -169,7 +176,7 @@ def test_derivatives_by_settings_by_complex_step(name: str) -> None:
         return np.asarray(CutFlank(blade, machine, BLANK, 0.3).sweep(x)[0])
 
     changes = [("blade", n) for n in ("point_radius", "blade_angle", "curvature", "radius_offset", "phase")]
-    changes += [("machine", n) for n in MACHINE.__dataclass_fields__ if n != "generated"]
+    changes += [("machine", n) for n in MACHINE.__dataclass_fields__ if n != "generation"]
     for where, field in changes:
         value = getattr(BLADES[name] if where == "blade" else MACHINE, field)
         small = 1e-6 * max(1.0, abs(value))
@@ -185,7 +192,9 @@ def test_derivatives_by_settings_by_complex_step(name: str) -> None:
 
 def test_edge_pieces_join_with_one_tangent_and_relieve_the_flank() -> None:
     plain = Blade(0.1, 0.35, "concave", 3.0, reference_height=0.004, edge_radius=0.0008)
-    relieved = replace(plain, toprem=Relief(0.002, 0.03, 0.04), flankrem=Relief(0.007, 0.2))
+    relieved = replace(
+        plain, toprem=Relief(height=0.002, radius=0.03, angle=0.04), flankrem=Relief(height=0.007, radius=0.2)
+    )
     edge = relieved.profile
     assert len(edge.pieces) == 4
     for end in edge.breaks:
@@ -208,7 +217,9 @@ def test_edge_pieces_join_with_one_tangent_and_relieve_the_flank() -> None:
 
 
 def test_protuberance_stands_off_by_its_amount() -> None:
-    blade = Blade(0.1, 0.35, "concave", protuberance=Protuberance(0.003, 40e-6, 0.002), edge_radius=0.0005)
+    blade = Blade(
+        0.1, 0.35, "concave", protuberance=Protuberance(height=0.003, amount=40e-6, radius=0.002), edge_radius=0.0005
+    )
     s = np.array([0.0, 0.001])
     xi, eta, angle, _ = blade.profile.at(s)
     np.testing.assert_allclose(angle, 0.35, rtol=1e-12)

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from efficiency.cutting.machine import GeneratedMachine
+from efficiency.cutting.process import FaceMillingCutter
 from efficiency.cutting.summary import parse_summary, read_summary
 from efficiency.design.design import MemberInput
-from efficiency.design.flank_input import FaceMillingCutter, GeneratedMachine
 from ehl.common.errors import InputError
 
 # gear of the Gleason sheet 74782608 (meshingwithgears.com/cpchyp16.html), typed off as an operator would

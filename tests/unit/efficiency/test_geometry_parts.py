@@ -10,13 +10,13 @@ from flank_curvature import flank_curvature
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.chebyshev import Patch
 from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.tooth_grid import tooth_shapes
 from efficiency.cutting import newton
+from efficiency.cutting.blank import Blank
 from efficiency.cutting.rotation import turn
 from efficiency.design.design import load_design
 from ehl.common.errors import InputError

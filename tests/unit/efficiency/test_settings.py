@@ -12,9 +12,9 @@ import pytest
 
 from efficiency.contact.tooth_grid import tooth_shape
 from efficiency.design.design import load_design
+from efficiency.machine_settings.conjugate import target_relief
 from efficiency.machine_settings.inputs import FlankTarget, SettingsInput, load_targets
 from efficiency.machine_settings.solve import machine_settings
-from efficiency.machine_settings.target_flank import target_relief
 from ehl.common.data import data_path
 from ehl.common.errors import InputError
 

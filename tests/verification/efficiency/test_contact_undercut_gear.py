@@ -56,7 +56,7 @@ MILLED: dict[str, Any] = {
 
 def surface_of(content: dict[str, Any]) -> MeshSurface:
     """Generated gear and the pinion conjugate to it less `RELIEF`."""
-    geometry = pair_dimensions(pair_blank(validate(PairBlankInput, content)), True)
+    geometry = pair_dimensions(pair_blank(validate(PairBlankInput, content)))
     gear = cut_gear(geometry).flank("convex")
     return mesh_surface(gear, conjugate_flank(gear, geometry.pinion, geometry.assembly, RELIEF), geometry.assembly)
 

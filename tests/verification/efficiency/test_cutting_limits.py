@@ -10,11 +10,11 @@ import pytest
 from flank_curvature import flank_curvature
 from scipy.interpolate import CubicSpline
 
-from efficiency.blanks.cones import Blank
+from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import Blade
 from efficiency.cutting.flank import CutFlank, index_start
 from efficiency.cutting.limits import FlankLimits, columns, fillet, flank_limits, mutilation, slot_angle
-from efficiency.cutting.machine import MachineSettings
+from efficiency.cutting.machine import FORMATE, MachineSettings
 from efficiency.design.design import load_design
 
 MM = 1e-3
@@ -191,7 +191,7 @@ def test_fillet_and_undercut_flank_change_over_at_the_height_named() -> None:
 def test_plane_gear_is_mutilated_by_the_far_side_of_a_face_mill() -> None:
     """On a nearly flat gear the cutter circle crosses the ring of teeth twice; on a bevel gear it passes beside it."""
     blank = Blank(39, np.radians(89.0), 0.081273, 0.0254, 0.002, 0.004, 0.0, 0.0)
-    machine = MachineSettings(0.0948, 1.41, blank.pitch_angle, 0.0, sliding_base=-0.004, generated=False)
+    machine = MachineSettings(0.0948, 1.41, blank.pitch_angle, 0.0, sliding_base=-0.004, generation=FORMATE)
     flank = CutFlank(Blade(0.1143, 0.35, "concave"), machine, blank)
     hit = mutilation(flank, (0.0, 0.0))
     assert hit is not None

@@ -10,11 +10,11 @@ import pytest
 from flank_curvature import flank_curvature
 from gear_stress_cases import deeper
 
-from efficiency.blanks.cones import Blank
+from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import Blade
 from efficiency.cutting.edge import Relief
 from efficiency.cutting.flank import CutFlank, FlankPoints, index_start
-from efficiency.cutting.machine import MachineSettings
+from efficiency.cutting.machine import FORMATE, GENERATED, MachineSettings
 from efficiency.design.design import load_design
 from ehl.common.errors import ConvergenceError
 
@@ -65,7 +65,7 @@ def hob(generated: bool) -> CutFlank:
             0.0,
             sliding_base=-0.006847,
             machine_centre_to_back=0.011836,
-            generated=False,
+            generation=FORMATE,
         )
         blade = Blade(0.076, 24.1269 * DEG, "concave", 0.0, 0.006847, groups=13, offset_angle=20.1507 * DEG)
     return CutFlank(blade, machine, blank, index_start(machine, blank))
@@ -74,7 +74,7 @@ def hob(generated: bool) -> CutFlank:
 FLANKS = {
     "face-milled": mill(),
     "face-milled, all motions": tilted_mill(),
-    "face-milled, Formate": replace(mill(), machine=replace(mill().machine, generated=False)),
+    "face-milled, Formate": replace(mill(), machine=replace(mill().machine, generation=FORMATE)),
     "face-hobbed, generated, rake and hook": hob(True),
     "face-hobbed, Formate": hob(False),
 }
@@ -205,7 +205,7 @@ def test_curvature_of_the_envelope_from_that_of_the_tool() -> None:
             expected[:, i, j] = (back[i] * tool(back[j])).sum(axis=0) - rank_one
     scale = np.abs(expected).max()
     assert np.abs(shape.matrix - expected).max() / scale < 1e-8
-    assert machine.generated
+    assert machine.generation is GENERATED
 
 
 def turn_back(vector: np.ndarray, angle: np.ndarray) -> np.ndarray:
@@ -228,7 +228,7 @@ def test_principal_directions_are_square_and_belong_to_their_curvatures() -> Non
 
 def test_toprem_and_flankrem_take_material_at_root_and_tip_only() -> None:
     plain = mill()
-    blade = replace(plain.blade, toprem=Relief(0.0015, 0.05), flankrem=Relief(0.005, 0.15))
+    blade = replace(plain.blade, toprem=Relief(height=0.0015, radius=0.05), flankrem=Relief(height=0.005, radius=0.15))
     relieved = replace(plain, blade=blade)
     blank = plain.blank
     u, h = np.zeros(61), np.linspace(-5.2e-3, 1.5e-3, 61)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from flank_curvature import flank_curvature
 
-from efficiency.blanks.cones import Blank
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.chebyshev import Patch
 from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
@@ -16,6 +15,7 @@ from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
 from efficiency.contact.transmission import contact_path, transmission
+from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import Blade
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import MachineSettings

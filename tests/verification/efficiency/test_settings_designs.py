@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,18 +12,17 @@ from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
 from efficiency.contact.tooth_grid import gear_thickness, pinion_thickness
 from efficiency.cutting.flank import CutFlank
 from efficiency.design.design import load_design
-from efficiency.machine_settings.conjugate import fit_grid
+from efficiency.machine_settings.conjugate import fit_grid, target_relief
 from efficiency.machine_settings.gear import pair_dimensions
 from efficiency.machine_settings.inputs import load_targets
 from efficiency.machine_settings.solve import machine_settings
-from efficiency.machine_settings.target_flank import target_relief
 from ehl.common.data import data_names
 
 
 @pytest.mark.parametrize("name", data_names("targets"))
 def test_design_has_the_wanted_ease_off(name: str) -> None:
     inputs, design = load_targets(name), load_design(name)
-    pair = pair_dimensions(pair_blank(inputs.blank), inputs.cutting.gear == "generated")
+    pair = pair_dimensions(replace(pair_blank(inputs.blank), gear_cutting=inputs.cutting.gear))
     grid = fit_grid(pair)
     for side, target in (("drive", inputs.targets.drive), ("coast", inputs.targets.coast)):
         pinion, gear = design.flanks().mating("drive" if side == "drive" else "coast")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,19 +12,17 @@ from efficiency.blanks.pair import pair_blank
 from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
 from efficiency.cutting.cutter import FLANK_SIDES
 from efficiency.cutting.flank import CutFlank
-from efficiency.machine_settings.conjugate import conjugate_start, fit_grid
-from efficiency.machine_settings.fit import Parameter, RootLine, _derivatives, measure, with_setting
-from efficiency.machine_settings.free_settings import free_axis, tilt_and_swivel
+from efficiency.machine_settings.conjugate import conjugate_start, fit_grid, target_flank
+from efficiency.machine_settings.fit import FitParameter, RootLine, _derivatives, measure, with_setting
 from efficiency.machine_settings.gear import PairDimensions, cut_gear, pair_dimensions
-from efficiency.machine_settings.generating import generating_screw
-from efficiency.machine_settings.target_flank import target_flank
+from efficiency.machine_settings.generating import free_axis, generating_screw, tilt_and_swivel
 
 
 def geometry(name: str, generated: bool, left_hand_gear: bool = False) -> PairDimensions:
     inputs = load_blank(name)
     if left_hand_gear:
         inputs = inputs.model_copy(update={"hand_pinion": "right", "hand_gear": "left"})
-    return pair_dimensions(pair_blank(inputs), generated)
+    return pair_dimensions(replace(pair_blank(inputs), gear_cutting="generated" if generated else "formate"))
 
 
 @pytest.mark.parametrize("left_hand_gear", [False, True])
@@ -85,13 +85,13 @@ def test_derivatives_of_the_residual_by_settings_against_differences() -> None:
     wanted = target_flank(pair, start, np.zeros(20), 0.02)
     now = measure(wanted, wanted.flank, wanted.phase, wanted.parameters)
     parameters = [
-        Parameter("machine", "axis_x", 0.01),
-        Parameter("machine", "roll_ratio", 0.02),
-        Parameter("machine", "blank_offset", 1e-3),
-        Parameter("machine", "modified_roll_2c", 0.01),
-        Parameter("blade", "blade_angle", 0.01),
-        Parameter("blade", "curvature", 1.0),
-        Parameter("phase", "phase", 0.01),
+        FitParameter("machine", "axis_x", 0.01),
+        FitParameter("machine", "roll_ratio", 0.02),
+        FitParameter("machine", "blank_offset", 1e-3),
+        FitParameter("machine", "modified_roll_2c", 0.01),
+        FitParameter("blade", "blade_angle", 0.01),
+        FitParameter("blade", "curvature", 1.0),
+        FitParameter("phase", "phase", 0.01),
     ]
     exact = _derivatives(wanted, now, parameters, True)
     assert now.root is not None

@@ -7,10 +7,17 @@ height square to the pitch cone, positive towards the tooth tip.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ehl.common.units import ValueRange
+
+Hand = Literal["left", "right"]
+Length = Annotated[float, ValueRange("m", gt=0.0, le=3.0)]
+Depth = Annotated[float, ValueRange("m", ge=0.0, le=0.2)]
+Shift = Annotated[float, ValueRange("m", ge=-1.0, le=1.0)]
 
 FloatArray = NDArray[np.float64]
 Array = NDArray[np.inexact[Any]]

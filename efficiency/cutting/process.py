@@ -1,0 +1,379 @@
+"""Cutting processes: face milling and face hobbing, one object each, found by name in `PROCESSES`.
+
+An object holds all that depends on how the head indexes: the blade of a design file, the lengthwise curve, defaults and
+limits of the blank, the blade of the conjugate pinion and the settings a fit may change. Whether the profile is
+generated is the choice of the machine (`efficiency.cutting.machine.GENERATIONS`). The indexing itself is a number: the
+work turns by blade groups over teeth while the cutter turns once (`CutFlank.index_ratio`), zero for a face mill.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from math import gcd, tan
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from efficiency.cutting.blank import Depth, Hand, Length
+from efficiency.cutting.cutter import Blade, FlankSide
+from efficiency.cutting.edge import Protuberance, Relief
+from efficiency.cutting.machine import Turn
+from ehl.common.errors import InputError
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel
+
+BladeAngle = Annotated[float, ValueRange("rad", gt=-0.35, lt=0.9)]
+Curvature = Annotated[float, ValueRange("1/m", ge=-100.0, le=100.0)]
+RakeAngle = Annotated[float, ValueRange("rad", ge=-0.6, le=0.6)]
+
+# settings of a pinion fit, by the names of `machine_settings.fit.PARAMETERS`
+PLAIN = (
+    "axis_x",
+    "axis_y",
+    "radial_setting",
+    "blank_offset",
+    "sliding_base",
+    "machine_centre_to_back",
+    "roll_ratio",
+)
+MODIFIED = ("modified_roll_2c", "modified_roll_6d")
+MOTIONS = (*MODIFIED, "helical_motion_1")
+
+CUTTER_TAPERED = 1.1  # smallest r_c0/(R_m2 sin beta_m2) of tapered face-milled teeth (AGMA 2005, from memory)
+CUTTER_UNIFORM = 1.5  # largest for face-milled uniform depth, from the same
+
+
+class BladeInput(InputModel):
+    """Edge of one blade: straight or an arc, with edge radius and reliefs tangent to it.
+
+    Attributes
+    ----------
+    blade_angle : float
+        Of the edge to the cutter axis at the reference height [rad].
+    blade_curvature : float
+        There [1/m]; 0 for a straight edge.
+    reference_height : float
+        Over the blade tip [m]; 0 is the tip plane.
+    edge_radius : float
+        At the blade tip [m].
+    toprem, protuberance, flankrem : optional
+        Reliefs of the profile.
+    """
+
+    blade_angle: BladeAngle
+    blade_curvature: Curvature = 0.0
+    reference_height: Depth = 0.0
+    edge_radius: Depth = 0.0
+    toprem: Relief | None = None
+    protuberance: Protuberance | None = None
+    flankrem: Relief | None = None
+
+    @model_validator(mode="after")
+    def _edge(self) -> Self:
+        if self.toprem is not None and self.protuberance is not None:
+            raise InputError("protuberance", "given together with a toprem", "either toprem or protuberance")
+        low = self.toprem or self.protuberance
+        if low is not None and self.flankrem is not None and self.flankrem.height <= low.height:
+            raise InputError(
+                "flankrem.height", f"{self.flankrem.height * 1e3:.6g} mm", f"above {low.height * 1e3:.6g} mm"
+            )
+        if low is not None and self.edge_radius >= low.height:
+            raise InputError("edge_radius", f"{self.edge_radius * 1e3:.6g} mm", f"below {low.height * 1e3:.6g} mm")
+        return self
+
+    def blade(self, side: FlankSide, hand: Hand) -> Blade:
+        """The blade that cuts one flank of a member."""
+        raise NotImplementedError
+
+    def _blade(self, side: FlankSide, radius: float, **head: Any) -> Blade:
+        return Blade(
+            point_radius=radius,
+            blade_angle=self.blade_angle,
+            side=side,
+            curvature=self.blade_curvature,
+            reference_height=self.reference_height,
+            edge_radius=self.edge_radius,
+            toprem=self.toprem,
+            protuberance=self.protuberance,
+            flankrem=self.flankrem,
+            **head,
+        )
+
+
+class RadiusLimit(NamedTuple):
+    """Recommended limit of the cutter radius: its side, ``"at least"`` or ``"at most"``, and the remedy."""
+
+    side: str
+    limit: float
+    remedy: str
+
+
+class CuttingProcess(ABC):
+    """How the head indexes, and what follows from it.
+
+    Attributes
+    ----------
+    name : str
+        In files.
+    cutter : type of BladeInput
+        Table `cutter` of a flank in a design file.
+    blade_phase : bool
+        Whether the position of a blade around the head is a setting that turns its flank about the work axis.
+    pitch_share : float
+        Share of half a pitch by which the slot of a gear narrows towards the toe, 0 to 1 (AGMA 929).
+    widest_slot : float
+        Largest ratio of widest over narrowest slot of one member; infinite where the head changes the slot along the
+        face.
+    root_weight : float
+        Residual per root error of a pinion whose flanks share one setting.
+    curved_blades : bool
+        Whether pinion blades may be curved where each flank has its own setting.
+    usual : dict
+        Keys of a new targets file: taper, gear_cutting, pinion_cutting.
+    """
+
+    name: ClassVar[str]
+    cutter: ClassVar[type[BladeInput]]
+    blade_phase: ClassVar[bool] = False
+    pitch_share: ClassVar[float] = 0.0
+    widest_slot: ClassVar[float] = np.inf
+    root_weight: ClassVar[float] = 0.03
+    curved_blades: ClassVar[bool] = False
+    usual: ClassVar[dict[str, str]]
+
+    @property
+    def label(self) -> str:
+        """Name in a sentence and in a setting sheet."""
+        return self.name.replace("_", " ")
+
+    @abstractmethod
+    def check_blade_groups(self, groups: int | None) -> None:
+        """Refuse blade groups that the head cannot have."""
+
+    @abstractmethod
+    def taper(self, cutter_radius: float, uniform_radius: float) -> str:
+        """Depth taper that is usual, for r_c0 and R_m2 sin beta_m2 [m]."""
+
+    def radius_limit(self, taper: str, uniform_radius: float) -> RadiusLimit | None:
+        """Recommended limit of the cutter radius for R_m2 sin beta_m2, in the same unit."""
+        return None
+
+    def common_factors(self, groups: int, teeth: tuple[int, int]) -> Iterator[tuple[str, int]]:
+        """Pairs of numbers that should have no common factor, and the one they have."""
+        return iter(())
+
+    @abstractmethod
+    def cutter_table(self, blade: Blade, mirror: float) -> dict[str, str | float | int]:
+        """A blade as table `cutter` of a design file; `mirror` is +1 for a right-hand member."""
+
+    @abstractmethod
+    def conjugate_reference(self, blade: Blade, reach: float, depth: float) -> tuple[float, float]:
+        """Radius and reference height [m] of the pinion blade whose profile is that of the gear's blade turned over.
+
+        Parameters
+        ----------
+        blade : Blade
+            Of the gear.
+        reach : float
+            Distance of both tip planes [m].
+        depth : float
+            Dedendum of the pinion along its cutter axis [m].
+        """
+
+    @abstractmethod
+    def shared_settings(self, free_form: bool, radius_offsets: bool) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Settings that both pinion flanks share, and settings of each, where one setting cuts both.
+
+        Parameters
+        ----------
+        free_form : bool
+            Any relative motion; otherwise the machine is a cradle machine.
+        radius_offsets : bool
+            Whether each blade may be moved square to its cutting direction.
+        """
+
+
+class FaceMillingCutter(BladeInput):
+    """One blade of a face mill; see also `BladeInput`.
+
+    Attributes
+    ----------
+    point_radius : float, optional
+        Radius of the (extended) profile at the tip plane [m].
+    cutter_radius, point_width : float, optional
+        In its place: mean radius and distance of the blades of a spread-blade cutter [m].
+    """
+
+    type: Literal["face_milling"] = "face_milling"
+    point_radius: Length | None = None
+    cutter_radius: Length | None = None
+    point_width: Depth | None = None
+
+    @model_validator(mode="after")
+    def _radius(self) -> Self:
+        spread = self.cutter_radius, self.point_width
+        if self.point_radius is None and None in spread:
+            raise InputError(
+                "point_radius", None, "a length such as '114.3 mm', or cutter_radius and point_width instead"
+            )
+        if self.point_radius is not None and spread != (None, None):
+            raise InputError("point_radius", "given together with cutter_radius or point_width", "only one of the two")
+        if self.point_radius is None and 0.5 * float(self.point_width or 0.0) >= float(self.cutter_radius or 0.0):
+            raise InputError("point_width", self.point_width, "below the cutter diameter")
+        return self
+
+    def blade(self, side: FlankSide, hand: Hand) -> Blade:
+        """The blade that cuts one flank; a face mill suits both hands."""
+        sign = 1.0 if side == "concave" else -1.0
+        radius = self.point_radius
+        if radius is None:
+            assert self.cutter_radius is not None
+            assert self.point_width is not None
+            radius = self.cutter_radius + sign * 0.5 * self.point_width
+        return self._blade(side, radius + sign * self.reference_height * tan(self.blade_angle))
+
+
+class FaceMilling(CuttingProcess):
+    """Single indexing: the tooth is a circle of the cutter."""
+
+    name = "face_milling"
+    cutter = FaceMillingCutter
+    widest_slot = 2.0
+    usual: ClassVar = {"taper": "tilted_root", "gear_cutting": "generated", "pinion_cutting": "each_flank"}
+
+    def check_blade_groups(self, groups: int | None) -> None:
+        """None has any."""
+        if groups is not None:
+            raise InputError("blade_groups", groups, "no value: a face mill has no blade groups")
+
+    def taper(self, cutter_radius: float, uniform_radius: float) -> str:
+        """Tapered teeth unless the cutter is small."""
+        return "tilted_root" if cutter_radius > uniform_radius else "uniform"
+
+    def radius_limit(self, taper: str, uniform_radius: float) -> RadiusLimit | None:
+        """Large cutters for tapered depth, small ones for uniform depth."""
+        if uniform_radius <= 0.0:
+            return None
+        if taper != "uniform":
+            return RadiusLimit("at least", CUTTER_TAPERED * uniform_radius, "Smaller cutters ask for uniform depth.")
+        return RadiusLimit("at most", CUTTER_UNIFORM * uniform_radius, "Larger cutters ask for tapered depth.")
+
+    def cutter_table(self, blade: Blade, mirror: float) -> dict[str, str | float | int]:
+        """Point radius of the profile extended to the tip plane."""
+        tip = blade.point_radius - blade.sign * blade.reference_height * float(np.tan(blade.blade_angle))
+        table: dict[str, str | float | int] = {
+            "type": self.name,
+            "point_radius": tip,
+            "blade_angle": blade.blade_angle,
+        }
+        if blade.curvature:
+            table |= {"blade_curvature": blade.curvature, "reference_height": blade.reference_height}
+        return table
+
+    def conjugate_reference(self, blade: Blade, reach: float, depth: float) -> tuple[float, float]:
+        """At the pitch plane, where the radius depends least on the blade angle."""
+        return blade.point_radius + blade.sign * (reach - depth) * np.tan(blade.blade_angle), depth
+
+    def shared_settings(self, free_form: bool, radius_offsets: bool) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """No blade phase: the rotation of the work is shared and modified roll helps."""
+        return (*PLAIN, *MODIFIED, "phase"), ("blade_angle", "point_radius", "curvature")
+
+
+class FaceHobbingCutter(BladeInput):
+    """One blade of each group of a face-hobbing head; see also `BladeInput`.
+
+    Attributes
+    ----------
+    cutter_radius : float
+        Radius of the profile at the reference height [m].
+    blade_groups : int
+        Of the head.
+    blade_offset_angle : float
+        Of the plane of the profile to the axial plane, at the cutter radius [rad].
+    radius_offset : float
+        Moves the profile outwards, square to the cutting direction [m].
+    blade_phase : float
+        Position of the blade around the cutter axis [rad].
+    rake_angle, hook_angle : float
+        Of the front face [rad].
+    """
+
+    type: Literal["face_hobbing"]
+    cutter_radius: Length
+    blade_groups: Annotated[int, Field(ge=1, le=60)]
+    blade_offset_angle: Annotated[float, ValueRange("rad", ge=0.0, lt=1.2)]
+    radius_offset: Annotated[float, ValueRange("m", ge=-0.05, le=0.05)] = 0.0
+    blade_phase: Turn = 0.0
+    rake_angle: RakeAngle = 0.0
+    hook_angle: RakeAngle = 0.0
+
+    def blade(self, side: FlankSide, hand: Hand) -> Blade:
+        """The blade that cuts one flank; the head of a left-hand member is the mirror image."""
+        mirror = 1.0 if hand == "right" else -1.0
+        return self._blade(
+            side,
+            self.cutter_radius,
+            radius_offset=self.radius_offset,
+            groups=self.blade_groups,
+            offset_angle=mirror * self.blade_offset_angle,
+            phase=mirror * self.blade_phase,
+            rake=mirror * self.rake_angle,
+            hook=mirror * self.hook_angle,
+        )
+
+
+class FaceHobbing(CuttingProcess):
+    """Continuous indexing: the tooth is an epicycloid, the slot is made by the phase of the blades."""
+
+    name = "face_hobbing"
+    cutter = FaceHobbingCutter
+    blade_phase = True
+    pitch_share = 1.0
+    root_weight = 0.02
+    curved_blades = True
+    usual: ClassVar = {"taper": "uniform", "gear_cutting": "formate", "pinion_cutting": "both_flanks"}
+
+    def check_blade_groups(self, groups: int | None) -> None:
+        """The head needs them."""
+        if groups is None:
+            raise InputError("blade_groups", None, "the number of blade groups of the face-hobbing head")
+
+    def taper(self, cutter_radius: float, uniform_radius: float) -> str:
+        """Uniform depth."""
+        return "uniform"
+
+    def common_factors(self, groups: int, teeth: tuple[int, int]) -> Iterator[tuple[str, int]]:
+        """Each blade group and tooth should meet all teeth of the mate."""
+        numbers = {"z_0": groups, "z_1": teeth[0], "z_2": teeth[1]}
+        for one, other in (("z_1", "z_2"), ("z_0", "z_1"), ("z_0", "z_2")):
+            yield f"{one} and {other}", gcd(numbers[one], numbers[other])
+
+    def cutter_table(self, blade: Blade, mirror: float) -> dict[str, str | float | int]:
+        """Radius at the reference height, offset angle and phase."""
+        return {
+            "type": self.name,
+            "cutter_radius": blade.point_radius,
+            "blade_groups": blade.groups,
+            "blade_offset_angle": mirror * blade.offset_angle,
+            "blade_angle": blade.blade_angle,
+            "reference_height": blade.reference_height,
+            "radius_offset": blade.radius_offset,
+            "blade_curvature": blade.curvature,
+            "blade_phase": mirror * blade.phase,
+        }
+
+    def conjugate_reference(self, blade: Blade, reach: float, depth: float) -> tuple[float, float]:
+        """The reference point of the gear's blade, seen from the other tip plane."""
+        return blade.point_radius, reach - blade.reference_height
+
+    def shared_settings(self, free_form: bool, radius_offsets: bool) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Cutter axis, radial setting, places of the work and roll ratio; each blade has angle, radius and phase."""
+        if not radius_offsets:
+            return (*PLAIN, *MOTIONS), ("blade_angle", "curvature", "phase")
+        plain = PLAIN if free_form else (*PLAIN, *MODIFIED)
+        return plain, ("blade_angle", "radius_offset", "curvature", "phase")
+
+
+PROCESSES: dict[str, CuttingProcess] = {process.name: process for process in (FaceMilling(), FaceHobbing())}
