@@ -129,7 +129,7 @@ def gears() -> None:
         for friction in PUBLISHED:
             cells, losses = [], []
             for rms in RMS:
-                result = loaded.efficiency(friction, roughness_rms=rms)
+                result = loaded.efficiency(friction, roughness_rms_each=rms)
                 lower, upper = (result.power_input * (1.0 - eta) for eta in (
                     result.efficiency_upper, result.efficiency_lower))  # fmt: skip
                 losses.append(result.power_loss)

@@ -115,7 +115,7 @@ def cpu(work: Callable[[], Any]) -> tuple[Any, float]:
 
 def at(design: Design) -> Operation:
     """Operating point of a design file."""
-    return design.running(design.operation.speed, design.operation.temperature_oil)
+    return design.running(design.operation.speed, design.operation.temperature)
 
 
 def times(design: Design, formula: str) -> list[Stage]:
@@ -186,7 +186,7 @@ def interface(design: Design, formula: str, repeats: int = 3) -> list[Stage]:
 def operations(design: Design) -> tuple[Operation, ...]:
     """The design's own operating point, and a slow hot one whose films are thin."""
     own = at(design)
-    return own, replace(own, speed_pinion=own.speed_pinion / 3.0, temperature_oil=383.15)
+    return own, replace(own, speed=own.speed / 3.0, temperature=383.15)
 
 
 def models(
@@ -211,8 +211,8 @@ def models(
             rows.append(
                 Model(
                     design.name,
-                    result.speed_pinion * 30.0 / np.pi,
-                    result.temperature_oil - 273.15,
+                    result.speed * 30.0 / np.pi,
+                    result.temperature - 273.15,
                     float(np.average(film, weights=points.force * points.speed_sliding)),
                     result.friction_model,
                     result.efficiency,
@@ -266,7 +266,7 @@ def plot_models(results: Sequence[Sequence[EfficiencyResult]], path: Path) -> No
             line = {"linewidth": 2.5, "color": "black"} if result.friction_model == REFERENCE else {"linewidth": 1.2}
             angle = np.degrees(result.pinion_angle)
             axes.plot(angle, friction_along_mesh(result), label=result.friction_model, **line)
-        rpm, temperature = result.speed_pinion * 30.0 / np.pi, result.temperature_oil - 273.15
+        rpm, temperature = result.speed * 30.0 / np.pi, result.temperature - 273.15
         axes.set_title(f"{result.design}, {rpm:.0f} rpm, {temperature:.0f} °C", fontsize=10)
         axes.set(xlabel="pinion angle [°]", ylabel="mean friction coefficient")
         axes.set_ylim(bottom=0.0)

@@ -149,10 +149,10 @@ def check_energy(loaded: LoadedMesh, result: Any) -> float:
     worst = 0.0
     for k, (pinion, gear, loss) in enumerate(force_vectors(loaded, result)):
         ends = (pinion, gear) if result.driver == "pinion" else (gear, pinion)
-        stated = result.power_loss_positions[k] / result.speed_pinion
+        stated = result.power_loss_positions[k] / result.speed
         worst = max(worst, abs(pinion - loaded.torque), abs(ends[0] - ends[1] - loss), abs(loss - stated))
     power = result.power_input - result.power_output - result.power_loss
-    return float(max(worst, abs(power) / result.speed_pinion) / loaded.torque)
+    return float(max(worst, abs(power) / result.speed) / loaded.torque)
 
 
 def check_load(loaded: LoadedMesh) -> dict[str, Any]:
@@ -172,10 +172,10 @@ def check_load(loaded: LoadedMesh) -> dict[str, Any]:
     if moved is not None:
         placed, start = design.placement(), design.assembly.misalignment
         # the frame turns with the axes: it settles at the forces of the result
-        again = DisplacedAxes(placed.E, placed.P, placed.G, placed.alpha, np.eye(3), np.zeros(3))
+        again = DisplacedAxes(placed.E, placed.P, placed.G, placed.shaft_angle_error, np.eye(3), np.zeros(3))
         for _ in range(5):
             again = axes_under_load(placed, stiffness.compliances(), loaded.grids.coarse, again)
-        found = {"E": design.mirror * again.E, "P": again.P, "G": again.G, "alpha": again.alpha}
+        found = {"E": design.mirror * again.E, "P": again.P, "G": again.G, "shaft_angle_error": again.shaft_angle_error}
         off = [abs(found[name] - getattr(start, name) - getattr(moved, name)) for name in found]
         row |= {
             "deflection_um": 1e6 * max(abs(moved.E), abs(moved.P), abs(moved.G)),

@@ -38,7 +38,7 @@ class Row:
     points_per_line: int
     order_height: int
     order_length: int
-    torque_pinion: float
+    torque: float
     seconds: float
     efficiency: float
     efficiency_error: float
@@ -49,7 +49,7 @@ def measure(mesh: MeshGrids, grid: tuple[int, int], orders: tuple[int, int], geo
     """Efficiency with a published friction formula at both torques."""
     design = load_design(DESIGN)
     model, oil = friction_model("xu_kahraman_2007"), Oil.load("75w90")
-    operation = Operation(design.operation.speed, design.operation.temperature_oil, 0.4e-6, 0.4e-6)
+    operation = Operation(design.operation.speed, design.operation.temperature, 0.4e-6, 0.4e-6)
     rows = []
     for torque in TORQUES:
         clock = time.perf_counter()
@@ -91,7 +91,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     ]
 
     def truth(group: list[Row], torque: float) -> float:
-        return [row.efficiency for row in group if row.torque_pinion == torque][-1]
+        return [row.efficiency for row in group if row.torque == torque][-1]
 
     print(
         "positions points orders torque  seconds  loss[%]  true error  stated error  p_max[GPa]   (errors of the loss)"
@@ -99,10 +99,10 @@ def main(argv: Sequence[str] | None = None) -> None:
     for group in (rows, teeth):
         for row in group:
             loss = 1.0 - row.efficiency
-            error = (row.efficiency - truth(group, row.torque_pinion)) / loss
+            error = (row.efficiency - truth(group, row.torque)) / loss
             print(
                 f"{row.positions:6d} {row.points_per_line:8d}   {row.order_height:2d}x{row.order_length:2d} "
-                f"{row.torque_pinion:6.0f} {row.seconds:8.2f} {100 * loss:8.4f} {error:11.1e} "
+                f"{row.torque:6.0f} {row.seconds:8.2f} {100 * loss:8.4f} {error:11.1e} "
                 f"{row.efficiency_error / loss:12.1e} {row.pressure_max / 1e9:11.3f}"
             )
     write_rows(folder / "gear_load.csv", rows + teeth)
@@ -110,7 +110,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     figure = Figure(figsize=(7.0, 4.2), layout="constrained")
     axes = figure.add_subplot()
     for torque, color in zip(TORQUES, ("#1f5a99", "#c8651b"), strict=True):
-        part = [row for row in rows if row.torque_pinion == torque][:-1]
+        part = [row for row in rows if row.torque == torque][:-1]
         seconds = [row.seconds for row in part]
         true = [abs(row.efficiency - truth(rows, torque)) / (1.0 - row.efficiency) for row in part]
         stated = [row.efficiency_error / (1.0 - row.efficiency) for row in part]

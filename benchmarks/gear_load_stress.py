@@ -90,7 +90,7 @@ def design_of(content: dict[str, Any], gear: str) -> Design:
             "blank": content,
             "cutting": {"gear": gear, "pinion": "conjugate"},
             "targets": {"drive": target, "coast": target},
-            "operation": {"torque": 200.0, "speed": 150.0, "temperature_oil": 363.15, "oil": "75w90"},
+            "operation": {"torque": 200.0, "speed": 150.0, "temperature": 363.15, "oil": "75w90"},
         },
     )
     design = machine_settings(inputs, transmission=False).design

@@ -59,7 +59,7 @@ mesh.elastic_fine, mesh.elastic_coarse
 marks.append(("compliance at the points", process_time()))
 loaded = load_grids(mesh, design.operation.torque)
 marks.append(("load", process_time()))
-operation = Operation(design.operation.speed, design.operation.temperature_oil, 4e-7, 4e-7)
+operation = Operation(design.operation.speed, design.operation.temperature, 4e-7, 4e-7)
 mesh_efficiency(loaded, friction_model("{FORMULA}"), Oil.load(design.operation.oil), operation)
 marks.append(("friction and loss", process_time()))
 print(json.dumps(marks))
@@ -137,7 +137,7 @@ def over_map(name: str) -> list[Growth]:
         torques = list(np.linspace(1.5 / count, 1.5, count) * given.torque)
 
         def run(torques: list[float] = torques) -> Any:
-            return efficiency_map(mesh, model, oil, torques, at, speeds, [given.temperature_oil])
+            return efficiency_map(mesh, model, oil, torques, at, speeds, [given.temperature])
 
         rows.append(Growth(name, "map", count * SPEEDS, cpu(run)))
     return rows

@@ -48,7 +48,7 @@ def path_points(name: str) -> pd.DataFrame:
     """Points of one pair, SI units; `outside` is the share of the work outside the ranges of `gear_75w90`."""
     pair = efficiency.load(name)
     design = pair.design
-    torque, speed, oil = design.operation.torque, design.operation.speed, design.operation.temperature_oil
+    torque, speed, oil = design.operation.torque, design.operation.speed, design.operation.temperature
     duty = [
         DutyRow(t, s, hot, 1.0)
         for t in (torque, 0.5 * torque)
@@ -70,7 +70,7 @@ def path_points(name: str) -> pd.DataFrame:
         outside = 1.0 - work[-1] / points.weight.sum()
         labels = {
             "design": design.name,
-            "state": f"{row.torque:.4g} N*m {row.speed * 30.0 / np.pi:.4g} rpm {row.temperature_oil - KELVIN:.3g} degC",
+            "state": f"{row.torque:.4g} N*m {row.speed * 30.0 / np.pi:.4g} rpm {row.temperature - KELVIN:.3g} degC",
             # power lost in percent of the input for mu = 1, all along the mesh
             "loss": 100.0 * points.weight.sum() / (row.hours * row.torque * row.speed),
             "outside": outside,

@@ -98,7 +98,7 @@ def pair(way: str, rng: np.random.Generator) -> dict[str, Any]:
         "blank": blank,
         "cutting": {"gear": gear, "pinion": pinion},
         "targets": {"drive": target, "coast": target},
-        "operation": {"torque": 200.0, "speed": 300.0, "temperature_oil": 363.0, "oil": "75w90"},
+        "operation": {"torque": 200.0, "speed": 300.0, "temperature": 363.0, "oil": "75w90"},
     }
 
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypedDict, TypeVar, U
 import numpy as np
 
 from efficiency.conditions.duty import DutyCycle, DutyRow, duty_cycle, read_duty
-from efficiency.conditions.grid import AXES, Condition, Grid, solve_grid, solve_points
+from efficiency.conditions.grid import AXES, Condition, Grid, refuse_composite, solve_grid, solve_points
 from efficiency.conditions.loss_map import LossMap, signed_axes, solve_loss_map
 from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPosition, cycle_lines, mesh_cycle
 from efficiency.contact.displaced_axes import DisplacedAxes
@@ -90,8 +90,8 @@ _RMS = value_range_of(MemberInput, "roughness_rms")
 _QUANTITIES: dict[str, ValueRange] = {
     "torque": OPERATION_LIMITS["torque"],
     "speed": OPERATION_LIMITS["speed"],
-    "temperature": OPERATION_LIMITS["temperature_oil"],
-    **dict.fromkeys(("roughness_rms", "roughness_rms_pinion", "roughness_rms_gear"), _RMS),
+    "temperature": OPERATION_LIMITS["temperature"],
+    **dict.fromkeys(("roughness_rms_each", "roughness_rms_pinion", "roughness_rms_gear"), _RMS),
     **TEXTURE,
     **{name: value_range_of(Misalignment, name) for name in _MISALIGNMENTS},
 }
@@ -104,7 +104,7 @@ class Conditions(TypedDict, total=False):
     temperature: Value
     oil: str | Oil
     driver: Driver
-    roughness_rms: Value
+    roughness_rms_each: Value
     roughness_rms_pinion: Value
     roughness_rms_gear: Value
     correlation_length: Value
@@ -245,7 +245,7 @@ class GearPair:
         positions, points_per_line : int
             Pinion angles in a pitch (even) and points on each contact line; results state the error.
         **misalignment : float or str
-            `E`, `P`, `G` [m] and `alpha` [rad] in place of those of the design.
+            `E`, `P`, `G` [m] and `shaft_angle_error` [rad] in place of those of the design.
 
         Returns
         -------
@@ -300,7 +300,7 @@ class GearPair:
         return [resolve_friction(friction, self.design) for friction in frictions]
 
     def misaligned(self, **misalignment: Value) -> GearPair:
-        """The pair with `E`, `P`, `G` [m] and `alpha` [rad] in place of those of the design."""
+        """The pair with `E`, `P`, `G` [m] and `shaft_angle_error` [rad] in place of those of the design."""
         own = self.design.assembly.misalignment.model_dump()
         given = {name: _checked(name, value) for name, value in misalignment.items()}
         return GearPair(self.design.with_misalignment(**(own | given)))
@@ -363,10 +363,10 @@ class GearPair:
         strength : bool
             Columns of strength: worst grade, safety factors, integral temperature, specific film (0.1 s a point).
         **axes : sequence
-            `torque`, `speed`, `temperature`, `oil`, `driver`, `roughness_rms`, `roughness_rms_pinion`,
-            `roughness_rms_gear`, `correlation_length`, `peklenik_number`, `E`, `P`, `G`, `alpha`, `side`, `design`:
-            numbers in SI units, texts with a unit, or one text with a list (``"100, 200 N m"``). ``design`` takes
-            pairs, designs, names or files.
+            `torque`, `speed`, `temperature`, `oil`, `driver`, `roughness_rms_each`, `roughness_rms_pinion`,
+            `roughness_rms_gear`, `correlation_length`, `peklenik_number`, `E`, `P`, `G`, `shaft_angle_error`, `side`,
+            `design`: numbers in SI units, texts with a unit, or one text with a list (``"100, 200 N m"``). ``design``
+            takes pairs, designs, names or files.
 
         Returns
         -------
@@ -471,7 +471,7 @@ class GearPair:
             A value out of range.
         """
         torques, speeds = signed_axes(torque, speed)
-        kelvin = self.design.operation.temperature_oil if temperature is None else _checked("temperature", temperature)
+        kelvin = self.design.operation.temperature if temperature is None else _checked("temperature", temperature)
         model, card = resolve_friction(friction, self.design), oil or self.design.operation.oil
 
         def solve(condition: Condition) -> EfficiencyResult:
@@ -545,7 +545,7 @@ class GearPair:
             load = mesh.load(abs(row.torque)).grids.fine
             if load.reason:
                 raise ConvergenceError(load.reason, f"{self.name} at {row.torque:g} N m")
-            operation = self.design.running(abs(row.speed), row.temperature_oil)
+            operation = self.design.running(abs(row.speed), row.temperature)
             points = loaded_points(load, mesh.grids.teeth.effective_modulus, operation)
             weight = points.force * points.speed_sliding * (row.hours / len(mesh.grids.fine))
             found.append(WeightedPoints(points.state, np.asarray(weight), card))
@@ -593,7 +593,7 @@ class GearPair:
         progress: ProgressCallback | None = None,
         **axes: Any,
     ) -> MisalignmentGrid:
-        """Contact over all combinations of `E`, `P`, `G` and `alpha`, added to those of the design (V-H check).
+        """Contact over all combinations of misalignments added to those of the design (V-H check).
 
         Parameters
         ----------
@@ -610,18 +610,18 @@ class GearPair:
         progress : callable, optional
             Called with a `Progress` after each state of a side.
         **axes : sequence
-            Values of `E`, `P`, `G` [m] and `alpha` [rad]; zero where not given.
+            Values of `E`, `P`, `G` [m] and `shaft_angle_error` [rad]; zero where not given.
         """
         from efficiency.geometry.misalignment import MisalignmentGrid, MisalignmentStudy, misalignment_study
         from efficiency.geometry.pair_geometry import chosen_sides, marking_thickness
 
         thickness = marking_thickness(marking)
         if not axes:
-            raise InputError("E, P, G, alpha", None, "at least one of them with its values")
+            raise InputError("E, P, G, shaft_angle_error", None, "at least one of them with its values")
         values: dict[str, Any] = {name: tuple(axis_values(name, given)) for name, given in axes.items()}
         states = math.prod(len(part) for part in values.values())
         if states > _MAX_STATES:
-            raise InputError("E, P, G, alpha", f"{states} states", f"at most {_MAX_STATES} combinations")
+            raise InputError("E, P, G, shaft_angle_error", f"{states} states", f"at most {_MAX_STATES} combinations")
         given: dict[str, Any] = {} if friction is None else {"friction": friction}
         given |= conditions or {}
         if torque is None and given:
@@ -749,7 +749,7 @@ class GearPair:
         return (
             f"GearPair({design.name}: {design.pinion.blank.teeth}x{design.gear.blank.teeth}, offset "
             f"{1e3 * design.assembly.hypoid_offset:.4g} mm, {point.torque:.4g} N m, {point.speed:.4g} rad/s, "
-            f"{point.oil} at {point.temperature_oil:.5g} K)"
+            f"{point.oil} at {point.temperature:.5g} K)"
         )
 
     def _repr_html_(self) -> str:
@@ -760,7 +760,7 @@ class GearPair:
             "shaft angle": f"{math.degrees(design.assembly.shaft_angle):.4g} deg",
             "face width": " / ".join(f"{1e3 * m.blank.face_width:.4g} mm" for m in (design.pinion, design.gear)),
             "pinion torque, speed": f"{point.torque:.4g} N m, {point.speed * 30.0 / math.pi:.4g} rpm",
-            "oil": f"{point.oil}, {point.temperature_oil:.5g} K",
+            "oil": f"{point.oil}, {point.temperature:.5g} K",
         }
         cells = "".join(f"<tr><th>{escape(k)}</th><td>{escape(v)}</td></tr>" for k, v in rows.items())
         return f"<table><caption>{escape(design.name)}</caption>{cells}</table>"
@@ -937,7 +937,7 @@ class Mesh:
         """
         given = None if torque is None else _checked("torque", torque)
         grids = read_load(Path(path), self.flanks, self.grids.teeth, given)
-        return LoadedMesh(self, grids.fine.torque_pinion, grids, Path(path))
+        return LoadedMesh(self, grids.fine.torque, grids, Path(path))
 
     def over(
         self,
@@ -995,7 +995,7 @@ class Mesh:
         axes = {
             "torque": own.torque if torque is None else torque,
             "speed": own.speed if speed is None else speed,
-            "temperature": own.temperature_oil if temperature is None else temperature,
+            "temperature": own.temperature if temperature is None else temperature,
         }
         return self.over(friction, fixed=fixed, progress=progress, strength=strength, **axes)
 
@@ -1040,13 +1040,14 @@ class LoadedMesh:
         driver: Any = given.pop("driver", None)
         known = set(_QUANTITIES) - {"torque", *_MISALIGNMENTS}
         for name in given:
+            refuse_composite(name, given[name])
             if name not in known:
                 raise InputError("condition", name, "one of " + ", ".join((*sorted(known), "oil", "driver")))
         values: dict[str, Any] = {name: _checked(name, v) for name, v in given.items() if v is not None}
-        both = values.pop("roughness_rms", None)
+        both = values.pop("roughness_rms_each", None)
         if both is not None:
             values = {"roughness_rms_pinion": both, "roughness_rms_gear": both} | values
-        speed, temperature = values.pop("speed", point.speed), values.pop("temperature", point.temperature_oil)
+        speed, temperature = values.pop("speed", point.speed), values.pop("temperature", point.temperature)
         operation = design.running(speed, temperature, driver or point.driver)
         return replace(operation, **values), oil if isinstance(oil, Oil) else Oil.load(oil or point.oil)
 
@@ -1072,8 +1073,8 @@ class LoadedMesh:
             design states [cooling].
         **conditions : float or str
             What differs from the design: `speed` of the pinion [rad/s], oil `temperature` [K], `oil` (name of a card
-            or `Oil`), `driver` ("pinion" or "gear"), `roughness_rms` of both flanks or `roughness_rms_pinion` and
-            `roughness_rms_gear` [m], `correlation_length` [m], `peklenik_number` [-].
+            or `Oil`), `driver` ("pinion" or "gear"), `roughness_rms_each` (Rq of both flanks) or `roughness_rms_pinion`
+            and `roughness_rms_gear` [m], `correlation_length` [m], `peklenik_number` [-].
 
         Returns
         -------
@@ -1201,7 +1202,7 @@ class LoadedMesh:
             operation.bulk,
             (operation.roughness_rms_pinion, operation.roughness_rms_gear),
             result.card.viscosity_kinematic_40,
-            operation.speed_pinion * pinion / gear * pitch.radius_gear,
+            operation.speed * pinion / gear * pitch.radius_gear,
             pitch.module_normal,
         )
         teeth = self.grids.mesh.teeth
@@ -1251,8 +1252,8 @@ class LoadedMesh:
     ) -> HeatBalance:
         design, pitch = self.mesh.design, self.mesh.pitch
         chosen = design.cooling if cooling is None else cooling
-        lubricant, ratio = oil.at(operation.temperature_oil), design.pinion.blank.teeth / design.gear.blank.teeth
-        speed = operation.speed_pinion
+        lubricant, ratio = oil.at(operation.temperature), design.pinion.blank.teeth / design.gear.blank.teeth
+        speed = operation.speed
         resistances = (
             thermal_resistance(design.pinion.blank.blank(), chosen.pinion, lubricant, speed, pitch.spiral_angle_pinion),
             thermal_resistance(
@@ -1300,6 +1301,7 @@ def axis_values(name: str, values: Any) -> list[Any]:
     InputError
         None of these, or a value out of range.
     """
+    refuse_composite(name, values)
     if name not in _QUANTITIES:
         return [values] if isinstance(values, str) else list(values)
     if not isinstance(values, str):

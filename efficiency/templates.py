@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ehl.common.data import data_names, data_path
@@ -34,7 +34,7 @@ class Question:
 _OPERATION = {
     "torque": Question("Torque of the pinion.", "250 N m"),
     "speed": Question("Speed of the pinion.", "1500 rpm"),
-    "temperature": Question("Temperature of the oil.", "90 degC", "temperature_oil"),
+    "temperature": Question("Temperature of the oil.", "90 degC"),
     "oil": Question("Oil: shipped, a card.toml, 'pao 97.5/13.3' or 'mineral vg 220'.", "75w90"),
 }
 _ROUGHNESS = Question("Rough contacts: deterministic (seconds) or load_sharing (milliseconds).", "deterministic")
@@ -48,7 +48,7 @@ _QUESTIONS = {
     },
     "contact": {
         "oil": _OPERATION["oil"],
-        "temperature": _OPERATION["temperature"],
+        "temperature": replace(_OPERATION["temperature"], key="temperature_oil"),
         "pressure": Question("Hertz pressure.", "1.2 GPa", "pressure_hertz"),
         "radius": Question("Equivalent radius of both bodies.", "15 mm", "radius_equivalent"),
         "speed": Question("Entrainment speed, the mean of both surfaces.", "5 m/s", "speed_entrainment"),
@@ -305,7 +305,7 @@ _OPERATING_POINT = """\
 [operation]
 torque = <torque>                      # of the pinion
 speed = <speed>
-temperature_oil = <temperature>
+temperature = <temperature>
 oil = <oil>                            # shipped name, card.toml, "pao 97.5/13.3" or "mineral vg 220"
 """
 

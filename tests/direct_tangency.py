@@ -24,7 +24,7 @@ from efficiency.cutting.newton import Array
 
 FloatArray = NDArray[np.float64]
 
-_STATES = ("offset", "E", "P", "G", "alpha", "shaft_angle")
+_STATES = ("offset", "E", "P", "G", "shaft_angle_error", "shaft_angle")
 _SUBSTEP = 0.08
 _STATE_STEPS = 2
 

@@ -24,7 +24,7 @@ _T = TypeVar("_T")
 _LOG = logging.getLogger(__name__)
 _STALE = "opacity-30"  # of pictures that do not belong to the settings
 # half the way of a slider about the design's alignment
-SLIDERS = {"E": 0.3, "P": 0.3, "G": 0.3, "alpha": 0.3}
+SLIDERS = {"E": 0.3, "P": 0.3, "G": 0.3, "shaft_angle_error": 0.3}
 COLOURS = {"fault": "negative", "warning": "warning", "for information": "info"}
 
 

@@ -45,7 +45,7 @@ FIELDS: dict[str, tuple[str, str, str]] = {
     "E": ("E", "mm", "E offset"),
     "P": ("P", "mm", "P pinion axial"),
     "G": ("G", "mm", "G gear axial"),
-    "alpha": ("alpha", "deg", "α shaft angle"),
+    "shaft_angle_error": ("shaft_angle_error", "deg", "α shaft angle"),
 }
 CHOICES = {
     "design": "pair",
@@ -59,7 +59,7 @@ _STATES: dict[str, State] = {"run in": "run_in", "new": "new"}
 FINISHES: dict[str, tuple[str, State]] = {
     f"{name}, {words}": (name, state) for name in data_names("finishes") for words, state in _STATES.items()
 }
-MISALIGNMENTS = ("E", "P", "G", "alpha")
+MISALIGNMENTS = ("E", "P", "G", "shaft_angle_error")
 COMPARED = ("xu_kahraman_2007", "constant:0.05")
 FRICTIONS = (*shipped_formulas(), *PUBLISHED, "constant:0.05")
 FIRST = "fh_hypoid_9x34_relieved"  # design a page begins with
@@ -81,8 +81,8 @@ class Scene:
         Of `FINISHES`.
     torque, speed, temperature, roughness_pinion, roughness_gear, peklenik : str
         Numbers in N m, rpm, degC, um, um, 1.
-    E, P, G, alpha : str
-        Misalignment in mm, alpha in deg.
+    E, P, G, shaft_angle_error : str
+        Misalignment in mm, shaft_angle_error in deg.
     """
 
     design: str
@@ -99,7 +99,7 @@ class Scene:
     E: str = ""
     P: str = ""
     G: str = ""
-    alpha: str = ""
+    shaft_angle_error: str = ""
 
     def values(self, *names: str) -> dict[str, str]:
         """Arguments of the Python interface with their units, of fields that are not empty.
@@ -245,7 +245,9 @@ class Bench:
         given = self.pair(name).design
         point, turn = given.operation, 30.0 / math.pi
         offsets = {
-            key: 1e3 * value for key, value in given.assembly.misalignment.model_dump().items() if key != "alpha"
+            key: 1e3 * value
+            for key, value in given.assembly.misalignment.model_dump().items()
+            if key != "shaft_angle_error"
         }
         return Scene(
             name,
@@ -253,9 +255,9 @@ class Bench:
             friction=default_friction(point.oil),
             torque=f"{point.torque:.6g}",
             speed=f"{point.speed * turn:.6g}",
-            temperature=f"{point.temperature_oil - 273.15:.6g}",
+            temperature=f"{point.temperature - 273.15:.6g}",
             **self.roughness(name),
-            alpha=f"{math.degrees(given.assembly.misalignment.alpha):.6g}",
+            shaft_angle_error=f"{math.degrees(given.assembly.misalignment.shaft_angle_error):.6g}",
             **{key: f"{value:.6g}" for key, value in offsets.items()},
         )
 
@@ -369,7 +371,7 @@ class Bench:
         base = self.answer(scene)
         torque = base.loaded.torque
         turn = 30.0 / math.pi
-        speed = base.result.speed_pinion * turn
+        speed = base.result.speed * turn
         share = np.linspace(0.2, 1.4, MAP_STEPS)
         torques, speeds = [float(f"{x:.3g}") for x in torque * share], [float(f"{x:.3g}") for x in speed * share]
         rows: list[list[float]] = []
@@ -412,8 +414,9 @@ class Bench:
         )
         operation = content.setdefault("operation", {})
         conditions, torque = scene.conditions, scene.values("torque")
-        places = {"speed": "speed", "temperature": "temperature_oil", "oil": "oil"}
-        operation.update({place: conditions[name] for name, place in places.items() if name in conditions} | torque)
+        operation.update(
+            {name: conditions[name] for name in ("speed", "temperature", "oil") if name in conditions} | torque
+        )
         if scene.finish:
             content.pop("surface", None)
         for member in ("pinion", "gear"):
@@ -451,7 +454,7 @@ def _field(name: str) -> str:
     """Field of a scene that an error names, or nothing."""
     last = name.rpartition(".")[2]
     arguments = {argument: key for key, (argument, *_) in FIELDS.items()}
-    known = {one.name: one.name for one in fields(Scene)} | arguments | {"temperature_oil": "temperature"}
+    known = {one.name: one.name for one in fields(Scene)} | arguments
     return known.get(last, "")
 
 

@@ -200,7 +200,7 @@ def misalignment(
     ] = None,
     p: Annotated[str | None, typer.Option("--P", help="Shift P along the pinion axis, from apex to heel.")] = None,
     g: Annotated[str | None, typer.Option("--G", help="Shift G along the gear axis, from apex to heel.")] = None,
-    alpha: Annotated[str | None, typer.Option("--alpha", help="Change of the shaft angle: '-4, 0, 4 arcmin'.")] = None,
+    shaft_angle_error: Annotated[str | None, typer.Option(help="Change of the shaft angle: '-4, 0, 4 arcmin'.")] = None,
     side: Annotated[str, typer.Option(help="Flanks in contact: drive, coast or both.")] = "drive",
     marking: Annotated[str | None, typer.Option(help="Thickness of the marking compound, default '6.35 um'.")] = None,
     torque: Annotated[
@@ -217,13 +217,13 @@ def misalignment(
     csv: Annotated[Path | None, typer.Option(help="Write all states as CSV (SI units).")] = None,
     plot: Annotated[Path | None, typer.Option(help="Folder for figures (PNG).")] = None,
 ) -> None:
-    """Misalignment study (V-H check): contact over a grid of E, P, G and alpha, added to those of the design.
+    """Misalignment study (V-H check): contact over a grid of E, P, G and shaft angle, added to those of the design.
 
     Without load; with ``--torque`` loaded transmission error, pressure, load at edges, loss and efficiency as well.
 
     Lists 'a, b, c unit' or ranges 'from:to:number unit'; the states are all combinations.
     """
-    axes = given({"E": e, "P": p, "G": g, "alpha": alpha})
+    axes = given({"E": e, "P": p, "G": g, "shaft_angle_error": shaft_angle_error})
     conditions = given({"speed": speed, "temperature": temperature, "oil": oil})
     with working("misalignment"):
         states = efficiency.load(design).misalignment(
@@ -254,7 +254,7 @@ def study(
     ] = None,
     speed: Annotated[str | None, typer.Option(help="Pinion speeds.", rich_help_panel=OPERATION)] = None,
     temperature: Annotated[str | None, typer.Option(help="Oil temperatures.", rich_help_panel=OPERATION)] = None,
-    roughness: Annotated[
+    roughness_each: Annotated[
         str | None, typer.Option(help="Rq of each flank: '0.2, 0.4 um'.", rich_help_panel=OPERATION)
     ] = None,
     oil: OilOption = None,
@@ -271,9 +271,11 @@ def study(
     g: Annotated[
         str | None, typer.Option("--G", help="Shift G along the gear axis.", rich_help_panel=MISALIGNMENT)
     ] = None,
-    alpha: Annotated[
+    shaft_angle_error: Annotated[
         str | None,
-        typer.Option("--alpha", help="Change of the shaft angle: '-4, 4 arcmin'.", rich_help_panel=MISALIGNMENT),
+        typer.Option(
+            "--shaft-angle-error", help="Change of the shaft angle: '-4, 4 arcmin'.", rich_help_panel=MISALIGNMENT
+        ),
     ] = None,
     load_balance: LoadBalanceOption = None,
     strength: Annotated[
@@ -287,8 +289,8 @@ def study(
 
     All combinations of the operating parameters, misalignments one at a time. A study that was killed goes on.
     """
-    values = {"torque": torque, "speed": speed, "temperature": temperature, "roughness_rms": roughness}
-    values |= {"E": e, "P": p, "G": g, "alpha": alpha}
+    values = {"torque": torque, "speed": speed, "temperature": temperature, "roughness_rms_each": roughness_each}
+    values |= {"E": e, "P": p, "G": g, "shaft_angle_error": shaft_angle_error}
     store = output / "points.jsonl"
     if fresh and os.path.exists(store):
         store.unlink()

@@ -12,7 +12,6 @@ from efficiency.cli.options import (
     GEOMETRY,
     OPERATION,
     OUTPUT,
-    AlphaOption,
     CsvOption,
     DesignArgument,
     EOption,
@@ -24,6 +23,10 @@ from efficiency.cli.options import (
     OilOption,
     POption,
     ReportOption,
+    RoughnessEachOption,
+    RoughnessGearOption,
+    RoughnessPinionOption,
+    ShaftAngleOption,
     SideOption,
     SpeedOption,
     TemperatureOption,
@@ -35,6 +38,7 @@ from efficiency.cli.options import (
     one_side,
     present,
     refuse,
+    roughness,
     unit_system,
 )
 from ehl import InputError
@@ -100,6 +104,9 @@ def gear(
     speed: SpeedOption = None,
     temperature: TemperatureOption = None,
     oil: OilOption = None,
+    roughness_each: RoughnessEachOption = None,
+    roughness_pinion: RoughnessPinionOption = None,
+    roughness_gear: RoughnessGearOption = None,
     side: Annotated[
         str | None,
         typer.Option(
@@ -110,7 +117,7 @@ def gear(
     e: EOption = None,
     p: POption = None,
     g: GOption = None,
-    alpha: AlphaOption = None,
+    shaft_angle_error: ShaftAngleOption = None,
     driver: DriverOption = None,
     load_balance: LoadBalanceOption = None,
     bulk_temperature: BulkOption = None,
@@ -143,6 +150,7 @@ def gear(
     A comma-separated list of torques, speeds or temperatures ('100, 200, 300 N m') makes a map.
     """
     point: dict[str, object] = {"torque": torque, "speed": speed, "temperature": temperature, "driver": driver}
+    rough = roughness(roughness_each, roughness_pinion, roughness_gear)
     options: dict[str, object] = {
         "bulk_temperature": bulk_temperature,
         "uncertainty": uncertainty,
@@ -151,11 +159,14 @@ def gear(
     }
     check_files(report=report, xlsx=xlsx)
     system = unit_system(units)
-    pair = efficiency.load(design).misaligned(**given({"E": e, "P": p, "G": g, "alpha": alpha}))
+    pair = efficiency.load(design).misaligned(**given({"E": e, "P": p, "G": g, "shaft_angle_error": shaft_angle_error}))
     if geometry:
         refuse(
             "--geometry, which takes no load and no oil",
-            point | options | {"load_balance": load_balance, "duty": duty, "oil": oil, "xlsx": xlsx, "csv": csv},
+            point
+            | rough
+            | options
+            | {"load_balance": load_balance, "duty": duty, "oil": oil, "xlsx": xlsx, "csv": csv},
         )
         shape = pair.geometry(side or "both", marking)
         shape.write(units=system, plot=plot, report=report)
@@ -168,11 +179,11 @@ def gear(
         raise InputError("marking", marking, "only together with --geometry")
     balance_of = load_balance_of(load_balance)
     axes = given({"torque": torque, "speed": speed, "temperature": temperature})
-    fixed = given({"oil": oil, "driver": driver})
+    fixed = given({"oil": oil, "driver": driver}) | rough
     [model] = pair.check([friction], **axes, **fixed)
     flanks = one_side(side or "drive")
     if duty is not None:
-        refuse("--duty", point | options | {"strength": strength, "side": side, "plot": plot, "report": report})
+        refuse("--duty", point | rough | options | {"strength": strength, "side": side, "plot": plot, "report": report})
         with working("duty cycle"):
             cycle = pair.duty(duty, model, oil=oil, load_balance=balance_of)
         present(cycle, json_output, xlsx=xlsx, csv=csv)
@@ -216,6 +227,9 @@ def compare(
     speed: SpeedOption = None,
     temperature: TemperatureOption = None,
     oil: OilOption = None,
+    roughness_each: RoughnessEachOption = None,
+    roughness_pinion: RoughnessPinionOption = None,
+    roughness_gear: RoughnessGearOption = None,
     side: SideOption = "drive",
     driver: DriverOption = None,
     load_balance: LoadBalanceOption = None,
@@ -232,7 +246,8 @@ def compare(
     for name, text in axes.items():
         if is_list(text):
             raise InputError(name, text, "one value; lists make a map with `mixed-ehl gear`")
-    fixed, pair = given({"oil": oil, "driver": driver}), efficiency.load(design)
+    fixed = given({"oil": oil, "driver": driver}) | roughness(roughness_each, roughness_pinion, roughness_gear)
+    pair = efficiency.load(design)
     models = pair.check(friction or (), **axes, **fixed) or None
     mesh, at = pair.mesh(one_side(side)), axes.pop("torque", None)
     with working("comparison"):

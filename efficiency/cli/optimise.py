@@ -72,9 +72,11 @@ def optimise(
     g: Annotated[
         str | None, typer.Option("--G", help="Along the gear axis; default none.", rich_help_panel=MISALIGNMENT)
     ] = None,
-    alpha: Annotated[
+    shaft_angle_error: Annotated[
         str | None,
-        typer.Option("--alpha", help="Change of the shaft angle; default none.", rich_help_panel=MISALIGNMENT),
+        typer.Option(
+            "--shaft-angle-error", help="Change of the shaft angle; default none.", rich_help_panel=MISALIGNMENT
+        ),
     ] = None,
     tolerance: Annotated[
         list[str] | None,
@@ -110,7 +112,7 @@ def optimise(
     store = output / "points.jsonl"
     if fresh and os.path.exists(store):
         store.unlink()
-    box = {"E": "0.05 mm", "P": "0.05 mm"} | given({"E": e, "P": p, "G": g, "alpha": alpha})
+    box = {"E": "0.05 mm", "P": "0.05 mm"} | given({"E": e, "P": p, "G": g, "shaft_angle_error": shaft_angle_error})
     chosen: dict[str, Any] = {"objectives": objective, "limits": _limits(limit), "duty": duty, "misalignment": box}
     chosen |= {
         "tolerance": _tolerance(tolerance),

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, cast
 import typer
 
 from ehl import InputError
-from ehl.common.console import PAGE, check_suffix, fail_unless_converged, names_of, print_json
+from ehl.common.console import PAGE, check_suffix, fail_unless_converged, given, names_of, print_json
 
 OPERATION, MISALIGNMENT = "Operating point", "Misalignment"
 OUTPUT, GEOMETRY = "Output", "Geometry only"
@@ -34,6 +34,11 @@ OilOption = Annotated[
     str | None,
     typer.Option(help="Oil card in place of the design's.", rich_help_panel=OPERATION, autocompletion=names_of("oils")),
 ]
+RoughnessEachOption = Annotated[
+    str | None, typer.Option(help="Rq of the flanks of both members: '0.4 um'.", rich_help_panel=OPERATION)
+]
+RoughnessPinionOption = Annotated[str | None, typer.Option(help="Rq of the pinion flanks.", rich_help_panel=OPERATION)]
+RoughnessGearOption = Annotated[str | None, typer.Option(help="Rq of the gear flanks.", rich_help_panel=OPERATION)]
 EOption = Annotated[
     str | None, typer.Option("--E", help="Shift E along the offset: '0.1 mm'.", rich_help_panel=MISALIGNMENT)
 ]
@@ -45,8 +50,9 @@ GOption = Annotated[
     str | None,
     typer.Option("--G", help="Shift G along the gear axis, from apex to heel.", rich_help_panel=MISALIGNMENT),
 ]
-AlphaOption = Annotated[
-    str | None, typer.Option("--alpha", help="Change of the shaft angle: '2 arcmin'.", rich_help_panel=MISALIGNMENT)
+ShaftAngleOption = Annotated[
+    str | None,
+    typer.Option("--shaft-angle-error", help="Change of the shaft angle: '2 arcmin'.", rich_help_panel=MISALIGNMENT),
 ]
 LoadBalanceOption = Annotated[
     str | None,
@@ -87,6 +93,11 @@ def one_side(side: str) -> Literal["drive", "coast"]:
     if side not in ("drive", "coast"):
         raise InputError("side", side, "drive or coast")
     return cast('Literal["drive", "coast"]', side)
+
+
+def roughness(each: str | None, pinion: str | None, gear: str | None) -> dict[str, str]:
+    """Rq of the flanks, by the names of the conditions; what is not given is left out."""
+    return given({"roughness_rms_each": each, "roughness_rms_pinion": pinion, "roughness_rms_gear": gear})
 
 
 def load_balance_of(text: str | None) -> Literal["frictional", "frictionless"] | None:

@@ -29,7 +29,7 @@ _MAX_TORQUE, _MAX_SPEED = (float(OPERATION_LIMITS[name].le or 1e6) for name in (
 COLUMNS: dict[str, ValueRange | None] = {
     "torque": ValueRange("N*m", ge=-_MAX_TORQUE, le=_MAX_TORQUE, hint="Below zero on the coast side."),
     "speed": ValueRange("rad/s", ge=-_MAX_SPEED, le=_MAX_SPEED, hint="Below zero in reverse."),
-    "temperature": OPERATION_LIMITS["temperature_oil"],
+    "temperature": OPERATION_LIMITS["temperature"],
     "hours": ValueRange("h", ge=0.0),
 }
 
@@ -44,7 +44,7 @@ class DutyRow:
         Of the pinion [N m]; below zero the coast flanks carry it.
     speed : float
         Of the pinion [rad/s]; below zero in reverse.
-    temperature_oil : float
+    temperature : float
         [K].
     hours : float
         How long it lasts [h].
@@ -52,7 +52,7 @@ class DutyRow:
 
     torque: float
     speed: float
-    temperature_oil: float
+    temperature: float
     hours: float
 
     @property
@@ -62,7 +62,7 @@ class DutyRow:
             "side": self.side,
             "torque": abs(self.torque),
             "speed": abs(self.speed),
-            "temperature": self.temperature_oil,
+            "temperature": self.temperature,
             "driver": self.driver,
         }
 
@@ -104,7 +104,7 @@ class DutyEnergy:
     ----------
     side, driver : str
         Flanks in contact and the member the power comes from.
-    torque_pinion, speed_pinion, temperature_oil : float
+    torque, speed, temperature : float
         Magnitudes [N m], [rad/s]; [K].
     hours : float
         Duration [h].
@@ -119,9 +119,9 @@ class DutyEnergy:
 
     side: str
     driver: Driver
-    torque_pinion: float
-    speed_pinion: float
-    temperature_oil: float
+    torque: float
+    speed: float
+    temperature: float
     hours: float
     efficiency: float
     efficiency_error: float
@@ -153,7 +153,7 @@ class DutyCycle(Presented):
     --------
     >>> import efficiency
     >>> from efficiency.conditions.duty import DutyRow
-    >>> rows = [DutyRow(torque=300.0, speed=157.0, temperature_oil=363.15, hours=2.0)]
+    >>> rows = [DutyRow(torque=300.0, speed=157.0, temperature=363.15, hours=2.0)]
     >>> cycle = efficiency.load("fm_spiral_bevel_14x39").duty(rows, "constant:0.05", grid=(4, 9))
     >>> cycle.total("hours")
     2.0
@@ -320,9 +320,9 @@ def _energy(row: DutyRow, point: GridPoint) -> DutyEnergy:
     return DutyEnergy(
         side=row.side,
         driver=row.driver,
-        torque_pinion=abs(row.torque),
-        speed_pinion=abs(row.speed),
-        temperature_oil=row.temperature_oil,
+        torque=abs(row.torque),
+        speed=abs(row.speed),
+        temperature=row.temperature,
         hours=row.hours,
         efficiency=value("efficiency"),
         efficiency_error=value("efficiency_error"),

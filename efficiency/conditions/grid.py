@@ -30,11 +30,10 @@ Solve = Callable[[Condition], EfficiencyResult]
 
 # from the one that costs most to change to the one that costs least
 AXES = (
-    *("design", "side", "E", "P", "G", "alpha", "torque"),
+    *("design", "side", "E", "P", "G", "shaft_angle_error", "torque"),
     *("oil", "speed", "temperature", "driver"),
-    *("roughness_rms", "roughness_rms_pinion", "roughness_rms_gear", "correlation_length", "peklenik_number"),
+    *("roughness_rms_each", "roughness_rms_pinion", "roughness_rms_gear", "correlation_length", "peklenik_number"),
 )
-_KEYS = {"torque": "torque_pinion", "speed": "speed_pinion", "temperature": "temperature_oil"}
 
 
 @dataclass(frozen=True)
@@ -172,9 +171,9 @@ class Grid(Presented):
 
     def to_dict(self) -> dict[str, Any]:
         """Axes, status and one object per point, for JSON."""
-        axes = {_KEYS.get(name, name): list(values) for name, values in self.axes.items()}
+        axes = {name: list(values) for name, values in self.axes.items()}
         points = [
-            {_KEYS.get(name, name): getattr(value, "name", value) for name, value in point.condition.items()}
+            {name: getattr(value, "name", value) for name, value in point.condition.items()}
             | {"status": point.status, "reason": point.reason}
             | ({} if point.result is None else point.result.to_dict())
             for point in self.points
@@ -189,6 +188,13 @@ class Grid(Presented):
         columns = ("efficiency", "power_loss", "outside_range_share", "status", "reason")
         frame = self.to_frame()
         return str(frame[[*self.axes, *(name for name in columns if name in frame)]].to_html(max_rows=20, index=False))
+
+
+def refuse_composite(name: str, value: Any) -> None:
+    """`InputError` for `roughness_rms`: the composite Rq of a contact, where gears need that of each flank."""
+    if name == "roughness_rms":
+        allowed = "roughness_rms_each (Rq of both flanks), or roughness_rms_pinion and roughness_rms_gear"
+        raise InputError(name, value, allowed, "roughness_rms is the composite Rq of two surfaces.")
 
 
 def count_reasons(reasons: Iterable[str], what: str) -> str:
@@ -251,12 +257,13 @@ def solve_grid(
         An unknown axis, an axis without values, or a value that a single computation refuses.
     """
     for name, values in axes.items():
+        refuse_composite(name, values)
         if name not in AXES:
             raise InputError("axis", name, "one of " + ", ".join(AXES))
         if not len(values):
             raise InputError(name, list(values), "at least one value")
-    if "roughness_rms" in axes and {"roughness_rms_pinion", "roughness_rms_gear"} & axes.keys():
-        raise InputError("axis", "roughness_rms", "either roughness_rms or that of pinion and gear")
+    if "roughness_rms_each" in axes and {"roughness_rms_pinion", "roughness_rms_gear"} & axes.keys():
+        raise InputError("roughness_rms_each", list(axes["roughness_rms_each"]), "not with that of pinion or gear")
     shape = tuple(len(values) for values in axes.values())
     places = list(itertools.product(*(range(n) for n in shape)))
     cost = [list(axes).index(name) for name in AXES if name in axes]

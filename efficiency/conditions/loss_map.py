@@ -47,7 +47,7 @@ class LossPoint:
 
     Attributes
     ----------
-    torque_pinion, speed_pinion : float
+    torque, speed : float
         [N m], below zero in coast; [rad/s].
     torque_loss, torque_loss_mesh, torque_loss_axle : float
         In all, of the mesh (sliding and rolling), beside it [N m].
@@ -56,8 +56,8 @@ class LossPoint:
     status, reason : str
     """
 
-    torque_pinion: float
-    speed_pinion: float
+    torque: float
+    speed: float
     torque_loss: float
     torque_loss_mesh: float
     torque_loss_axle: float
@@ -122,7 +122,7 @@ class LossMap(Tabulated):
     ----------
     design, friction_model, oil : str
         What was computed.
-    temperature_oil : float
+    temperature : float
         [K].
     points : tuple of LossPoint
         By speed, then by torque, all combinations.
@@ -143,19 +143,19 @@ class LossMap(Tabulated):
     design: str
     friction_model: str
     oil: str
-    temperature_oil: float
+    temperature: float
     points: tuple[LossPoint, ...] = field(repr=False)
     said: tuple[tuple[str, str], ...] = field(default=(), repr=False)
 
     @property
     def speeds(self) -> FloatArray:
         """Pinion speeds, rising [rad/s]."""
-        return np.unique([point.speed_pinion for point in self.points])
+        return np.unique([point.speed for point in self.points])
 
     @property
     def torques(self) -> FloatArray:
         """Pinion torques, rising [N m]."""
-        return np.unique([point.torque_pinion for point in self.points])
+        return np.unique([point.torque for point in self.points])
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -180,14 +180,14 @@ class LossMap(Tabulated):
         """One row per point."""
         return Table.from_records(
             [asdict(point) for point in self.points],
-            title=f"{self.design}, {self.oil} at {quantity('temperature_oil').text(self.temperature_oil)}, "
+            title=f"{self.design}, {self.oil} at {quantity('temperature').text(self.temperature)}, "
             f"friction: {model_label(self.friction_model)}; torque loss",
             name="loss map",
         )
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON; not-a-number becomes None."""
-        names = ("design", "friction_model", "oil", "temperature_oil", "status", "reason")
+        names = ("design", "friction_model", "oil", "temperature", "status", "reason")
         about = {name: getattr(self, name) for name in names}
         return {**about, "points": finite_or_none(self.points), "notes": list(self.notes)}
 
@@ -213,11 +213,11 @@ class LossMap(Tabulated):
             raise InputError("vecto", str(path), "a file name ending in .vtlm")
         torques = self.torques
         if not torques[0] < 0.0 < torques[-1]:
-            of = quantity("torque_pinion")
+            of = quantity("torque")
             hint = "VECTO brakes with the map as well: add torques of the other sign, such as '-300:300:7 N m'."
             raise InputError("torque", of.span(torques[0], torques[-1]), "torques below and above zero", hint)
         require_all(self.reason)
-        rpm = quantity("speed_pinion").to_display(self.speeds)
+        rpm = quantity("speed").to_display(self.speeds)
         losses = self.values()
         rows = [
             f"{speed:.2f},{torque:.2f},{loss:.4f}"
@@ -260,7 +260,7 @@ def _axis(name: str, values: Any, allowed: ValueRange) -> FloatArray:
 def solve_loss_map(
     torques: FloatArray,
     speeds: FloatArray,
-    temperature_oil: float,
+    temperature: float,
     solve: Callable[[Condition], EfficiencyResult],
     axle: AxleLosses | None = None,
     progress: ProgressCallback | None = None,
@@ -272,7 +272,7 @@ def solve_loss_map(
     ----------
     torques, speeds : (m,), (n,) arrays
         Rising [N m], [rad/s]; at zero torque the mesh loses nothing.
-    temperature_oil : float
+    temperature : float
         [K].
     solve : callable
         Efficiency at a condition, as of `efficiency.conditions.grid.solve_points`.
@@ -286,12 +286,12 @@ def solve_loss_map(
     beside = {(t, w): axle.torque_loss(t, w) if axle else 0.0 for t in torques for w in speeds}
     # neighbours in torque keep geometry and load
     places = [(t, w) for t in sorted(torques, key=lambda t: (t < 0.0, t)) if t != 0.0 for w in speeds]
-    rows = [DutyRow(float(t), float(w), temperature_oil, 1.0) for t, w in places]
+    rows = [DutyRow(float(t), float(w), temperature, 1.0) for t, w in places]
     solved = dict(zip(places, solve_points([row.condition for row in rows], solve, progress), strict=True))
     points = tuple(
         _point(float(t), float(w), beside[t, w], None if t == 0.0 else solved[t, w]) for w in speeds for t in torques
     )
-    return LossMap(temperature_oil=temperature_oil, points=points, said=_said(solved.values(), axle), **about)
+    return LossMap(temperature=temperature, points=points, said=_said(solved.values(), axle), **about)
 
 
 def _said(points: Iterable[GridPoint], axle: AxleLosses | None) -> tuple[tuple[str, str], ...]:
@@ -303,9 +303,9 @@ def _said_of(point: GridPoint, note: str) -> tuple[str, str]:
     """Torque and speed of a point in words, torques below zero in coast, with its note or why it has no result."""
     at = point.condition
     if point.result is not None:
-        at = {"torque": point.result.torque_pinion, "speed": point.result.speed_pinion, "driver": point.result.driver}
+        at = {"torque": point.result.torque, "speed": point.result.speed, "driver": point.result.driver}
     torque = at["torque"] if at["driver"] == "pinion" else -at["torque"]
-    place = f"{quantity('torque_pinion').text(torque)}, {quantity('speed_pinion').text(at['speed'])}"
+    place = f"{quantity('torque').text(torque)}, {quantity('speed').text(at['speed'])}"
     return place, note if point.result is not None else f"no answer: {note}"
 
 
@@ -334,7 +334,7 @@ def loss_map_of(grids: Sequence[Grid], axle: AxleLosses | None = None) -> LossMa
         for name, values in grid.axes.items():
             if name not in ("torque", "speed", "side", "driver") and len(values) > 1:
                 raise InputError(name, f"{len(values)} values", "one value in a loss map")
-    same = ("design", "friction_model", "oil", "temperature_oil")
+    same = ("design", "friction_model", "oil", "temperature")
     found: dict[tuple[float, float], LossPoint] = {}
     for point in (point for grid in grids for point in grid.points):
         result = point.result
@@ -342,15 +342,15 @@ def loss_map_of(grids: Sequence[Grid], axle: AxleLosses | None = None) -> LossMa
             raise ConvergenceError("incomplete_map", f"{point.reason}: {point.detail}")
         if any(getattr(result, name) != getattr(first, name) for name in same):
             raise InputError("coast", repr(result), f"a grid of the same {', '.join(same)}")
-        torque = result.torque_pinion if result.driver == "pinion" else -result.torque_pinion
-        place = (result.speed_pinion, torque)
+        torque = result.torque if result.driver == "pinion" else -result.torque
+        place = (result.speed, torque)
         if place in found:
             hint = "Drive and coast differ by the driver: fixed={'driver': 'gear'} on the coast flanks."
             raise InputError("torque, speed", f"{torque:.6g} N m twice", "each combination once", hint)
-        found[place] = _point(torque, result.speed_pinion, axle.torque_loss(torque, place[0]) if axle else 0.0, point)
+        found[place] = _point(torque, result.speed, axle.torque_loss(torque, place[0]) if axle else 0.0, point)
     speeds, torques = ({place[k] for place in found} for k in (0, 1))
     if len(found) != len(speeds) * len(torques):
         raise InputError("torque, speed", f"{len(found)} points", "all combinations of torque and speed")
     points = tuple(found[place] for place in sorted(found))
     said = _said((point for grid in grids for point in grid.points), axle)
-    return LossMap(first.design, first.friction_model, first.oil, first.temperature_oil, points=points, said=said)
+    return LossMap(first.design, first.friction_model, first.oil, first.temperature, points=points, said=said)

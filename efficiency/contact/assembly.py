@@ -2,7 +2,7 @@
 
 Mesh frame: z along the gear axis, the pinion axis (sin S, 0, cos S) through the foot of the common normal. The gear is
 turned by f2 about z, the pinion by f1 about its axis, f2 = -(N1/N2) f1. Misalignments: E along the offset, P along the
-pinion axis, G along the gear axis, alpha added to the shaft angle.
+pinion axis, G along the gear axis, shaft_angle_error added to the shaft angle.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ class Assembly:
         Nominal [rad].
     offset : float
         y coordinate of the pinion axis [m]; positive is below centre for a left-hand pinion and a right-hand gear.
-    E, P, G, alpha : float
-        Misalignments [m], alpha [rad].
+    E, P, G, shaft_angle_error : float
+        Misalignments [m], shaft_angle_error [rad].
     """
 
     teeth_pinion: int
@@ -40,12 +40,12 @@ class Assembly:
     E: float = 0.0
     P: float = 0.0
     G: float = 0.0
-    alpha: float = 0.0
+    shaft_angle_error: float = 0.0
 
     @property
     def aligned(self) -> Assembly:
         """The same members without misalignment."""
-        return replace(self, E=0.0, P=0.0, G=0.0, alpha=0.0)
+        return replace(self, E=0.0, P=0.0, G=0.0, shaft_angle_error=0.0)
 
     @property
     def ratio(self) -> float:
@@ -55,7 +55,7 @@ class Assembly:
     @property
     def pinion_axis(self) -> FloatArray:
         """Unit vector (3, 1) of the pinion axis, from apex to heel."""
-        angle = self.shaft_angle + self.alpha
+        angle = self.shaft_angle + self.shaft_angle_error
         return np.array([[np.sin(angle)], [0.0], [np.cos(angle)]])
 
     @property

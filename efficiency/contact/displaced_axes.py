@@ -1,4 +1,4 @@
-"""E, P, G, alpha of two members whose axes have been displaced, by the common normal of the moved axis lines."""
+"""Misalignment of two members whose axes have been displaced, by the common normal of the moved axis lines."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ class DisplacedAxes:
 
     Attributes
     ----------
-    E, P, G, alpha : float
-        Misalignments [m], alpha [rad]; E positive along y of the mesh frame.
+    E, P, G, shaft_angle_error : float
+        Misalignments [m], shaft_angle_error [rad]; E positive along y of the mesh frame.
     frame : (3, 3) array
         Columns x, y, z of the displaced mesh frame in the frame of the assembly.
     origin : (3,) array
@@ -29,14 +29,14 @@ class DisplacedAxes:
     E: float
     P: float
     G: float
-    alpha: float
+    shaft_angle_error: float
     frame: FloatArray
     origin: FloatArray
 
     def distance(self, other: DisplacedAxes) -> tuple[float, float]:
-        """Largest change of E, P, G [m], and of alpha [rad]."""
+        """Largest change of E, P, G [m], and of shaft_angle_error [rad]."""
         lengths = max(abs(self.E - other.E), abs(self.P - other.P), abs(self.G - other.G))
-        return lengths, abs(self.alpha - other.alpha)
+        return lengths, abs(self.shaft_angle_error - other.shaft_angle_error)
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def displaced_axes(placed: Assembly, pinion: RigidMove, gear: RigidMove) -> Disp
         E=float(between @ normal) - placed.offset,
         P=P,
         G=G,
-        alpha=float(np.arctan2(sine, cosine)) - placed.shaft_angle,
+        shaft_angle_error=float(np.arctan2(sine, cosine)) - placed.shaft_angle,
         frame=np.column_stack([np.cross(normal, axis_gear), normal, axis_gear]),
         origin=apex_gear - G * axis_gear,
     )

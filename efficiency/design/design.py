@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import AliasChoices, Field, model_validator
 
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.displaced_axes import DisplacedAxes
@@ -112,6 +112,11 @@ ConeAngle = Annotated[float, ValueRange("rad", gt=0.0, lt=1.5707)]
 TaperAngle = Annotated[float, ValueRange("rad", ge=-0.35, le=0.35)]
 EdgeRounding = Annotated[
     float, ValueRange("m", ge=1e-6, le=5e-3, hint="Radius at the tip, toe and heel edges of the teeth, as in '0.2 mm'.")
+]
+ShaftAngleError = Annotated[
+    float,
+    ValueRange("rad", ge=-0.01, le=0.01),
+    Field(validation_alias=AliasChoices("shaft_angle_error", "alpha")),
 ]
 Rms = Annotated[float, ValueRange("m", ge=0.0, le=2e-5)]
 Teeth = Annotated[int, Field(ge=3, le=400)]
@@ -312,14 +317,14 @@ class Misalignment(InputModel):
         Along the pinion axis [m].
     G : float
         Along the gear axis [m].
-    alpha : float
-        Added to the shaft angle [rad].
+    shaft_angle_error : float
+        Added to the shaft angle [rad]; files may call it `alpha`.
     """
 
     E: Error = 0.0
     P: Error = 0.0
     G: Error = 0.0
-    alpha: Annotated[float, ValueRange("rad", ge=-0.01, le=0.01)] = 0.0
+    shaft_angle_error: ShaftAngleError = 0.0
 
 
 class Deflection(InputModel):
@@ -327,8 +332,8 @@ class Deflection(InputModel):
 
     Attributes
     ----------
-    E, P, G, alpha : float
-        As in `Misalignment` [m], alpha [rad].
+    E, P, G, shaft_angle_error : float
+        As in `Misalignment` [m], shaft_angle_error [rad].
     torque : float, optional
         Pinion torque at which they are reached; they grow in proportion to it [N m].
     """
@@ -336,7 +341,7 @@ class Deflection(InputModel):
     E: Error = 0.0
     P: Error = 0.0
     G: Error = 0.0
-    alpha: Annotated[float, ValueRange("rad", ge=-0.01, le=0.01)] = 0.0
+    shaft_angle_error: ShaftAngleError = 0.0
     torque: Annotated[float, ValueRange("N*m", gt=0.0, le=1e6)] | None = None
 
     @model_validator(mode="after")
@@ -348,7 +353,7 @@ class Deflection(InputModel):
     @property
     def moves(self) -> bool:
         """Whether there is any."""
-        return any((self.E, self.P, self.G, self.alpha))
+        return any((self.E, self.P, self.G, self.shaft_angle_error))
 
 
 class AssemblyInput(InputModel):
@@ -439,9 +444,9 @@ class Design(InputModel):
                     given.require(member, side)
         return self
 
-    def with_misalignment(self, *, E: float = 0.0, P: float = 0.0, G: float = 0.0, alpha: float = 0.0) -> Design:
-        """The same pair, misaligned by E, P, G [m] and alpha [rad]."""
-        moved = validate(Misalignment, {"E": E, "P": P, "G": G, "alpha": alpha}, "assembly.misalignment")
+    def with_misalignment(self, **misalignment: float) -> Design:
+        """The same pair, misaligned by `E`, `P`, `G` [m] and `shaft_angle_error` [rad], zero where not given."""
+        moved = validate(Misalignment, misalignment, "assembly.misalignment")
         assembly = self.assembly.model_copy(update={"misalignment": moved})
         return self.model_copy(update={"assembly": assembly})
 
@@ -459,7 +464,7 @@ class Design(InputModel):
             return self
         share = torque / given.torque
         return self.with_misalignment(
-            **{name: getattr(start, name) + share * getattr(given, name) for name in ("E", "P", "G", "alpha")}
+            **{name: getattr(start, name) + share * getattr(given, name) for name in Misalignment.model_fields}
         )
 
     def without_deflection(self) -> Design:
@@ -470,7 +475,9 @@ class Design(InputModel):
     def with_axes(self, axes: DisplacedAxes) -> Design:
         """The same pair, misaligned as the axes of `placement` have been displaced."""
         try:
-            return self.with_misalignment(E=self.mirror * axes.E, P=axes.P, G=axes.G, alpha=axes.alpha)
+            return self.with_misalignment(
+                E=self.mirror * axes.E, P=axes.P, G=axes.G, shaft_angle_error=axes.shaft_angle_error
+            )
         except InputError as error:
             name = error.field.rpartition(".")[2]
             allowed, hint = f"{name} of {error.allowed} under load", "Check units, frame and reference of the matrices."
@@ -493,7 +500,7 @@ class Design(InputModel):
             E=mirror * a.misalignment.E,
             P=a.misalignment.P,
             G=a.misalignment.G,
-            alpha=a.misalignment.alpha,
+            shaft_angle_error=a.misalignment.shaft_angle_error,
         )
 
     def flank(self, member: Member, side: FlankSide) -> Flank:
@@ -515,11 +522,11 @@ class Design(InputModel):
             self.name, pinion, gear, self.placement(), given.drive_flank_pinion, given.normal_backlash, relief
         )
 
-    def running(self, speed_pinion: float, temperature_oil: float, driver: Driver = "pinion") -> Operation:
+    def running(self, speed: float, temperature: float, driver: Driver = "pinion") -> Operation:
         """The flanks at a pinion speed [rad/s] and an oil temperature [K]."""
         return Operation(
-            speed_pinion,
-            temperature_oil,
+            speed,
+            temperature,
             self.pinion.roughness_rms,
             self.gear.roughness_rms,
             driver,

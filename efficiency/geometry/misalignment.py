@@ -1,4 +1,4 @@
-"""Misalignment study: how the contact of a pair answers to E, P, G and alpha, without load and at a torque (V-H check).
+"""Misalignment study: contact of a pair over E, P, G and shaft angle, without load and at a torque (V-H check).
 
 The flank points are solved once; every state of misalignment takes them over and computes its ease-off, contact path,
 transmission error and pattern anew. At a torque every state has its load distribution as well, on the same elastic
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from efficiency.loss.efficiency_result import EfficiencyResult
 
-AXES = ("E", "P", "G", "alpha")
+AXES = ("E", "P", "G", "shaft_angle_error")
 # what a state has at a torque
 LOADED = (
     "transmission_error_loaded",
@@ -50,8 +50,8 @@ class MisalignmentPoint:
 
     Attributes
     ----------
-    E, P, G, alpha : float
-        Misalignments [m], alpha [rad].
+    E, P, G, shaft_angle_error : float
+        Misalignments [m], shaft_angle_error [rad].
     peak_to_peak : float
         Of the transmission error of the mesh [rad].
     harmonic_1 : float
@@ -87,7 +87,7 @@ class MisalignmentPoint:
     E: float
     P: float
     G: float
-    alpha: float
+    shaft_angle_error: float
     peak_to_peak: float = np.nan
     harmonic_1: float = np.nan
     error_maximum_u: float = np.nan
@@ -125,8 +125,8 @@ class MisalignmentStudy:
         Name of the design and of the flank pair.
     marking : float
         Thickness of the marking compound [m].
-    E, P, G, alpha : tuple of float
-        Values of each misalignment; the points are all their combinations, alpha running fastest.
+    E, P, G, shaft_angle_error : tuple of float
+        Values of each misalignment; the points are all their combinations, shaft_angle_error running fastest.
     points : tuple of MisalignmentPoint
         Results.
     seconds : float
@@ -141,7 +141,7 @@ class MisalignmentStudy:
     E: tuple[float, ...]
     P: tuple[float, ...]
     G: tuple[float, ...]
-    alpha: tuple[float, ...]
+    shaft_angle_error: tuple[float, ...]
     points: tuple[MisalignmentPoint, ...]
     seconds: float
     torque: float | None = None
@@ -223,7 +223,7 @@ def misalignment_study(
     E: Sequence[float] = (0.0,),
     P: Sequence[float] = (0.0,),
     G: Sequence[float] = (0.0,),
-    alpha: Sequence[float] = (0.0,),
+    shaft_angle_error: Sequence[float] = (0.0,),
     side: Side = "drive",
     marking: float = MARKING,
     progress: ProgressCallback | None = None,
@@ -236,8 +236,8 @@ def misalignment_study(
     ----------
     design : Design
         The pair.
-    E, P, G, alpha : sequence of float
-        Values of each misalignment [m], alpha [rad].
+    E, P, G, shaft_angle_error : sequence of float
+        Values of each misalignment [m], shaft_angle_error [rad].
     side : {"drive", "coast"}
         Which flanks are in contact.
     marking : float
@@ -260,14 +260,15 @@ def misalignment_study(
         A value out of the range of the design file, or no value for a misalignment.
     """
     clock = time.perf_counter()
-    values = {name: tuple(float(x) for x in given) for name, given in zip(AXES, (E, P, G, alpha), strict=True)}
+    axes = zip(AXES, (E, P, G, shaft_angle_error), strict=True)
+    values = {name: tuple(float(x) for x in given) for name, given in axes}
     for name, given in values.items():
         if not given:
             raise InputError(name, "no value", "at least one value")
     start = design.assembly.misalignment
     points: list[MisalignmentPoint] = []
     grid: FlankGrid | None = None
-    states = list(product(values["E"], values["P"], values["G"], values["alpha"]))
+    states = list(product(values["E"], values["P"], values["G"], values["shaft_angle_error"]))
     for number, state in enumerate(states):
         placed = {n: getattr(start, n) + x for n, x in zip(AXES, state, strict=True)}
         moved = design.with_misalignment(**placed)

@@ -110,7 +110,7 @@ class TableAxleLosses:
         InputError
             Outside the table: nothing is extrapolated.
         """
-        for name, value, grid in (("torque", torque, self.torque), ("speed_pinion", speed, self.speed)):
+        for name, value, grid in (("torque", torque, self.torque), ("speed", speed, self.speed)):
             if not grid[0] * (1.0 - 1e-12) - 1e-9 <= value <= grid[-1] * (1.0 + 1e-12) + 1e-9:
                 of = quantity(name)
                 hint = "Add rows to the table, or leave the point out: nothing is extrapolated."

@@ -81,7 +81,7 @@ class Comparison(Presented):
     Attributes
     ----------
     design, side, oil : str
-    torque_pinion, speed_pinion, temperature_oil : float
+    torque, speed, temperature : float
         [N m], [rad/s], [K].
     rows : tuple of ComparisonRow
         In the order asked for; closed forms last.
@@ -94,9 +94,9 @@ class Comparison(Presented):
     design: str
     side: str
     oil: str
-    torque_pinion: float
-    speed_pinion: float
-    temperature_oil: float
+    torque: float
+    speed: float
+    temperature: float
     rows: tuple[ComparisonRow, ...]
     results: tuple[EfficiencyResult, ...] = field(repr=False, compare=False)
     reference: str = ""
@@ -125,7 +125,7 @@ class Comparison(Presented):
 
     def __repr__(self) -> str:
         rows = ", ".join(f"{row.name} {row.efficiency:.5f}" for row in self.rows)
-        return f"Comparison({self.design}, {self.side}, {self.torque_pinion:.6g} N m: {rows[:900]})"
+        return f"Comparison({self.design}, {self.side}, {self.torque:.6g} N m: {rows[:900]})"
 
     def _repr_html_(self) -> str:
         names = ["name", "efficiency", "efficiency_lower", "efficiency_upper", "power_loss", "outside_range_share"]
@@ -133,7 +133,7 @@ class Comparison(Presented):
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON; not-a-number becomes None."""
-        names = ("design", "side", "oil", "torque_pinion", "speed_pinion", "temperature_oil", "status", "reference")
+        names = ("design", "side", "oil", "torque", "speed", "temperature", "status", "reference")
         head = {name: getattr(self, name) for name in names}
         return head | {"notes": list(self.notes), "rows": finite_or_none(self.rows)}
 
@@ -177,7 +177,7 @@ def compare_models(
         names.append(f"{fitted.name}, fitted to {reference.friction_model}")
     rows = [_mesh_row(name, result) for name, result in zip(names, results, strict=True)]
     if pitch is not None:
-        power = loaded.fine.torque_pinion * operation.speed_pinion
+        power = loaded.fine.torque * operation.speed
         constants = [COLEMAN_FRICTION] + ([reference.friction_coefficient_mean] if reference is not None else [])
         for label, form in (("Coleman-type", coleman_type), ("Buckingham-type", buckingham_type)):
             for mu in constants:
@@ -187,9 +187,9 @@ def compare_models(
         loaded.mesh.design,
         loaded.mesh.side,
         oil.name,
-        loaded.fine.torque_pinion,
-        operation.speed_pinion,
-        operation.temperature_oil,
+        loaded.fine.torque,
+        operation.speed,
+        operation.temperature,
         tuple(rows),
         tuple(results),
         reference.friction_model if reference is not None else "",

@@ -101,7 +101,7 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
     lubrication = local_lubrication(fine, estimate, table, (mesh.teeth.material_pinion, mesh.teeth.material_gear))
     solved = estimate if isinstance(estimate, SolvedFriction) else None
 
-    torque, speed = loaded.fine.torque_pinion, operation.speed_pinion
+    torque, speed = loaded.fine.torque, operation.speed
 
     def efficiency_at(losses: FloatArray) -> float:
         return efficiency_of(float(losses.mean()), torque, speed, operation.driver)
@@ -129,9 +129,9 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
         load_balance="frictionless" if loaded.balance is None else "frictional",
         driver=operation.driver,
         oil=oil.name,
-        torque_pinion=torque,
-        speed_pinion=speed,
-        temperature_oil=operation.temperature_oil,
+        torque=torque,
+        speed=speed,
+        temperature=operation.temperature,
         temperature_inlet=operation.inlet,
         temperature_bulk_1=operation.bulk[0],
         temperature_bulk_2=operation.bulk[1],
@@ -303,8 +303,8 @@ def _notes(
     name = model_label(model.name)
     if moved := loaded.mesh.deflection:
         ways = ", ".join(f"{way} {getattr(moved, way) * 1e6:.4g} um" for way in ("E", "P", "G"))
-        angle = quantity("deflection.alpha").to_display(moved.alpha)
-        notes += (f"shafts and bearings give way: {ways}, alpha {angle:.4g} arcmin, after {moved.rounds} rounds",)
+        angle = quantity("deflection.shaft_angle_error").to_display(moved.shaft_angle_error)
+        notes += (f"shafts and bearings give way: {ways}, shaft angle {angle:.4g} arcmin, after {moved.rounds} rounds",)
     if isinstance(model, Formula) and (other := model.oil_note(oil)):
         notes += (other,)
     if model.name in PUBLISHED and PUBLISHED[model.name].mark:

@@ -160,7 +160,7 @@ class EfficiencyResult(Presented):
         Member the power comes from.
     oil : str
         Name of the oil card.
-    torque_pinion, speed_pinion, temperature_oil : float
+    torque, speed, temperature : float
         At the pinion shaft [N m], [rad/s], [K].
     temperature_inlet : float
         Of the oil as it enters the contacts [K].
@@ -216,8 +216,8 @@ class EfficiencyResult(Presented):
     status, reason : str
         ``converged`` or ``failed``, and why.
     deflection : dict
-        Misalignment E, P, G [m], alpha [rad] that the load adds by shafts, bearings and housing, where the design
-        states their stiffness; `rounds` of the solution and the last `change` [m]. Else empty.
+        Misalignment E, P, G [m], shaft_angle_error [rad] that the load adds by shafts, bearings and housing, where
+        the design states their stiffness; `rounds` of the solution and the last `change` [m]. Else empty.
     skipped : tuple of str
         What the model leaves out.
     notes : tuple of str
@@ -262,9 +262,9 @@ class EfficiencyResult(Presented):
     load_balance: LoadBalance
     driver: Driver
     oil: str
-    torque_pinion: float
-    speed_pinion: float
-    temperature_oil: float
+    torque: float
+    speed: float
+    temperature: float
     temperature_inlet: float
     temperature_bulk_1: float
     temperature_bulk_2: float
@@ -368,9 +368,7 @@ class EfficiencyResult(Presented):
         from efficiency.loss.uncertainty import efficiency_uncertainty
 
         at = self.points, self.friction, self.card, self.operation
-        return efficiency_uncertainty(
-            self.model, *at, self.power_loss, self.torque_pinion, spreads, level, solved=solved
-        )
+        return efficiency_uncertainty(self.model, *at, self.power_loss, self.torque, spreads, level, solved=solved)
 
     def with_inputs(self, inputs: InputUncertainty) -> EfficiencyResult:
         """The same with another input uncertainty, as of `uncertainty`."""
@@ -421,8 +419,8 @@ class EfficiencyResult(Presented):
 
     def __repr__(self) -> str:
         values = (
-            f"{self.design}, {self.side}, {self.torque_pinion:.6g} N m, {self.speed_pinion:.6g} rad/s, "
-            f"{self.temperature_oil:.6g} K, {self.oil}, {self.friction_model}"
+            f"{self.design}, {self.side}, {self.torque:.6g} N m, {self.speed:.6g} rad/s, "
+            f"{self.temperature:.6g} K, {self.oil}, {self.friction_model}"
         )
         if self.status == "failed":
             return f"EfficiencyResult({values}: failed, {self.reason})"

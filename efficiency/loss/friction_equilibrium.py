@@ -71,12 +71,12 @@ def balance_friction(
         ``self_locking`` where friction takes the whole torque, ``load_balance_limit`` where the torques do not settle.
     """
     model = stand_in(friction, oil)[0] if getattr(friction, "solves_contacts", False) else friction
-    torque, modulus = loaded.coarse.torque_pinion, loaded.mesh.teeth.effective_modulus
+    torque, modulus = loaded.coarse.torque, loaded.mesh.teeth.effective_modulus
     # where the gear drives, everything slides the other way
     way = 1.0 if operation.driver == "pinion" else -1.0
     fine, coarse = loaded.tangents(way)
     ratio = first = np.exp(-way * COLEMAN_FRICTION * coarse.arm_ratio)
-    power = torque * operation.speed_pinion * len(loaded.mesh.coarse)
+    power = torque * operation.speed * len(loaded.mesh.coarse)
     grid, worth, longest = (coarse, WORTH_MANY, MANY) if many else (fine, WORTH, ONE)
     asked = form_of(model)
     for rounds in range(1, ROUNDS + 1):
@@ -120,7 +120,7 @@ def carried_share(load: TangentLoad, force: FloatArray, mu: FloatArray, way: flo
     loads, at = load.loads, load.at
     torque = force * (loads.lever[at] + way * mu * loads.arm[at])
     carried = np.bincount(load.loaded_position, torque, len(loads.cycle))
-    return np.asarray(carried / load.torque_pinion)
+    return np.asarray(carried / load.torque)
 
 
 def closed(load: TangentLoad, mu: FloatArray, way: float) -> tuple[TangentLoad, float]:

@@ -224,7 +224,7 @@ def balance_heat(
     ConvergenceError
         ``bulk_too_hot`` above the temperatures of oils, ``heat_rounds`` where the temperatures do not settle.
     """
-    oil = operation.temperature_oil
+    oil = operation.temperature
     most = TEMPERATURE_RANGE[1] - oil
     rise = np.zeros(2)
     slope = np.zeros((2, 2))  # of the rise that the heat gives by the rise it is computed at

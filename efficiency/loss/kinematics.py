@@ -39,7 +39,7 @@ class OperatingPoint(InputModel):
         At the pinion shaft [N m].
     speed : float
         Of the pinion [rad/s].
-    temperature_oil : float
+    temperature : float
         Of the oil [K].
     oil : str
         Name of an oil card.
@@ -49,7 +49,7 @@ class OperatingPoint(InputModel):
 
     torque: Annotated[float, ValueRange("N*m", gt=0.0, le=1e6, hint="The torque of the pinion, a positive number.")]
     speed: Annotated[float, ValueRange("rad/s", gt=0.0, le=5000.0)]
-    temperature_oil: Temperature
+    temperature: Temperature
     oil: str
     driver: Driver = "pinion"
 
@@ -61,7 +61,7 @@ class OperatingPoint(InputModel):
 
 # units and ranges of an operating point that does not come from the design file
 OPERATION_LIMITS: dict[str, ValueRange] = {
-    name: value_range_of(OperatingPoint, name) for name in ("torque", "speed", "temperature_oil")
+    name: value_range_of(OperatingPoint, name) for name in ("torque", "speed", "temperature")
 }
 
 
@@ -71,9 +71,9 @@ class Operation:
 
     Parameters
     ----------
-    speed_pinion : float
+    speed : float
         Angular speed [rad/s].
-    temperature_oil : float
+    temperature : float
         Oil temperature [K], that of the inlet of every contact unless `temperature_inlet` is given.
     roughness_rms_pinion, roughness_rms_gear : float
         Rq of the flanks [m].
@@ -102,8 +102,8 @@ class Operation:
         member.
     """
 
-    speed_pinion: float
-    temperature_oil: float
+    speed: float
+    temperature: float
     roughness_rms_pinion: float = 0.0
     roughness_rms_gear: float = 0.0
     driver: Driver = "pinion"
@@ -117,13 +117,13 @@ class Operation:
     uncertainty: UncertaintyInput = DEFAULT
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.speed_pinion) and self.speed_pinion > 0.0):
-            raise InputError("speed", self.speed_pinion, "a finite pinion speed above 0 rad/s")
+        if not (math.isfinite(self.speed) and self.speed > 0.0):
+            raise InputError("speed", self.speed, "a finite pinion speed above 0 rad/s")
         if self.driver not in ("pinion", "gear"):
             raise InputError("driver", self.driver, "pinion or gear")
         low, high = TEMPERATURE_RANGE
         temperatures = {
-            "temperature": self.temperature_oil,
+            "temperature": self.temperature,
             "temperature_bulk_pinion": self.temperature_bulk_pinion,
             "temperature_bulk_gear": self.temperature_bulk_gear,
             "temperature_inlet": self.temperature_inlet,
@@ -176,13 +176,13 @@ class Operation:
     @property
     def inlet(self) -> float:
         """Temperature of the oil as it enters the contacts [K]."""
-        return self.temperature_oil if self.temperature_inlet is None else self.temperature_inlet
+        return self.temperature if self.temperature_inlet is None else self.temperature_inlet
 
     @property
     def bulk(self) -> tuple[float, float]:
         """Bulk temperatures of pinion and gear teeth [K]."""
         pinion, gear = self.temperature_bulk_pinion, self.temperature_bulk_gear
-        return self.temperature_oil if pinion is None else pinion, self.temperature_oil if gear is None else gear
+        return self.temperature if pinion is None else pinion, self.temperature if gear is None else gear
 
 
 @dataclass(frozen=True)
@@ -231,7 +231,7 @@ def loaded_points(load: LoadDistribution, effective_modulus: float, operation: O
         At least one point per position.
     """
     at = load.loaded
-    omega = operation.speed_pinion
+    omega = operation.speed
     correlation_length, peklenik_number = operation.texture(at["lay_pinion"], at["lay_gear"])
     state = ContactState.of(
         pressure_hertz=at["pressure_hertz"],

@@ -56,7 +56,7 @@ def rolling_losses(points: LoadedPoints, rolling_traction: FloatArray, positions
     return losses
 
 
-def efficiency_of(power_loss: float, torque_pinion: float, speed_pinion: float, driver: Driver = "pinion") -> float:
+def efficiency_of(power_loss: float, torque: float, speed: float, driver: Driver = "pinion") -> float:
     """Mesh efficiency, power out over power in [-].
 
     The torque is that at the pinion shaft: with the pinion driving ``1 - loss/(T1 omega1)``, with the gear driving
@@ -66,10 +66,10 @@ def efficiency_of(power_loss: float, torque_pinion: float, speed_pinion: float, 
     ----------
     power_loss : float
         Mean loss [W].
-    torque_pinion, speed_pinion : float
+    torque, speed : float
         [N m], [rad/s].
     driver : {"pinion", "gear"}
         Member the power comes from.
     """
-    pinion = torque_pinion * speed_pinion
+    pinion = torque * speed
     return 1.0 - power_loss / pinion if driver == "pinion" else pinion / (pinion + power_loss)

@@ -172,7 +172,7 @@ def efficiency_uncertainty(
     oil: Oil,
     operation: Operation,
     power_loss: float,
-    torque_pinion: float,
+    torque: float,
     spreads: UncertaintyInput | None = None,
     level: float = LEVEL,
     *,
@@ -184,7 +184,7 @@ def efficiency_uncertainty(
     ----------
     model, points, friction, oil, operation
         Friction model, loaded points and their friction, oil card, how the pair runs.
-    power_loss, torque_pinion : float
+    power_loss, torque : float
         [W], [N m].
     spreads : UncertaintyInput, optional
         In place of those of the operation.
@@ -203,7 +203,7 @@ def efficiency_uncertainty(
         changes = solved_changes(model, points, oil, spreads, level, warm_inlet=warm)
     else:
         changes = loss_changes(model, LossSample.of(points, friction), oil, spreads, level, warm_inlet=warm)
-    return of_changes(changes, model, operation, power_loss, torque_pinion, level)
+    return of_changes(changes, model, operation, power_loss, torque, level)
 
 
 def of_changes(
@@ -211,14 +211,14 @@ def of_changes(
     model: FrictionModel,
     operation: Operation,
     power_loss: float,
-    torque_pinion: float,
+    torque: float,
     level: float,
 ) -> InputUncertainty:
     """Interval of the efficiency from changes of ln(loss)."""
 
     def figure(ln: float) -> float:
         loss = power_loss * math.exp(ln)
-        return efficiency_of(loss, torque_pinion, operation.speed_pinion, operation.driver)
+        return efficiency_of(loss, torque, operation.speed, operation.driver)
 
     notes = missing(model)
     return InputUncertainty.of("efficiency", figure(0.0), changes.each, figure, level, notes, changes.together)

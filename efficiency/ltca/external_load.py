@@ -81,7 +81,7 @@ def write_load(load: LoadDistribution, path: Path) -> None:
         File to be written.
     """
     with path.open("w", newline="", encoding="utf-8") as file:
-        file.write(f"# torque = {load.torque_pinion!r} N m\n")
+        file.write(f"# torque = {load.torque!r} N m\n")
         writer = csv.writer(file)
         writer.writerow(
             [f"{name} [{unit}]" for name, unit in (("pinion_angle", "rad"), ("pair", ""))]
@@ -97,9 +97,7 @@ def write_load(load: LoadDistribution, path: Path) -> None:
                 )
 
 
-def read_load(
-    path: Path, contact: FlankPair, teeth: TeethElasticity, torque_pinion: float | None = None
-) -> LoadedGrids:
+def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: float | None = None) -> LoadedGrids:
     """Load distribution of another program on the flanks of a pair, in place of the own one.
 
     Parameters
@@ -110,7 +108,7 @@ def read_load(
         Flanks that carry the load.
     teeth : TeethElasticity
         Materials and edges; their compliance is not asked.
-    torque_pinion : float, optional
+    torque : float, optional
         Stands against that of the file [N m].
 
     Returns
@@ -125,7 +123,8 @@ def read_load(
         the forces do not carry; positions that do not divide the pitch evenly.
     """
     stated, columns, rows = _table(path)
-    torque = stated if torque_pinion is None else torque_pinion
+    if torque is None:
+        torque = stated
     require_torque(torque)
     if abs(torque / stated - 1.0) > 1e-3:
         raise InputError("torque", f"{torque:.6g} N m", f"{stated:.6g} N m, the torque of {path.name}")
@@ -165,7 +164,7 @@ def read_load(
 
 
 def _carried(load: LoadDistribution) -> float:
-    return float(np.mean([p.force @ p.position.lever_pinion for p in load.positions])) / load.torque_pinion
+    return float(np.mean([p.force @ p.position.lever_pinion for p in load.positions])) / load.torque
 
 
 def _table(path: Path) -> tuple[float, dict[str, FloatArray], list[int]]:

@@ -222,7 +222,7 @@ class LoadDistribution:
 
     Attributes
     ----------
-    torque_pinion : float
+    torque : float
         [N m].
     positions : tuple of PositionLoad
         One entry per pinion angle.
@@ -233,7 +233,7 @@ class LoadDistribution:
         Closed outline of the gear tooth, distance from the toe and over the root cone [m].
     """
 
-    torque_pinion: float
+    torque: float
     positions: tuple[PositionLoad, ...]
     status: Literal["converged", "failed"]
     reason: str
@@ -340,7 +340,7 @@ def elastic_cycle(cycle: Sequence[MeshPosition], teeth: TeethElasticity) -> tupl
 def distribute_load(
     cycle: Sequence[MeshPosition | ElasticPosition],
     teeth: TeethElasticity,
-    torque_pinion: float,
+    torque: float,
     normal_torques: FloatArray | None = None,
     near: LoadDistribution | None = None,
 ) -> LoadDistribution:
@@ -352,7 +352,7 @@ def distribute_load(
         Positions of one pinion pitch; with their compliance from `elastic_cycle` where it is known.
     teeth : TeethElasticity
         Compliance of both members.
-    torque_pinion : float
+    torque : float
         Torque on the pinion in its driving direction [N m].
     normal_torques : (positions,) array, optional
         Torque carried by the normal forces at each position, where friction carries the rest [N m].
@@ -369,8 +369,8 @@ def distribute_load(
     InputError
         The torque is not positive and finite.
     """
-    require_torque(torque_pinion)
-    torques = [torque_pinion] * len(cycle) if normal_torques is None else list(normal_torques)
+    require_torque(torque)
+    torques = [torque] * len(cycle) if normal_torques is None else list(normal_torques)
     elastic = [p if isinstance(p, ElasticPosition) else ElasticPosition.of(p, teeth) for p in cycle]
     starts: list[FloatArray | None] = [None] * len(cycle)
     if near is not None:
@@ -387,15 +387,15 @@ def distribute_load(
     loads = loads_of_forces(elastic, law, np.concatenate([s.force for s in solutions]), angles, errors, solutions)
     failed = [load.equilibrium.reason for load in loads if load.equilibrium.status == "failed"]
     status: Literal["converged", "failed"] = "failed" if failed else "converged"
-    return LoadDistribution(torque_pinion, loads, status, failed[0] if failed else "", teeth.gear.outline())
+    return LoadDistribution(torque, loads, status, failed[0] if failed else "", teeth.gear.outline())
 
 
-def require_torque(torque_pinion: float) -> None:
+def require_torque(torque: float) -> None:
     """`InputError` unless the pinion torque [N m] is finite and above 0."""
-    if not (np.isfinite(torque_pinion) and torque_pinion > 0.0):
+    if not (np.isfinite(torque) and torque > 0.0):
         raise InputError(
             "torque",
-            torque_pinion,
+            torque,
             "a finite torque above 0 N m",
             "It acts on the pinion in its driving direction; choose the coast side for the other direction.",
         )

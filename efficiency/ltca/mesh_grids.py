@@ -187,8 +187,8 @@ class ShaftDeflection:
 
     Attributes
     ----------
-    E, P, G, alpha : float
-        As in the misalignment of a design [m], alpha [rad].
+    E, P, G, shaft_angle_error : float
+        As in the misalignment of a design [m], shaft_angle_error [rad].
     rounds : int
         Solutions of the loaded contact.
     change : float
@@ -198,7 +198,7 @@ class ShaftDeflection:
     E: float
     P: float
     G: float
-    alpha: float
+    shaft_angle_error: float
     rounds: int
     change: float
 
@@ -249,12 +249,12 @@ class LoadedGrids:
         """Load on the fine grid."""
         if self._fine is not None:
             return self._fine
-        return distribute_load(self.mesh.elastic_fine, self.mesh.teeth, self.coarse.torque_pinion)
+        return distribute_load(self.mesh.elastic_fine, self.mesh.teeth, self.coarse.torque)
 
     def tangents(self, way: float) -> tuple[TangentLoads, TangentLoads]:
         """Loads of fine and coarse grid where friction carries a part of the torque; -1 where the gear drives."""
         if way not in self._tangents:
-            mesh, torque, (arms, arms_coarse) = self.mesh, self.coarse.torque_pinion, self.mesh.friction_arms
+            mesh, torque, (arms, arms_coarse) = self.mesh, self.coarse.torque, self.mesh.friction_arms
             loads = zip(self.coarse.positions, arms_coarse, strict=True)
             ratio = np.array([float(p.force @ arm) / p.torque for p, arm in loads])
             self._tangents[way] = (
@@ -275,16 +275,16 @@ class LoadedGrids:
         return self.mesh.notes + limit_notes(self.fine, self.mesh.teeth, self.mesh.unloaded_error, self.edges)
 
 
-def load_grids(mesh: MeshGrids, torque_pinion: float) -> LoadedGrids:
+def load_grids(mesh: MeshGrids, torque: float) -> LoadedGrids:
     """Load over the cycle for a pinion torque [N m]; `InputError` unless it is above 0.
 
     The mesh of the result is the one that carries: deflected, and with lines as long as the load needs them.
     """
-    require_torque(torque_pinion)
+    require_torque(torque)
     if mesh.under_torque is not None:
-        mesh = mesh.under_torque(torque_pinion)
-    coarse = distribute_load(mesh.elastic_coarse, mesh.teeth, torque_pinion)
+        mesh = mesh.under_torque(torque)
+    coarse = distribute_load(mesh.elastic_coarse, mesh.teeth, torque)
     fitted = mesh.fitted(coarse)
     if fitted is not mesh:
-        coarse = distribute_load(fitted.elastic_coarse, mesh.teeth, torque_pinion)
+        coarse = distribute_load(fitted.elastic_coarse, mesh.teeth, torque)
     return LoadedGrids(fitted, None, coarse)

@@ -1,6 +1,6 @@
 """Shafts, bearings and housing that give way under the mesh force, solved with the contact.
 
-mesh force and its moment, mean of the cycle  ->  K^-1  ->  moved axes  ->  E, P, G, alpha  ->  contact  ->  mesh force
+mesh force and its moment, mean of the cycle  ->  K^-1  ->  moved axes  ->  misalignment  ->  contact  ->  mesh force
 
 The forces are the normal forces that carry the torque. Friction is left out of the load of the shafts: it would need a
 mesh for each friction model, speed and driver. For the hypoid pair of the tests it is worth 6 % of the displacements
@@ -23,7 +23,7 @@ from ehl.common.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
 
-# last change of E, P, G [m] and of alpha [rad]: a tenth of what changes a transmission error visibly (ours)
+# last change of E, P, G [m] and of the shaft angle [rad]: a tenth of what changes a transmission error visibly (ours)
 TOLERANCE, TOLERANCE_ANGLE = 1e-7, 1e-6
 ROUNDS = 12
 # earlier rounds that tell how the load answers to a displacement
@@ -114,7 +114,7 @@ def solve_deflection(
     Raises
     ------
     ConvergenceError
-        ``deflection_limit`` where E, P, G, alpha do not settle.
+        ``deflection_limit`` where E, P, G, shaft_angle_error do not settle.
     """
     rest = RigidMove(np.zeros(3), np.zeros(3), np.zeros(3))
     now = displaced_axes(placed, rest, rest)
@@ -139,21 +139,22 @@ def solve_deflection(
         else:
             raise ConvergenceError(
                 "deflection_limit",
-                f"E, P, G still move by {change * 1e6:.3g} um and alpha by {turned * 1e6:.3g} urad after {ROUNDS} "
-                "rounds: shafts and bearings are too soft for this torque",
+                f"E, P, G still move by {change * 1e6:.3g} um and the shaft angle by {turned * 1e6:.3g} urad after "
+                f"{ROUNDS} rounds: shafts and bearings are too soft for this torque",
             )
-    moved = (now.E - placed.E, now.P - placed.P, now.G - placed.G, now.alpha - placed.alpha)
+    turned = now.shaft_angle_error - placed.shaft_angle_error
+    moved = (now.E - placed.E, now.P - placed.P, now.G - placed.G, turned)
     return replace(mesh, deflection=ShaftDeflection(*moved, rounds, change))
 
 
 def _vector(axes: DisplacedAxes) -> FloatArray:
-    """E, P, G and alpha on one scale [m]."""
-    return np.array([axes.E, axes.P, axes.G, axes.alpha * TOLERANCE / TOLERANCE_ANGLE])
+    """E, P, G and shaft_angle_error on one scale [m]."""
+    return np.array([axes.E, axes.P, axes.G, axes.shaft_angle_error * TOLERANCE / TOLERANCE_ANGLE])
 
 
 def _moved(axes: DisplacedAxes, vector: FloatArray) -> DisplacedAxes:
     E, P, G, turned = map(float, vector)
-    return replace(axes, E=E, P=P, G=G, alpha=turned * TOLERANCE_ANGLE / TOLERANCE)
+    return replace(axes, E=E, P=P, G=G, shaft_angle_error=turned * TOLERANCE_ANGLE / TOLERANCE)
 
 
 def _secant(steps: list[tuple[FloatArray, FloatArray]], left: FloatArray) -> FloatArray:

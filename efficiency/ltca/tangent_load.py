@@ -49,7 +49,7 @@ class TangentLoads:
         Points and compliance.
     teeth : TeethElasticity
         Compliance of both members.
-    torque_pinion : float
+    torque : float
         What normal and friction forces carry together [N m].
     arms : sequence of (n,) arrays
         Of the unit friction force about the pinion axis at the points of each position [m].
@@ -70,13 +70,13 @@ class TangentLoads:
         self,
         cycle: Sequence[ElasticPosition],
         teeth: TeethElasticity,
-        torque_pinion: float,
+        torque: float,
         arms: Sequence[FloatArray],
         arm_ratio: FloatArray,
         way: float = 1.0,
         start: LoadDistribution | None = None,
     ) -> None:
-        self.cycle, self.teeth, self.torque_pinion, self.arm_ratio = tuple(cycle), teeth, torque_pinion, arm_ratio
+        self.cycle, self.teeth, self.torque, self.arm_ratio = tuple(cycle), teeth, torque, arm_ratio
         self.positions: tuple[MeshPosition, ...] = tuple(elastic.position for elastic in self.cycle)
         self._solved: dict[int, LoadDistribution] = {}
         self._own: list[LoadDistribution] = []
@@ -105,22 +105,22 @@ class TangentLoads:
         torque, that torque is solved itself.
         """
         arm = self.arm_ratio
-        friction = -float(np.log(normal_torques / self.torque_pinion) @ arm) / max(float(arm @ arm), 1e-12)
+        friction = -float(np.log(normal_torques / self.torque) @ arm) / max(float(arm @ arm), 1e-12)
         step = round((friction - self._first) / self._step)
         node = self._node(step)
         if _distance(node, normal_torques) > longest:
             node = min((node, *self._own), key=lambda other: _distance(other, normal_torques))
         if _distance(node, normal_torques) > longest:
-            node = distribute_load(self.cycle, self.teeth, self.torque_pinion, normal_torques, node)
+            node = distribute_load(self.cycle, self.teeth, self.torque, normal_torques, node)
             self._own = [*self._own[1 - _KEPT :], node]
         return self._from(node, normal_torques)
 
     def _node(self, step: int) -> LoadDistribution:
         if step not in self._solved:
             near = min(self._solved, key=lambda other: abs(other - step), default=None)
-            torques = self.torque_pinion * np.exp(-(self._first + step * self._step) * self.arm_ratio)
+            torques = self.torque * np.exp(-(self._first + step * self._step) * self.arm_ratio)
             start = self._start if near is None else self._solved[near]
-            self._solved[step] = distribute_load(self.cycle, self.teeth, self.torque_pinion, torques, start)
+            self._solved[step] = distribute_load(self.cycle, self.teeth, self.torque, torques, start)
         return self._solved[step]
 
     def _from(self, node: LoadDistribution, torques: FloatArray) -> TangentLoad:
@@ -181,7 +181,7 @@ class TangentLoad(LoadDistribution):
         distance: float,
     ) -> None:
         own = {"loads": loads, "node": node, "force": force, "angle": angle, "errors": errors, "distance": distance}
-        base = {name: getattr(node, name) for name in ("torque_pinion", "status", "reason", "tooth_outline")}
+        base = {name: getattr(node, name) for name in ("torque", "status", "reason", "tooth_outline")}
         # attributes of a frozen class
         self.__dict__.update(own | base | {"balance_residual": 0.0})
 

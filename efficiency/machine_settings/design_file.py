@@ -195,7 +195,7 @@ def design_text(
             {
                 "torque": f"{operation.torque:.6g} N m",
                 "speed": f"{operation.speed * 30.0 / np.pi:.6g} rpm",
-                "temperature_oil": f"{operation.temperature_oil - KELVIN:.6g} degC",
+                "temperature": f"{operation.temperature - KELVIN:.6g} degC",
                 "oil": operation.oil,
             },
         ),

@@ -277,7 +277,7 @@ def _moved(result: EfficiencyResult, name: str, end: str) -> float:
 
 def _loss_at(result: EfficiencyResult, efficiency: float) -> float:
     """Loss at another efficiency; the power at the pinion is given [W]."""
-    power = result.torque_pinion * result.speed_pinion
+    power = result.torque * result.speed
     return power * (1.0 - efficiency) if result.driver == "pinion" else power * (1.0 / efficiency - 1.0)
 
 

@@ -110,7 +110,7 @@ def optimise(
     duty : Path, str or sequence of DutyRow, optional
         Duty cycle, as of `GearPair.duty`; by default the operating point of the targets.
     misalignment : mapping, optional
-        Half widths of the box of `E`, `P`, `G` [m] and `alpha` [rad] the pair has to be good in; by default 0.05 mm in
+        Half widths of the misalignment box: `E`, `P`, `G` [m] and `shaft_angle_error` [rad]; by default 0.05 mm in
         E and P. Empty for the aligned pair alone.
     tolerance : mapping, optional
         Half widths of variables of the ease-off as it is made, besides the misalignments; at most seven of both.
@@ -257,7 +257,7 @@ def make_problem(
     own = start.operation
     rows: tuple[DutyRow, ...]
     if duty is None:
-        rows = (DutyRow(own.torque, own.speed, own.temperature_oil, 1.0),)
+        rows = (DutyRow(own.torque, own.speed, own.temperature, 1.0),)
     else:
         rows = read_duty(duty) if isinstance(duty, Path | str) else tuple(duty)
     if flanks != "both" and all(row.side != flanks for row in rows):

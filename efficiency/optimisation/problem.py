@@ -435,7 +435,7 @@ def box_states(
     Parameters
     ----------
     box : mapping, optional
-        Half widths of E, P, G [m] and alpha [rad]; zero leaves one out. By default `BOX`.
+        Half widths of E, P, G [m] and shaft_angle_error [rad]; zero leaves one out. By default `BOX`.
     tolerance : mapping, optional
         Half widths of variables of the ease-off as made, in their units; none by default.
 

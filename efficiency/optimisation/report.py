@@ -247,7 +247,7 @@ def duty_text(result: Optimisation) -> str:
     """The duty in words."""
     rows, known = result.problem.duty, quantities()
     if len(rows) == 1:
-        at = (("torque", rows[0].torque), ("speed", rows[0].speed), ("temperature_oil", rows[0].temperature_oil))
+        at = (("torque", rows[0].torque), ("speed", rows[0].speed), ("temperature", rows[0].temperature))
         return ", ".join(known[name].text(value) for name, value in at)
     return f"duty cycle of {len(rows)} operating points, {sum(row.hours for row in rows):.4g} h"
 

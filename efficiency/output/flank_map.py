@@ -171,7 +171,7 @@ class FlankMap:
         """Sliding velocity, pinion against gear, in the projection of the gear flank [m/s]: along the pitch cone to
         the heel, and square to it to the tip."""
         # where the gear drives everything moves the other way
-        speed = self.result.speed_pinion * (1.0 if self.result.driver == "pinion" else -1.0)
+        speed = self.result.speed * (1.0 if self.result.driver == "pinion" else -1.0)
         positions = [load.position for load in self.result.load.positions]
         parts = [_projected(p, self.flanks.blank("gear").pitch_angle) for p in positions]
         u, h = (self._grid(np.concatenate([part[k] for part in parts])) * speed for k in (0, 1))

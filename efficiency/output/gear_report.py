@@ -195,9 +195,9 @@ def nearest_point(design: Design, grid: Grid) -> EfficiencyResult:
 
     def distance(result: EfficiencyResult) -> float:
         return (
-            abs(result.torque_pinion / operation.torque - 1.0)
-            + abs(result.speed_pinion / operation.speed - 1.0)
-            + abs(result.temperature_oil - operation.temperature_oil) / 50.0
+            abs(result.torque / operation.torque - 1.0)
+            + abs(result.speed / operation.speed - 1.0)
+            + abs(result.temperature - operation.temperature) / 50.0
         )
 
     return min(usable, key=distance)

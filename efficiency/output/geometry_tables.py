@@ -120,8 +120,8 @@ def misalignment_text(design: Design) -> str:
     """Misalignment in words, or that there is none."""
     m = design.assembly.misalignment
     parts = [f"{name} {1e3 * getattr(m, name):+.4g} mm" for name in ("E", "P", "G") if getattr(m, name) != 0.0]
-    if m.alpha != 0.0:
-        parts.append(f"alpha {math.degrees(m.alpha):+.4g} deg")
+    if m.shaft_angle_error != 0.0:
+        parts.append(f"shaft_angle_error {math.degrees(m.shaft_angle_error):+.4g} deg")
     return "misaligned: " + ", ".join(parts) if parts else "aligned"
 
 

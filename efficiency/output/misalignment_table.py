@@ -69,7 +69,7 @@ def _loaded_table(study: MisalignmentStudy, torque: float) -> Table:
             [*(getattr(point, name) for name in (*names, "peak_to_peak", *fields)), point.reason or point.edges]
             for point in study.points[:_ROWS]
         ],
-        title=f"{study.design}, {study.side}: contact at {quantity('torque_pinion').text(torque)} of the pinion",
+        title=f"{study.design}, {study.side}: contact at {quantity('torque').text(torque)} of the pinion",
         notes=_notes(study),
     )
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 FloatArray = NDArray[np.float64]
-OPERATION = ("torque_pinion", "speed_pinion", "temperature_oil")
+OPERATION = ("torque", "speed", "temperature")
 
 
 def _figure(width: float = 7.0, height: float = 4.2) -> tuple[Figure, Axes]:
@@ -47,7 +47,7 @@ def plot_load_sharing(result: EfficiencyResult) -> Figure:
         xlabel="roll of one tooth pair from the design point [pinion pitches]",
         ylabel="share of the torque [-]",
         ylim=(0.0, 1.05),
-        title=f"Load sharing at {result.torque_pinion:g} N m",
+        title=f"Load sharing at {result.torque:g} N m",
     )
     return figure
 
@@ -77,7 +77,7 @@ def plot_pair_load(result: EfficiencyResult) -> Figure:
     other.set(ylabel="greatest " + axis_label("pressure_hertz"), ylim=(0.0, 1.25 * float(pressure.max())))
     handles = [*axes.get_lines(), *other.get_lines()]
     axes.legend(handles, [str(line.get_label()) for line in handles], frameon=False, loc="upper left", ncols=2)
-    axes.set_title(f"Load of one tooth pair at {result.torque_pinion:g} N m")
+    axes.set_title(f"Load of one tooth pair at {result.torque:g} N m")
     return figure
 
 
@@ -99,7 +99,7 @@ def plot_root_stress(result: EfficiencyResult) -> Figure:
     over.set(xlabel="roll of one tooth pair from the design point [pinion pitches]", ylabel=axis_label("root_stress"))
     over.legend(frameon=False, fontsize=8)
     along.set(xlabel="distance from the toe [mm]", ylabel="greatest of the mesh [MPa]", ylim=(0.0, None))
-    figure.suptitle(f"Root stress at {result.torque_pinion:g} N m")
+    figure.suptitle(f"Root stress at {result.torque:g} N m")
     return figure
 
 
@@ -110,7 +110,7 @@ def plot_transmission_error(result: EfficiencyResult) -> Figure:
     unloaded = np.array([p.position.transmission_error for p in result.load.positions])
     for name, values, color in (
         ("unloaded", unloaded, GREY),
-        (f"at {result.torque_pinion:g} N m", result.transmission_error_positions, BLUE),
+        (f"at {result.torque:g} N m", result.transmission_error_positions, BLUE),
     ):
         arcsec = to_display("transmission_error", values)
         label = f"{name}: {np.ptp(arcsec):.1f} arcsec peak to peak, mean {arcsec.mean():.1f}"
@@ -203,14 +203,12 @@ def plot_map(map_: Grid) -> Figure:
     panels = len(map_.axes["temperature"])
     figure = Figure(figsize=(1.5 + 3.6 * panels, 3.8), layout="constrained")
     all_axes = np.atleast_1d(figure.subplots(1, panels, sharey=True))
-    speed = to_display("speed_pinion", np.array(map_.axes["speed"]))
+    speed = to_display("speed", np.array(map_.axes["speed"]))
     shades = colormaps["viridis"](np.linspace(0.1, 0.85, len(map_.axes["torque"])))
     for k, (axes, temperature) in enumerate(zip(all_axes, map_.axes["temperature"], strict=True)):
         for j, torque in enumerate(map_.axes["torque"]):
-            axes.plot(
-                speed, values[j, :, k], color=shades[j], marker="o", ms=3, label=quantity("torque_pinion").text(torque)
-            )
-        axes.set(xlabel=axis_label("speed_pinion"), title=typeset_units(quantity("temperature_oil").text(temperature)))
+            axes.plot(speed, values[j, :, k], color=shades[j], marker="o", ms=3, label=quantity("torque").text(torque))
+        axes.set(xlabel=axis_label("speed"), title=typeset_units(quantity("temperature").text(temperature)))
         axes.grid(alpha=0.3)
     all_axes[0].set_ylabel("mesh efficiency [%]")
     all_axes[-1].legend(frameon=False, title="pinion torque")

@@ -57,8 +57,8 @@ def duty_figure(duty: DutyCycle) -> Figure:
     """Energy lost at each operating point of a duty cycle."""
     figure = Figure(figsize=(7.0, 4.2), layout="constrained")
     axes = figure.subplots()
-    torque, speed = quantity("torque_pinion"), quantity("speed_pinion")
-    names = [f"{torque.text(r.torque_pinion)}, {speed.text(r.speed_pinion)}, {r.side}" for r in duty.rows]
+    torque, speed = quantity("torque"), quantity("speed")
+    names = [f"{torque.text(r.torque)}, {speed.text(r.speed)}, {r.side}" for r in duty.rows]
     axes.barh(names, [to_display("energy_loss", row.energy_loss) for row in duty.rows])
     axes.set(xlabel=axis_label("energy_loss"))
     axes.invert_yaxis()
@@ -79,8 +79,8 @@ def contour_figure(grid: Grid, name: str) -> Figure:
     panels = len(grid.axes["temperature"])
     figure = Figure(figsize=(2.2 + 3.4 * panels, 3.8), layout="constrained")
     all_axes = np.atleast_1d(figure.subplots(1, panels, sharey=True))
-    speed = to_display("speed_pinion", np.array(grid.axes["speed"]))
-    torque = to_display("torque_pinion", np.array(grid.axes["torque"]))
+    speed = to_display("speed", np.array(grid.axes["speed"]))
+    torque = to_display("torque", np.array(grid.axes["torque"]))
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
     levels = MaxNLocator(10).tick_values(low, high if high > low else low + 1e-9 + 1e-3 * abs(low))
@@ -92,8 +92,8 @@ def contour_figure(grid: Grid, name: str) -> Figure:
         axes.clabel(lines, fontsize=7)
         axes.plot(*(part.ravel() for part in np.meshgrid(speed, torque)), ".", color="0.2", ms=2)
         temperature = grid.axes["temperature"][number]
-        axes.set(xlabel=axis_label("speed_pinion"), title=typeset_units(quantity("temperature_oil").text(temperature)))
+        axes.set(xlabel=axis_label("speed"), title=typeset_units(quantity("temperature").text(temperature)))
         if number == panels - 1:
             figure.colorbar(shades, ax=axes, label=axis_label(name))
-    all_axes[0].set_ylabel(axis_label("torque_pinion"))
+    all_axes[0].set_ylabel(axis_label("torque"))
     return figure

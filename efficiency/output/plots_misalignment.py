@@ -104,7 +104,7 @@ def loaded_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
             axes.grid(alpha=0.3)
             axes.ticklabel_format(axis="y", useOffset=False)
     grid[0][0].legend(fontsize=7, framealpha=0.6)
-    torque = quantity("torque_pinion").text(studies[0].torque or 0.0)
+    torque = quantity("torque").text(studies[0].torque or 0.0)
     figure.suptitle(f"{studies[0].design}: misalignments at {torque} of the pinion", fontsize=11)
     return figure
 

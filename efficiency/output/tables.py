@@ -90,7 +90,7 @@ def operating_point(result: EfficiencyResult | Comparison) -> str:
 
 def operating_state(result: EfficiencyResult | Comparison) -> str:
     """Torque, speed and oil temperature in words."""
-    names = ("torque_pinion", "speed_pinion", "temperature_oil")
+    names = ("torque", "speed", "temperature")
     return ", ".join(quantity(name).text(getattr(result, name)) for name in names)
 
 
@@ -257,12 +257,12 @@ def map_table(grid: Grid) -> Table:
 
 def efficiency_grids(grid: Grid) -> list[Table]:
     """Efficiency over torque (rows) and speed (columns), one table per temperature."""
-    values, speed = grid.values(), quantity("speed_pinion")
+    values, speed = grid.values(), quantity("speed")
     heads = [f"{speed.to_display(value):.4g} rpm" for value in grid.axes["speed"]]
-    columns: list[Column | str] = ["torque_pinion", *(Column(head, of="efficiency", label=head) for head in heads)]
+    columns: list[Column | str] = ["torque", *(Column(head, of="efficiency", label=head) for head in heads)]
     tables = []
     for number, kelvin in enumerate(grid.axes["temperature"]):
-        celsius = quantity("temperature_oil").to_display(kelvin)
+        celsius = quantity("temperature").to_display(kelvin)
         rows = [(torque, *line) for torque, line in zip(grid.axes["torque"], values[:, :, number], strict=True)]
         title = f"Mesh efficiency at {celsius:.4g} degC."
         note = _outside_note(grid, number)
@@ -277,8 +277,8 @@ def _outside_note(grid: Grid, number: int) -> str:
     if not outside.any():
         return ""
     row, column = np.unravel_index(int(np.argmax(outside)), outside.shape)
-    torque = quantity("torque_pinion").text(grid.axes["torque"][row])
-    speed = quantity("speed_pinion").text(grid.axes["speed"][column])
+    torque = quantity("torque").text(grid.axes["torque"][row])
+    speed = quantity("speed").text(grid.axes["speed"][column])
     points = f"{np.count_nonzero(outside)} of {np.count_nonzero(np.isfinite(share))} points"
     return (
         f"outside the range of {model_label(grid.results[0].friction_model)} at {points}: "

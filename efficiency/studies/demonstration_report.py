@@ -114,7 +114,7 @@ def _gear(result: DemoResult) -> Section:
             Text(
                 f"{pair.teeth_pinion} x {pair.teeth_gear} spiral bevel pair, face-milled and generated: flanks from "
                 "machine settings by the equation of meshing, ease-off against the conjugate pinion, loaded contact "
-                f"at {gear.torque_pinion:.4g} N m and {quantity('speed_pinion').text(gear.speed_pinion)} of the pinion."
+                f"at {gear.torque:.4g} N m and {quantity('speed').text(gear.speed)} of the pinion."
             ),
             Pictures(
                 [

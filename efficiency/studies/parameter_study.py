@@ -52,8 +52,8 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
-OPERATING = ("torque", "speed", "temperature_oil", "roughness_rms")
-MISALIGNED = ("E", "P", "G", "alpha")
+OPERATING = ("torque", "speed", "temperature", "roughness_rms_each")
+MISALIGNED = ("E", "P", "G", "shaft_angle_error")
 
 # shares of the design's own torque and speed; Celsius; metres; ours, after the ranges of automotive axles
 _TORQUES, _SPEEDS = (0.1, 0.3, 0.6, 1.0, 1.5), (0.1, 0.25, 0.5, 1.0)
@@ -72,26 +72,26 @@ class Levels:
 
     Parameters
     ----------
-    torque, speed, temperature_oil, roughness_rms : tuple of float
+    torque, speed, temperature, roughness_rms_each : tuple of float
         Pinion torque [N m] and speed [rad/s], oil temperature [K], Rq of both flanks, each [m].
-    E, P, G, alpha : tuple of float
+    E, P, G, shaft_angle_error : tuple of float
         Misalignments added to those of the design [m], [rad]; zero is always computed.
     """
 
     torque: tuple[float, ...]
     speed: tuple[float, ...]
-    temperature_oil: tuple[float, ...]
-    roughness_rms: tuple[float, ...]
+    temperature: tuple[float, ...]
+    roughness_rms_each: tuple[float, ...]
     E: tuple[float, ...] = _SHIFTS
     P: tuple[float, ...] = _SHIFTS
     G: tuple[float, ...] = _SHIFTS
-    alpha: tuple[float, ...] = _TURNS
+    shaft_angle_error: tuple[float, ...] = _TURNS
 
     def __post_init__(self) -> None:
         for name in OPERATING:
             if not getattr(self, name):
                 raise InputError(name, (), "at least one value")
-        size = len(self.torque) * len(self.speed) * len(self.temperature_oil) * len(self.roughness_rms)
+        size = len(self.torque) * len(self.speed) * len(self.temperature) * len(self.roughness_rms_each)
         if size > _MAX_POINTS:
             raise InputError("levels", f"{size} operating points", f"at most {_MAX_POINTS} for each design")
 
@@ -102,8 +102,8 @@ class Levels:
         default = cls(
             torque=tuple(share * point.torque for share in _TORQUES),
             speed=tuple(share * point.speed for share in _SPEEDS),
-            temperature_oil=_TEMPERATURES,
-            roughness_rms=_ROUGHNESSES,
+            temperature=_TEMPERATURES,
+            roughness_rms_each=_ROUGHNESSES,
         )
         ordered = {name: tuple(sorted(set(values))) for name, values in given.items()}
         return replace(default, **ordered)
@@ -114,8 +114,8 @@ class Levels:
         values = {
             "torque": own.torque,
             "speed": own.speed,
-            "temperature_oil": own.temperature_oil,
-            "roughness_rms": design.pinion.roughness_rms,
+            "temperature": own.temperature,
+            "roughness_rms_each": design.pinion.roughness_rms,
         }
         return {name: min(getattr(self, name), key=lambda level: abs(level - value)) for name, value in values.items()}
 
@@ -131,7 +131,7 @@ class Levels:
 def level_quantity(name: str) -> Quantity:
     """What a parameter of a study is: misalignments by their letters, the roughness that of each flank."""
     known = quantities()
-    return known.get(f"study.{name}") or known.get(f"misalignment.{name}") or known[name]
+    return known.get(f"misalignment.{name}") or known[name]
 
 
 @dataclass(frozen=True)
@@ -142,9 +142,9 @@ class StudyPoint:
     ----------
     design, hypoid_offset : str, float
         [-], [m].
-    E, P, G, alpha : float
+    E, P, G, shaft_angle_error : float
         Misalignments added to the design's [m], [rad].
-    torque, speed, temperature_oil, roughness_rms : float
+    torque, speed, temperature, roughness_rms_each : float
         Of the pinion [N m], [rad/s]; oil [K]; Rq of both flanks, each [m].
     efficiency ... outside_range_share : float
         nan where the point failed.
@@ -167,11 +167,11 @@ class StudyPoint:
     E: float
     P: float
     G: float
-    alpha: float
+    shaft_angle_error: float
     torque: float
     speed: float
-    temperature_oil: float
-    roughness_rms: float
+    temperature: float
+    roughness_rms_each: float
     efficiency: float = math.nan
     efficiency_lower: float = math.nan
     efficiency_upper: float = math.nan
@@ -221,7 +221,7 @@ def with_result(point: StudyPoint, result: EfficiencyResult) -> StudyPoint:
     """A point with what was computed for it."""
     given = {*result.__dataclass_fields__, "efficiency_lower", "efficiency_upper"}
     names = {f.name for f in fields(StudyPoint)} & given
-    names -= {"design", "temperature_oil"}
+    names -= {"design", "temperature"}
     weight = result.points.force * result.points.speed_sliding
     ratio = np.where(np.isfinite(result.lubrication.film_ratio), result.lubrication.film_ratio, np.nan)
     mean = float(np.nansum(weight * ratio) / np.sum(weight)) if weight.sum() > 0.0 else math.nan
@@ -460,8 +460,8 @@ def run_study(
     strength : bool
         Columns of strength at each point: worst grade, safety factors, integral temperature, specific film.
     **values : sequence
-        Of `torque`, `speed`, `temperature`, `roughness_rms`, `E`, `P`, `G`, `alpha` in place of the default levels, as
-        in `GearPair.over`.
+        Of `torque`, `speed`, `temperature`, `roughness_rms_each`, `E`, `P`, `G`, `shaft_angle_error` in place of the
+        default levels, as in `GearPair.over`.
 
     Returns
     -------
@@ -477,8 +477,8 @@ def run_study(
     Examples
     --------
     >>> import efficiency
-    >>> one = {"speed": ["1500 rpm"], "temperature": ["90 degC"], "roughness_rms": ["0.4 um"]}
-    >>> aligned = {"E": [0.0], "P": [0.0], "G": [0.0], "alpha": [0.0]}
+    >>> one = {"speed": ["1500 rpm"], "temperature": ["90 degC"], "roughness_rms_each": ["0.4 um"]}
+    >>> aligned = {"E": [0.0], "P": [0.0], "G": [0.0], "shaft_angle_error": [0.0]}
     >>> study = efficiency.study(["fm_spiral_bevel_14x39"], "constant:0.05", torque="200, 300 N m", **one, **aligned)
     >>> len(study.to_frame())
     2
@@ -491,8 +491,7 @@ def run_study(
         raise InputError("designs", names, "at least one design, each once")
     card = oil or pairs[0].operation.oil
     Oil.load(card)
-    named = {"temperature": "temperature_oil"}
-    given = {named.get(name, name): tuple(axis_values(name, value)) for name, value in values.items()}
+    given = {name: tuple(axis_values(name, value)) for name, value in values.items()}
     chosen = Levels.around(pairs[0], **given) if levels is None else levels
     reference = chosen.reference(pairs[0])
     model = resolve_friction(friction if friction is not None else default_friction(card), pairs[0])
@@ -548,8 +547,8 @@ def _tasks(
 
     Costly states make a task each.
     """
-    every = tuple(product(levels.torque, levels.speed, levels.temperature_oil, levels.roughness_rms))
-    middle = (reference["torque"], reference["speed"], reference["temperature_oil"], reference["roughness_rms"])
+    every = tuple(product(levels.torque, levels.speed, levels.temperature, levels.roughness_rms_each))
+    middle = (reference["torque"], reference["speed"], reference["temperature"], reference["roughness_rms_each"])
     start = design.assembly.misalignment
     for shift in ({}, *levels.shifts()):
         moved = {name: getattr(start, name) + shift.get(name, 0.0) for name in MISALIGNED}
@@ -559,11 +558,11 @@ def _tasks(
             E=shift.get("E", 0.0),
             P=shift.get("P", 0.0),
             G=shift.get("G", 0.0),
-            alpha=shift.get("alpha", 0.0),
+            shaft_angle_error=shift.get("shaft_angle_error", 0.0),
             torque=0.0,
             speed=0.0,
-            temperature_oil=0.0,
-            roughness_rms=0.0,
+            temperature=0.0,
+            roughness_rms_each=0.0,
         )
         task = StudyTask(
             design.with_misalignment(**moved), blank, side, oil, friction, (), grid, load_balance, strength
@@ -596,7 +595,7 @@ def _solve(task: StudyTask) -> tuple[str, Found]:
     fixed = {"side": task.side, "oil": task.oil, "driver": task.design.operation.driver}
     fixed |= {"load_balance": task.load_balance}
     fixed |= task.design.assembly.misalignment.model_dump()
-    names = ("torque", "speed", "temperature", "roughness_rms")
+    names = ("torque", "speed", "temperature", "roughness_rms_each")
     for torque, speed, temperature, roughness in task.states:
         clock = time.perf_counter()
         condition = dict(zip(names, (torque, speed, temperature, roughness), strict=True))
@@ -605,7 +604,7 @@ def _solve(task: StudyTask) -> tuple[str, Found]:
             lambda c: pair.at(task.friction, task.grid, many=True, **fixed, **c),
             strength=task.strength,
         )
-        point = replace(task.blank, torque=torque, speed=speed, temperature_oil=temperature, roughness_rms=roughness)
+        point = replace(task.blank, torque=torque, speed=speed, temperature=temperature, roughness_rms_each=roughness)
         if found.result is None:
             points.append(replace(point, reason=found.reason, notes=found.notes))
         else:

@@ -23,9 +23,9 @@ _MARKERS = "os^vD<>P"
 # what is drawn over what: (along the axis, one line for each)
 _CROSSED = (
     ("torque", "speed"),
-    ("speed", "temperature_oil"),
-    ("temperature_oil", "roughness_rms"),
-    ("roughness_rms", "speed"),
+    ("speed", "temperature"),
+    ("temperature", "roughness_rms_each"),
+    ("roughness_rms_each", "speed"),
 )
 
 

@@ -171,14 +171,14 @@ class AxleTest(Tabulated):
             ("speed_wheel", "torque_output", "torque_input", Column("power_loss", label="power loss")),
             [tuple(asdict(row).values()) for row in self.rows],
             title=f"{of.design}, ratio {self.ratio:.4g}, {of.oil} at "
-            f"{quantity('temperature_oil').text(of.temperature_oil)}, friction: "
+            f"{quantity('temperature').text(of.temperature)}, friction: "
             f"{model_label(of.friction_model)}; power loss by 40 CFR 1037.560",
             name="axle test",
         )
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON."""
-        about = {name: getattr(self.map, name) for name in ("design", "friction_model", "oil", "temperature_oil")}
+        about = {name: getattr(self.map, name) for name in ("design", "friction_model", "oil", "temperature")}
         state = {"ratio": self.ratio, "status": self.status, "reason": self.reason}
         return {**about, **state, "rows": finite_or_none(self.rows), "notes": list(self.notes)}
 

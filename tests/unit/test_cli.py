@@ -78,10 +78,10 @@ def test_solve_table_and_figure(mixed_ehl: Cli, tmp_path: Path) -> None:
 
 def test_gear_and_its_map(mixed_ehl: Cli) -> None:
     one = json.loads(mixed_ehl("gear", PAIR, "--torque", "200 N m", "--json").out)
-    assert one["torque_pinion"] == pytest.approx(200.0)
+    assert one["torque"] == pytest.approx(200.0)
     assert 0.98 < one["efficiency"] < 1.0
     grid = json.loads(mixed_ehl("gear", PAIR, "--torque", "100, 200 N m", "--json").out)
-    assert [point["torque_pinion"] for point in grid["points"]] == [100.0, 200.0]
+    assert [point["torque"] for point in grid["points"]] == [100.0, 200.0]
     # the load of the map starts from its neighbour: the same within the stated errors of both
     again = grid["points"][1]
     stated = one["efficiency_error_balance"] + again["efficiency_error_balance"]

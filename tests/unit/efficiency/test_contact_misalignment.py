@@ -41,7 +41,7 @@ def test_points_of_the_study_are_those_of_single_pairs(study: MisalignmentStudy)
 
 def test_contact_walks_along_the_face_with_the_offset_error(study: MisalignmentStudy) -> None:
     table = study.table()
-    assert list(table.columns[:4]) == ["E", "P", "G", "alpha"]
+    assert list(table.columns[:4]) == ["E", "P", "G", "shaft_angle_error"]
     along = table[table.P == 0.0].sort_values("E")
     assert (np.diff(along.crest_u) < 0.0).all()
     assert (np.diff(along.pattern_u) < 0.0).all()

@@ -44,7 +44,7 @@ def test_duty_cycles_are_read(duty: Path) -> None:
     rows = read_duty(duty)
     assert [row.side for row in rows] == ["drive", "coast"]
     assert rows[0].speed == pytest.approx(1200.0 * 2.0 * np.pi / 60.0)
-    assert rows[0].temperature_oil == pytest.approx(363.15)
+    assert rows[0].temperature == pytest.approx(363.15)
     assert [row.hours for row in rows] == [100.0, 20.0]
     assert [row.driver for row in rows] == ["pinion", "gear"]
 
@@ -79,7 +79,7 @@ def test_weights_are_the_work_lost() -> None:
     design = load_design(DESIGN)
     row = DutyRow(300.0, 125.0, 363.15, 2.0)
     (part,) = pair().duty_points([row], grid=(4, 9))
-    operation = Operation(row.speed, row.temperature_oil, design.pinion.roughness_rms, design.gear.roughness_rms)
+    operation = Operation(row.speed, row.temperature, design.pinion.roughness_rms, design.gear.roughness_rms)
     loaded = pair().mesh("drive", 4, 9).load(300.0).grids
     result = mesh_efficiency(loaded, friction_model("constant:0.05"), Oil.load("75w90"), operation)
     assert 0.05 * part.weight.sum() == pytest.approx(2.0 * result.power_loss, rel=1e-12)

@@ -26,7 +26,7 @@ def test_shipped_design_by_name_and_by_path(tmp_path: Path) -> None:
     assert design == load_design(changed(tmp_path, "name = ", "name = "))
     assert design.pinion.blank.teeth == 14
     assert design.operation.torque == 300.0
-    assert design.operation.temperature_oil == pytest.approx(363.15)
+    assert design.operation.temperature == pytest.approx(363.15)
     assert design.gear.convex.machine.radial_setting == pytest.approx(0.09485354936)  # type: ignore[union-attr]
     pinion, gear = design.flanks().mating("drive")
     assert (pinion.blade.side, gear.blade.side) == ("concave", "convex")
@@ -89,8 +89,8 @@ def test_unreadable_files(tmp_path: Path) -> None:
 
 def test_misalignment_is_set_and_leaves_the_rest(tmp_path: Path) -> None:
     design = load_design("fm_spiral_bevel_14x39")
-    moved = design.with_misalignment(E=1e-4, alpha=1e-3)
-    assert (moved.placement().E, moved.placement().alpha) == (1e-4, 1e-3)
+    moved = design.with_misalignment(E=1e-4, shaft_angle_error=1e-3)
+    assert (moved.placement().E, moved.placement().shaft_angle_error) == (1e-4, 1e-3)
     assert moved.placement().P == 0.0
     assert design.placement().E == 0.0
     assert moved.pinion == design.pinion

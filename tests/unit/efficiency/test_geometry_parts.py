@@ -107,7 +107,7 @@ def test_patch_tail_tells_resolved_from_unresolved_fields() -> None:
 
 @given(st.floats(-0.3, 0.3), st.floats(-2e-3, 2e-3), st.floats(-2e-3, 2e-3), st.floats(-1e-2, 1e-2))
 def test_roll_solves_the_equation_of_meshing(azimuth: float, moved: float, along: float, tilted: float) -> None:
-    assembly = Assembly(14, 39, 0.5 * np.pi, offset=0.01, E=moved, P=along, G=-moved, alpha=tilted)
+    assembly = Assembly(14, 39, 0.5 * np.pi, offset=0.01, E=moved, P=along, G=-moved, shaft_angle_error=tilted)
     radius, z = 0.076, 0.029
     point = np.array([[radius * np.cos(azimuth)], [radius * np.sin(azimuth)], [z]])
     normal = turn(np.array([[0.66], [-0.74], [-0.12]]), azimuth)
@@ -129,7 +129,7 @@ def test_roll_solves_the_equation_of_meshing(azimuth: float, moved: float, along
 
 
 def test_pinion_frame_and_back() -> None:
-    assembly = Assembly(14, 39, 1.4, offset=0.01, E=1e-3, P=-2e-3, G=5e-4, alpha=3e-3)
+    assembly = Assembly(14, 39, 1.4, offset=0.01, E=1e-3, P=-2e-3, G=5e-4, shaft_angle_error=3e-3)
     point, f1 = np.array([[0.05], [0.01], [0.02]]), np.array([0.3])
     local, _ = assembly.to_pinion(point, point, f1)
     np.testing.assert_allclose(assembly.pinion_in_mesh(local, f1), point, atol=1e-16)

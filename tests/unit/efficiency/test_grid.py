@@ -88,7 +88,7 @@ def test_axes_in_any_order_and_each_load_once(monkeypatch: pytest.MonkeyPatch) -
         "temperature": [333.15, 363.15],
         "E": [0.0, 1e-3],
         "torque": [100.0, 200.0],
-        "roughness_rms": [2e-7, 4e-7],
+        "roughness_rms_each": [2e-7, 4e-7],
     }
     done: list[Progress] = []
     found = GearPair(DESIGN).over(MODEL, grid=GRID, progress=done.append, **axes)
@@ -129,8 +129,9 @@ def test_grid_of_a_pair_is_the_single_run() -> None:
         ({"torque": []}, "at least one value"),
         ({"torque": [-1.0]}, "above 0"),
         ({"torque": "100:200 N m"}, "from:to:number unit"),
-        ({"roughness_rms": [1e-3]}, "roughness_rms"),
-        ({"roughness_rms": [1e-7], "roughness_rms_gear": [1e-7]}, "either roughness_rms"),
+        ({"roughness_rms_each": [1e-3]}, "roughness_rms_each"),
+        ({"roughness_rms_each": [1e-7], "roughness_rms_gear": [1e-7]}, "roughness_rms_each"),
+        ({"roughness_rms": [1e-7]}, "roughness_rms_each"),
     ],
 )
 def test_bad_axes(axes: dict[str, Any], words: str) -> None:

@@ -39,7 +39,7 @@ def linear_loss(slope: float, asked: list[Operation]) -> Any:
 
     def solve(operation: Operation) -> Any:
         asked.append(operation)
-        power = 1000.0 * (1.0 + slope * (operation.inlet - operation.temperature_oil))
+        power = 1000.0 * (1.0 + slope * (operation.inlet - operation.temperature))
         state = ContactState.of(
             pressure_hertz=[1e9], radius_equivalent=0.01, effective_modulus=226e9, speed_entrainment=2.0
         )
@@ -103,9 +103,9 @@ def test_what_is_given_comes_before_the_defaults() -> None:
     pinion = MemberCooling(thermal_resistance=0.2)
     gear = MemberCooling(heat_transfer_coefficient=500.0, cooled_area=0.01)
     angles = (math.radians(35.0), math.radians(35.0))
-    oil = OIL.at(OPERATION.temperature_oil)
+    oil = OIL.at(OPERATION.temperature)
     blanks = DESIGN.pinion.blank.blank(), DESIGN.gear.blank.blank()
-    speeds = OPERATION.speed_pinion, OPERATION.speed_pinion * 14 / 39
+    speeds = OPERATION.speed, OPERATION.speed * 14 / 39
 
     def resistances(*given: MemberCooling) -> tuple[float, ...]:
         parts = zip(blanks, given, speeds, angles, strict=True)
@@ -143,7 +143,7 @@ def test_cooling_is_read_and_refused() -> None:
 def test_run_of_a_design() -> None:
     found = GearPair(DESIGN).mesh("drive", 4, 9).load(100.0).heat_balance("constant:0.05")
     assert found.result.status == "converged"
-    assert found.result.temperature_bulk_1 > found.result.temperature_oil
+    assert found.result.temperature_bulk_1 > found.result.temperature
 
 
 def with_cooling(resistance: float) -> Design:
@@ -163,7 +163,7 @@ def test_a_stated_cooling_is_the_default() -> None:
     assert warm.temperature_bulk_1 > cold.temperature_bulk_1 + 1.0
     assert warm.temperature_bulk_1 == loaded.heat_balance("constant:0.05").result.temperature_bulk_1
     assert loaded.efficiency("constant:0.05", bulk="oil").temperature_bulk_1 == cold.temperature_bulk_1
-    grid = mesh.over("constant:0.05", torque=[100.0], speed=[cold.operation.speed_pinion])
+    grid = mesh.over("constant:0.05", torque=[100.0], speed=[cold.operation.speed])
     assert grid.points[0].result.temperature_bulk_1 == pytest.approx(warm.temperature_bulk_1, abs=0.05)
     with pytest.raises(InputError, match="balance or oil"):
         loaded.efficiency("constant:0.05", bulk="hot")

@@ -197,9 +197,9 @@ def test_commands_print_and_write(
     )  # fmt: skip
     assert outcome.code == 0, outcome.err
     found = json.loads(outcome.out)
-    assert [point["torque_pinion"] for point in found["points"]] == [-100.0, 100.0]
+    assert [point["torque"] for point in found["points"]] == [-100.0, 100.0]
     assert {path.name for path in tmp_path.iterdir()} == {"m.vtlm", "m.xlsx", "tables"}
     openpyxl = pytest.importorskip("openpyxl")
     sheet = openpyxl.load_workbook(tmp_path / "m.xlsx")["loss map"]
-    assert sheet["B1"].value == "speed_pinion [rpm]"
+    assert sheet["B1"].value == "speed [rpm]"
     assert sheet["B2"].value == pytest.approx(500.0)

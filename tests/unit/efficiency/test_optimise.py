@@ -359,7 +359,7 @@ def test_states_of_a_box_are_balanced() -> None:
         signs = np.sign([list(corner.values()) for corner in corners])
         assert np.all(signs.sum(axis=0) == 0)
         np.testing.assert_array_equal(signs.T @ signs, len(corners) * np.eye(len(box)))
-    assert len(box_states({"E": 1e-5, "P": 1e-5, "G": 1e-5, "alpha": 1e-4})) == 9
+    assert len(box_states({"E": 1e-5, "P": 1e-5, "G": 1e-5, "shaft_angle_error": 1e-4})) == 9
 
 
 def test_errors_of_the_ease_off_join_the_box() -> None:

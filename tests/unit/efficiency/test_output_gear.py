@@ -129,7 +129,7 @@ def test_sliding_in_the_projection_is_the_rate_of_the_blank_coordinates(
     ends = [places + sign * step * vectors for sign in (-1.0, 1.0)]
     (u0, h0), (u1, h1) = (blank.coordinates(np.hypot(e[:, 0], e[:, 1]), e[:, 2]) for e in ends)
     at = np.concatenate(flank.lines)
-    speed = result.speed_pinion / (2.0 * step)
+    speed = result.speed / (2.0 * step)
     np.testing.assert_allclose(along.ravel(), (u1 - u0)[at] * speed, rtol=1e-5, atol=1e-6)
     np.testing.assert_allclose(up.ravel(), (h1 - h0)[at] * speed, rtol=1e-5, atol=1e-6)
 
@@ -244,7 +244,7 @@ def test_page_of_a_point_and_of_a_map(geared: Meshed, grid: Grid, tmp_path: Path
     roots = max(re.findall(r"a root up to ([\d.]+) mm above the root cone", " ".join(told)), key=float)
     assert f"a root up to {roots} mm above the root cone" in page.sections[0]
     chosen = nearest_point(geared[0], grid)
-    assert (chosen.torque_pinion, chosen.speed_pinion, chosen.temperature_oil) == (300.0, 120.0, 363.15)
+    assert (chosen.torque, chosen.speed, chosen.temperature) == (300.0, 120.0, 363.15)
     # the answer with its interval and the error of the solution on the first screen
     low, high = 100.0 * chosen.efficiency_lower, 100.0 * chosen.efficiency_upper
     assert page.sections[0].index(f"{100.0 * chosen.efficiency:.2f} %") < page.sections[0].index("warning")

@@ -121,8 +121,8 @@ def test_contact_table_has_a_column_for_each_side(geometry: PairGeometry) -> Non
 
 def test_misalignment_in_words(design: Design) -> None:
     assert misalignment_text(design) == "aligned"
-    moved = design.with_misalignment(E=1e-4, alpha=np.radians(0.05))
-    assert misalignment_text(moved) == "misaligned: E +0.1 mm, alpha +0.05 deg"
+    moved = design.with_misalignment(E=1e-4, shaft_angle_error=np.radians(0.05))
+    assert misalignment_text(moved) == "misaligned: E +0.1 mm, shaft_angle_error +0.05 deg"
 
 
 @pytest.mark.parametrize(("units", "factor"), [("metric", 1e3), ("inch", 1.0 / 0.0254)])
@@ -251,7 +251,7 @@ def test_geometry_on_the_command_line(mixed_ehl: Cli) -> None:
     [
         (("--geometry", "--E", "0.1"), ["--E", "unit"]),
         (("--geometry", "--E", "3 mm"), ["--E", "3 mm", "0.002"]),
-        (("--geometry", "--alpha", "1 mm"), ["--alpha", "dimension"]),
+        (("--geometry", "--shaft-angle-error", "1 mm"), ["--shaft-angle-error", "dimension"]),
         (("--geometry", "--side", "left"), ["--side", "left", "drive, coast or both"]),
         (("--geometry", "--marking", "0 um"), ["--marking", "above 0"]),
         (("--geometry", "--torque", "100 N m"), ["--torque", "--geometry"]),

@@ -30,17 +30,17 @@ def design() -> Design:
 
 @pytest.fixture(scope="module")
 def study(design: Design) -> MisalignmentStudy:
-    return misalignment_study(design, E=(-1e-4, 0.0, 1e-4), alpha=(0.0, 5e-4))
+    return misalignment_study(design, E=(-1e-4, 0.0, 1e-4), shaft_angle_error=(0.0, 5e-4))
 
 
 def test_rows_show_what_varies(study: MisalignmentStudy) -> None:
-    assert study.varied == ["E", "alpha"]
+    assert study.varied == ["E", "shaft_angle_error"]
     table = misalignment_table(study)
     rows = table.records()
     assert len(rows) == 6
-    assert (rows[0]["E"], rows[0]["alpha"]) == (-1e-4, 0.0)
+    assert (rows[0]["E"], rows[0]["shaft_angle_error"]) == (-1e-4, 0.0)
     assert [row["peak_to_peak"] for row in rows] == [point.peak_to_peak for point in study.points]
-    assert "alpha [arcmin]" in table.html()
+    assert "shaft_angle_error [arcmin]" in table.html()
     assert f">{np.degrees(5e-4) * 60.0:.3f}<" in table.html()
 
 
@@ -58,8 +58,8 @@ def test_csv_holds_the_study(study: MisalignmentStudy, tmp_path: Path) -> None:
 def test_sections_pass_through_the_aligned_pair(study: MisalignmentStudy) -> None:
     values, points = sections(study, "E")
     np.testing.assert_allclose(values, [-0.1, 0.0, 0.1], atol=1e-12)
-    assert all(point.alpha == 0.0 for point in points)
-    assert [point.alpha for point in sections(study, "alpha")[1]] == [0.0, 5e-4]
+    assert all(point.shaft_angle_error == 0.0 for point in points)
+    assert [point.shaft_angle_error for point in sections(study, "shaft_angle_error")[1]] == [0.0, 5e-4]
 
 
 def test_figures_show_the_points(study: MisalignmentStudy, design: Design) -> None:
@@ -99,11 +99,11 @@ def test_study_on_the_command_line(mixed_ehl: Cli) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ((), ["--E, --P, --G, --alpha", "at least one"]),
+        ((), ["--E, --P, --G, --shaft-angle-error", "at least one"]),
         (("--E", "0, 0.1"), ["--E", "unit"]),
         (("--E", "0, 5 mm"), ["--E", "0.002"]),
         (("--E", "-0.1:0.1:1 mm"), ["--E", "from:to:number", "at least 2"]),
-        (("--alpha", "0:1:2:3 arcmin"), ["--alpha", "from:to:number"]),
+        (("--shaft-angle-error", "0:1:2:3 arcmin"), ["--shaft-angle-error", "from:to:number"]),
         (("--E", "-1:1:500 mm", "--P", "-1:1:500 mm"), ["250000 states", "10000"]),
         (("--G", "0, 0.1 mm", "--marking", "6"), ["--marking", "unit"]),
     ],

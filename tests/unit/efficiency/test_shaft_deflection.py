@@ -79,7 +79,7 @@ def test_overhung_shaft_by_hand() -> None:
 
 def test_axes_by_the_common_normal() -> None:
     """Feet of the common normal from a search along both lines."""
-    placed = Assembly(13, 42, 1.4, 0.03, E=1e-4, P=-2e-4, G=1e-4, alpha=1e-3)
+    placed = Assembly(13, 42, 1.4, 0.03, E=1e-4, P=-2e-4, G=1e-4, shaft_angle_error=1e-3)
     rng = np.random.default_rng(3)
     moves = [RigidMove(*(rng.normal(size=3) * scale for scale in (0.1, 1e-3, 5e-3))) for _ in range(2)]
     found = displaced_axes(placed, *moves)
@@ -99,40 +99,42 @@ def test_axes_by_the_common_normal() -> None:
     best = minimize(apart, [0.0, 0.0], method="BFGS", options={"gtol": 1e-12})
     assert placed.offset + found.E == pytest.approx(math.sqrt(best.fun * 1e-6), abs=1e-9)
     assert pytest.approx(tuple(best.x), abs=1e-7) == (found.P, found.G)
-    assert placed.shaft_angle + found.alpha == pytest.approx(math.acos(lines[0][1] @ lines[1][1]), abs=1e-12)
+    assert placed.shaft_angle + found.shaft_angle_error == pytest.approx(
+        math.acos(lines[0][1] @ lines[1][1]), abs=1e-12
+    )
 
 
 def test_axes_that_stay() -> None:
-    placed = Assembly(13, 42, 1.4, -0.03, E=1e-4, P=-2e-4, G=1e-4, alpha=1e-3)
+    placed = Assembly(13, 42, 1.4, -0.03, E=1e-4, P=-2e-4, G=1e-4, shaft_angle_error=1e-3)
     rest = RigidMove(np.zeros(3), np.zeros(3), np.zeros(3))
     found = displaced_axes(placed, rest, rest)
     # a right-hand pinion has its offset along -y, and the normal turns with the axes, not with the offset
-    assert (found.E, found.P, found.G, found.alpha) == pytest.approx((1e-4, -2e-4, 1e-4, 1e-3), abs=1e-15)
+    assert (found.E, found.P, found.G, found.shaft_angle_error) == pytest.approx((1e-4, -2e-4, 1e-4, 1e-3), abs=1e-15)
     np.testing.assert_allclose(found.frame, np.eye(3), atol=1e-15)
 
 
 def rounds_of(monkeypatch: pytest.MonkeyPatch, answer: Any) -> tuple[float, float, int]:
-    """E, alpha and rounds of the equilibrium where a load answers to E and 0.1 m alpha with others."""
+    """E, shaft angle and rounds of the equilibrium where a load answers to E and 0.1 m shaft angle with others."""
     placed = Assembly(13, 42, 1.4, 0.03)
 
     def moved(placed: Any, compliances: Any, load: Any, now: Any) -> Any:
-        E, turned = answer(np.array([now.E, 0.1 * now.alpha]))
-        return replace(now, E=float(E), alpha=10.0 * float(turned))
+        E, turned = answer(np.array([now.E, 0.1 * now.shaft_angle_error]))
+        return replace(now, E=float(E), shaft_angle_error=10.0 * float(turned))
 
     mesh = MeshGrids("stub", "drive", (), (), None, 9)  # type: ignore[arg-type]
     monkeypatch.setattr(shaft_deflection, "axes_under_load", moved)
     monkeypatch.setattr(shaft_deflection, "load_grids", lambda *_: SimpleNamespace(coarse=SimpleNamespace(reason="")))
     found = shaft_deflection.solve_deflection(placed, (None, None), 1.0, (lambda _: mesh,)).deflection
     assert found is not None
-    return found.E, found.alpha, found.rounds
+    return found.E, found.shaft_angle_error, found.rounds
 
 
 def test_rounds_with_secants_settle_where_plain_rounds_grow(monkeypatch: pytest.MonkeyPatch) -> None:
     """A load that answers to a displacement with 1.5 times as much, the other way: solved, by the solution at hand."""
     matrix, start = np.array([[-1.5, 0.2], [0.1, 0.4]]), np.array([1e-4, 3e-5])
-    E, alpha, rounds = rounds_of(monkeypatch, lambda x: start + matrix @ x)
+    E, shaft_angle_error, rounds = rounds_of(monkeypatch, lambda x: start + matrix @ x)
     expected = np.linalg.solve(np.eye(2) - matrix, start)
-    assert pytest.approx([expected[0], 10.0 * expected[1]], abs=1e-9) == [E, alpha]
+    assert pytest.approx([expected[0], 10.0 * expected[1]], abs=1e-9) == [E, shaft_angle_error]
     assert rounds <= 5
 
 
@@ -148,7 +150,9 @@ def test_same_as_stated_by_hand(soft: LoadedMesh) -> None:
     moved = soft.grids.mesh.deflection
     assert moved is not None
     assert 0.0 <= moved.change < 1e-7
-    by_hand = load_design(PAIR).with_misalignment(E=moved.E, P=moved.P, G=moved.G, alpha=moved.alpha)
+    by_hand = load_design(PAIR).with_misalignment(
+        E=moved.E, P=moved.P, G=moved.G, shaft_angle_error=moved.shaft_angle_error
+    )
     result, same = (each.efficiency("constant:0.05") for each in (soft, loaded(by_hand)))
     assert result.efficiency == pytest.approx(same.efficiency, abs=1e-9)
     assert result.pressure_max == pytest.approx(same.pressure_max, rel=1e-5)

@@ -198,7 +198,7 @@ def test_texture_reaches_points_maps_duty_and_study() -> None:
     assert (result.correlation_length, result.peklenik_number) == (60e-6, 4.0)
     PAIR.over(witness, grid=COARSE, torque=[200.0], speed=[100.0])
     PAIR.duty(rows, witness, grid=COARSE)
-    levels = Levels((200.0,), (125.0,), (363.15,), (2e-7,), E=(), P=(), G=(), alpha=())
+    levels = Levels((200.0,), (125.0,), (363.15,), (2e-7,), E=(), P=(), G=(), shaft_angle_error=())
     assert run_study([TEXTURED], witness, levels, **GRID).points[0].reason == ""
     assert set(witness.seen) == {(60e-6, 4.0)}
     assert len(witness.seen) >= 4

@@ -34,12 +34,12 @@ GRID = {"positions": 4, "points_per_line": 7}
 LEVELS = Levels(
     torque=(100.0, 250.0),
     speed=(100.0, 400.0),
-    temperature_oil=(333.15, 363.15),
-    roughness_rms=(2e-7, 4e-7),
+    temperature=(333.15, 363.15),
+    roughness_rms_each=(2e-7, 4e-7),
     E=(5e-5,),
     P=(),
     G=(),
-    alpha=(),
+    shaft_angle_error=(),
 )
 
 
@@ -64,9 +64,11 @@ def test_default_levels_go_round_the_design(designs: list[Design]) -> None:
     assert levels.speed == (1.0, 2.0, 3.0)
     assert reference["torque"] == designs[0].operation.torque
     assert reference["speed"] == 3.0
-    assert reference["temperature_oil"] == 363.15
+    assert reference["temperature"] == 363.15
     own = designs[0].pinion.roughness_rms
-    assert reference["roughness_rms"] == min(levels.roughness_rms, key=lambda level: abs(math.log(level / own)))
+    assert reference["roughness_rms_each"] == min(
+        levels.roughness_rms_each, key=lambda level: abs(math.log(level / own))
+    )
     assert len(levels.shifts()) == 16
     with pytest.raises(InputError, match="torque"):
         replace(levels, torque=())
@@ -86,9 +88,9 @@ def test_points_are_those_of_single_computations(study: Study, designs: list[Des
         found = [
             point
             for point in study.points
-            if (point.design, point.E, point.torque, point.speed, point.temperature_oil, point.roughness_rms)
+            if (point.design, point.E, point.torque, point.speed, point.temperature, point.roughness_rms_each)
             == (design.name, shift, torque, speed, temperature, rough)
-            and point.alpha == 0.0
+            and point.shaft_angle_error == 0.0
         ]
         assert len(found) == 1
         for name in ("efficiency", "power_loss", "pressure_max", "friction_coefficient_mean", "efficiency_error"):
@@ -98,17 +100,17 @@ def test_points_are_those_of_single_computations(study: Study, designs: list[Des
 
 
 def test_sections_hold_all_else_at_the_reference(study: Study) -> None:
-    assert study.reference == {"torque": 250.0, "speed": 400.0, "temperature_oil": 363.15, "roughness_rms": 4e-7}
+    assert study.reference == {"torque": 250.0, "speed": 400.0, "temperature": 363.15, "roughness_rms_each": 4e-7}
     for name, expected in (("speed", [100.0, 400.0]), ("E", [0.0, 5e-5])):
         points = study.section("fh_hypoid_9x34", name)
         assert [getattr(point, name) for point in points] == expected
-        for other in ("torque", "speed", "temperature_oil", "roughness_rms", "E", "alpha"):
+        for other in ("torque", "speed", "temperature", "roughness_rms_each", "E", "shaft_angle_error"):
             if other != name:
                 assert {getattr(point, other) for point in points} == {study.reference.get(other, 0.0)}
     assert [p.speed for p in study.section("fh_hypoid_9x34", "speed", torque=100.0)] == [100.0, 400.0]
     low, high = study.influence("fh_hypoid_9x34", "speed")
     assert (low, high) == tuple(sorted(p.efficiency for p in study.section("fh_hypoid_9x34", "speed")))
-    assert study.varied == ["torque", "speed", "temperature_oil", "roughness_rms", "E"]
+    assert study.varied == ["torque", "speed", "temperature", "roughness_rms_each", "E"]
 
 
 def test_a_killed_study_goes_on(study: Study, designs: list[Design], store: Path) -> None:
@@ -143,7 +145,7 @@ def test_files_hold_the_points(study: Study, tmp_path: Path) -> None:
     with (tmp_path / "study.csv").open(encoding="utf-8", newline="") as file:
         header, *rows = list(csv.reader(file))
     assert len(rows) == len(study.points)
-    for name in ("torque [N m]", "speed [rad/s]", "temperature_oil [K]", "roughness_rms [m]", "hypoid_offset [m]"):
+    for name in ("torque [N m]", "speed [rad/s]", "temperature [K]", "roughness_rms_each [m]", "hypoid_offset [m]"):
         assert name in header
     at = header.index("efficiency")
     assert [float(row[at]) for row in rows] == [point.efficiency for point in study.points]
@@ -176,7 +178,7 @@ def test_strength_of_each_point_where_it_is_asked_for(study: Study, designs: lis
     pair = GearPair(designs[0])
     for row, torque in zip(table.records(), few.torque, strict=True):
         own = pair.mesh("drive", GRID["positions"], GRID["points_per_line"]).load(torque)
-        expected = own.strength(MODEL, speed=150.0, temperature=353.15, roughness_rms=4e-7).columns()
+        expected = own.strength(MODEL, speed=150.0, temperature=353.15, roughness_rms_each=4e-7).columns()
         assert row["strength"] == expected["strength"] == "warning"
         for name in ("safety_contact", "safety_root_pinion", "safety_root_gear", "film_specific"):
             assert row[name] == pytest.approx(expected[name], rel=1e-3)
@@ -213,8 +215,8 @@ def test_figures_show_the_sections(study: Study) -> None:
     low, high = study.influence("fh_hypoid_9x34", "torque")
     assert bars[0].get_x() == pytest.approx(100.0 * low)  # type: ignore[attr-defined]
     assert bars[0].get_width() == pytest.approx(100.0 * (high - low))  # type: ignore[attr-defined]
-    assert level_quantity("alpha").axis_label.endswith("[arcmin]")
-    assert level_quantity("alpha").to_display(math.radians(0.5)) == pytest.approx(30.0)
+    assert level_quantity("shaft_angle_error").axis_label.endswith("[arcmin]")
+    assert level_quantity("shaft_angle_error").to_display(math.radians(0.5)) == pytest.approx(30.0)
 
 
 def test_a_point_that_fails_is_named_and_the_rest_goes_on(
@@ -223,19 +225,19 @@ def test_a_point_that_fails_is_named_and_the_rest_goes_on(
     true = Mesh.of
 
     def refuses(design: Design, *arguments: Any) -> Any:
-        if design.assembly.misalignment.alpha != 0.0:
+        if design.assembly.misalignment.shaft_angle_error != 0.0:
             raise ConvergenceError("no_contact", "for the test")
         return true(design, *arguments)
 
     monkeypatch.setattr(Mesh, "of", refuses)
-    levels = replace(LEVELS, torque=(250.0,), speed=(400.0,), temperature_oil=(363.15,), E=(), alpha=(1e-3,))
+    levels = replace(LEVELS, torque=(250.0,), speed=(400.0,), temperature=(363.15,), E=(), shaft_angle_error=(1e-3,))
     study = run_study(designs[:1], MODEL, levels, **GRID)
     assert study.status == "failed"
-    assert [(point.alpha, point.reason) for point in study.failed] == [(1e-3, "no_contact")]
-    assert study.failed[0].label.endswith(", 0.4 um, alpha 3.438 arcmin")
+    assert [(point.shaft_angle_error, point.reason) for point in study.failed] == [(1e-3, "no_contact")]
+    assert study.failed[0].label.endswith(", 0.4 um, shaft_angle_error 3.438 arcmin")
     assert study.reason == "1 of 3 points no_contact"
     assert study.notes["no_contact: for the test"] == 1
-    assert section_table(study, "fh_hypoid_9x34", "alpha").records()[1]["reason"] == "no_contact"
+    assert section_table(study, "fh_hypoid_9x34", "shaft_angle_error").records()[1]["reason"] == "no_contact"
     assert len(influence_table(study).rows) == 3
     point = json.loads(json.dumps(study.to_dict(), allow_nan=False))["points"][-1]
     assert point["efficiency"] is None
@@ -255,8 +257,8 @@ def test_the_command(mixed_ehl: Callable[..., Any], monkeypatch: pytest.MonkeyPa
         "--speed",
         "1000 rpm",
     ]
-    call += ["--temperature", "80 degC", "--roughness", "0.4 um", "--jobs", "1"]
-    call += ["--E", "0 mm", "--P", "0 mm", "--G", "0 mm", "--alpha", "0 arcmin"]
+    call += ["--temperature", "80 degC", "--roughness-each", "0.4 um", "--jobs", "1"]
+    call += ["--E", "0 mm", "--P", "0 mm", "--G", "0 mm", "--shaft-angle-error", "0 arcmin"]
     outcome = mixed_ehl(*call)
     assert outcome.code == 0, outcome.err
     assert "2 points" in outcome.out
@@ -266,7 +268,7 @@ def test_the_command(mixed_ehl: Callable[..., Any], monkeypatch: pytest.MonkeyPa
     for arguments, words in (
         (["study", "no_such_pair"], "no_such_pair"),
         (["study", "--torque", "100"], "--torque"),
-        (["study", "--roughness", "1 mm"], "--roughness"),
+        (["study", "--roughness-each", "1 mm"], "--roughness-each"),
         (["study", "--side", "left"], "--side"),
         (["study", "fh_hypoid_9x34", "fh_hypoid_9x34"], "each once"),
     ):

@@ -163,7 +163,7 @@ def test_rows_of_a_duty_cycle_are_wrong_the_same_way() -> None:
     from efficiency.conditions.duty import DutyRow
 
     pair = efficiency.load("fm_spiral_bevel_14x39")
-    one = DutyRow(torque=300.0, speed=100.0, temperature_oil=363.15, hours=1.0)
+    one = DutyRow(torque=300.0, speed=100.0, temperature=363.15, hours=1.0)
     cycle = pair.duty([one, replace(one, hours=3.0)], "75w90", grid=(4, 9))
     alone = cycle.results[0]
     assert cycle.inputs.low == pytest.approx(alone.efficiency_lower, rel=1e-9)
@@ -175,7 +175,7 @@ def test_one_point_of_a_formula() -> None:
     formula = friction_model("75w90")
     point = {
         "pressure_hertz": 1.2e9, "radius_equivalent": 0.015, "speed_entrainment": 5.0, "slide_to_roll": 0.2,
-        "temperature": 363.15, "roughness_rms": 4e-7,
+        "temperature": 363.15, "roughness_rms_each": 4e-7,
     }  # fmt: skip
     found = formula.uncertainty(**point)
     assert found.value == pytest.approx(float(formula.mu(**point).mu))

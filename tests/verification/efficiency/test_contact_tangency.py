@@ -21,7 +21,7 @@ STATES: tuple[dict[str, float], ...] = (
     {"E": 1e-4},
     {"P": -1e-4},
     {"G": 1e-4},
-    {"E": -5e-5, "P": 5e-5, "G": 5e-5, "alpha": -5e-4},
+    {"E": -5e-5, "P": 5e-5, "G": 5e-5, "shaft_angle_error": -5e-4},
 )
 
 

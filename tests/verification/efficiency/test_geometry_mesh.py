@@ -251,7 +251,7 @@ def test_misalignments_are_what_they_are_called(design: Design) -> None:
     offset = path(gear, pinion, replace(nominal, offset=amount))
     np.testing.assert_allclose(path(gear, pinion, replace(nominal, E=amount)), offset, atol=1e-12)
     wider = path(gear, pinion, replace(nominal, shaft_angle=nominal.shaft_angle + angle))
-    np.testing.assert_allclose(path(gear, pinion, replace(nominal, alpha=angle)), wider, atol=1e-12)
+    np.testing.assert_allclose(path(gear, pinion, replace(nominal, shaft_angle_error=angle)), wider, atol=1e-12)
     # a gear moved by G along its axis is a pinion moved by -G along z of the mesh frame
     point, normal = np.array([[0.07], [0.004], [0.03]]), np.array([[0.6], [-0.7], [-0.2]])
     shifted = replace(nominal, G=amount)
@@ -376,7 +376,8 @@ def test_the_cycle_closes_after_one_pitch(pair: FlankPair) -> None:
 
 @pytest.mark.parametrize("hand", ["left", "right"])
 def test_positive_misalignments_move_the_members_as_documented(hand: str) -> None:
-    """E enlarges the offset, P and G move pinion and gear from the apex towards the heel, alpha opens the shaft angle.
+    """E enlarges the offset, P and G move pinion and gear from the apex towards the heel, the shaft-angle error opens
+    the shaft angle.
 
     From a heel point of each member, turned about axes fitted to three places of it: no formula of the assembly.
     """
@@ -407,7 +408,7 @@ def test_positive_misalignments_move_the_members_as_documented(hand: str) -> Non
     distance, angle = measures(nominal)
     assert (distance, angle) == pytest.approx((0.03, 1.5), abs=1e-12)
     assert measures(replace(nominal, E=mirror * 1e-4))[0] == pytest.approx(distance + 1e-4, abs=1e-12)
-    assert measures(replace(nominal, alpha=1e-3))[1] == pytest.approx(angle + 1e-3, abs=1e-9)
+    assert measures(replace(nominal, shaft_angle_error=1e-3))[1] == pytest.approx(angle + 1e-3, abs=1e-9)
     # as a design states it: E of the design adds to its offset, whatever the hand
     pair = load_design("fh_hypoid_9x34")
     wide, near = (measures(pair.with_misalignment(E=e).placement())[0] for e in (1e-4, 0.0))

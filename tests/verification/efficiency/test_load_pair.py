@@ -212,4 +212,4 @@ def test_comparison_of_models(mesh: Mesh, loaded: LoadedGrids) -> None:
     assert closed.kind == "closed form"
     assert closed.efficiency == coleman_type(mesh.pitch, 0.05)
     for row in comparison.rows:
-        assert row.power_loss == pytest.approx((1.0 - row.efficiency) * 300.0 * OPERATION.speed_pinion, rel=1e-9)
+        assert row.power_loss == pytest.approx((1.0 - row.efficiency) * 300.0 * OPERATION.speed, rel=1e-9)

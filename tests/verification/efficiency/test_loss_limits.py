@@ -62,7 +62,7 @@ def test_constant_friction_is_the_integral_over_the_lines(pairs: dict[str, Mesh]
             run = np.concatenate([[-half[0]], middle, [middle[-1] + half[-1]]])
             ends = np.concatenate([density[at][:1], density[at], density[at][-1:]])
             total += float(np.trapezoid(ends, run))
-    mean = 0.05 * total * OPERATION.speed_pinion / len(loaded.fine.positions)
+    mean = 0.05 * total * OPERATION.speed / len(loaded.fine.positions)
     assert result.power_loss == pytest.approx(mean, rel=0.01)
 
 

@@ -1,4 +1,4 @@
-"""Signs and sizes of E, P, G, alpha of an overhung pinion: tooth forces of the textbook, statics of its bearings.
+"""Signs and sizes of the misalignment of an overhung pinion: tooth forces of the textbook, statics of its bearings.
 
 Nothing of the program's contact, frames or beams is used. A left-hand pinion that turns clockwise, seen from its back,
 drives with its concave flanks (as the driving member of Shigley's Mechanical Engineering Design, forces on bevel
@@ -60,7 +60,7 @@ def line(force: float, moment: float) -> tuple[float, float]:
 
 
 def by_hand(side: str) -> tuple[dict[str, float], dict[str, float]]:
-    """E, P, G [m] and alpha [rad] of the left-hand pinion, and the sum of their parts without signs."""
+    """E, P, G [m] and shaft_angle_error [rad] of the left-hand pinion, and the sum of their parts without signs."""
     blank = load_design(NAME).pinion.blank
     cone, radius = blank.pitch_angle, blank.mean_cone_distance * math.sin(blank.pitch_angle)
     way = 1.0 if side == "drive" else -1.0
@@ -72,10 +72,10 @@ def by_hand(side: str) -> tuple[dict[str, float], dict[str, float]]:
     aside, _ = line(-way * tangential, -way * tangential * at)
     # the thrust acts on the teeth, above the axis: it turns the nose of the pinion towards the gear
     (up, slope), (lift, turn) = line(-radial, -radial * at), line(0.0, -thrust * radius)
-    found = {"E": aside, "P": thrust / AXIAL, "G": -up - lift, "alpha": -slope - turn}
+    found = {"E": aside, "P": thrust / AXIAL, "G": -up - lift, "shaft_angle_error": -slope - turn}
     return found, {name: abs(x) for name, x in found.items()} | {
         "G": abs(up) + abs(lift),
-        "alpha": abs(slope) + abs(turn),
+        "shaft_angle_error": abs(slope) + abs(turn),
     }
 
 
