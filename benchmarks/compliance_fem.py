@@ -5,7 +5,7 @@ the face, levels of the depth), elements are 27-node hexahedra of scikit-fem wit
 conjugate gradients. ``python benchmarks/compliance_fem.py [FOLDER] [TEETH]`` (folder of the results; teeth in the ring,
 three if not given, four minutes a member; with one 80 s) prints and writes, per member:
 deflection at nine flank points for a load at each of them by both methods; the polynomials against finer ones with time
-and memory; what the body, the middle of the tooth and the plate on an elastic root do; and a figure.
+and memory; what the body and the middle of the tooth do; and a figure.
 """
 
 from __future__ import annotations
@@ -29,9 +29,7 @@ from skfem import Basis, BilinearForm, ElementHex2, MeshHex
 from efficiency.contact.gear_flanks import Member
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.design.design import Design, load_design
-from efficiency.ltca.local_compliance import Tooth
-from efficiency.ltca.solid_tooth import SolidTooth, solid_tooth
-from efficiency.ltca.teeth import COLUMNS, ORDERS, ROWS, Orders, elastic_teeth, solid_tooth_of
+from efficiency.ltca.solid_tooth import COLUMNS, ORDERS, ROWS, Orders, SolidTooth, solid_tooth, solid_tooth_of
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -315,9 +313,7 @@ MEMBERS: tuple[tuple[str, Member], ...] = (
 COUNTS = Counts(3, 3, 8, 4, 16)
 
 
-def compare(
-    name: str, member: Member, points: NinePoints, solid: SolidTooth, plate: Tooth, axes: Axes
-) -> list[list[object]]:
+def compare(name: str, member: Member, points: NinePoints, solid: SolidTooth, axes: Axes) -> list[list[object]]:
     """Print and draw one member; rows of the table."""
     errors = points.errors(solid)
     print(
@@ -325,7 +321,7 @@ def compare(
         f"{100 * np.abs(errors).max():.1f} %, rms {100 * np.sqrt(np.mean(errors**2)):.1f} %"
     )
     away = ~np.eye(9, dtype=bool)
-    of_solid, of_plate = (model.influence(points.face, points.height) for model in (solid, plate))
+    of_solid = solid.influence(points.face, points.height)
     largest = np.max(np.where(away, points.own, 0.0), axis=0)
     print(
         np.array2string(
@@ -334,12 +330,11 @@ def compare(
     )
     x = 1e9 * points.own[away]
     axes.loglog(x, x, color="#909090", lw=1)
-    axes.loglog(x, 1e9 * np.maximum(of_plate[away], 1e-13), "^", ms=4, color="#c8651b", label="plate on elastic root")
     axes.loglog(x, 1e9 * of_solid[away], "o", ms=4, color="#1f5a99", label="solid on its ring")
     axes.set(title=f"{name}, {member}", xlabel="finite elements [nm/N]", ylabel="model [nm/N]")
     axes.set(xlim=(0.08, 8.0), ylim=(1e-3, 8.0))
     axes.xaxis.set_minor_formatter(NullFormatter())
-    return [[name, member, i, j, points.own[i, j], of_solid[i, j], of_plate[i, j]] for i in range(9) for j in range(9)]
+    return [[name, member, i, j, points.own[i, j], of_solid[i, j]] for i in range(9) for j in range(9)]
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -362,14 +357,13 @@ def main(argv: Sequence[str] | None = None) -> None:
                 f"line loads {100 * error:.1f} %"
             )
         solid = solid_tooth_of(design.flanks(), getattr(design, member).tooth_body(), member, "drive", cells=cells)
-        plate = elastic_teeth(design.flanks(), design.tooth_bodies(), "drive", "plate")[member == "gear"]
         points = nine_points(design, member, COUNTS, cells)
-        rows += compare(name, member, points, solid, plate, axes)
+        rows += compare(name, member, points, solid, axes)
     panels[0].legend(frameon=False)
     figure.savefig(folder / "tooth_compliance.png", dpi=130)
     with (folder / "tooth_compliance.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(["design", "member", "point", "loaded_point", "elements_m_N", "solid_m_N", "plate_m_N"])
+        writer.writerow(["design", "member", "point", "loaded_point", "elements_m_N", "solid_m_N"])
         writer.writerows(rows)
 
 

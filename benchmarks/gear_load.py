@@ -19,7 +19,7 @@ from efficiency.design.design import load_design
 from efficiency.loss.efficiency import MeshGrids, load_grids, mesh_efficiency
 from efficiency.loss.kinematics import Operation
 from efficiency.ltca.ritz_solid import ORDERS
-from efficiency.ltca.teeth import solid_tooth_of
+from efficiency.ltca.solid_tooth import solid_tooth_of
 from efficiency.pair import Mesh
 from ehl.fluid.oil import Oil
 from regression.formula import friction_model

@@ -52,6 +52,7 @@ REASONS = {
     "map": "the fields of the mesh are not smooth enough to be mapped",
     "transmission": "the unloaded transmission error is out of proportion with the ease-off",
     "crossing": "the flanks of a tooth cross",
+    "flanks_cross": "a tooth is pointed below its tip, or a slot closes above its root",
     "newton_limit": "Newton's method on the local compliance did not converge",
     "active_set_limit": "neither active set came to an end",
 }

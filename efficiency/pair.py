@@ -35,11 +35,9 @@ from efficiency.loss.heat_balance import CoolingInput, HeatBalance, balance_heat
 from efficiency.loss.kinematics import OPERATION_LIMITS, TEXTURE, Axis, Driver, Operation, loaded_points
 from efficiency.ltca.external_load import read_load, write_load
 from efficiency.ltca.load_distribution import TeethElasticity, edge_load
-from efficiency.ltca.local_compliance import Tooth
 from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids, load_grids
 from efficiency.ltca.shaft_deflection import solve_deflection
-from efficiency.ltca.solid_tooth import SolidTooth
-from efficiency.ltca.teeth import elastic_teeth
+from efficiency.ltca.solid_tooth import SolidTooth, elastic_teeth
 from efficiency.output.gear_output import GearOutput
 from efficiency.strength.rating import LocalConditions, rate_strength
 from efficiency.strength.result import Strength
@@ -768,8 +766,8 @@ class GearPair:
 
 _EXPORTS = ("tooth", "member", "step", "grid", "ease_off", "summary")
 
-ElasticTeeth = tuple[tuple[Tooth, Tooth], tuple[str, ...]]
-"""Teeth of pinion and gear as elastic bodies, and notes on them."""
+ElasticTeeth = tuple[SolidTooth, SolidTooth]
+"""Teeth of pinion and gear as elastic bodies."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -827,9 +825,8 @@ class Mesh:
         pair = flank_pair(flanks, side)
         pinion, gear = (flank.mean_angles() for flank in flanks.mating(side))
         known = elastic_bodies(design, side) if bodies is None else bodies
-        teeth_as_bodies, notes = known
         teeth = TeethElasticity(
-            *teeth_as_bodies,
+            *known,
             design.pinion.elastic_material(),
             design.gear.elastic_material(),
             edge_rounding_pinion=_edge_rounding(design.pinion, design),
@@ -855,7 +852,7 @@ class Mesh:
                 Axis(placement.pinion_axis[:, 0], placement.pinion_origin[:, 0]),
                 Axis(np.array([0.0, 0.0, 1.0]), np.zeros(3)),
             ),
-            (*pair.notes, *notes),
+            pair.notes,
             math.nan if pair.surface.relief else pair.transmission.peak_to_peak,
             EDGE_REACH * 2.0 * math.pi / pair.teeth_gear,
         )
@@ -918,8 +915,7 @@ class Mesh:
             solids = self.grids.teeth.pinion, self.grids.teeth.gear
             for member, body, solid in zip(MEMBERS, self.design.tooth_bodies(), solids, strict=True):
                 try:
-                    grid = solid.grid if isinstance(solid, SolidTooth) else None
-                    self.roots.append(root_tooth(flanks, body, member, self.side, module, grid=grid))
+                    self.roots.append(root_tooth(flanks, body, member, self.side, module, grid=solid.grid))
                 except (ConvergenceError, InputError) as error:
                     self.roots.append(str(error))
         pinion, gear = self.roots
@@ -1278,12 +1274,8 @@ _load, _compare = _one_thread(load_grids), _one_thread(compare_models)
 
 
 def elastic_bodies(design: Design, side: Side) -> ElasticTeeth:
-    """Teeth as elastic bodies, and notes on them."""
-    try:
-        return elastic_teeth(design.flanks(), design.tooth_bodies(), side), ()
-    except ConvergenceError as error:
-        note = f"teeth as plates on an elastic root, less accurate: no solid can be made of them, {error}"
-        return elastic_teeth(design.flanks(), design.tooth_bodies(), side, "plate"), (note,)
+    """Teeth of pinion and gear as elastic bodies."""
+    return elastic_teeth(design.flanks(), design.tooth_bodies(), side)
 
 
 def axis_values(name: str, values: Any) -> list[Any]:

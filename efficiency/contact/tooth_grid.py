@@ -28,12 +28,10 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ToothShape:
-    """What a plate model of one tooth needs, at stations along the face from toe to heel.
+    """Depth and thickness of one tooth, at stations along the face from toe to heel.
 
     Attributes
     ----------
-    teeth : int
-        Number of teeth of the member.
     face : (m,) array
         Distance from the toe along the pitch cone [m]; ``face[-1]`` is the face width.
     height : (m,) array
@@ -42,7 +40,6 @@ class ToothShape:
         Normal tooth thickness at the root and at the tip [m]; fillets are not modelled.
     """
 
-    teeth: int
     face: FloatArray
     height: FloatArray
     thickness_root: FloatArray
@@ -260,13 +257,16 @@ def tooth_grid(pair: GearFlanks, member: Member, rows: int = 15, columns: int = 
         (lower, upper),
         (roots[lower] is not None, roots[upper] is not None),
     )
-    for name, gap, least in (("tip", thickness[-1], "tooth"), ("root", pitch - thickness[0], "slot")):
+    tip, root = "a smaller addendum or more tooth thickness", "less tooth thickness or a smaller dedendum"
+    for name, gap, least, remedy in (
+        ("tip", thickness[-1], "tooth", tip),
+        ("root", pitch - thickness[0], "slot", root),
+    ):
         if np.any(gap <= 0.0):
             worst = int(np.argmin(gap))
             place = (u[0, worst] + 0.5 * blank.face_width) * 1e3
-            raise ConvergenceError(
-                "flanks_cross", f"the {least} of the {member} closes at its {name}, {place:.3g} mm from the toe"
-            )
+            where = f"the {least} of the {member} closes at its {name}, {place:.3g} mm from the toe"
+            raise ConvergenceError("flanks_cross", f"{where}; give the {member} {remedy}")
     return grid
 
 
@@ -375,4 +375,4 @@ def tooth_shape(flanks: GearFlanks, member: Member, stations: int = 7) -> ToothS
     width = thickness(flanks, along, blank.height(along, across)).reshape(len(_FRACTIONS), stations)
     width = _filled(width, face)
     root = np.array([np.polyval(np.polyfit(_FRACTIONS, column, 2), 0.0) for column in width.T])
-    return ToothShape(blank.teeth, face, blank.tip(u) - blank.root(u), root, width[-1])
+    return ToothShape(face, blank.tip(u) - blank.root(u), root, width[-1])

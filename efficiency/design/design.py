@@ -28,7 +28,7 @@ from efficiency.design.relief_input import MemberReliefInput
 from efficiency.design.stiffness_input import StiffnessInput
 from efficiency.loss.heat_balance import CoolingInput
 from efficiency.loss.kinematics import Driver, OperatingPoint, Operation
-from efficiency.ltca.teeth import Bodies, ToothBody
+from efficiency.ltca.solid_tooth import Bodies, ToothBody
 from ehl.common.data import named_file
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange

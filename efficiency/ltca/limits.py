@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from efficiency.contact.mesh_surface import EDGES
 from efficiency.ltca.load_distribution import EdgeLoad, LoadDistribution, TeethElasticity, edge_load
-from efficiency.ltca.local_compliance import Tooth
+from efficiency.ltca.solid_tooth import SolidTooth
 from ehl.common.units import ARCSEC
 
 FloatArray = NDArray[np.float64]
@@ -114,7 +114,7 @@ def _edge_note(edges: EdgeLoad, load: LoadDistribution, teeth: TeethElasticity) 
     return text
 
 
-def _extent(tooth: Tooth, face: float) -> tuple[float, float]:
+def _extent(tooth: SolidTooth, face: float) -> tuple[float, float]:
     """Face width of a tooth, and its height at a distance from the toe [m]."""
     return tooth.face_width, float(tooth.whole_depth(face))
 

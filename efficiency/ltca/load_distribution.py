@@ -18,7 +18,8 @@ from efficiency.contact.contact_lines import EdgeProximity, MeshPosition
 from efficiency.contact.mesh_surface import EDGES
 from efficiency.ltca.edge_contact import EdgeSection, free_edge_compliance
 from efficiency.ltca.equilibrium import ContactProblem, Equilibrium, solve_equilibria
-from efficiency.ltca.local_compliance import LocalApproach, LocalCompliance, Tooth
+from efficiency.ltca.local_compliance import LocalApproach, LocalCompliance
+from efficiency.ltca.solid_tooth import SolidTooth
 from ehl.common.errors import InputError
 from ehl.material import Material, effective_modulus
 
@@ -38,23 +39,20 @@ class TeethElasticity:
 
     Parameters
     ----------
-    pinion, gear : Tooth
-        Bending and shear of one tooth of each member.
+    pinion, gear : SolidTooth
+        Compliance of one tooth of each member.
     material_pinion, material_gear : Material
         Elastic constants.
     edge_rounding_pinion, edge_rounding_gear : float
         Radius at the tip, toe and heel edges of each member [m].
-    neighbours : bool
-        Whether a tooth feels loads on its neighbours through the body.
     """
 
-    pinion: Tooth
-    gear: Tooth
+    pinion: SolidTooth
+    gear: SolidTooth
     material_pinion: Material
     material_gear: Material
     edge_rounding_pinion: float = 2e-4
     edge_rounding_gear: float = 2e-4
-    neighbours: bool = True
 
     @property
     def effective_modulus(self) -> float:
@@ -64,15 +62,12 @@ class TeethElasticity:
     def bending(self, cycle: Sequence[MeshPosition]) -> list[FloatArray]:
         """Deflection of both teeth along the normal at each point per unit force at each point [m/N], (n, n) each.
 
-        Points of different tooth pairs feel each other through the body between the teeth, if `neighbours` is set.
+        A load on one tooth pair deflects the others through the body between the teeth.
         """
         # the loaded flank of the driving pinion looks to the teeth further along in mesh, that of the gear back
         of_pinion = self.pinion.influences([(p.face_pinion, p.height_pinion, p.pair) for p in cycle])
         of_gear = self.gear.influences([(p.face_gear, p.height_gear, -p.pair) for p in cycle])
-        both = [pinion + gear for pinion, gear in zip(of_pinion, of_gear, strict=True)]
-        if self.neighbours:
-            return both
-        return [np.where(p.pair[:, None] == p.pair, own, 0.0) for p, own in zip(cycle, both, strict=True)]
+        return [pinion + gear for pinion, gear in zip(of_pinion, of_gear, strict=True)]
 
     def local(self, cycle: Sequence[MeshPosition]) -> list[LocalCompliance]:
         """Local compliance of both teeth at each point."""

@@ -1,10 +1,9 @@
-"""Compliance of the teeth: what a tooth model tells, and the local compliance of the flanks in contact."""
+"""Local compliance of the flanks in contact (Weber), with the tooth edges next to the contact."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,37 +13,7 @@ from ehl.line_contact import hertz_half_width
 from ehl.material import Material
 
 FloatArray = NDArray[np.float64]
-Points = tuple[FloatArray, FloatArray, NDArray[np.int64]]
-"""Face, height [m] and number of the tooth of each contact point."""
-
-
-class Tooth(Protocol):
-    """One tooth of a member, loaded on one flank: `solid_tooth.SolidTooth`, or `plate.PlateTooth`.
-
-    Contact points are given by their distance from the toe along the pitch cone and over the root cone [m].
-    """
-
-    @property
-    def face_width(self) -> float:
-        """Face width [m]."""
-
-    def whole_depth(self, face: ArrayLike) -> FloatArray:
-        """Height of the tip over the root cone at a distance from the toe [m]."""
-
-    def influence(self, face: ArrayLike, height: ArrayLike, tooth: ArrayLike = 0) -> FloatArray:
-        """Deflection of the middle of the tooth along the contact normal per unit normal force [m/N], (n, n).
-
-        Points may lie on several teeth, by their number: it rises to the side that the loaded flanks look to.
-        """
-
-    def influences(self, sets: Sequence[Points]) -> list[FloatArray]:
-        """`influence` of several sets of points that do not know of each other."""
-
-    def depth(self, face: ArrayLike, height: ArrayLike) -> FloatArray:
-        """Distance along the contact normal from the flank to the middle of the tooth [m], (n,)."""
-
-    def outline(self) -> FloatArray:
-        """Closed outline of the flank: distance from the toe and over the root cone [m], (2, k)."""
+IntArray = NDArray[np.int64]
 
 
 def weber_local(
@@ -122,9 +91,6 @@ class LocalCompliance:
             total += part
             slope += part / load_per_length - scale * 0.5 * ratio * (1.0 / root - nu / (1.0 - nu) * dlateral)
         return total, slope
-
-
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

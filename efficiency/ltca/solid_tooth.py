@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from efficiency.contact.tooth_grid import ToothGrid
-from efficiency.ltca.local_compliance import Points
+from efficiency.contact.gear_flanks import GearFlanks, Member, Side
+from efficiency.contact.tooth_grid import ToothGrid, tooth_grid, tooth_shapes
 from efficiency.ltca.rim_compliance import ring_response
 from efficiency.ltca.ritz_solid import ORDERS, BlockFunctions, Orders, ritz_solid
 from efficiency.ltca.shape_functions import FloatArray, lagrange_values, lobatto_nodes
@@ -22,6 +22,11 @@ from efficiency.ltca.tooth_cell import Part, ToothCell, tooth_cell
 from ehl.common.errors import ConvergenceError
 from ehl.material import Material
 
+Points = tuple[FloatArray, FloatArray, NDArray[np.int64]]
+"""Face, height [m] and number of the tooth of each contact point."""
+
+# levels of the depth and stations of the face at which the flanks of the solid are computed
+ROWS, COLUMNS = 15, 7
 _MIDDLE = 0.5
 _NEWTON = 4
 # of the local deformation, in half thicknesses: in a half-space the difference of displacement between the surface and
@@ -30,8 +35,36 @@ _REACH = 1.5
 
 
 @dataclass(frozen=True)
+class ToothBody:
+    """Material of a member and the body under its teeth.
+
+    Attributes
+    ----------
+    material : Material
+        Of the teeth.
+    rim_thickness : float
+        From the root cone to the base, square to the pitch cone [m].
+    held : frozenset of {"base", "toe", "heel"}
+        Surfaces of the body that do not move against the shaft.
+    youngs_modulus : float, optional
+        Of the body [Pa]; that of the teeth by default.
+    """
+
+    material: Material
+    rim_thickness: float
+    held: frozenset[str] = frozenset({"base"})
+    youngs_modulus: float | None = None
+
+
+Bodies = tuple[ToothBody, ToothBody]
+"""Of pinion and gear."""
+
+
+@dataclass(frozen=True)
 class SolidTooth:
     """Compliance of a tooth at its loaded flank.
+
+    Contact points are given by their distance from the toe along the pitch cone and over the root cone [m].
 
     Attributes
     ----------
@@ -85,7 +118,7 @@ class SolidTooth:
         return self.influences([(np.asarray(face, float), np.asarray(height, float), np.asarray(tooth))])[0]
 
     def influences(self, sets: Sequence[Points]) -> list[FloatArray]:
-        """`influence` of several sets of points that do not know of each other."""
+        """`influence` of several independent sets of points."""
         shapes = self._interpolation(*(np.concatenate([points[k] for points in sets]) for k in (0, 1)))
         # the same product for all points at once: the matrices of the nodes are large, those of a set small
         read = [shapes @ response for response in (self.own, *self.ahead)]
@@ -124,6 +157,34 @@ class SolidTooth:
         b, c = self.cell.on_flank(np.asarray(face, float), np.asarray(height, float))
         over, along = (lagrange_values(nodes, x) for nodes, x in zip(self.nodes, (b, c), strict=True))
         return (over[:, :, None] * along[:, None, :]).reshape(b.size, -1)
+
+
+def elastic_teeth(flanks: GearFlanks, bodies: Bodies, side: Side) -> tuple[SolidTooth, SolidTooth]:
+    """Pinion and gear tooth, loaded on the flanks of a side.
+
+    Raises
+    ------
+    InputError
+        The flanks of a member cross, or its rim reaches the axis.
+    ConvergenceError
+        A flank does not span its blank, or a tooth is pointed.
+    """
+    return solid_tooth_of(flanks, bodies[0], "pinion", side), solid_tooth_of(flanks, bodies[1], "gear", side)
+
+
+def solid_tooth_of(
+    flanks: GearFlanks, body: ToothBody, member: Member, side: Side, orders: Orders = ORDERS, cells: int | None = None
+) -> SolidTooth:
+    """Solid tooth of one member; `orders` and `cells` as in `solid_tooth`."""
+    try:
+        grid = tooth_grid(flanks, member, ROWS, COLUMNS)
+    except ConvergenceError as error:
+        if error.reason == "flanks_cross":
+            # states where the flanks cross inside the tooth, and what to check
+            tooth_shapes(flanks)
+        raise
+    loaded = flanks.loaded_side(member, side)
+    return solid_tooth(grid, loaded, body.material, body.rim_thickness, body.held, body.youngs_modulus, orders, cells)
 
 
 def solid_tooth(

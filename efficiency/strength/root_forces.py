@@ -18,8 +18,7 @@ from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.ltca.rim_compliance import ring_response
 from efficiency.ltca.ritz_solid import ORDERS, Orders, ritz_solid
 from efficiency.ltca.shape_functions import lagrange_values, legendre_polynomials, lobatto_nodes
-from efficiency.ltca.solid_tooth import along_normal, flank_points
-from efficiency.ltca.teeth import COLUMNS, ROWS, ToothBody
+from efficiency.ltca.solid_tooth import COLUMNS, ROWS, ToothBody, along_normal, flank_points
 from efficiency.ltca.tooth_cell import Part, ToothCell, tooth_cell
 
 FloatArray = NDArray[np.float64]

@@ -22,7 +22,7 @@ from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.ltca.load_distribution import PositionLoad
 from efficiency.ltca.shape_functions import lagrange_values
-from efficiency.ltca.teeth import COLUMNS, ROWS, ToothBody
+from efficiency.ltca.solid_tooth import COLUMNS, ROWS, ToothBody
 from efficiency.strength.root_forces import RootForces, root_forces
 from efficiency.strength.root_section import Outline, RootSection, arc_outline, solve_section
 from ehl.common.errors import ConvergenceError, InputError

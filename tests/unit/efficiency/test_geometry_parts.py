@@ -139,8 +139,7 @@ def test_pinion_frame_and_back() -> None:
 
 
 def test_tooth_shapes(pair: FlankPair) -> None:
-    for shape, teeth in zip(tooth_shapes(pair.flanks), (14, 39), strict=True):
-        assert shape.teeth == teeth
+    for shape in tooth_shapes(pair.flanks):
         assert shape.face[0] == 0.0
         assert shape.face[-1] == pytest.approx(0.0254)
         assert (np.diff(shape.height) > 0.0).all()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +9,10 @@ import pytest
 
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.design.design import BACKUP_RATIO, BodyInput, Design, load_design
-from efficiency.ltca.load_distribution import TeethElasticity
 from efficiency.ltca.rim_compliance import ring_response
 from efficiency.ltca.ritz_solid import Orders, RitzSolid, ritz_solid
 from efficiency.ltca.shape_functions import hierarchic_functions, lagrange_polynomials, lobatto_nodes
 from efficiency.ltca.solid_tooth import solid_tooth
-from efficiency.ltca.teeth import elastic_teeth
 from efficiency.ltca.tooth_cell import tooth_cell
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.material import Material
@@ -181,20 +178,3 @@ def test_loaded_flanks(design: Design) -> None:
     for side in ("drive", "coast"):
         pinion, gear = design.flanks().mating(side)
         assert (flanks["pinion", side], flanks["gear", side]) == (pinion.side, gear.side)
-
-
-def test_plate_for_comparison(design: Design) -> None:
-    """The plane root of the plate is softer than the body, and its teeth do not feel each other."""
-    solid, plate = (
-        elastic_teeth(design.flanks(), design.tooth_bodies(), "drive", model)[1] for model in ("solid", "plate")
-    )
-    assert plate.face_width == pytest.approx(solid.face_width)
-    face, share = flank_points()
-    height = share * solid.whole_depth(face)
-    np.testing.assert_allclose(plate.whole_depth(face), solid.whole_depth(face), rtol=1e-3)
-    assert 0.6 < plate.influence(face, height).mean() / solid.influence(face, height).mean() < 1.6
-    assert not plate.influence(np.tile(face, 2), np.tile(height, 2), np.repeat([0, 1], face.size))[
-        face.size :, : face.size
-    ].any()
-    teeth = TeethElasticity(plate, plate, STEEL, STEEL)
-    assert replace(teeth, neighbours=False).neighbours is False

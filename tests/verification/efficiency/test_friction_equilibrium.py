@@ -8,16 +8,16 @@ from functools import cache
 
 import numpy as np
 import pytest
+from spur_tooth import spur_tooth
 
 from efficiency.contact.contact_lines import MeshPosition
-from efficiency.contact.tooth_grid import ToothShape
 from efficiency.design.design import load_design
 from efficiency.loss import friction_equilibrium
 from efficiency.loss.closed_form import buckingham_type, coleman_type, lengthwise_sliding
 from efficiency.loss.efficiency import MeshGrids, load_grids, solve_balanced
 from efficiency.loss.kinematics import Axis, Driver, Operation, loaded_points
 from efficiency.ltca.load_distribution import LoadDistribution, PositionLoad, TeethElasticity, distribute_load
-from efficiency.ltca.plate import PlateTooth
+from efficiency.ltca.solid_tooth import SolidTooth
 from efficiency.pair import Mesh
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
@@ -29,6 +29,11 @@ from regression.friction.models import ConstantFriction, FrictionModel
 OIL = Oil.load("75w90")
 OPERATION = Operation(100.0, 363.15)
 STEEL = Material.load("steel")
+
+
+@cache
+def straight_tooth() -> SolidTooth:
+    return spur_tooth(20, 0.026, 0.033, 0.02, lambda radius: 6e-3 - 0.5 * (radius - 0.026), 6e-3, STEEL)
 
 
 def pitch_point(spiral_1: float, spiral_2: float, pressure: float) -> MeshGrids:
@@ -71,8 +76,7 @@ def pitch_point(spiral_1: float, spiral_2: float, pressure: float) -> MeshGrids:
         face_pinion=np.linspace(8e-3, 12e-3, n),
         transmission_error=0.0,
     )
-    shape = ToothShape(10, np.array([0.0, 0.02]), np.full(2, 7e-3), np.full(2, 6e-3), np.full(2, 2.5e-3))
-    tooth = PlateTooth.from_shape(shape, 0.0, pressure, STEEL)
+    tooth = straight_tooth()
     cycle = tuple(replace(position, pinion_angle=0.1 * k) for k in range(4))
     return MeshGrids("pitch point", "drive", cycle, cycle, TeethElasticity(tooth, tooth, STEEL, STEEL), n, tuple(axes))
 

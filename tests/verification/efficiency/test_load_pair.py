@@ -87,7 +87,7 @@ def test_cycle_closes(mesh: Mesh) -> None:
 
 def test_error_estimate_covers_a_finer_grid(mesh: Mesh) -> None:
     """12 x 21 points: stated error at most 0.8 % of the loss, true error at most 0.08 %."""
-    bodies = (mesh.grids.teeth.pinion, mesh.grids.teeth.gear), ()
+    bodies = mesh.grids.teeth.pinion, mesh.grids.teeth.gear
     default, fine = (Mesh.of(DESIGN, "drive", *grid, bodies=bodies).grids for grid in ((12, 21), (24, 41)))
     models = [ConstantFriction(0.05), friction_model("xu_kahraman_2007")]
     for torque in (30.0, 300.0):
@@ -144,7 +144,7 @@ def test_loaded_transmission_error(mesh: Mesh) -> None:
 
     Peak to peak 0.554 of the unloaded one at 300 N m, 0.346 at 100 N m (48 x 81 points); 12 positions miss the former.
     """
-    bodies = (mesh.grids.teeth.pinion, mesh.grids.teeth.gear), ()
+    bodies = mesh.grids.teeth.pinion, mesh.grids.teeth.gear
     cycle = Mesh.of(DESIGN, "drive", 24, 21, bodies=bodies).grids
     light, middle, heavy = (load_grids(cycle, torque).fine for torque in (0.01, 100.0, 300.0))
     unloaded = np.array([p.transmission_error for p in cycle.fine])

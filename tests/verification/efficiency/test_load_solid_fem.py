@@ -9,7 +9,7 @@ from compliance_fem import Counts, line_load, nine_points
 from efficiency.contact.gear_flanks import Member
 from efficiency.design.design import load_design
 from efficiency.ltca.ritz_solid import ORDERS
-from efficiency.ltca.teeth import solid_tooth_of
+from efficiency.ltca.solid_tooth import solid_tooth_of
 
 COARSE = Counts(tooth=2, slot=2, rows=6, body=3, along=8)
 
