@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -31,7 +32,7 @@ from ehl.rough.averaging import Window, net_exchange
 from ehl.rough.dry import solve_dry
 from ehl.rough.run import Run
 from ehl.smooth import solve_steady
-from ehl.smooth.thermal import solve_steady_thermal
+from ehl.smooth.thermal import solve_smooth
 
 CONSTANT = FilmConductivity(0.0, 0.0)  # the film conductivity of the prototype the runs are compared with
 
@@ -67,17 +68,15 @@ def smooth_limit(out: Path) -> None:
         )
     for speed, slip, p_h in ((5.0, 0.3, 1e9), (5.0, 1.0, 1e9), (15.0, 0.3, 1e9), (5.0, 0.3, 2e9), (15.0, 1.0, 2e9)):
         contact = line(speed, slip, p_h)
-        hot = solve_steady_thermal(
+        oil = replace(oil, film_conductivity=CONSTANT)
+        hot = solve_smooth(
             contact,
             oil,
             (STEEL, STEEL),
             thermal="on",
             accuracy="standard",
-            conduction="one_dimensional",
-            conductivity=CONSTANT,
-            rolling_heat=False,
         )
-        moving = solve_transient(contact, oil, nodes=500, thermal=True, conductivity=CONSTANT)
+        moving = solve_transient(contact, oil, nodes=500, thermal=True)
         rows.append(
             (
                 "thermal",
@@ -195,12 +194,12 @@ def slip_curves(out: Path) -> None:
         (15e-9, 2e9, 5.0),
         (15e-9, 2e9, 15.0),
     ):
-        oil = eyring_oil(0.0106, alpha)
+        oil = replace(eyring_oil(0.0106, alpha), film_conductivity=CONSTANT)
         cold, hot = [], []
         for slip in slips:
             contact = line(speed, slip, p_h)
             a = solve_transient(contact, oil, nodes=256)
-            b = solve_transient(contact, oil, nodes=256, thermal=True, conductivity=CONSTANT)
+            b = solve_transient(contact, oil, nodes=256, thermal=True)
             cold.append(a.friction_coefficient)
             hot.append(b.friction_coefficient)
             film, flash = b.temperature_film_max - 373.15, b.temperature_flash - 373.15

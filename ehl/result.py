@@ -16,7 +16,8 @@ from ehl.common.numbers import finite_or_none
 from ehl.common.table import Table
 from ehl.common.units import KELVIN
 from ehl.fluid.lubricant import Lubricant
-from ehl.heat import ThermalTraction, carried_shear_heat
+from ehl.heat.estimate import carried_shear_heat
+from ehl.heat.traction import ThermalTraction
 from ehl.inputs import ContactProblem
 from ehl.line_contact import LineContact
 from ehl.rough import TransientResult

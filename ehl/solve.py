@@ -37,7 +37,7 @@ from ehl.rough.mixed import (
     roughness_matters,
     solve_mixed,
 )
-from ehl.smooth.thermal import ThermalSteadyResult, isothermal_fallback, smooth_film
+from ehl.smooth.thermal import isothermal_fallback, solve_smooth
 
 NO_INLET_HEAT = "heat of the pressure-driven flow neglected: no thermal solution of the smooth contact"
 ELASTIC_REPORTED = 1e-3  # of mu
@@ -88,12 +88,13 @@ def solve_contact(
 def _solve(problem: ContactProblem, start: ContactResult | None, window: float | None) -> ContactResult:
     contact, lubricant, surface, model = problem.line, problem.lubricant, problem.surface, problem.model
     bodies, bulk = problem.bodies, problem.temperature_bulk
-    smooth = smooth_film(
+    smooth = solve_smooth(
         contact,
         lubricant,
-        model,
         bodies,
-        bulk,
+        temperature_bulk=bulk,
+        thermal=model.thermal,
+        accuracy=model.accuracy,
         start=start.isothermal if start is not None else None,
         start_heat=start.heat if start is not None else None,
     )
@@ -116,7 +117,7 @@ def _solve(problem: ContactProblem, start: ContactResult | None, window: float |
         cooling = max(1.0 - smooth.friction_fluid / smooth.isothermal.friction_fluid, 0.0)
         cooled = abs(1.0 - elastic.ratio) * cooling
     # what an estimate left out is part of the error
-    left_out = smooth.estimate if isinstance(smooth, ThermalSteadyResult) and smooth.heat is None else None
+    left_out = smooth.estimate if smooth.heat is None else None
 
     result = ContactResult(
         status="converged",

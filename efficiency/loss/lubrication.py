@@ -103,7 +103,7 @@ def local_lubrication(
     state = points.state
     loading = table["viscosity_inlet"] * table["temperature_viscosity"] * state.speed_entrainment**2
     loading = loading / table["thermal_conductivity"]
-    # the factor of ehl.heat.film.wilson_gupta_1992 on arrays
+    # the factor of ehl.heat.estimate.wilson_gupta_1992 on arrays
     inlet = 1.0 / (1.0 + 0.1 * (1.0 + 14.8 * state.slide_to_roll_total**0.83) * loading**0.64)
     scale = state.effective_modulus * state.radius_equivalent
     return LocalLubrication(

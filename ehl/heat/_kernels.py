@@ -177,8 +177,8 @@ class Walls(NamedTuple):
 
 # of a film at its nodes: ln(|v_s|/h), h/(8 k), heat that is not of shear and what it adds to the film temperature
 # (surfaces apart); surface temperature and rise of the parabola above it at which ln(eta) and its slope in temperature
-# are known, and the share of a further rise in the temperature that acts
-PRESSURE, LOG_RATE, RESISTANCE, SOURCE, RAISED, WALL, RISE, LOG_ETA, BY_TEMPERATURE, SHARE, ROWS = range(11)
+# are known
+PRESSURE, LOG_RATE, RESISTANCE, SOURCE, RAISED, WALL, RISE, LOG_ETA, BY_TEMPERATURE, ROWS = range(10)
 
 
 class Film(NamedTuple):
@@ -259,7 +259,7 @@ def heat_balance(walls, film, surface, log_stress, tolerance, most, wall, log_et
             rise = nodes[RESISTANCE, i] * film.speed * stress[i]
             new_value[i] = 0.0
             if nodes[PRESSURE, i] > 0.0:
-                change = wall[i] - nodes[WALL, i] + nodes[SHARE, i] * (rise - nodes[RISE, i])
+                change = wall[i] - nodes[WALL, i] + (rise - nodes[RISE, i])
                 law, new_slope[i], log_eta[i] = film_stress(film, i, change)
                 new_value[i] = trial[i] - law
                 # not finite counts as infinite
@@ -294,7 +294,7 @@ def heat_balance(walls, film, surface, log_stress, tolerance, most, wall, log_et
                 row = matrix[i]
                 for j in range(n):
                     row[j] = -slope[i] * surface[i, j] * heat[j]
-                row[i] += 1.0 - slope[i] * nodes[RESISTANCE, i] * nodes[SHARE, i] * heat[i]
+                row[i] += 1.0 - slope[i] * nodes[RESISTANCE, i] * heat[i]
             if not factored(matrix, pivots):
                 return False, matrices
         largest = 0.0

@@ -8,23 +8,17 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dgetrf, dgetrs
+from scipy.linalg.lapack import dgesv, dgetrf, dgetrs
 
 from ehl.common.errors import InputError
-from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import _kernels
 from ehl.heat._kernels import Film, Walls
-from ehl.heat.conduction import PECLET_FLOOR, Conduction, peclet_number, surface_matrix
-from ehl.heat.film import CouetteFilm, couette_film, flux_to_surface_1
+from ehl.heat.conduction import PECLET_FLOOR, Matrices, peclet_number, surface_matrices
 from ehl.line_contact import LineContact
 from ehl.material import Material
 
 FloatArray = NDArray[np.float64]
-Matrices = tuple[FloatArray, FloatArray]
-
-FilmProfile = Literal["parabolic", "couette"]
-
 PECLET_WARNING = 2.0
 _AT_LIMIT = 1.0 - 1e-12
 
@@ -56,16 +50,12 @@ class ThermalTraction:
         What it adds to the film temperature, surfaces included [K].
     friction_fluid : float
         Integral of the shear stress over the load per length [-].
-    friction_isothermal : float
-        The same without heat, at the inlet temperature, the same film [-].
     temperature_film_max, temperature_flash : float
         Highest film and highest surface temperature [K].
     energy_residual : float
         |heat into both bodies - friction power|/friction power, the power taken anew at the final temperatures [-].
     peclet_number : float
         The lower one of the two bodies [-].
-    conduction : str
-        The conduction model used.
     iterations : int
         Newton iterations.
     notes : tuple of str
@@ -87,14 +77,47 @@ class ThermalTraction:
     rolling_heat: FloatArray
     temperature_rise_rolling: FloatArray
     friction_fluid: float
-    friction_isothermal: float
     temperature_film_max: float
     temperature_flash: float
     energy_residual: float
     peclet_number: float
-    conduction: str
     iterations: int
     notes: tuple[str, ...]
+
+
+def flux_to_surface_1(
+    conductance: FloatArray, matrix_1: FloatArray, matrix_2: FloatArray, bulk_difference: float
+) -> tuple[FloatArray, FloatArray]:
+    """Division of the friction heat q between the surfaces: q1 = M q + m, q2 = q - q1.
+
+    With heat freed evenly across the film, q1 = q/2 + (k_f/h)(T2 - T1); T1 and T2 follow from q1 and q2 by conduction
+    in the bodies, which closes a linear system.
+
+    Parameters
+    ----------
+    conductance : ndarray, shape (n,)
+        k_f/h [W/(m2 K)].
+    matrix_1, matrix_2 : ndarray, shape (n, n)
+        Rise of each surface per flux into it [K m2/W].
+    bulk_difference : float
+        Bulk temperature of body 2 less that of body 1 [K].
+
+    Returns
+    -------
+    M : ndarray, shape (n, n)
+    m : ndarray, shape (n,)
+        [W/m2].
+    """
+    n = len(conductance)
+    diagonal = np.arange(n)
+    system, rhs = np.empty((n, n), order="F"), np.empty((n, n + 1), order="F")
+    np.multiply(conductance[:, None], matrix_1 + matrix_2, out=system)
+    system[diagonal, diagonal] += 1.0
+    np.multiply(conductance[:, None], matrix_2, out=rhs[:, :n])
+    rhs[diagonal, diagonal] += 0.5
+    rhs[:, n] = conductance * bulk_difference
+    _, _, solution, _ = dgesv(system, rhs, overwrite_a=True, overwrite_b=True)
+    return solution[:, :n], solution[:, n]
 
 
 @dataclass(frozen=True)
@@ -152,9 +175,6 @@ def thermal_traction(
     temperature_bulk: tuple[float, float] | None = None,
     asperity_heat: FloatArray | None = None,
     rolling_heat: FloatArray | None = None,
-    conduction: Conduction = "jaeger",
-    conductivity: FilmConductivity | None = None,
-    film_profile: FilmProfile = "parabolic",
     matrices: Matrices | None = None,
     tolerance: float = 1e-9,
     max_iterations: int = 80,
@@ -184,13 +204,6 @@ def thermal_traction(
     rolling_heat : ndarray, optional
         Heat of the pressure-driven flow, u_r (h - h*) dp/dx with h* = flow/density [W/m2]. It is freed near the walls:
         its mid-layer rise is q h/(16 k_f).
-    conduction : {"jaeger", "one_dimensional"}
-        Exact two-dimensional conduction, or the one-dimensional limit the transient solver uses.
-    conductivity : FilmConductivity, optional
-        Film conductivity under pressure; that of the lubricant when not given.
-    film_profile : {"parabolic", "couette"}
-        Temperature across the film: a parabola, whose middle acts on the viscosity (as in the transient solver), or
-        the profile of a film that shears most where it is hot (`ehl.heat.couette_film`).
     matrices : pair of ndarray, shape (n, n), optional
         `surface_matrices` of these nodes, where they are known.
     tolerance : float
@@ -203,27 +216,22 @@ def thermal_traction(
     Raises
     ------
     InputError
-        Arrays of unequal shape or not increasing, a film that is not positive, or a body at rest with
-        one-dimensional conduction.
+        Arrays of unequal shape or not increasing, or a film that is not positive.
     """
     _check(x, pressure, film)
-    if matrices is None:
-        matrices = surface_matrices(x, contact, bodies, conduction)
     found = film_temperature(
         pressure,
         film,
         contact,
         lubricant,
         temperature_bulk or (lubricant.temperature, lubricant.temperature),
-        conductivity or lubricant.film_conductivity,
-        matrices,
+        matrices or surface_matrices(x, contact, bodies),
         rolling_heat=np.zeros_like(x) if rolling_heat is None else rolling_heat,
         asperity_heat=asperity_heat,
-        film_profile=film_profile,
         tolerance=tolerance,
         max_iterations=max_iterations,
     )
-    return traction_of(found, x, contact, lubricant, bodies, conduction)
+    return traction_of(found, x, contact, lubricant, bodies)
 
 
 @dataclass(frozen=True)
@@ -240,8 +248,6 @@ class FilmTemperature:
         Mid-layer of the film [K].
     walls : ndarray
         Mean surface temperature [K].
-    log_viscosity_profile : ndarray
-        What the profile across the film adds to ln eta of the mid-layer [-].
     log_viscosity_offset : ndarray
         As in `ThermalTraction`.
     rolling_heat, surface_heat : ndarray
@@ -258,7 +264,6 @@ class FilmTemperature:
     stress: FloatArray
     temperature: FloatArray
     walls: FloatArray
-    log_viscosity_profile: FloatArray
     log_viscosity_offset: FloatArray
     rolling_heat: FloatArray
     surface_heat: FloatArray
@@ -274,12 +279,10 @@ def film_temperature(
     contact: LineContact,
     lubricant: Lubricant,
     bulk: tuple[float, float],
-    conductivity: FilmConductivity,
     matrices: Matrices,
     *,
     rolling_heat: FloatArray,
     asperity_heat: FloatArray | None = None,
-    film_profile: FilmProfile = "parabolic",
     guess: tuple[FloatArray, FloatArray] | None = None,
     tolerance: float = 1e-9,
     max_iterations: int = 80,
@@ -291,14 +294,13 @@ def film_temperature(
     speed, wet = contact.speed_sliding, pressure > 0.0
     rolling = np.where(wet, rolling_heat, 0.0)
     extra = rolling if asperity_heat is None else rolling + asperity_heat
-    conducted = _conducted(pressure, film, lubricant, bulk, conductivity, matrices)
+    conducted = _conducted(pressure, film, lubricant, bulk, matrices)
     walls, resistance = conducted.walls, conducted.resistance
 
-    def law_at(wall: FloatArray, rise: FloatArray) -> tuple[FloatArray, CouetteFilm, FloatArray]:
-        """Temperature, profile across the film and ln(eta) between such surfaces, with such a parabola."""
-        across = _across(film_profile, pressure, wall, rise, lubricant)
-        temperature = wall + across.rise
-        return temperature, across, lubricant.log_viscosity(pressure, temperature) + across.log_viscosity
+    def law_at(wall: FloatArray, rise: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Temperature of the film and ln(eta) between such surfaces, with such a parabola."""
+        temperature = wall + rise
+        return temperature, lubricant.log_viscosity(pressure, temperature)
 
     stress, wall = guess or (np.zeros_like(film), np.full_like(film, walls.mean))
     if not (stress[wet] > 0.0).all():
@@ -319,9 +321,8 @@ def film_temperature(
     here, iterations, missed, converged = law_at(wall, rise), 0, math.inf, False
     while not converged and iterations < max_iterations:
         # ln(eta) about the temperatures known; the laws themselves say how far that is off where it leads to
-        nodes[_kernels.WALL], nodes[_kernels.RISE], nodes[_kernels.LOG_ETA] = wall, rise, here[2]
+        nodes[_kernels.WALL], nodes[_kernels.RISE], nodes[_kernels.LOG_ETA] = wall, rise, here[1]
         nodes[_kernels.BY_TEMPERATURE] = lubricant.dlog_viscosity_dtemperature(pressure, here[0])
-        nodes[_kernels.SHARE] = here[1].share
         most = max_iterations - iterations if exact else min(max_iterations - iterations, _PATIENCE)
         done, matrices_used = _kernels.heat_balance(
             walls, model, surface, log_stress, tolerance, most, next_wall, log_eta, into_1
@@ -335,16 +336,16 @@ def film_temperature(
         stress = np.exp(log_stress)
         next_rise = speed * resistance * stress
         here = law_at(next_wall, next_rise)
-        before, missed = missed, float(np.max(np.abs(here[2] - log_eta), where=wet, initial=0.0))
+        before, missed = missed, float(np.max(np.abs(here[1] - log_eta), where=wet, initial=0.0))
         converged = missed < tolerance
         share = 1.0 if converged or missed < 0.9 * before else 0.5
         wall, rise = wall + share * (next_wall - wall), rise + share * (next_rise - rise)
         if share < 1.0:
             here = law_at(wall, rise)
-    temperature, across, known = here
+    temperature, known = here
     change = known - math.log(lubricant.viscosity_inlet) - lubricant.log_viscosity_ratio(pressure)
     return FilmTemperature(
-        pressure, film, np.where(wet & (speed > 0.0), stress, 0.0), temperature, wall, across.log_viscosity, change,
+        pressure, film, np.where(wet & (speed > 0.0), stress, 0.0), temperature, wall, change,
         rolling, extra, bulk, conducted, iterations, converged,
     )  # fmt: skip
 
@@ -355,21 +356,19 @@ def traction_of(
     contact: LineContact,
     lubricant: Lubricant,
     bodies: tuple[Material, Material],
-    conduction: Conduction,
 ) -> ThermalTraction:
     """Friction, surface temperatures and notes of a film in balance."""
     speed, load = contact.speed_sliding, contact.load_per_length
     pressure, film, temperature, bulk = found.pressure, found.film, found.temperature, found.bulk
     conducted, extra = found.conducted, found.surface_heat
     heat = speed * found.stress
-    isothermal = _stress(pressure, film, np.full_like(x, lubricant.temperature), lubricant, speed)
     flux_1 = conducted.into_1(heat + extra, bulk[1] - bulk[0])
     flux_2 = heat + extra - flux_1
     surface_1 = bulk[0] + conducted.walls.matrix_1 @ flux_1
     surface_2 = bulk[1] + conducted.walls.matrix_2 @ flux_2
 
     # the power is taken from the law at the final temperatures, so the residual sees any imbalance left
-    final = _stress(pressure, film, temperature, lubricant, speed, found.log_viscosity_profile)
+    final = _stress(pressure, film, temperature, lubricant, speed)
     power = float(np.trapezoid(speed * final + extra, x))
     into = float(np.trapezoid(flux_1 + flux_2, x))
     residual = abs(into - power) / power if power > 0.0 else 0.0
@@ -405,26 +404,13 @@ def traction_of(
         rolling_heat=rolling,
         temperature_rise_rolling=conducted.rise(rolling) + 0.5 * conducted.resistance * rolling,
         friction_fluid=float(np.trapezoid(final, x)) / load,
-        friction_isothermal=float(np.trapezoid(isothermal, x)) / load,
         temperature_film_max=float(np.max(temperature)),
         temperature_flash=float(max(np.max(surface_1), np.max(surface_2))),
         energy_residual=residual,
         peclet_number=min(numbers),
-        conduction=conduction,
         iterations=found.iterations,
         notes=notes,
     )
-
-
-def surface_matrices(
-    x: FloatArray, contact: LineContact, bodies: tuple[Material, Material], conduction: Conduction = "jaeger"
-) -> Matrices:
-    """Rise of each surface per flux into it at the nodes `x` [K m2/W]."""
-    first, second = (
-        surface_matrix(x, speed, body, contact.half_width, conduction)
-        for speed, body in zip((contact.speed_1, contact.speed_2), bodies, strict=True)
-    )
-    return first, second
 
 
 def _conducted(
@@ -432,10 +418,9 @@ def _conducted(
     film: FloatArray,
     lubricant: Lubricant,
     bulk: tuple[float, float],
-    law: FilmConductivity,
     matrices: Matrices,
 ) -> Conducted:
-    k_film, total = law(pressure, lubricant.thermal_conductivity), matrices[0] + matrices[1]
+    k_film, total = lubricant.film_conductivity(pressure, lubricant.thermal_conductivity), matrices[0] + matrices[1]
     conductance = k_film / film
     system = conductance[:, None] * total
     system.flat[:: film.size + 1] += 1.0
@@ -448,42 +433,18 @@ _MAX_RISE = 500.0  # K
 _PATIENCE = 10  # matrices with the estimate of conduction
 
 
-def _across(
-    profile: FilmProfile, pressure: FloatArray, walls: FloatArray, parabola: FloatArray, lubricant: Lubricant
-) -> CouetteFilm:
-    if profile == "parabolic":
-        return CouetteFilm(parabola, np.zeros_like(parabola), np.ones_like(parabola))
-    return couette_film(pressure, walls, parabola, lubricant)
-
-
 def _stress(
     pressure: FloatArray,
     film: FloatArray,
     temperature: FloatArray,
     lubricant: Lubricant,
     speed: float,
-    extra: FloatArray | float = 0.0,
 ) -> FloatArray:
     if speed == 0.0:
         return np.zeros_like(pressure)
-    stress = np.exp(_log_stress(pressure, film, temperature, lubricant, speed, extra)[0])
+    log_viscous = lubricant.log_viscosity(pressure, temperature) + math.log(max(speed, 1e-300)) - np.log(film)
+    stress = np.exp(np.maximum(lubricant.shear_law.log_stress(log_viscous, pressure)[0], -300.0))
     return np.where(pressure > 0.0, stress, 0.0)
-
-
-def _log_stress(
-    pressure: FloatArray,
-    film: FloatArray,
-    temperature: FloatArray,
-    lubricant: Lubricant,
-    speed: float,
-    extra: FloatArray | float = 0.0,
-) -> tuple[FloatArray, FloatArray]:
-    """ln tau and d ln tau/dT at given film temperature; `extra` is added to ln eta."""
-    log_viscosity = lubricant.log_viscosity(pressure, temperature) + extra
-    slope = lubricant.dlog_viscosity_dtemperature(pressure, temperature)
-    log_viscous = log_viscosity + math.log(max(speed, 1e-300)) - np.log(film)
-    log_stress, growth = lubricant.shear_law.log_stress(log_viscous, pressure)
-    return np.asarray(np.maximum(log_stress, -300.0)), np.asarray(slope * growth)
 
 
 def _check(x: FloatArray, pressure: FloatArray, film: FloatArray) -> None:

@@ -15,8 +15,8 @@ import numpy as np
 
 from ehl.elasticity import FloatArray
 from ehl.fluid.lubricant import Lubricant
-from ehl.heat.conduction import surface_matrix
-from ehl.heat.film import flux_to_surface_1
+from ehl.heat.conduction import surface_matrices
+from ehl.heat.traction import flux_to_surface_1
 from ehl.inputs import ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
 from ehl.material import Material
@@ -172,17 +172,14 @@ def flash_of_rubbing(
 ) -> float:
     """Maximum surface temperature of a Hertz contact with boundary friction everywhere [K].
 
-    Bodies in touch have one temperature, so the heat divides itself (`ehl.heat.film.flux_to_surface_1` with a
+    Bodies in touch have one temperature, so the heat divides itself (`ehl.heat.traction.flux_to_surface_1` with a
     conductance that does not hinder it). Spots are hotter than their mean: they are not in it.
     """
     b = contact.half_width
     x = b * np.linspace(-1.2, 1.2, HEAT_NODES)
     heat = boundary_friction * contact.speed_sliding * contact.pressure_hertz
     flux: FloatArray = heat * np.sqrt(np.maximum(1.0 - (x / b) ** 2, 0.0))
-    rise = [
-        surface_matrix(x, speed, body, b, "jaeger")
-        for speed, body in zip((contact.speed_1, contact.speed_2), bodies, strict=True)
-    ]
+    rise = surface_matrices(x, contact, bodies)
     conductance = np.full_like(x, 1e3 / max(float(np.max(rise[0] + rise[1])), 1e-300))
     division, constant = flux_to_surface_1(conductance, rise[0], rise[1], bulk[1] - bulk[0])
     into_1 = division @ flux + constant

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ehl.common.errors import ConvergenceError
 from ehl.fluid.lubricant import Lubricant
-from ehl.heat import ThermalTraction
+from ehl.heat.traction import ThermalTraction
 from ehl.inputs import ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
 from ehl.material import Material

@@ -55,8 +55,6 @@ class Settings:
         Heat on.
     hardness : float
         Cap on the total pressure [Pa].
-    conductivity_rise, conductivity_bend : float
-        Growth of the film conductivity with pressure, k/k0 = 1 + rise p/(1 + bend p) [1/Pa].
     tolerance : float
         Of mass and gap in one step, over the film unit. What a step leaves is carried on (`settle_mass`): it does not
         add up along the way, however many steps that takes.
@@ -78,12 +76,10 @@ class Settings:
     peklenik_number: float
     thermal: bool
     hardness: float
-    conductivity_rise: float = 0.0
     tolerance: float = 1e-4
     start_travel: float = 0.0
     elasticity: Elasticity = "soe"
     temperature_bulk: tuple[float, float] | None = None
-    conductivity_bend: float = 0.0
     rolling_heat: tuple[Array, Array] | None = field(default=None, repr=False, compare=False)
     exchange_window: float = 0.1
 
@@ -224,8 +220,8 @@ def scaled_heat(
         pressure_unit=units.pressure,
         film_unit=units.film,
         conductivity=lubricant.thermal_conductivity,
-        conductivity_rise=settings.conductivity_rise * units.pressure,
-        conductivity_bend=settings.conductivity_bend * units.pressure,
+        conductivity_rise=lubricant.film_conductivity.c1 * units.pressure,
+        conductivity_bend=lubricant.film_conductivity.c2 * units.pressure,
         weights=weights,
         ratios=kernel.ratios.copy(),
         nodes_per_step_1=contact.speed_1 / contact.speed_entrainment,

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl.common.errors import InputError
-from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.material import Material
@@ -78,7 +77,6 @@ def solve_transient(
     thermal: bool = False,
     hardness: float = 8e9,
     materials: tuple[Material, Material] | None = None,
-    conductivity: FilmConductivity | None = None,
     temperature_bulk: tuple[float, float] | None = None,
     rolling_heat: tuple[Array, Array] | None = None,
     elasticity: Elasticity = "soe",
@@ -113,13 +111,11 @@ def solve_transient(
         Largest total pressure [Pa].
     materials : tuple of Material, optional
         Thermal properties of both bodies; steel when not given.
-    conductivity : FilmConductivity, optional
-        Growth of the film conductivity with pressure; that of the lubricant when not given.
     temperature_bulk : tuple of float, optional
         Bulk temperatures of both bodies [K]; that of the oil when not given.
     rolling_heat : tuple of ndarray, optional
         x [m], increasing, and the heat of the pressure-driven flow there [W/m2], with heat on: what the smooth film
-        has (`ehl.heat.ThermalTraction.rolling_heat`). It is freed where the gap is many times the roughness, and
+        has (`ThermalTraction.rolling_heat`). It is freed where the gap is many times the roughness, and
         stays the same whatever the rough film does.
     elasticity : {"soe", "fft"}
         Elastic kernel of an accepted step: a sum of exponentials, or the exactly integrated one.
@@ -162,7 +158,6 @@ def solve_transient(
     if boundary_study is not None:
         plan = replace(plan, boundary_study=boundary_study)
     sliding_friction = boundary_friction if contact.speed_sliding > 0.0 else 0.0
-    growth = conductivity or lubricant.film_conductivity
     settings = Settings(
         round(length / plan.spacing),
         film,
@@ -170,8 +165,6 @@ def solve_transient(
         peklenik_number,
         thermal,
         hardness,
-        conductivity_rise=growth.c1,
-        conductivity_bend=growth.c2,
         temperature_bulk=temperature_bulk,
         rolling_heat=rolling_heat,
         elasticity=elasticity,

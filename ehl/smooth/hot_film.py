@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dgelss
 
-from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat._kernels import flow_heat
-from ehl.heat.conduction import Conduction
-from ehl.heat.traction import FilmProfile, FilmTemperature, Matrices, film_temperature, surface_matrices
+from ehl.heat.conduction import Matrices, surface_matrices
+from ehl.heat.traction import FilmTemperature, film_temperature
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.smooth.continuation import features_of_level, grid_for, transfer
@@ -42,20 +41,16 @@ SAME_MESH = 0.1
 
 @dataclass(frozen=True)
 class HeatModel:
-    """What heats a film and carries the heat away: see `ehl.heat.thermal_traction`."""
+    """What heats a film and carries the heat away: see `ehl.heat.traction.thermal_traction`."""
 
     contact: LineContact
     lubricant: Lubricant
     bodies: tuple[Material, Material]
     bulk: tuple[float, float]
-    rolling_heat: bool
-    conduction: Conduction
-    conductivity: FilmConductivity
-    film_profile: FilmProfile
 
     def matrices(self, level: Level) -> Matrices:
         """Of conduction, on the nodes of a level."""
-        return surface_matrices(level.x * self.contact.half_width, self.contact, self.bodies, self.conduction)
+        return surface_matrices(level.x * self.contact.half_width, self.contact, self.bodies)
 
     def balance(
         self, level: Level, matrices: Matrices, guess: tuple[Array, Array] | None, tolerance: float
@@ -64,27 +59,22 @@ class HeatModel:
         contact, lubricant, b = self.contact, self.lubricant, self.contact.half_width
         pressure = contact.pressure_hertz * np.maximum(level.unknowns.pressure, 0.0)
         film = b * b / contact.radius_equivalent * level.film
-        heat = np.zeros_like(film)
-        if self.rolling_heat:
-            # d(l Q)/dx = q - Q with l = rho c u_r h* h/(12 k): the mean rise of an evenly heated film is Q h/(12 k),
-            # and the flow u_r h* is the same everywhere. Behind the pressure spike of a thick, fast film q is freed
-            # within a hundredth of l; conducted on the spot it would heat the oil by thousands of kelvin, carried
-            # along by a few.
-            k_film = self.conductivity(pressure, lubricant.thermal_conductivity)
-            speed = contact.speed_entrainment
-            capacity = lubricant.density * lubricant.heat_capacity * speed * film[-1]
-            density = lubricant.density_ratio(pressure)
-            heat = flow_heat(level.x * b, pressure, film, density, capacity * film / (12.0 * k_film), speed)
+        # d(l Q)/dx = q - Q with l = rho c u_r h* h/(12 k): the mean rise of an evenly heated film is Q h/(12 k), and
+        # the flow u_r h* is the same everywhere. Behind the pressure spike of a thick, fast film q is freed within a
+        # hundredth of l; conducted on the spot it would heat the oil by thousands of kelvin, carried along by a few.
+        k_film = lubricant.film_conductivity(pressure, lubricant.thermal_conductivity)
+        speed = contact.speed_entrainment
+        capacity = lubricant.density * lubricant.heat_capacity * speed * film[-1]
+        density = lubricant.density_ratio(pressure)
+        heat = flow_heat(level.x * b, pressure, film, density, capacity * film / (12.0 * k_film), speed)
         return film_temperature(
             pressure,
             film,
             contact,
             lubricant,
             self.bulk,
-            self.conductivity,
             matrices,
             rolling_heat=heat,
-            film_profile=self.film_profile,
             guess=guess,
             tolerance=tolerance,
         )

@@ -10,7 +10,7 @@ from ehl.common.quantities import axis_label, to_display
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ehl.heat import ThermalTraction
+    from ehl.heat.traction import ThermalTraction
     from ehl.line_contact import LineContact
     from ehl.smooth import SteadyResult
 

@@ -16,7 +16,7 @@ from samples import contact_case as case
 from ehl.common.errors import InputError
 from ehl.contact import Contact
 from ehl.fluid.lubricant import Lubricant
-from ehl.heat import carried_shear_heat
+from ehl.heat.estimate import carried_shear_heat
 from ehl.line_contact import LineContact
 from ehl.result import ContactResult, rejection_reason
 from ehl.rough import TransientResult

@@ -108,7 +108,7 @@ def test_error_of_a_hot_film_has_two_terms(monkeypatch: pytest.MonkeyPatch, chan
 
     monkeypatch.setattr(thermal, "_solved", balanced)
     line = LineContact.from_pressure(effective_modulus=226e9, **CONTACT)
-    result = thermal.solve_steady_thermal(line, Lubricant(0.02, 18e-9), (STEEL, STEEL), accuracy="fast")
+    result = thermal.solve_smooth(line, Lubricant(0.02, 18e-9), (STEEL, STEEL), accuracy="fast")
     assert result.status == "converged"
     assert ("thermal_rounds" in result.notes) == (share == 1.0)
     film = result.film

@@ -13,7 +13,7 @@ from ehl.smooth import hot_film
 from ehl.smooth.hot_film import MEMORY, RELAXATION, Mixer
 from ehl.smooth.newton import NewtonFailure, solve_level
 from ehl.smooth.scaling import Offset
-from ehl.smooth.thermal import solve_steady_thermal
+from ehl.smooth.thermal import solve_smooth
 
 X = np.linspace(-2.0, 1.0, 31)
 STEEL = Material(
@@ -63,7 +63,7 @@ def test_a_halved_step_and_other_nodes():
 @pytest.mark.parametrize("fails", [3, 40])
 def test_a_film_that_cannot_follow_takes_shorter_steps_or_says_so(fails, monkeypatch):
     """Some films fail on the first grid: with shorter steps the same contact; where all do, a failure."""
-    exact = solve_steady_thermal(contact(), OIL, (STEEL, STEEL), thermal="on")
+    exact = solve_smooth(contact(), OIL, (STEEL, STEEL), thermal="on")
     calls = 0
 
     def stubborn(*arguments, **options):
@@ -74,7 +74,7 @@ def test_a_film_that_cannot_follow_takes_shorter_steps_or_says_so(fails, monkeyp
         return solve_level(*arguments, **options)
 
     monkeypatch.setattr(hot_film, "solve_level", stubborn)
-    result = solve_steady_thermal(contact(), OIL, (STEEL, STEEL), thermal="on")
+    result = solve_smooth(contact(), OIL, (STEEL, STEEL), thermal="on")
     if fails == 3:
         assert result.status == "converged"
         assert result.friction_fluid == pytest.approx(exact.friction_fluid, rel=1e-4)
@@ -102,7 +102,7 @@ def test_a_film_that_follows_no_further_counts_its_last_change(monkeypatch):
         raise NewtonFailure("stop", 0)
 
     monkeypatch.setattr(hot_film.HotFilm, "started", started)
-    solve_steady_thermal(contact(), OIL, (STEEL, STEEL), thermal="on")
+    solve_smooth(contact(), OIL, (STEEL, STEEL), thermal="on")
     assert model["rounds"] >= 4
     assert 0.0 < max(model["change"]) <= hot_film.ACCEPTED_CHANGE
 

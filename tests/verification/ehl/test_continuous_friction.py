@@ -12,7 +12,7 @@ import ehl
 from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough.dry_limit import dry_limit
 from ehl.rough.mixed import film_stress_ratio, roughness_heights, roughness_matters
-from ehl.smooth.thermal import smooth_film
+from ehl.smooth.thermal import solve_smooth
 from ehl.surface.roughness import generate_profile
 
 STEP = 1e-4  # of the scanned quantity, where the curves themselves change by far less than the errors
@@ -102,8 +102,11 @@ def test_rough_run_passes_a_surface_at_rest():
 def smooth_of(contact: ehl.Contact) -> tuple[float, float, float, float]:
     """Film, friction, film ratio of the highest Rq and stress ratio of the smooth contact, as the switches see them."""
     problem = contact.problem()
-    given = (problem.line, problem.lubricant, problem.model, (STEEL, STEEL), problem.temperature_bulk)
-    found = smooth_film(*given, start=None, start_heat=None)
+    model, bulk = problem.model, problem.temperature_bulk
+    found = solve_smooth(
+        *(problem.line, problem.lubricant, (STEEL, STEEL)),
+        temperature_bulk=bulk, thermal=model.thermal, accuracy=model.accuracy,
+    )  # fmt: skip
     stress = film_stress_ratio(found.friction_fluid, problem.line, problem.lubricant)
     rms, _ = roughness_heights(problem.surface, problem.line)
     return found.isothermal.film_central, found.friction_fluid, found.film.film_central / rms, stress

@@ -11,9 +11,11 @@ from numpy.testing import assert_allclose
 from scipy.integrate import quad
 from scipy.linalg import solve_banded
 from scipy.special import k0e
+from twins.material_points import material_point_matrices, material_point_matrix
 
 from ehl.fluid.lubricant import Lubricant
-from ehl.heat import jaeger_matrix, material_point_matrix, thermal_traction
+from ehl.heat.conduction import jaeger_matrix
+from ehl.heat.traction import thermal_traction
 from ehl.line_contact import LineContact
 from ehl.material import Material
 
@@ -143,9 +145,9 @@ def test_surfaces_of_a_solved_contact_against_an_independent_solution_in_depth(s
     unit = np.sin(0.5 * np.pi * np.linspace(-1.0, 1.0, 241))
     x = unit * line.half_width
     pressure = 1e9 * np.sqrt(np.maximum(1.0 - unit**2, 0.0))
-    result = thermal_traction(
-        x, pressure, np.full_like(x, 4e-7), line, oil, (STEEL, STEEL), conduction="one_dimensional"
-    )
+    bodies = (STEEL, STEEL)
+    matrices = material_point_matrices(x, line, bodies)
+    result = thermal_traction(x, pressure, np.full_like(x, 4e-7), line, oil, bodies, matrices=matrices)
     carried = 0.0
     surfaces = (result.temperature_flash_1, result.temperature_flash_2)
     fluxes = (result.heat_flux_1, result.heat_flux_2)

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from twins.material_points import without_flow_heat
 
 import ehl.smooth.thermal
 from ehl.common.validation import validate
@@ -26,7 +27,7 @@ from ehl.rough.mixed import (
 )
 from ehl.rough.run import Run
 from ehl.rough.scaling import Settings, build_problem
-from ehl.smooth.thermal import ThermalSteadyResult, solve_steady_thermal
+from ehl.smooth.thermal import SmoothFilm, solve_smooth
 from ehl.solve import NO_INLET_HEAT
 
 STEEL = Material.load("steel")
@@ -67,7 +68,7 @@ def test_fast_smooth_film_is_the_steady_thermal_one(
     oil: str, celsius: float, speed: float, slide_to_roll: float
 ) -> None:
     contact, lubricant = line(speed, slide_to_roll), Oil.load(oil).at(273.15 + celsius)
-    steady = solve_steady_thermal(contact, lubricant, (STEEL, STEEL), thermal="on")
+    steady = solve_smooth(contact, lubricant, (STEEL, STEEL), thermal="on")
     rolling = rolling_heat_of(steady.heat, lubricant)
     assert rolling is not None
     moving = solve_transient(contact, lubricant, nodes=400, travel=2.0, thermal=True, rolling_heat=rolling)
@@ -92,15 +93,16 @@ def test_heat_into_the_surfaces_is_the_friction_power_and_that_of_the_flow() -> 
     assert record[HEAT_RATE] * units.spacing == pytest.approx(power + np.trapezoid(flux, x), rel=2e-3)
 
 
-def test_the_flow_heats_nothing_where_it_is_slow() -> None:
+def test_the_flow_heats_nothing_where_it_is_slow(monkeypatch: pytest.MonkeyPatch) -> None:
     contact, oil = line(1.0, 0.3), Oil.load("75w90").at(353.15)
-    steady = solve_steady_thermal(contact, oil, (STEEL, STEEL), thermal="on")
+    steady = solve_smooth(contact, oil, (STEEL, STEEL), thermal="on")
     assert steady.heat is not None
     assert 0.0 < steady.heat.temperature_rise_rolling.max() < ROLLING_EFFECT / 0.02
     assert rolling_heat_of(steady.heat, oil) is None
     assert rolling_heat_of(None, oil) is None
     # and what is left out changes the film by less than half a per cent
-    without = solve_steady_thermal(contact, oil, (STEEL, STEEL), thermal="on", rolling_heat=False)
+    without_flow_heat(monkeypatch)
+    without = solve_smooth(contact, oil, (STEEL, STEEL), thermal="on")
     assert without.film.film_central == pytest.approx(steady.film.film_central, rel=5e-3)
 
 
@@ -138,11 +140,11 @@ def test_the_hot_film_decides_whether_roughness_is_left_out(speed: float) -> Non
 
 
 def test_a_note_says_where_no_balance_gave_the_heat_of_the_flow(monkeypatch: pytest.MonkeyPatch) -> None:
-    def lost(*arguments: object, **options: object) -> ThermalSteadyResult:
-        found = solve_steady_thermal(*arguments, **options)  # type: ignore[arg-type]
+    def lost(*arguments: object, **options: object) -> SmoothFilm:
+        found = solve_smooth(*arguments, **options)  # type: ignore[arg-type]
         return replace(found, status="failed", reason="thermal_rounds", heat=None)
 
-    monkeypatch.setattr(ehl.smooth.thermal, "solve_steady_thermal", lost)
+    monkeypatch.setattr(ehl.solve, "solve_smooth", lost)
     result = rough_case(0.5e-6, friction_tolerance=0.5).solve()
     assert result.transient is not None
     assert NO_INLET_HEAT in result.notes

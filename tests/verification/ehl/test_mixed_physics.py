@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from mixed_flow import FLOOR, flow_factor_direct, flow_factor_model, gaussian_pl
 from mixed_limits import dry_error
 from mixed_scenes import STEEL, Scene, eyring_oil, family, friction, gaussian_pair, line, speed_of_film_ratio
 from mixed_waviness import attenuation, curve, linear_attenuation, mesh_of, oil_of
+from twins.material_points import conducts_like_the_transient_solver
 
 from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.lubricant import Lubricant
@@ -17,7 +19,7 @@ from ehl.fluid.oil import Oil
 from ehl.rough import solve_transient
 from ehl.rough._kernels.march import MACRO_LOAD, SHARE
 from ehl.smooth import solve_steady
-from ehl.smooth.thermal import solve_steady_thermal
+from ehl.smooth.thermal import solve_smooth
 
 RMS = 0.4e-6
 
@@ -114,15 +116,12 @@ def test_without_oil_the_contact_is_the_dry_one(gamma: float) -> None:
     ],
     ids=["roelands", "roelands_hot", "modulus", "modulus_hot"],
 )
-def test_heat_agrees_with_the_steady_thermal_solver(oil: Lubricant, speed: float, slip: float, pressure: float) -> None:
+def test_heat_agrees_with_the_steady_thermal_solver(
+    monkeypatch: pytest.MonkeyPatch, oil: Lubricant, speed: float, slip: float, pressure: float
+) -> None:
+    conducts_like_the_transient_solver(monkeypatch)
     contact = line(speed, slip, pressure)
-    steady = solve_steady_thermal(
-        contact,
-        oil,
-        (STEEL, STEEL),
-        thermal="on",
-        conduction="one_dimensional",
-    )
+    steady = solve_smooth(contact, oil, (STEEL, STEEL), thermal="on")
     assert steady.heat is not None
     rolling = (steady.heat.x, steady.heat.rolling_heat)
     moving = solve_transient(contact, oil, nodes=300, thermal=True, rolling_heat=rolling)
@@ -138,11 +137,9 @@ def test_friction_rises_peaks_and_falls_with_slip(
     alpha: float, pressure: float, speed: float, peak: float, ratio: float
 ) -> None:
     # isothermal over thermal friction at SR 1.5: our prototype's table (constant film conductivity), to two digits
-    oil, slips = eyring_oil(0.0106, alpha), (0.03, 0.1, 1.0, 1.5)
-    hot = [
-        solve_transient(line(speed, s, pressure), oil, nodes=128, thermal=True, conductivity=FilmConductivity(0.0, 0.0))
-        for s in slips
-    ]
+    oil = replace(eyring_oil(0.0106, alpha), film_conductivity=FilmConductivity(0.0, 0.0))
+    slips = (0.03, 0.1, 1.0, 1.5)
+    hot = [solve_transient(line(speed, s, pressure), oil, nodes=128, thermal=True) for s in slips]
     cold = [solve_transient(line(speed, s, pressure), oil, nodes=128).friction_coefficient for s in slips]
     mu = [r.friction_coefficient for r in hot]
     assert np.all(np.diff(cold) > 0.0)

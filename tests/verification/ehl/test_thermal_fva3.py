@@ -14,7 +14,7 @@ from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.oil import Oil
 from ehl.line_contact import LineContact
 from ehl.material import Material
-from ehl.smooth.thermal import solve_steady_thermal
+from ehl.smooth.thermal import solve_smooth
 
 # p_h [GPa], u_r [m/s], SR: isothermal over thermal friction, thermal friction (0 where not noted)
 ESTIMATE = [
@@ -40,11 +40,10 @@ def test_isothermal_over_thermal_friction(pressure, speed, slide, ratio, frictio
         slide_to_roll=slide,
     )
     oil = replace(Oil.load("fva3").at(353.15), rheology="eyring", eyring_stress=5e6)
+    oil = replace(oil, film_conductivity=FilmConductivity(0.8e-9, 0.0))
     steel = Material.load("steel")
-    result = solve_steady_thermal(
-        contact, oil, (steel, steel), thermal="on", conductivity=FilmConductivity(0.8e-9, 0.0)
-    )
+    result = solve_smooth(contact, oil, (steel, steel), thermal="on")
     assert result.status == "converged"
-    assert result.friction_isothermal / result.friction_fluid == pytest.approx(ratio, rel=0.06)
+    assert result.isothermal.friction_fluid / result.friction_fluid == pytest.approx(ratio, rel=0.06)
     if friction:
         assert result.friction_fluid == pytest.approx(friction, rel=0.08)

@@ -8,16 +8,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.stats import qmc
+from twins.material_points import conducts_like_the_transient_solver, without_flow_heat
 
 from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
+from ehl.heat.estimate import murch_wilson_1975, thermal_loading
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.smooth import hot_film, refine, solve_steady
 from ehl.smooth import thermal as thermal_steady
 from ehl.smooth.newton import NewtonFailure
-from ehl.smooth.thermal import solve_steady_thermal
+from ehl.smooth.thermal import solve_smooth
 
 STEEL = Material(
     youngs_modulus=206e9, poisson_ratio=0.3, thermal_conductivity=46.0, heat_capacity=470.0, density=7850.0
@@ -66,21 +68,20 @@ PROTOTYPE = [
 
 
 @pytest.mark.parametrize("row", PROTOTYPE)
-def test_against_an_independent_transient_program_run_to_steady_state(row):
+def test_against_an_independent_transient_program_run_to_steady_state(monkeypatch, row):
+    conducts_like_the_transient_solver(monkeypatch)
+    without_flow_heat(monkeypatch)
     alpha, pressure, speed, slide, cold, hot, film, flash = row
     line = contact(pressure_hertz=pressure * 1e9, speed_entrainment=speed, slide_to_roll=slide)
-    result = solve_steady_thermal(
+    result = solve_smooth(
         line,
-        oil(pressure_viscosity=alpha * 1e-9),
+        oil(pressure_viscosity=alpha * 1e-9, film_conductivity=FilmConductivity(0.0, 0.0)),
         BODIES,
         thermal="on",
-        conduction="one_dimensional",
-        conductivity=FilmConductivity(0.0, 0.0),
-        rolling_heat=False,
     )
     assert result.status == "converged"
     # its mesh has 256 nodes (3 % where friction is nearly Newtonian), its figures four digits
-    assert result.friction_isothermal == pytest.approx(cold * 1e-4, rel=0.03, abs=1e-4)
+    assert result.isothermal.friction_fluid == pytest.approx(cold * 1e-4, rel=0.03, abs=1e-4)
     assert result.friction_fluid == pytest.approx(hot * 1e-4, rel=0.03, abs=1e-4)
     if not math.isnan(film):
         assert result.temperature_film_max - 373.15 == pytest.approx(film, rel=0.01, abs=1.0)
@@ -89,24 +90,23 @@ def test_against_an_independent_transient_program_run_to_steady_state(row):
 
 @pytest.mark.parametrize("speed", [5.0, 10.0, 15.0, 20.0])
 def test_inlet_heating_in_pure_rolling_against_murch_and_wilson(speed):
-    result = solve_steady_thermal(
+    line, lubricant = (
         contact(speed_entrainment=speed, slide_to_roll=0.0),
-        oil(),
-        BODIES,
-        thermal="on",
-        conductivity=FilmConductivity(0.0, 0.0),
+        oil(film_conductivity=FilmConductivity(0.0, 0.0)),
     )
+    result = solve_smooth(line, lubricant, BODIES, thermal="on")
     assert result.friction_fluid == 0.0
     assert result.energy_residual < 1e-3
     # a fit that conducts the heat where it is freed; the film carries it on, which thins it by 2.5 % more at 20 m/s
-    assert result.film_reduction == pytest.approx(result.inlet_factors.murch_wilson_rolling, rel=0.05)
+    assert result.film_reduction == pytest.approx(murch_wilson_1975(thermal_loading(line, lubricant)), rel=0.05)
     assert result.film_reduction < 0.97
 
 
-def test_bulk_temperature_acts_as_a_warmer_oil_in_pure_rolling():
+def test_bulk_temperature_acts_as_a_warmer_oil_in_pure_rolling(monkeypatch):
+    without_flow_heat(monkeypatch)
     # Barus: uniformly warmer bodies make a uniformly thinner oil, which the isothermal solver can solve too
     line, cold = contact(slide_to_roll=0.0), oil(viscosity_law="barus", pressure_viscosity=10e-9)
-    warm = solve_steady_thermal(line, cold, BODIES, thermal="on", temperature_bulk=(393.15, 393.15), rolling_heat=False)
+    warm = solve_smooth(line, cold, BODIES, thermal="on", temperature_bulk=(393.15, 393.15))
     thin = solve_steady(line, replace(cold, viscosity_inlet=cold.viscosity_inlet * math.exp(-0.04 * 20.0)))
     assert warm.film.film_central == pytest.approx(thin.film_central, rel=1e-4)
     assert warm.film.film_min == pytest.approx(thin.film_min, rel=1e-3)
@@ -115,17 +115,16 @@ def test_bulk_temperature_acts_as_a_warmer_oil_in_pure_rolling():
 
 def test_isothermal_limit():
     body = STEEL.model_copy(update={"thermal_conductivity": 4.6e8})
-    result = solve_steady_thermal(contact(), oil(thermal_conductivity=1.4e6), (body, body), thermal="on")
+    result = solve_smooth(contact(), oil(thermal_conductivity=1.4e6), (body, body), thermal="on")
     assert result.rounds >= 1
-    assert result.friction_fluid == pytest.approx(result.friction_isothermal, rel=1e-4)
+    assert result.friction_fluid == pytest.approx(result.isothermal.friction_fluid, rel=1e-4)
     assert result.film_reduction == pytest.approx(1.0, abs=1e-4)
 
 
 def test_friction_rises_peaks_and_falls_over_sliding():
     slides = (0.003, 0.02, 0.1, 0.3, 0.8, 1.5)
     results = [
-        solve_steady_thermal(contact(speed_entrainment=10.0, slide_to_roll=s), oil(), BODIES, thermal="on")
-        for s in slides
+        solve_smooth(contact(speed_entrainment=10.0, slide_to_roll=s), oil(), BODIES, thermal="on") for s in slides
     ]
     mu = np.array([r.friction_fluid for r in results])
     peak = int(np.argmax(mu))
@@ -151,12 +150,12 @@ def gear_contacts(count: int, seed: int) -> list[tuple[LineContact, Lubricant]]:
 
 def test_contacts_of_the_gear_range_converge_and_balance():
     for line, lubricant in gear_contacts(8, seed=8):
-        result = solve_steady_thermal(line, lubricant, BODIES, thermal="on")
+        result = solve_smooth(line, lubricant, BODIES, thermal="on")
         assert result.status == "converged"
         assert result.energy_residual < 1e-3
         assert result.heat is not None
         # a hot inlet thins the film, which raises friction at most like 1/h (nearly Newtonian films)
-        assert 0.0 < result.friction_fluid <= 1.01 * result.friction_isothermal / result.film_reduction
+        assert 0.0 < result.friction_fluid <= 1.01 * result.isothermal.friction_fluid / result.film_reduction
         assert 0.1 < result.film_reduction <= 1.0 + 1e-4
 
 
@@ -167,13 +166,13 @@ def test_auto_leaves_heat_out_only_where_it_changes_little():
         for line, fluid in gear_contacts(8, seed=9)
     ]
     for line, lubricant in slow:
-        auto = solve_steady_thermal(line, lubricant, BODIES, thermal="auto")
+        auto = solve_smooth(line, lubricant, BODIES, thermal="auto")
         assert auto.status == "converged"
         if auto.heat is not None:
             continue
         skipped += 1
         assert any(reason.startswith("heat:") for reason in auto.skipped)
-        full = solve_steady_thermal(line, lubricant, BODIES, thermal="on")
+        full = solve_smooth(line, lubricant, BODIES, thermal="on")
         assert full.friction_fluid == pytest.approx(auto.friction_fluid, rel=0.02)
         assert full.film.film_central == pytest.approx(auto.film.film_central, rel=0.02)
     assert 2 <= skipped <= 7
@@ -181,8 +180,8 @@ def test_auto_leaves_heat_out_only_where_it_changes_little():
 
 def test_reported_error_covers_the_difference_to_reference():
     for line, lubricant in gear_contacts(4, seed=10):
-        standard = solve_steady_thermal(line, lubricant, BODIES, thermal="on")
-        reference = solve_steady_thermal(line, lubricant, BODIES, thermal="on", accuracy="reference")
+        standard = solve_smooth(line, lubricant, BODIES, thermal="on")
+        reference = solve_smooth(line, lubricant, BODIES, thermal="on", accuracy="reference")
         true = abs(standard.friction_fluid / reference.friction_fluid - 1.0)
         assert true <= standard.friction_error + reference.friction_error
         assert true < 2e-3
@@ -200,7 +199,7 @@ def test_a_film_that_cannot_be_solved_is_a_status(failing, monkeypatch):
         monkeypatch.setattr(thermal_steady, "solve_steady", stubborn)
     else:
         monkeypatch.setattr(hot_film, "solve_level", lost)
-    result = solve_steady_thermal(contact(), oil(), BODIES, thermal="on")
+    result = solve_smooth(contact(), oil(), BODIES, thermal="on")
     assert (result.status, result.reason, result.heat) == ("failed", "path_limit", None)
     assert result.friction_fluid == 0.0
     if failing == "hot":
@@ -208,10 +207,10 @@ def test_a_film_that_cannot_be_solved_is_a_status(failing, monkeypatch):
 
 
 def test_start_from_a_neighbour_gives_the_same_with_fewer_rounds():
-    first = solve_steady_thermal(contact(slide_to_roll=1.0), oil(), BODIES, thermal="on")
+    first = solve_smooth(contact(slide_to_roll=1.0), oil(), BODIES, thermal="on")
     line = contact(slide_to_roll=1.03, pressure_hertz=1.02e9)
-    cold = solve_steady_thermal(line, oil(), BODIES, thermal="on")
-    warm = solve_steady_thermal(line, oil(), BODIES, thermal="on", start=first.isothermal, start_heat=first.heat)
+    cold = solve_smooth(line, oil(), BODIES, thermal="on")
+    warm = solve_smooth(line, oil(), BODIES, thermal="on", start=first.isothermal, start_heat=first.heat)
     assert warm.rounds < cold.rounds
     assert warm.friction_fluid == pytest.approx(cold.friction_fluid, rel=2e-4)
     assert warm.film.film_central == pytest.approx(cold.film.film_central, rel=2e-4)
@@ -222,7 +221,7 @@ def test_fast_rolling_of_a_cold_oil_heats_no_more_than_its_flow_work(pressure: f
     """The pressure-driven flow cannot give the oil more than all of its pressure, p/(rho c), on the way through."""
     line = contact(speed_entrainment=8.0, slide_to_roll=0.0, pressure_hertz=pressure, radius_equivalent=radius)
     cold = Oil.load("n100").at(313.15)
-    result = solve_steady_thermal(line, cold, BODIES, thermal="on", accuracy="fast")
+    result = solve_smooth(line, cold, BODIES, thermal="on", accuracy="fast")
     assert result.status == "converged"
     rise = result.temperature_film_max - cold.temperature
     assert 1.0 < rise < result.film.pressure_max / (cold.density * cold.heat_capacity)
@@ -247,7 +246,7 @@ def test_a_heat_balance_too_coarse_for_the_contact_goes_to_finer_grids(case, mon
     line, lubricant = contact(**case[0]), oil(**case[1])
 
     def solve(accuracy):
-        return solve_steady_thermal(line, lubricant, BODIES, thermal="on", accuracy=accuracy)
+        return solve_smooth(line, lubricant, BODIES, thermal="on", accuracy=accuracy)
 
     fast, reference = solve("fast"), solve("reference")
     monkeypatch.setitem(refine.TOLERANCE, "fast", math.inf)  # three grids whatever their error

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 import scipy.sparse as sparse
 from scipy.sparse.linalg import spsolve
+from twins.material_points import material_point_matrix
 
 from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.lookup import law_table
 from ehl.fluid.lubricant import Lubricant
-from ehl.heat.conduction import material_point_matrix
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces, solve_transient
@@ -127,8 +127,9 @@ def test_heat_lowers_friction_at_sliding_as_the_study_found() -> None:
     # isothermal/thermal at 1 GPa, 15 m/s, alpha 15/GPa, SR 1: 0.0334/0.0076 (own earlier study, N = 256)
     line = contact(15.0, 1.0)
     oil = Lubricant(0.0106, 15e-9, rheology="eyring", eyring_stress=5e6, temperature=373.15, temperature_viscosity=0.04)
+    oil = replace(oil, film_conductivity=CONSTANT)
     cold = solve_transient(line, oil, nodes=240)
-    warm = solve_transient(line, oil, nodes=240, thermal=True, conductivity=CONSTANT)
+    warm = solve_transient(line, oil, nodes=240, thermal=True)
     assert cold.friction_coefficient == pytest.approx(0.0334, rel=0.02)
     assert warm.friction_coefficient == pytest.approx(0.0076, rel=0.03)
     assert warm.temperature_film_max > warm.temperature_flash > oil.temperature + 30.0
@@ -137,7 +138,7 @@ def test_heat_lowers_friction_at_sliding_as_the_study_found() -> None:
 
 def test_film_conductivity_growing_with_pressure_cools_the_film() -> None:
     line = contact(10.0, 1.0)
-    poor = solve_transient(line, OIL, nodes=160, thermal=True, conductivity=CONSTANT)
+    poor = solve_transient(line, replace(OIL, film_conductivity=CONSTANT), nodes=160, thermal=True)
     good = solve_transient(line, OIL, nodes=160, thermal=True)
     assert good.temperature_film_max < poor.temperature_film_max - 1.0
     assert good.friction_coefficient > poor.friction_coefficient

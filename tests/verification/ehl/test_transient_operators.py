@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from mixed_scenes import STEEL, Scene, eyring_oil, friction, gaussian_pair, line, speed_of_film_ratio
+from twins.material_points import conducts_like_the_transient_solver
 
 from ehl.common.validation import validate
 from ehl.contact import Contact
@@ -23,7 +24,7 @@ from ehl.rough.mixed import SmoothFriction, solve_mixed
 from ehl.rough.run import Run
 from ehl.rough.scaling import Settings, build_problem, rough_length
 from ehl.rough.solve import elastic_error
-from ehl.smooth.thermal import solve_steady_thermal
+from ehl.smooth.thermal import solve_smooth
 
 OIL = eyring_oil()
 RMS = 0.4e-6
@@ -107,15 +108,12 @@ def test_mesh_reaches_as_far_as_asperities_touch() -> None:
 
 
 @pytest.mark.parametrize("slide_to_roll", [0.5, -0.8])
-def test_bulk_temperatures_of_both_bodies(slide_to_roll: float) -> None:
+def test_bulk_temperatures_of_both_bodies(monkeypatch: pytest.MonkeyPatch, slide_to_roll: float) -> None:
+    conducts_like_the_transient_solver(monkeypatch)
     contact = line(5.0, slide_to_roll)
-    oil = replace(OIL, temperature=353.15)
+    oil = replace(OIL, temperature=353.15, film_conductivity=FilmConductivity(0.0, 0.0))
     bulk = (383.15, 343.15)
-    constant = FilmConductivity(0.0, 0.0)
-    steady = solve_steady_thermal(
-        contact, oil, (STEEL, STEEL), temperature_bulk=bulk, thermal="on", conduction="one_dimensional",
-        conductivity=constant,
-    )  # fmt: skip
+    steady = solve_smooth(contact, oil, (STEEL, STEEL), temperature_bulk=bulk, thermal="on")
     assert steady.status == "converged"
     assert steady.heat is not None
     rolling = (steady.heat.x, steady.heat.rolling_heat)
