@@ -43,7 +43,6 @@ from ehl.rough._kernels.march import FILM_MEAN, ITERATIONS, STAGE
 from ehl.rough._kernels.newton import PLAIN
 from ehl.rough.run import Run
 from ehl.rough.scaling import build_problem, solved_length
-from ehl.rough.solve import elastic_error
 
 RMS = 0.4e-6
 WINDOW = 4.0
@@ -81,35 +80,6 @@ def in_turns(runs: Mapping[str, Run], startup: float) -> dict[str, tuple[float, 
         film = float(every[:, FILM_MEAN].mean()) * run.problem.units.film
         found[name] = float(friction(every).mean()), film, float(every[:, ITERATIONS].mean()), np.median(times[name])
     return found
-
-
-def elasticity(out: Path) -> None:
-    """The sum of exponentials against the exactly integrated kernel."""
-    oil = eyring_oil()
-    columns = (
-        "lambda",
-        "gamma",
-        "nodes",
-        "mu soe",
-        "mu fft / soe - 1",
-        "film fft / soe - 1",
-        "soe off by [nm]",
-        "time",
-    )
-    rows = []
-    for ratio, gamma in ((4.0, math.inf), (1.5, math.inf), (0.5, 1.0), (0.3, math.inf), (0.06, math.inf), (0.02, 1.0)):
-        contact = line(speed_of_film_ratio(ratio, RMS, oil))
-        scene = Scene(contact, oil, gaussian_pair(contact, RMS, 0.15), 30e-9, gamma)
-        for mesh in (64.0, 128.0, 256.0):
-            runs = {kernel: changed(scene, mesh, elasticity=kernel) for kernel in ("soe", "fft")}
-            found = in_turns(runs, startup_of(scene) + 0.5)
-            (mu, film, _, seconds), (mu_fft, film_fft, _, seconds_fft) = found["soe"], found["fft"]
-            off = 1e9 * elastic_error(runs["soe"]) * scene.boundary_film
-            nodes = runs["soe"].problem.x.size
-            changes = mu_fft / mu - 1.0, film_fft / film - 1.0
-            rows.append((ratio, gamma, nodes, mu, *changes, off, seconds_fft / seconds))
-    print_table("elastic kernels", columns, rows)
-    write_csv(out / "mixed_elasticity.csv", columns, rows)
 
 
 def tolerance(out: Path) -> None:
@@ -266,7 +236,7 @@ def ends(out: Path) -> None:
     print(f"time of a step {np.median(numbers[:, 7]):.3g} of the short one in the median")
 
 
-STUDIES = {"elasticity": elasticity, "tolerance": tolerance, "laws": laws, "viscosity": viscosity, "ends": ends}
+STUDIES = {"tolerance": tolerance, "laws": laws, "viscosity": viscosity, "ends": ends}
 
 
 def main(argv: Sequence[str] | None = None) -> None:

@@ -11,9 +11,8 @@ from scipy.linalg import solve_banded
 from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import spsolve
 
-from ehl.compile.compiler import kernel
+from ehl.compile.compiler import FAST_KERNEL, kernel
 from ehl.fluid.lubricant import Lubricant
-from ehl.rough._kernels.elasticity import PUBLIC
 from ehl.rough._kernels.motion import move_surfaces
 from ehl.rough._kernels.newton import NEWTON, add_side_flow, poiseuille_flow
 
@@ -51,7 +50,7 @@ def flow_factor_direct(gap: np.ndarray) -> float:
     return flow / m * n / float(np.mean(gap) ** 3)
 
 
-@kernel(cache=False, **PUBLIC)  # it compiles kernels of other files in
+@kernel(cache=False, **FAST_KERNEL)  # it compiles kernels of other files in
 def conductances(state, step, macro, work, model):  # type: ignore[no-untyped-def]
     """Fluidity along x and exchange of the solver at its present films and pressures."""
     poiseuille_flow(state, step, work, model, NEWTON, 1.0, True, False)

@@ -59,7 +59,7 @@ STEPS = ("plain", "relaxed", "continued", "slow", "lagged", "unconverged")
 COLUMNS = (
     "index", "range", *scenes("gear", 2, 0)[0].row, "outcome", "reason", "detail", *NUMBERS, "film_ratio",
     "roughness_load_share", *(f"steps_{name}" for name in STEPS), "nodes", "steps", "travel", "net_exchange",
-    "iterations_per_step", "boundary_film", "capped_share", "elastic_error", "repeats", "skipped", "case_seconds",
+    "iterations_per_step", "boundary_film", "capped_share", "repeats", "skipped", "case_seconds",
     "memory_mb",
 )  # fmt: skip
 LEFT = ("mesh_budget", "time_cap")  # what a first pass with fewer nodes leaves to the second
@@ -182,7 +182,7 @@ def solved(
         row |= {f"steps_{name}": getattr(steps, name) / steps.total for name in STEPS}
         row |= {"nodes": run.nodes, "steps": run.steps, "travel": run.travel, "net_exchange": run.net_exchange}
         row |= {"iterations_per_step": run.iterations_per_step, "boundary_film": run.boundary_film}
-        row |= {"repeats": run.repeats, "capped_share": run.capped_share, "elastic_error": run.elastic_error}
+        row |= {"repeats": run.repeats, "capped_share": run.capped_share}
     return row
 
 

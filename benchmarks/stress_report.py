@@ -19,7 +19,7 @@ from stress_cases import MODULUS
 MEASURES = (
     "case_seconds", "memory_mb", "nodes", "steps", "iterations_per_step", "steps_relaxed", "steps_continued",
     "steps_slow", "steps_lagged", "steps_unconverged", "net_exchange", "mesh_error", "statistical_error",
-    "friction_error", "elastic_error",
+    "friction_error",
 )  # fmt: skip
 COLORS = {
     "converged": "tab:green", "with fallback": "tab:olive", "unsettled": "tab:orange", "refused": "tab:red",

@@ -204,7 +204,6 @@ MAX_SLIDING = 200.0  # [m/s]
 
 Thermal = Literal["off", "auto", "on"]
 Accuracy = Literal["fast", "standard", "reference"]
-Elasticity = Literal["soe", "fft"]
 
 
 class ModelInput(InputModel):
@@ -213,7 +212,6 @@ class ModelInput(InputModel):
     thermal: Thermal = "auto"
     accuracy: Accuracy = "standard"
     roughness: Literal["load_sharing", "deterministic"] = "deterministic"
-    elasticity: Elasticity = "soe"
     friction_tolerance: Annotated[float, ValueRange("", ge=1e-4, le=0.5)] | None = None
     shortcuts: Literal["auto", "off"] = "auto"
     load_sharing: Literal["arana_2019", "doleschel_2002"] = "arana_2019"

@@ -13,8 +13,8 @@ import numpy as np
 
 from ehl.common.errors import InputError
 from ehl.common.table import Column, Table
-from ehl.compile.cache import PROCESS, ROUGH, SMOOTH, compiled, missing_on_disk, stamped
 from ehl.compile.carried import write_carried
+from ehl.compile.compiler import PROCESS, ROUGH, SMOOTH, Kernel, compiled, missing_on_disk, stamped
 from ehl.contact import Contact
 
 # a small contact with heat, whose solution needs the kernels of its kind
@@ -152,8 +152,6 @@ def write_kernels(folder: str | Path, processes: Callable[[], object]) -> int:
     int
         Kernels written.
     """
-    from ehl.compile.compiler import Kernel
-
     warm_up("gear", processes)
     modules = [module for name, module in sys.modules.items() if name.startswith(("ehl.", "regression."))]
     found = {id(value): value for module in modules for value in vars(module).values() if isinstance(value, Kernel)}

@@ -1,4 +1,4 @@
-"""How kernels are compiled: a function that Python calls becomes one closed piece of machine code.
+"""How kernels are compiled and kept on disk: one function that Python calls is one closed piece of machine code.
 
 By itself the compiler makes machine code of every function, optimises each once more within all that call it, and
 leaves open which of several copies a call meets: the caller's, or one that was loaded before. Here what only kernels
@@ -6,21 +6,223 @@ call goes unoptimised into its callers, is optimised there once, and stays priva
 one that loads, and one that did other work before run the same instructions, and compiling takes a third less.
 
 A function that Python and kernels call is two: one that Python calls, compiled when it does, and a twin for kernels.
+
+The compiler's own cache looks at the file of a function alone. A kernel keeps what it calls inlined, so each carries
+the hash of all sources its code can come from: contents decide, not times of files, which copies and clocks change.
 """
 
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable
+import hashlib
+import inspect
+import os
+import stat
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 from numba import types
 from numba.core import config
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler, Flags
+from numba.core.compiler import Compiler, CompileResult, Flags
 from numba.core.registry import CPUDispatcher
 
-from ehl.compile.cache import KernelCache, announced
+from ehl.compile.carried import carried_kernel, carries
+
+_EHL = Path(__file__).resolve().parents[1]
+_OURS = {_EHL, _EHL.parent / "regression"}
+_SHARED = (
+    *(_EHL / "compile" / name for name in ("compiler.py", "_kernels.py")),
+    *(_EHL / "fluid" / name for name in ("_kernels.py", "lookup.py", "rheology.py")),
+)
+# what is compiled for a rough contact, for any, and for processes: words of the user, processor time on a slow core
+ROUGH, SMOOTH, PROCESS = "rough", "smooth", "process"
+_TAKES = {
+    SMOOTH: "smooth contacts, 5 to 10 s",
+    ROUGH: "rough contacts, half a minute",
+    PROCESS: "Gaussian processes, a second",
+}
+_PLACES = {"ehl.rough": ROUGH, "regression": PROCESS}
+
+compiled: list[tuple[str, str, float]] = []  # kind, kernel and processor time of what this process compiled [s]
+_nested = False
+
+
+def source_hash(folder: Path) -> bytes:
+    """Hash of all sources that the kernels of a folder are made from.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the kernels; dense matrices, laws of the fluid and the way of compiling belong to each.
+
+    Raises
+    ------
+    OSError
+        A source cannot be read.
+    """
+    own = folder.glob("*.py") if folder.name == "_kernels" else folder.glob("_kernels.py")
+    digest = hashlib.sha256()
+    for source in sorted({*own, *_SHARED}):
+        digest.update(source.name.encode() + b"\n" + hashlib.sha256(source.read_bytes()).digest())
+    return digest.digest()
+
+
+_hash_of_folder = cache(source_hash)
+
+
+class _TemporaryLocator:
+    """A folder for temporary files that belongs to the user alone, where neither packages nor HOME can be written."""
+
+    def __init__(self, py_func: Callable[..., Any], py_file: str) -> None:
+        self._line = py_func.__code__.co_firstlineno
+        self._path = _own_temporary() / hashlib.sha256(py_file.encode()).hexdigest()[:16]
+
+    def ensure_cache_path(self) -> None:
+        """Make the folder."""
+        self._path.mkdir(mode=0o700, exist_ok=True)
+        tempfile.TemporaryFile(dir=self._path).close()
+
+    def get_cache_path(self) -> str:
+        """The folder."""
+        return str(self._path)
+
+    def get_disambiguator(self) -> str:
+        """What tells functions of one name apart."""
+        return str(self._line)
+
+
+def _own_temporary() -> Path:
+    """Folder of this user below that for temporary files; compiled code is loaded from it, so nobody else may write.
+
+    Raises
+    ------
+    OSError
+        It cannot be made, or others can write into it.
+    """
+    user = os.getuid() if hasattr(os, "getuid") else 0  # under Windows each user has a folder of their own
+    folder = Path(tempfile.gettempdir()) / f"mixed-ehl-kernels-{user}"
+    folder.mkdir(mode=0o700, exist_ok=True)
+    found = folder.lstat()
+    if hasattr(os, "getuid") and (not stat.S_ISDIR(found.st_mode) or found.st_uid != user or found.st_mode & 0o022):
+        raise PermissionError(f"{folder} belongs to others")
+    return folder
+
+
+class _ContentLocator:
+    """Where numba would put a kernel anyway, else a temporary folder, under the hash of its sources."""
+
+    @classmethod
+    def from_function(cls, py_func: Callable[..., Any], py_file: str) -> Any:
+        """As of numba's locators; None for code that is not ours."""
+        folder = Path(py_file).resolve().parent
+        if not _OURS & set(folder.parents):
+            return None
+        try:
+            stamp = _hash_of_folder(folder)
+        except OSError:  # sources in an archive: numba's own stamp will do
+            return None
+        others = (other.from_function(py_func, py_file) for other in CompileResultCacheImpl._locator_classes)
+        locator: Any = next(filter(None, others), None)
+        if locator is None:
+            try:
+                locator = _TemporaryLocator(py_func, py_file)
+                locator.ensure_cache_path()
+            except OSError:
+                return None
+        locator.get_source_stamp = lambda: stamp
+        return locator
+
+
+class _Results(CompileResultCacheImpl):
+    _locator_classes = (_ContentLocator,)
+
+
+class _OnDisk(FunctionCache):
+    _impl_class = _Results
+
+
+class KernelCache(NullCache):
+    """Code of one kernel: carried by the installation, else on disk; without any place for it each process compiles."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._function = function
+        self.disk = NullCache()
+        with suppress(RuntimeError):  # no place
+            self.disk = _OnDisk(function)
+
+    @property
+    def cache_path(self) -> str | None:
+        """Folder of what is compiled here."""
+        return self.disk.cache_path
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """As of numba."""
+        found = self._carried(sig, target_context)
+        return self.disk.load_overload(sig, target_context) if found is None else found
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """As of numba."""
+        self.disk.save_overload(sig, data)
+
+    def flush(self) -> None:
+        """Forget what was compiled here."""
+        self.disk.flush()
+
+    def _carried(self, sig: Any, target_context: Any) -> Any:
+        made = carried_kernel(*stamped(self._function), tuple(sig))
+        if made is None:
+            return None
+        target_context.refresh()
+        return CompileResult._rebuild(target_context, *made)
+
+    def holds_nothing(self) -> bool:
+        """Whether there is a place on disk, and nothing made from the present sources, there or carried."""
+        with suppress(AttributeError, OSError):  # nowhere to keep it: nothing would be found the next time either
+            return not (carries(*stamped(self._function)) or self.disk._cache_file._load_index())
+        return False
+
+
+def stamped(function: Callable[..., Any]) -> tuple[str, str]:
+    """Module and name of a kernel, and the hash of its sources; empty for sources that cannot be read."""
+    try:
+        stamp = _hash_of_folder(Path(inspect.getfile(function)).resolve().parent).hex()
+    except OSError:  # in an archive
+        stamp = ""
+    return f"{function.__module__}.{function.__qualname__}", stamp
+
+
+@contextmanager
+def announced(function: Callable[..., Any]) -> Iterator[None]:
+    """Say on standard error, once for each kind of kernels, that compiling begins; keep how long each takes."""
+    global _nested
+    if _nested:
+        yield
+        return
+    kind = next((kind for place, kind in _PLACES.items() if function.__module__.startswith(place)), SMOOTH)
+    if kind not in {done for done, _, _ in compiled}:
+        print(f"mixed-ehl: compiling for {_TAKES[kind]}, once on this machine", file=sys.stderr, flush=True)
+    clock = time.thread_time()
+    _nested = True
+    try:
+        yield
+    finally:
+        _nested = False
+        compiled.append((kind, f"{function.__module__}.{function.__name__}", time.thread_time() - clock))
+
+
+def missing_on_disk(kernel: Any) -> bool:
+    """Whether a kernel has a place on disk, and nothing made from the present sources is there, or carried."""
+    cache = getattr(kernel, "_cache", None)
+    return isinstance(cache, KernelCache) and cache.holds_nothing()
+
 
 LONG_WRAPPER = 100  # blocks of code
 
@@ -136,6 +338,12 @@ INTERNAL_KERNEL: dict[str, Any] = {
     "no_cfunc_wrapper": True,
     "_nrt": False,
 }
+
+
+# the same with the order of sums and products left to the compiler
+FAST_MATH = {"reassoc", "contract", "arcp", "nsz"}
+FAST_KERNEL = KERNEL | {"fastmath": FAST_MATH, "_nrt": False}
+FAST_INTERNAL_KERNEL = INTERNAL_KERNEL | {"fastmath": FAST_MATH}
 
 
 class Kernel(CPUDispatcher):

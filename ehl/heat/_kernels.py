@@ -6,13 +6,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from llvmlite import ir
-from numba import njit, types
-from numba.core import config
-from numba.extending import intrinsic
+from numba import njit
 
+from ehl.compile._kernels import bits_of_float, factored, product, solve_factored
 from ehl.compile.compiler import INTERNAL_KERNEL, KERNEL, kernel
-from ehl.dense import factored, product, solve_factored
 from ehl.fluid._kernels import limited_stress
 from ehl.fluid.rheology import LOG_STRESS_MAX, STRESS_FLOOR, ShearNumbers
 
@@ -31,28 +28,11 @@ KEPT_MATRIX = 0.25  # a residual below this share of the one before: the matrix 
 HALVINGS = 12
 
 
-@intrinsic
-def _bits(typing_context, x):
-    """Bits of a double as an integer."""
-
-    def code(context, builder, signature, arguments):
-        return builder.bitcast(arguments[0], ir.IntType(64))
-
-    return types.int64(types.float64), code
-
-
-if config.DISABLE_JIT:
-
-    def _bits(x):
-        """Bits of a double as an integer."""
-        return int(np.float64(x).view(np.int64))
-
-
 @njit(**INTERNAL_KERNEL)
 def _scaled_bessel(r, table):
     """exp(r) K0(r) and r exp(r) K1(r)."""
     # the bits of a double begin with its exponent; the next four say in which sixteenth of its doubling it lies
-    bits = _bits(r)
+    bits = bits_of_float(r)
     cell = (bits >> CELL_BITS) - FIRST_CELL
     if cell < 0:
         return (1.0 + r) * (-math.log(0.5 * r) - EULER_GAMMA), 1.0 + r

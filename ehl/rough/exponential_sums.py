@@ -18,7 +18,6 @@ from importlib.resources import files
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import fft, irfft, next_fast_len, rfft
 from scipy.optimize import least_squares, nnls
 
 Array = NDArray[np.float64]
@@ -144,65 +143,3 @@ def fit_root_kernel(n: int, modes: int = 10) -> ExponentialSum:
                 best = ExponentialSum(np.append(weights, 2.0 - weights.sum()), np.append(ratios, 0.0), error)
     assert best is not None
     return best
-
-
-@dataclass(frozen=True)
-class LogTransform:
-    """The exactly integrated kernel of n nodes in the form of the compiled transform (`_kernels.convolution`).
-
-    Attributes
-    ----------
-    spectrum : ndarray, shape (size,)
-        Of the zero-padded kernel, even and so real, over the size, in bit-reversed order.
-    cosines, sines : ndarray, shape (size - 1,)
-        Angles of the stages, the longest first.
-    """
-
-    spectrum: Array
-    cosines: Array
-    sines: Array
-
-    @classmethod
-    def of(cls, n: int) -> LogTransform:
-        """For a line of n nodes."""
-        size = 1 << (2 * n - 1).bit_length()
-        row = np.zeros(size)
-        row[:n] = log_coefficients(n) + kernel_constant(range_of(n))
-        row[size - n + 1 :] = row[n - 1 : 0 : -1]
-        order = np.zeros(1, dtype=np.int64)
-        angles = []
-        half = size // 2
-        while half >= 1:
-            order = np.concatenate([2 * order, 2 * order + 1])
-            angles.append(np.pi * np.arange(half) / half)
-            half //= 2
-        angle = np.concatenate(angles)
-        return cls(np.ascontiguousarray(fft(row).real[order] / size), np.cos(angle), np.sin(angle))
-
-    def arrays(self, scale: float) -> tuple[Array, Array, Array]:
-        """Spectrum times a scale, and the angles."""
-        return scale * self.spectrum, self.cosines, self.sines
-
-
-class LogConvolution:
-    """The reference operator: zero-padded FFT product with the exactly integrated coefficients.
-
-    Parameters
-    ----------
-    n : int
-        Nodes of the line.
-    """
-
-    def __init__(self, n: int) -> None:
-        self.n = n
-        size = range_of(n)
-        coefficients = log_coefficients(n) + kernel_constant(size)
-        self._length = next_fast_len(2 * n, real=True)
-        row = np.zeros(self._length)
-        row[:n] = coefficients
-        row[self._length - n + 1 :] = coefficients[:0:-1]
-        self._transform = rfft(row)
-
-    def apply(self, q: Array) -> Array:
-        """``K q`` without periodic images, shape (n,)."""
-        return np.asarray(irfft(self._transform * rfft(q, self._length), self._length)[: self.n])

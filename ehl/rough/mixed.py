@@ -222,7 +222,6 @@ def solve_mixed(
         "materials": bodies,
         "temperature_bulk": bulk,
         "rolling_heat": rolling_heat,
-        "elasticity": model.elasticity,
         "travel": window,
     }
     accurate, most = BUDGET[level_of(accuracy)]

@@ -7,14 +7,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.rough._kernels.elasticity import exponential_product
 from ehl.rough._kernels.fluid import temperature_place
+from ehl.rough._kernels.heat import preheat
 from ehl.rough._kernels.march import COLUMNS, march
 from ehl.rough._kernels.motion import move_surfaces
-from ehl.rough._kernels.preheat import preheat
-from ehl.rough._kernels.quasi_separable import MODES
+from ehl.rough._kernels.quasi_separable import MODES, exponential_product
 from ehl.rough._kernels.records import (
-    AGE,
     RIGID_APPROACH,
     RIGID_APPROACH_OLD,
     TRAVEL,
@@ -26,7 +24,6 @@ from ehl.rough._kernels.records import (
     Step,
     Work,
 )
-from ehl.rough.exponential_sums import LogConvolution
 from ehl.rough.scaling import Problem, hertz_start
 
 Array = NDArray[np.float64]
@@ -38,14 +35,11 @@ def _step_arrays(n: int) -> Step:
     return Step(gap=np.zeros(n), upstream_mass=np.zeros(n), weight=np.ones(n), thermal=np.zeros(n))
 
 
-def _work_arrays(n: int, transform: int) -> Work:
+def _work_arrays(n: int) -> Work:
     return Work(
         kind=np.zeros(n, dtype=np.int64),
         total=np.zeros(n),
         response=np.zeros(n),
-        correction=np.zeros(n),
-        exact=np.zeros(n),
-        wave=np.zeros((2, transform)),
         residual=np.zeros((2, n)),
         source=np.zeros(n),
         half=FluidityRows(*(np.zeros(n) for _ in FluidityRows._fields)),
@@ -139,17 +133,12 @@ class Run:
             last_step=_step_arrays(n),
             target_step=_step_arrays(n),
         )
-        self._work = _work_arrays(n, model.elastic.spectrum.size)
+        self._work = _work_arrays(n)
 
     @property
     def travel(self) -> float:
         """Distance rolled so far [b]."""
         return float(self.state.scalars[TRAVEL]) * self.problem.model.surfaces.spacing
-
-    @property
-    def age(self) -> int:
-        """Steps since this run started."""
-        return int(self.state.scalars[AGE])
 
     @property
     def flow(self) -> Array:
@@ -179,11 +168,8 @@ class Run:
         preheat(steps, flux, self.state, self._work, self.problem.model)
 
     def elastic_response(self, total: Array) -> Array:
-        """Elastic gap under a pressure by the operator of accepted steps, film units."""
-        elastic = self.problem.model.elastic
-        if elastic.exact:
-            return LogConvolution(total.size).apply(total) * self.problem.deflection
-        response = np.zeros(total.size)
+        """Elastic gap under a pressure film units."""
+        elastic, response = self.problem.model.elastic, np.zeros(total.size)
         exponential_product(total, elastic.weights, elastic.ratios, response)
         return response
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,16 +13,14 @@ from ehl.fluid.lookup import law_table
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.material import Material
-from ehl.rough._kernels.elasticity import exponential_product
 from ehl.rough._kernels.fluid import density_rows
 from ehl.rough._kernels.motion import SAMPLES
-from ehl.rough._kernels.quasi_separable import MODES
-from ehl.rough._kernels.records import Contact, Elastic, Fluid, Heat, Model, SideFlow, Strain, Surfaces
-from ehl.rough.exponential_sums import LogTransform, fit_root_kernel, log_kernel, range_of
+from ehl.rough._kernels.quasi_separable import MODES, exponential_product
+from ehl.rough._kernels.records import Elastic, Fluid, Heat, Model, SideFlow, Solids, Strain, Surfaces
+from ehl.rough.exponential_sums import fit_root_kernel, log_kernel, range_of
 from ehl.rough.surfaces import RoughSurfaces, sample_ring
 
 Array = NDArray[np.float64]
-Elasticity = Literal["soe", "fft"]
 
 OUTLET = 1.2  # no fluid pressure beyond [b]: later there is a spurious branch, a fluid island at the edge
 FARTHEST = 8.0  # distance from the middle at which contact is given up [b]
@@ -60,8 +57,6 @@ class Settings:
         add up along the way, however many steps that takes.
     start_travel : float
         Distance the surfaces have rolled when the run starts [b].
-    elasticity : {"soe", "fft"}
-        Kernel of an accepted step: the sum of exponentials, or the exactly integrated one.
     temperature_bulk : tuple of float, optional
         Bulk temperatures of both bodies with heat on [K]; the inlet temperature when not given.
     rolling_heat : tuple of ndarray, optional
@@ -78,7 +73,6 @@ class Settings:
     hardness: float
     tolerance: float = 1e-4
     start_travel: float = 0.0
-    elasticity: Elasticity = "soe"
     temperature_bulk: tuple[float, float] | None = None
     rolling_heat: tuple[Array, Array] | None = field(default=None, repr=False, compare=False)
     exchange_window: float = 0.1
@@ -275,7 +269,7 @@ def build_problem(
     full, short = log_kernel(size, ELASTIC_MODES), log_kernel(size, MODES)
     model = Model(
         fluid=scaled_fluid(contact, lubricant, units, lateral_length, settings.thermal),
-        contact=Contact(
+        contact=Solids(
             boundary=settings.boundary_film / film_unit,
             cap=settings.hardness / p_h,
             load=(contact.load_per_length - wedge_load) / (p_h * spacing),
@@ -293,8 +287,6 @@ def build_problem(
             full.ratios.copy(),
             short.weights * deflection,
             short.ratios.copy(),
-            settings.elasticity == "fft",
-            *(LogTransform.of(n).arrays(deflection) if settings.elasticity == "fft" else (np.zeros(0),) * 3),
         ),
         surfaces=Surfaces(
             parabola=(x * b) ** 2 / (2.0 * contact.radius_equivalent * film_unit),

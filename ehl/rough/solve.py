@@ -45,10 +45,9 @@ from ehl.rough.accuracy import (
     with_overrides,
 )
 from ehl.rough.averaging import Window, film_jumped, net_exchange, realisation_error
-from ehl.rough.exponential_sums import LogConvolution
 from ehl.rough.multilevel import Levels, affordable
 from ehl.rough.run import Run
-from ehl.rough.scaling import Elasticity, Problem, Settings, build_problem, density_ratio
+from ehl.rough.scaling import Problem, Settings, build_problem, density_ratio
 from ehl.rough.startup import start_up
 from ehl.rough.surfaces import RoughSurfaces
 from ehl.rough.transient_result import Fallbacks, Profiles, Snapshot, TransientResult
@@ -79,7 +78,6 @@ def solve_transient(
     materials: tuple[Material, Material] | None = None,
     temperature_bulk: tuple[float, float] | None = None,
     rolling_heat: tuple[Array, Array] | None = None,
-    elasticity: Elasticity = "soe",
     nodes: int | None = None,
     travel: float | None = None,
     boundary_study: bool | None = None,
@@ -117,8 +115,6 @@ def solve_transient(
         x [m], increasing, and the heat of the pressure-driven flow there [W/m2], with heat on: what the smooth film
         has (`ThermalTraction.rolling_heat`). It is freed where the gap is many times the roughness, and
         stays the same whatever the rough film does.
-    elasticity : {"soe", "fft"}
-        Elastic kernel of an accepted step: a sum of exponentials, or the exactly integrated one.
     nodes : int, optional
         Fixed number of nodes.
     travel : float, optional
@@ -167,7 +163,6 @@ def solve_transient(
         hardness,
         temperature_bulk=temperature_bulk,
         rolling_heat=rolling_heat,
-        elasticity=elasticity,
         exchange_window=plan.exchange_window,
     )
     count = mesh_levels(plan, settings.nodes)
@@ -359,7 +354,6 @@ def _result(
         net_exchange=exchanged,
         net_exchange_threshold=threshold,
         capped_share=float(records[:, CAPPED_NODES].mean()) / problem.x.size,
-        elastic_error=elastic_error(run),
         fallbacks=Fallbacks(*(int(n) for n in stages)),
         iterations_per_step=float(everything[:, ITERATIONS].mean()),
         nodes=problem.x.size,
@@ -396,16 +390,3 @@ def snapshot(run: Run) -> Snapshot:
         filling=np.minimum(state.mass / (density_ratio(pressure, fluid) * gap), 1.0),
         temperature_film=state.temperature.copy(),
     )
-
-
-def elastic_error(run: Run) -> float:
-    """Largest deviation of the fast elastic operator from the FFT reference, over the boundary film.
-
-    A rigid shift does not count: the approach of the bodies takes it up.
-    """
-    model = run.problem.model
-    total = run.state.fluid_pressure + run.state.contact_pressure
-    response = run.elastic_response(total)
-    reference = LogConvolution(total.size).apply(total) * run.problem.deflection
-    difference = (response - reference)[: model.contact.outlet]
-    return float(0.5 * np.ptp(difference)) / model.contact.boundary

@@ -160,9 +160,6 @@ class TransientResult:
         exceeds it by more than 0.1 is unsettled.
     capped_share : float
         Mean share of the nodes whose pressure is at the hardness [-].
-    elastic_error : float
-        Largest deviation of the fast elastic operator from the FFT reference under the last pressures, over the
-        boundary film.
     fallbacks : Fallbacks
         Steps by the way they were solved, start-up included.
     iterations_per_step : float
@@ -212,7 +209,6 @@ class TransientResult:
     net_exchange: float
     net_exchange_threshold: float
     capped_share: float
-    elastic_error: float
     fallbacks: Fallbacks
     iterations_per_step: float
     nodes: int

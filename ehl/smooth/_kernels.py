@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from ehl.compile._kernels import factored, product, solve_factored
 from ehl.compile.compiler import INTERNAL_KERNEL, KERNEL, kernel
-from ehl.dense import factored, product, solve_factored
 from ehl.fluid._kernels import inlet_laws, limited_stress, log_mobility
 from ehl.fluid.lookup import LawTable
 from ehl.fluid.rheology import ShearNumbers

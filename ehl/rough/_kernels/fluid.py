@@ -10,11 +10,10 @@ import math
 
 from numba import njit
 
-from ehl.compile.compiler import kernel
+from ehl.compile.compiler import FAST_INTERNAL_KERNEL, FAST_KERNEL, kernel
 from ehl.fluid._kernels import inlet_laws, limited_stress, log_mobility, stress_after, stress_scale
 from ehl.fluid.rheology import NEWTONIAN
-from ehl.rough._kernels.elasticity import INTERNAL, PUBLIC
-from ehl.rough._kernels.elementary import exp, log
+from ehl.rough._kernels.vectors import exp, log
 
 LOG_VISCOSITY_MAX = 80.0  # of eta/eta0; every law is clamped there
 BALANCE_LIMIT = 16
@@ -23,14 +22,14 @@ LINEAR = 1e30  # stress scale of a Newtonian film
 KINK = 20.0  # times smaller where the limiting stress or the bracket breaks Newton's rule
 
 
-@kernel(**PUBLIC)
+@kernel(**FAST_KERNEL)
 def temperature_place(temperature, table):
     """Where a temperature lies in the sheet of the table."""
     place = table.warmth * (temperature - table.coldest) / (temperature - table.pole)
     return min(max(place, 0.0), float(table.sheet.shape[1]))
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def pressure_places(p, table, place, growth):
     """Where pressures lie in the row of the table, and how that grows with pressure."""
     for i in range(p.size):
@@ -39,7 +38,7 @@ def pressure_places(p, table, place, growth):
         growth[i] = 0.5 * table.rate / root
 
 
-@kernel(**PUBLIC)
+@kernel(**FAST_KERNEL)
 def density_rows(p, table, place, growth, density, slope):
     """rho/rho0 and its pressure slope; ``place`` and ``growth`` are scratch."""
     pressure_places(p, table, place, growth)
@@ -55,7 +54,7 @@ def density_rows(p, table, place, growth, density, slope):
         slope[i] = by_place * growth[i]
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def inlet_viscosity_rows(rows, table):
     """Viscosity exponent, its slope in the place and density from the row of the table."""
     place, exponent, slope, density = rows.place, rows.exponent, rows.slope, rows.density
@@ -72,7 +71,7 @@ def inlet_viscosity_rows(rows, table):
         density[i] = a[4] + x * (a[5] + x * (a[6] + x * a[7]))
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def heated_viscosity_rows(rows, table):
     """The same with the viscosity exponent from the sheet, at the temperature places ``rows.thermal``."""
     place, thermal = rows.place, rows.thermal
@@ -106,7 +105,7 @@ def heated_viscosity_rows(rows, table):
         slope[i] = by_place * share
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def viscosity_rows(rows, fluid):
     """Fill exponent ln(eta/eta0), its pressure slope, mobility eta0/eta and density from pressure and temperature."""
     exponent, slope, growth, mobility = rows.exponent, rows.slope, rows.growth, rows.mobility
@@ -123,7 +122,7 @@ def viscosity_rows(rows, fluid):
         mobility[i] = exp(-exponent[i])
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def scale_row(p, shear, scale):
     """tau0 over the reference stress."""
     if shear.rise == 0.0:
@@ -135,7 +134,7 @@ def scale_row(p, shear, scale):
         scale[i] = shear.low + shear.rise / (1.0 + exp(-2.0 * shear.steepness * (p[i] / shear.centre - 1.0)))
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def scale_rows(rows, shear):
     """tau0 over the reference stress, and d ln/dp of it: a logistic step."""
     p, scale, slope = rows.pressure, rows.scale, rows.scale_slope
@@ -150,7 +149,7 @@ def scale_rows(rows, shear):
         slope[i] = rate * shear.rise * share * (1.0 - share) / scale[i]
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def sinh_ratio(x):
     """sinh(S)/S of S = asinh(x) > 0, and its derivative by x."""
     if x < 1e-2:
@@ -161,7 +160,7 @@ def sinh_ratio(x):
     return value, (1.0 - value / root) / s
 
 
-@kernel(**PUBLIC)
+@kernel(**FAST_KERNEL)
 def fluidity_rows(rows, boundary, fluid, along, scale):
     """scale rho h^3/eta_effective and its derivatives by h and p, from film, pressure and temperature.
 
@@ -225,7 +224,7 @@ def fluidity_rows(rows, boundary, fluid, along, scale):
             by_pressure[i] = -f[i] * (slope[i] * (1.0 - log_slope) + tau0_slope[i] * log_slope)
 
 
-@kernel(**PUBLIC)
+@kernel(**FAST_KERNEL)
 def isothermal_shear_row(film, p, boundary, fluid, tau):
     """Film shear stress over p_h at the inlet temperature wherever the fluid carries pressure."""
     n = p.size
@@ -248,7 +247,7 @@ def isothermal_shear_row(film, p, boundary, fluid, tau):
         tau[i] = min(tau[i], fluid.limit_ambient + fluid.limit * p[i]) if p[i] > 0.0 else 0.0
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def heated_shear_row(place, rate, scale, p, fluid, temperature, tau, slope):
     """Shear stress at given film temperatures and its derivative by them."""
     n = p.size
@@ -302,7 +301,7 @@ def heated_shear_row(place, rate, scale, p, fluid, temperature, tau, slope):
         tau[i] = min(tau[i], limit)
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def balance_turn(base, resistance, low, high, temperature, tau, slope, left, turn):
     """One turn of Newton's iteration inside a bracket; ``left`` receives what the balance is still off by."""
     n = base.size
@@ -324,7 +323,7 @@ def balance_turn(base, resistance, low, high, temperature, tau, slope, left, tur
         left[i] = left[i] if resistance[i] > 0.0 else 0.0
 
 
-@kernel(**PUBLIC)
+@kernel(**FAST_KERNEL)
 def balanced_shear_row(rows, film, p, boundary, fluid, temperature, tau):
     """Shear stress and film temperature of T = base + resistance tau(p, h, T) at every node.
 
@@ -383,7 +382,7 @@ def balanced_shear_row(rows, film, p, boundary, fluid, temperature, tau):
             temperature[i] = base[i] + resistance[i] * tau[i]
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def strain_film(state, model):
     """Shear stress with its elastic part: the film moves by one node in a step and takes its stress with it."""
     fluid, strain = model.fluid, model.strain

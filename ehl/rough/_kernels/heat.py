@@ -9,19 +9,19 @@ from __future__ import annotations
 
 from numba import njit
 
-from ehl.rough._kernels.elasticity import INTERNAL
-from ehl.rough._kernels.elementary import log
+from ehl.compile.compiler import FAST_INTERNAL_KERNEL, FAST_KERNEL, kernel
 from ehl.rough._kernels.fluid import balanced_shear_row, isothermal_shear_row, temperature_place
+from ehl.rough._kernels.vectors import log
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def film_factors(state, step, model):
     """Places of the film temperatures of the last step in the table of the viscosity."""
     for i in range(step.thermal.size):
         step.thermal[i] = temperature_place(state.temperature[i], model.fluid.table)
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def recall_surfaces(state, work, model):
     """Move both memory grids by one step and read the temperature rise the past fluxes leave at the nodes."""
     heat = model.heat
@@ -69,7 +69,7 @@ def recall_surfaces(state, work, model):
             rise[i] = offset * line[i] + (1.0 - offset) * line[i + 1]
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def store_fluxes(state, work):
     """Keep the fluxes of this step by the points they entered at; the next recall adds them to the memory."""
     slots = state.memory.shape[2]
@@ -90,7 +90,7 @@ def store_fluxes(state, work):
             entering[k] = line[slots - base + k]
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def instant_rise(model, s):
     """Temperature rise per unit flux of the current step, K m2/W."""
     total = 0.0
@@ -99,7 +99,7 @@ def instant_rise(model, s):
     return total
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def shear_and_temperature(state, work, model):
     """Film shear stress everywhere; with heat on also film temperature, surface temperatures and fluxes.
 
@@ -148,7 +148,7 @@ def shear_and_temperature(state, work, model):
     share_heat(state, rows, power, a1, a2)
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def share_heat(state, rows, power, a1, a2):
     """Split the heat between the surfaces and add its instant rise."""
     into_1, into_2 = state.flux_into[0], state.flux_into[1]
@@ -165,7 +165,23 @@ def share_heat(state, rows, power, a1, a2):
         rise_2[i] += a2 * into_2[i]
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def log_or_floor(value):
     """ln of a positive number, held above -69 so that averages of logarithms stay finite."""
     return log(min(max(value, 1e-30), 1e30))
+
+
+@kernel(**FAST_KERNEL)
+def preheat(steps, flux, state, work, model):
+    """Roll the surfaces through the flux (2, n) for a number of steps, from their bulk temperatures."""
+    for body in range(2):
+        for i in range(flux.shape[1]):
+            state.flux_into[body, i] = flux[body, i]
+        for i in range(state.entering.shape[1]):
+            state.entering[body, i] = 0.0
+            for mode in range(state.memory.shape[1]):
+                state.memory[body, mode, i] = 0.0
+    for _ in range(steps):
+        store_fluxes(state, work)
+        recall_surfaces(state, work, model)
+    store_fluxes(state, work)

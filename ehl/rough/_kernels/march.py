@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from numba import njit
 
-from ehl.compile.compiler import kernel
-from ehl.rough._kernels.convolution import correct_film
-from ehl.rough._kernels.elasticity import INTERNAL, PUBLIC
+from ehl.compile.compiler import FAST_INTERNAL_KERNEL, FAST_KERNEL, kernel
 from ehl.rough._kernels.fluid import strain_film
 from ehl.rough._kernels.heat import film_factors, recall_surfaces, shear_and_temperature, store_fluxes
 from ehl.rough._kernels.motion import carry_mass, move_surfaces, predict, settle_mass
@@ -43,13 +41,12 @@ from ehl.rough._kernels.side_flow import accumulate, update_pressure
 DONE, PART, SPENT, GOOD_APPROACH, STAGE_NOW = range(
     5
 )  # of Saved.path: way done, next part, iterations, level of the last good point
-EXACT_ROUNDS = 8  # solutions of one step with corrected films
 CONTINUATION_LIMIT = 200  # iterations of all partial steps together
 MIN_PART = 1.0 / 64.0
 COLDEST = -1e3  # K
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def copy_pressures(state, fluid, contact):
     """Keep a copy of both pressures."""
     for i in range(fluid.size):
@@ -57,7 +54,7 @@ def copy_pressures(state, fluid, contact):
         contact[i] = state.contact_pressure[i]
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def restore_pressures(state, fluid, contact, level):
     """Return to a copy."""
     for i in range(fluid.size):
@@ -66,7 +63,7 @@ def restore_pressures(state, fluid, contact, level):
     state.scalars[RIGID_APPROACH] = level
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def copy_step(source, target):
     """Copy the known side of a step."""
     for i in range(source.gap.size):
@@ -76,7 +73,7 @@ def copy_step(source, target):
         target.thermal[i] = source.thermal[i]
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def blend_step(step, saved, here):
     """The problem a fraction ``here`` of the way from the last step's problem to this one."""
     last = saved.last_step
@@ -88,7 +85,7 @@ def blend_step(step, saved, here):
         step.thermal[i] = last.thermal[i] + here * (target.thermal[i] - last.thermal[i])
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def follow_path(state, step, saved, converged, iterations):
     """One decision of the continuation after a partial solve; returns whether it goes on.
 
@@ -113,7 +110,7 @@ def follow_path(state, step, saved, converged, iterations):
     return True
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def solve_with_fallbacks(state, step, saved, macro, work, model, last_level):
     """Newton; then Picard and Newton in turns, continuation, slow Picard, and last the fluidity of the prediction.
 
@@ -149,7 +146,7 @@ def solve_with_fallbacks(state, step, saved, macro, work, model, last_level):
     return total, UNCONVERGED
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def write_record(record, state, macro, work, model):
     """Friction, films, pressures and temperatures of the step."""
     contact = model.contact
@@ -200,7 +197,7 @@ def write_record(record, state, macro, work, model):
     record[HEAT_RATE] = heat_in
 
 
-@kernel(**PUBLIC)
+@kernel(**FAST_KERNEL)
 def march(steps, state, step, saved, macro, work, model, records, profiles):
     """Advance ``steps`` time steps; fills records[:steps] and adds to the profile sums (6, n).
 
@@ -221,17 +218,7 @@ def march(steps, state, step, saved, macro, work, model, records, profiles):
         predict(state)
         if scalars[AGE] > 0.5:
             keep_mean_film(state, step, work, model, mean)
-        iterations = 0
-        stage = PLAIN
-        for _ in range(EXACT_ROUNDS):
-            spent, reached = solve_with_fallbacks(state, step, saved, macro, work, model, last_level)
-            iterations += spent
-            stage = max(stage, reached)
-            moved = correct_film(state, work, model.elastic) if model.elastic.exact else 0.0
-            if moved < model.contact.tolerance or stage == UNCONVERGED:
-                break
-        if moved >= model.contact.tolerance:
-            stage = UNCONVERGED
+        iterations, stage = solve_with_fallbacks(state, step, saved, macro, work, model, last_level)
         if scalars[AGE] < 1.5:
             scalars[RIGID_APPROACH_OLD] = scalars[RIGID_APPROACH]
             for i in range(n):

@@ -6,9 +6,8 @@ import math
 
 from numba import njit
 
-from ehl.compile.compiler import kernel
+from ehl.compile.compiler import FAST_INTERNAL_KERNEL, FAST_KERNEL, kernel
 from ehl.fluid._kernels import inlet_laws
-from ehl.rough._kernels.elasticity import INTERNAL, PUBLIC
 from ehl.rough._kernels.quasi_separable import FLUID
 from ehl.rough._kernels.records import AGE, CAPPED, RIGID_APPROACH, RIGID_APPROACH_OLD
 
@@ -16,7 +15,7 @@ SAMPLES = 2  # profile samples per node spacing
 MEAN_PRESSURE_RATE = 0.01  # per step, of the slow average the predictor treats as static
 
 
-@kernel(**PUBLIC)
+@kernel(**FAST_KERNEL)
 def sample_profile(profile, shift, sign, out):
     """Add ``sign`` times the profile moved by ``shift`` samples (cubic Lagrange between samples, periodic)."""
     size = profile.size
@@ -39,7 +38,7 @@ def sample_profile(profile, shift, sign, out):
             j -= size
 
 
-@kernel(**PUBLIC)
+@kernel(**FAST_KERNEL)
 def move_surfaces(gap, travel, surfaces):
     """Rigid gap at a number of time steps of travel; roughness enters with the fluid, behind a smooth front."""
     n = gap.size
@@ -57,7 +56,7 @@ def move_surfaces(gap, travel, surfaces):
         gap[i] += surfaces.parabola[i]
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def carry_mass(state, upstream_mass, weight):
     """Couette flow: mass at the upstream end of the characteristic, which moves with the entrainment speed.
 
@@ -82,7 +81,7 @@ def carry_mass(state, upstream_mass, weight):
         old[i] = mass[i]
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def predict(state):
     """Pressure of the new step: the mean stays, the ripple moves with u_r and is extrapolated."""
     fluid = state.fluid_pressure
@@ -121,7 +120,7 @@ def predict(state):
     scalars[RIGID_APPROACH_OLD] = level
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def settle_mass(state, step, work, model, solved):
     """Mass after the step: what was carried plus what flowed in.
 

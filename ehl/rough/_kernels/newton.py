@@ -14,10 +14,9 @@ from __future__ import annotations
 
 from numba import njit
 
-from ehl.compile.compiler import kernel
-from ehl.rough._kernels.elasticity import INTERNAL, PUBLIC, exponential_product
+from ehl.compile.compiler import FAST_INTERNAL_KERNEL, FAST_KERNEL, kernel
 from ehl.rough._kernels.fluid import density_rows, fluidity_rows
-from ehl.rough._kernels.quasi_separable import CONTACT, FLUID, factor_and_solve
+from ehl.rough._kernels.quasi_separable import CONTACT, FLUID, exponential_product, factor_and_solve
 from ehl.rough._kernels.records import CAPPED, RIGID_APPROACH
 
 NEWTON, PICARD, FROZEN = range(3)  # full derivatives; relaxed lagged fluidity; fluidity of the start
@@ -35,7 +34,7 @@ STALL = 6  # Newton has stalled after so many iterations without a residual 30 %
 LOAD_TOLERANCE = 1e-6
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def film_response(state, step, work, model):
     """Gap under the present pressures; returns their sum."""
     total = work.total
@@ -47,11 +46,11 @@ def film_response(state, step, work, model):
     exponential_product(total, model.elastic.weights, model.elastic.ratios, work.response)
     level = state.scalars[RIGID_APPROACH]
     for i in range(total.size):
-        state.film[i] = level + step.gap[i] + work.response[i] + work.correction[i]
+        state.film[i] = level + step.gap[i] + work.response[i]
     return load
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def poiseuille_flow(state, step, work, model, mode, relaxation, start, repeat):
     """Fluidity between the nodes and the Poiseuille flow it carries.
 
@@ -90,7 +89,7 @@ def poiseuille_flow(state, step, work, model, mode, relaxation, start, repeat):
     half.by_pressure[n - 1] = 0.0
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def add_side_flow(state, step, macro, work, model, mode):
     """Side flow: exchange with the macroscopic pressure, and its entries in the bands.
 
@@ -131,7 +130,7 @@ def add_side_flow(state, step, macro, work, model, mode):
         band[4, i] += w * by_film * excess
 
 
-@kernel(**PUBLIC)
+@kernel(**FAST_KERNEL)
 def assemble(state, step, macro, work, model, mode, relaxation, start, repeat):
     """Residuals and the bands of the Newton matrix at every node.
 
@@ -185,7 +184,7 @@ def assemble(state, step, macro, work, model, mode, relaxation, start, repeat):
         work.unit[i] = film_left[i] + film_here[i] + film_right[i]
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def update_sets(state, work, model, compliance):
     """Update the active sets of the complementarity conditions; returns changes and the largest residual."""
     contact = model.contact
@@ -229,7 +228,7 @@ def update_sets(state, work, model, compliance):
     return changes, largest
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def hand_over(state, work, model):
     """Make pressures agree with the sets; returns the number of nodes touched.
 
@@ -263,14 +262,14 @@ def hand_over(state, work, model):
     return touched
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def keep_mean_film(state, step, work, model, mean):
     """Shift the approach of the bodies so that the predicted pressures leave the mean film where it was."""
     film_response(state, step, work, model)
     state.scalars[RIGID_APPROACH] += mean - middle_film(state, model.contact)
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def middle_film(state, contact):
     """Mean gap over the middle of the contact."""
     total = 0.0
@@ -279,7 +278,7 @@ def middle_film(state, contact):
     return total / (contact.middle_last - contact.middle_first)
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def start_sets(state, work, model):
     """Node kinds of the predicted pressures; the inlet node is given and the outlet carries no fluid pressure."""
     p = state.fluid_pressure
@@ -295,7 +294,7 @@ def start_sets(state, work, model):
         work.kind[i] = kind
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def apply_increment(state, work, model, load_error, limit_step):
     """Load balance as the border of the system: move the unknowns; returns the share of the step taken."""
     sol = work.solution
@@ -333,7 +332,7 @@ def apply_increment(state, work, model, load_error, limit_step):
     return step
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def solve_step(state, step, macro, work, model, stage):
     """Solve one step from the pressures in ``state``; returns iterations and success.
 

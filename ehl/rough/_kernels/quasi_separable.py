@@ -1,4 +1,6 @@
-"""Exact O(N) solution of the Newton system.
+"""Sums of exponentials along a line of nodes: the O(N) product, and the exact O(N) solution of the Newton system.
+
+Of the latter:
 
 Each node carries up to two unknowns, the increments of fluid pressure f and contact pressure c, and as many rows:
 
@@ -19,22 +21,44 @@ from __future__ import annotations
 
 from numba import njit
 
-from ehl.compile.compiler import kernel
-from ehl.rough._kernels.elasticity import INTERNAL, PUBLIC
-from ehl.rough._kernels.quad import four, lane, load, store, total, totals
+from ehl.compile.compiler import FAST_INTERNAL_KERNEL, FAST_KERNEL, kernel
+from ehl.rough._kernels.vectors import four, lane, load, part, store, total, totals
 
 FLUID = 1
 CONTACT = 2
 MODES = 4  # of the Jacobian: what a quad holds
+BLOCK = 12  # modes of one pass, three quads
 
 
-@njit(**INTERNAL)
+@kernel(**FAST_KERNEL)
+def exponential_product(q, weights, ratios, out):
+    """out_i = sum_j K_|i-j| q_j with K_d = sum_m weights_m ratios_m^d."""
+    n = q.size
+    for i in range(n):
+        out[i] = 0.0
+    for begin in range(0, weights.size, BLOCK):
+        w0, w1, w2 = part(weights, begin), part(weights, begin + 4), part(weights, begin + 8)
+        r0, r1, r2 = part(ratios, begin), part(ratios, begin + 4), part(ratios, begin + 8)
+        s0, s1, s2 = four(0.0), four(0.0), four(0.0)
+        t0, t1, t2 = s0, s1, s2
+        # both sweeps in one loop: the two recursions are independent and fill each other's waiting time
+        right = 0.0
+        for i in range(n):
+            j = n - 1 - i
+            s0, s1, s2 = r0 * s0 + q[i], r1 * s1 + q[i], r2 * s2 + q[i]
+            t0, t1, t2 = r0 * (t0 + right), r1 * (t1 + right), r2 * (t2 + right)
+            out[i] += total(w0 * s0 + w1 * s1 + w2 * s2)
+            out[j] += total(w0 * t0 + w1 * t1 + w2 * t2)
+            right = q[j]
+
+
+@njit(**FAST_INTERNAL_KERNEL)
 def row_times(row, m0, m1, m2, m3):
     """row M for the matrix with the rows m0 .. m3."""
     return (lane(row, 0) * m0 + lane(row, 1) * m1) + (lane(row, 2) * m2 + lane(row, 3) * m3)
 
 
-@kernel(**PUBLIC)
+@kernel(**FAST_KERNEL)
 def factor_and_solve(first, last, kind, band, weights, ratios, rhs_f, rhs_c, unit_f, sol, work):
     """Solve for nodes first .. last-1, with the right-hand sides (rhs_f, rhs_c) and (unit_f, 1).
 
@@ -155,7 +179,7 @@ def factor_and_solve(first, last, kind, band, weights, ratios, rhs_f, rhs_c, uni
     back_substitute(first, last, kind, right, ratios, sol, work)
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def back_substitute(first, last, kind, right, ratios, sol, work):
     """The backward sweep: the states now gather the later unknowns, the direct neighbour's again apart."""
     ph = load(ratios, 0)

@@ -31,7 +31,7 @@ class Fluid(NamedTuple):
     limit_ambient: float = 0.0  # tau_L0/p_h
 
 
-class Contact(NamedTuple):
+class Solids(NamedTuple):
     """Solids, load and mesh limits."""
 
     boundary: float  # h_boundary in film units
@@ -54,10 +54,6 @@ class Elastic(NamedTuple):
     ratios: np.ndarray
     weights_newton: np.ndarray  # the shorter sum of the Newton matrix, same constant
     ratios_newton: np.ndarray
-    exact: bool  # whether a step ends with the exactly integrated kernel
-    spectrum: np.ndarray  # of it, bit-reversed order, over the transform length
-    cosines: np.ndarray  # angles of the transform, stage by stage
-    sines: np.ndarray
 
 
 class Surfaces(NamedTuple):
@@ -116,7 +112,7 @@ class Model(NamedTuple):
     """Everything that stays constant during a run."""
 
     fluid: Fluid
-    contact: Contact
+    contact: Solids
     elastic: Elastic
     surfaces: Surfaces
     heat: Heat
@@ -223,9 +219,6 @@ class Work(NamedTuple):
     kind: np.ndarray
     total: np.ndarray
     response: np.ndarray
-    correction: np.ndarray  # exactly integrated kernel less the sum of exponentials, at the last accepted pressures
-    exact: np.ndarray
-    wave: np.ndarray  # (2, transform length)
     residual: np.ndarray  # (2, n): mass, gap
     source: np.ndarray  # net flow into the node
     half: FluidityRows  # along x, entry i between nodes i and i + 1

@@ -15,7 +15,7 @@ import math
 
 from numba import njit
 
-from ehl.rough._kernels.elasticity import INTERNAL
+from ehl.compile.compiler import FAST_INTERNAL_KERNEL
 from ehl.rough._kernels.heat import log_or_floor
 
 STEP_MAX = 0.3  # largest change of P in one update, p_h
@@ -24,14 +24,14 @@ STEP_MAX = 0.3  # largest change of P in one update, p_h
 LOAD_MAX = 1.05
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def add_logarithms(values, sums):
     """Add ln of each value to the sums."""
     for i in range(values.size):
         sums[i] += log_or_floor(values[i])
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def accumulate(state, macro, work, model):
     """Add the exchange of one converged step; True when the window is full."""
     first = model.side_flow.first
@@ -51,7 +51,7 @@ def accumulate(state, macro, work, model):
     return macro.counts[0] >= model.side_flow.window
 
 
-@njit(**INTERNAL)
+@njit(**FAST_INTERNAL_KERNEL)
 def update_pressure(macro, model):
     """One relaxed step of P from the window means."""
     rule = model.side_flow

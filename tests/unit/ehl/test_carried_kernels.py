@@ -16,9 +16,9 @@ import pytest
 from numba import float64, types
 
 from ehl.compile import carried as carried_kernels
-from ehl.compile.cache import missing_on_disk, stamped
 from ehl.compile.carried import FEATURES, INDEX, TARGET, carried_kernel, carries, surrounding, why_not, write_carried
-from ehl.rough._kernels.elasticity import exponential_product
+from ehl.compile.compiler import missing_on_disk, stamped
+from ehl.rough._kernels.quasi_separable import exponential_product
 
 pytestmark = pytest.mark.skipif(
     not sys.platform.startswith("linux") or not all(llvm.get_host_cpu_features().get(f, False) for f in FEATURES),
@@ -30,8 +30,8 @@ import sys
 from pathlib import Path
 import numpy as np
 from ehl.compile import carried as carried_kernels
-from ehl.compile import cache as kernel_cache
-from ehl.rough._kernels.elasticity import exponential_product as kernel
+from ehl.compile import compiler as kernel_cache
+from ehl.rough._kernels.quasi_separable import exponential_product as kernel
 if sys.argv[1] == "use":
     carried_kernels.FOLDER = Path(sys.argv[2])
 x, out = np.linspace(-2.0, 1.0, 41), np.zeros(41)

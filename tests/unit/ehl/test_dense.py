@@ -9,8 +9,8 @@ import sys
 import numpy as np
 import pytest
 
+from ehl.compile._kernels import factored, product, solve_factored
 from ehl.compile.compiler import KERNEL, kernel
-from ehl.dense import factored, product, solve_factored
 
 SOLVE = """
 from ehl import Contact

@@ -18,9 +18,17 @@ from numba import njit
 from numba.core.compiler import Flags
 
 from ehl import InputError
-from ehl.compile import cache as kernel_cache
-from ehl.compile.cache import KernelCache, announced, missing_on_disk, source_hash
-from ehl.compile.compiler import INTERNAL_KERNEL, KERNEL, Options, kernel
+from ehl.compile import compiler as kernel_cache
+from ehl.compile.compiler import (
+    INTERNAL_KERNEL,
+    KERNEL,
+    KernelCache,
+    Options,
+    announced,
+    kernel,
+    missing_on_disk,
+    source_hash,
+)
 from ehl.rough._kernels.march import march
 from ehl.smooth import _kernels as smooth_kernels
 from ehl.smooth._kernels import newton, residual
@@ -30,7 +38,7 @@ from regression.friction.gaussian_process import ask_kernel
 
 ANSWER = """
 import numpy as np
-from ehl.rough._kernels.elasticity import exponential_product
+from ehl.rough._kernels.quasi_separable import exponential_product
 x, out = np.linspace(-2.0, 1.0, 41), np.zeros(41)
 exponential_product(np.cos(x), np.linspace(0.1, 1.0, 20), np.linspace(0.3, 0.99, 20), out)
 print(out.tobytes().hex())

@@ -104,15 +104,6 @@ def test_figures_without_effect_are_named(lubricant: dict[str, Any], names: set[
     assert {text.partition(" ")[0] for text in case(lubricant).unused_inputs()} == names
 
 
-def test_elastic_kernel() -> None:
-    assert case(NUMBERS).model.elasticity == "soe"
-    shared = case(NUMBERS, elasticity="fft", roughness="load_sharing")
-    assert any("model.elasticity" in text for text in shared.unused_inputs())
-    assert case(NUMBERS, elasticity="fft").unused_inputs() == ()
-    with pytest.raises(InputError, match=r"model\.elasticity"):
-        case(NUMBERS, elasticity="exact")
-
-
 def test_limit_switched_off_is_infinite() -> None:
     law = case(NUMBERS).lubricant.lubricant().shear_law
     assert not law.limited

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from twins.exact_elasticity import LogConvolution
 
 from ehl.common.data import data_names
 from ehl.fluid._kernels import inlet_laws
@@ -16,14 +17,12 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.yasutomi import Yasutomi
 from ehl.line_contact import LineContact
-from ehl.rough._kernels.elasticity import exponential_product
-from ehl.rough._kernels.elementary import exp, log
 from ehl.rough._kernels.fluid import balanced_shear_row, fluidity_rows, isothermal_shear_row, temperature_place
 from ehl.rough._kernels.motion import sample_profile
-from ehl.rough._kernels.quasi_separable import MODES, factor_and_solve
+from ehl.rough._kernels.quasi_separable import MODES, exponential_product, factor_and_solve
 from ehl.rough._kernels.records import FluidityRows, HeatRows
+from ehl.rough._kernels.vectors import exp, log
 from ehl.rough.exponential_sums import (
-    LogConvolution,
     fit_log_kernel,
     fit_root_kernel,
     kernel_constant,

@@ -1,9 +1,11 @@
-"""Dense matrices in compiled loops: factors, solutions and products, of rows that lie in memory one after another."""
+"""What kernels of several solvers share: dense matrices whose rows lie one after another, and bits of doubles."""
 
 from __future__ import annotations
 
+import numpy as np
 from numba import njit, types
 from numba.core import config
+from numba.extending import intrinsic
 from scipy.linalg.lapack import dgetrf
 
 from ehl.compile.compiler import INTERNAL_KERNEL
@@ -68,3 +70,30 @@ def solve_factored(factors, pivots, x):
         i = n - 1 - k
         other = pivots[i] - 1
         x[i], x[other] = x[other], x[i]
+
+
+@intrinsic
+def float_of_bits(typingctx, bits):
+    """Reinterpret an int64 as a float64."""
+
+    def codegen(context, builder, signature, args):
+        return builder.bitcast(args[0], context.get_value_type(types.float64))
+
+    return types.float64(types.int64), codegen
+
+
+@intrinsic
+def bits_of_float(typingctx, value):
+    """Reinterpret a float64 as an int64."""
+
+    def codegen(context, builder, signature, args):
+        return builder.bitcast(args[0], context.get_value_type(types.int64))
+
+    return types.int64(types.float64), codegen
+
+
+if config.DISABLE_JIT:
+
+    def bits_of_float(value):
+        """`bits_of_float` where kernels run as plain Python."""
+        return int(np.float64(value).view(np.int64))

@@ -1,11 +1,13 @@
-"""Four numbers in one vector register, for loops over the modes of the Newton matrix.
+"""Four numbers in one vector register, and elementary functions that a compiler can vectorise.
 
 A recursion along the nodes is as slow as its longest chain of dependent operations. Small arrays live in memory and
 every turn waits for the store of the last one; this type stays in registers, and `+`, `-`, `*` act on all four numbers.
+Exponential and logarithm are accurate to about 1e-14 relative; those of the library cannot be inlined.
 """
 
 from __future__ import annotations
 
+import math
 import operator
 from typing import ClassVar
 
@@ -15,11 +17,17 @@ from numba.core.typing.templates import ConcreteTemplate, infer_global, signatur
 from numba.extending import intrinsic, lower_builtin, models, register_model
 from numba.np.arrayobj import make_array
 
-from ehl.compile.compiler import INTERNAL_KERNEL
+from ehl.compile._kernels import bits_of_float, float_of_bits
+from ehl.compile.compiler import FAST_KERNEL, INTERNAL_KERNEL, kernel
 
 LANES = 4
 VECTOR = ir.VectorType(ir.DoubleType(), LANES)
 LANE = ir.IntType(32)
+
+LOG2_E = 1.4426950408889634
+LN2_HIGH = 0.6931471803691238  # the low bits are zero: k LN2_HIGH is exact
+LN2_LOW = 1.9082149292705877e-10
+ROOT_HALF_BITS = 4604544271217802189  # bit pattern of sqrt(1/2)
 
 
 class QuadType(types.Type):
@@ -167,3 +175,45 @@ def part(values, first):
         values[first + 2] if first + 2 < n else 0.0,
         values[first + 3] if first + 3 < n else 0.0,
     )
+
+
+@kernel(**FAST_KERNEL)
+def exp(x):
+    """e^x, x held within +-700: x = k ln 2 + r, |r| <= ln 2/2, and the Taylor polynomial of degree 11."""
+    x = min(max(x, -700.0), 700.0)
+    k = math.floor(x * LOG2_E + 0.5)
+    r = (x - k * LN2_HIGH) - k * LN2_LOW
+    p = 1.0 / 39916800.0
+    p = p * r + 1.0 / 3628800.0
+    p = p * r + 1.0 / 362880.0
+    p = p * r + 1.0 / 40320.0
+    p = p * r + 1.0 / 5040.0
+    p = p * r + 1.0 / 720.0
+    p = p * r + 1.0 / 120.0
+    p = p * r + 1.0 / 24.0
+    p = p * r + 1.0 / 6.0
+    p = p * r + 0.5
+    p = p * r + 1.0
+    p = p * r + 1.0
+    return p * float_of_bits((int(k) + 1023) << 52)
+
+
+@kernel(**FAST_KERNEL)
+def log(x):
+    """ln x of a positive normal number: x = 2^e m, sqrt(1/2) <= m < sqrt 2, and the series of artanh."""
+    bits = bits_of_float(x)
+    e = (bits - ROOT_HALF_BITS) >> 52
+    m = float_of_bits(bits - (e << 52))
+    s = (m - 1.0) / (m + 1.0)
+    z = s * s
+    p = 1.0 / 19.0
+    p = p * z + 1.0 / 17.0
+    p = p * z + 1.0 / 15.0
+    p = p * z + 1.0 / 13.0
+    p = p * z + 1.0 / 11.0
+    p = p * z + 1.0 / 9.0
+    p = p * z + 1.0 / 7.0
+    p = p * z + 1.0 / 5.0
+    p = p * z + 1.0 / 3.0
+    p = p * z + 1.0
+    return 2.0 * s * p + float(e) * (LN2_HIGH + LN2_LOW)
