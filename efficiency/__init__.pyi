@@ -1,0 +1,28 @@
+from efficiency.app.server import serve_app as serve_app
+from efficiency.blanks.pair import pair_blank
+from efficiency.conditions.duty import DutyCycle as DutyCycle
+from efficiency.conditions.grid import Grid as Grid
+from efficiency.installation import examine, warm_up
+from efficiency.loss.efficiency_result import EfficiencyResult as EfficiencyResult
+from efficiency.machine_settings.correction import machine_corrections as machine_corrections
+from efficiency.machine_settings.solve import machine_settings
+from efficiency.optimisation.optimise import optimise as optimise
+from efficiency.output.design_import import design_from_sheet
+from efficiency.pair import GearPair as GearPair
+from efficiency.pair import LoadedMesh as LoadedMesh
+from efficiency.pair import Mesh as Mesh
+from efficiency.pair import load as load
+from efficiency.studies.demonstration import run_demo
+from efficiency.studies.parameter_study import run_study
+from efficiency.templates import new_file as new_file
+from efficiency.templates import new_questions as new_questions
+
+__version__: str
+
+blank = pair_blank
+demo = run_demo
+doctor = examine
+import_design = design_from_sheet
+settings = machine_settings
+study = run_study
+warmup = warm_up
