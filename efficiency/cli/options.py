@@ -115,7 +115,9 @@ def present(result: Any, json_output: bool, **files: Any) -> None:
         print_json(result.to_dict() | more)
     else:
         result.show(**parts)
-    result.write(**files)
+    # the page writers load matplotlib
+    if any(path is not None for name, path in files.items() if name not in ("units", *parts)):
+        result.write(**files)
     fail_unless_converged(result.status, result.reason)
 
 
