@@ -293,13 +293,7 @@ def convergence(design: Design, member: Member) -> Iterator[tuple[Orders, int, f
     for factor in (0.5, 0.75, 1.0, 1.35):
         orders = ORDERS.scaled(factor)
         clock = time.process_time()
-        tooth = solid_tooth(
-            grid,
-            design.flanks().loaded_side(member, "drive"),
-            given.elastic_material(),
-            given.body.thickness(grid.blank),
-            orders=orders,
-        )
+        tooth = solid_tooth(grid, design.flanks().loaded_side(member, "drive"), given.tooth_body(), orders)
         seconds = time.process_time() - clock
         yield orders, tooth.unknowns, seconds, float(np.max(np.abs(line_load(tooth) / finest - 1.0)))
 

@@ -32,8 +32,7 @@ from gear_stress_cases import blank_content, formate
 from efficiency.contact.tooth_grid import tooth_shapes
 from efficiency.design.design import Design
 from efficiency.design.relief_input import MemberReliefInput
-from efficiency.ltca.limits import hardness
-from efficiency.ltca.load_distribution import edge_load
+from efficiency.ltca.limits import edge_load, hardness
 from efficiency.ltca.mesh_grids import load_grids
 from efficiency.machine_settings.inputs import SettingsInput
 from efficiency.machine_settings.solve import machine_settings

@@ -23,6 +23,7 @@ from skfem import FacetBasis
 
 from efficiency.contact.gear_flanks import Member
 from efficiency.design.design import Design, MemberInput, load_design
+from efficiency.ltca.solid_tooth import solid_tooth_of
 from efficiency.strength.root_stress import root_tooth
 
 FloatArray = NDArray[np.float64]
@@ -79,7 +80,8 @@ def root_peaks(design: Design, member: Member, counts: Counts, cells: int, modul
     grid = fem.grid
     upper = grid.sides[1] == design.flanks().loaded_side(member, "drive")
     corner = fem.basis.nodal_dofs[0]
-    loads, tooth = [], root_tooth(design.flanks(), body, member, "drive", module, cells=cells)
+    solid = solid_tooth_of(design.flanks(), body, member, "drive")
+    loads, tooth = [], root_tooth(design.flanks(), member, solid, module, cells)
     forces, points = np.zeros((3, fem.basis.N, len(LINES))), []
     for number, ((c0, h0), (c1, h1)) in enumerate(LINES.values()):
         stations = np.arange(round(c0 * counts.along), round(c1 * counts.along) + 1)

@@ -34,7 +34,8 @@ from efficiency.loss.efficiency_result import Bulk, EfficiencyResult, LoadBalanc
 from efficiency.loss.heat_balance import CoolingInput, HeatBalance, balance_heat, thermal_resistance
 from efficiency.loss.kinematics import OPERATION_LIMITS, TEXTURE, Axis, Driver, Operation, loaded_points
 from efficiency.ltca.external_load import read_load, write_load
-from efficiency.ltca.load_distribution import TeethElasticity, edge_load
+from efficiency.ltca.limits import edge_load
+from efficiency.ltca.load_distribution import TeethElasticity
 from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids, load_grids
 from efficiency.ltca.shaft_deflection import solve_deflection
 from efficiency.ltca.solid_tooth import SolidTooth, elastic_teeth
@@ -913,9 +914,9 @@ class Mesh:
         if not self.roots:
             flanks, module = self.design.flanks(), self.pitch.module_normal
             solids = self.grids.teeth.pinion, self.grids.teeth.gear
-            for member, body, solid in zip(MEMBERS, self.design.tooth_bodies(), solids, strict=True):
+            for member, solid in zip(MEMBERS, solids, strict=True):
                 try:
-                    self.roots.append(root_tooth(flanks, body, member, self.side, module, grid=solid.grid))
+                    self.roots.append(root_tooth(flanks, member, solid, module))
                 except (ConvergenceError, InputError) as error:
                     self.roots.append(str(error))
         pinion, gear = self.roots

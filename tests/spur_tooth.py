@@ -8,7 +8,7 @@ import numpy as np
 from efficiency.blanks.cones import Blank
 
 from efficiency.contact.tooth_grid import ToothGrid
-from efficiency.ltca.solid_tooth import SolidTooth, solid_tooth
+from efficiency.ltca.solid_tooth import SolidTooth, ToothBody, solid_tooth
 from ehl.material import Material
 
 
@@ -21,4 +21,4 @@ def spur_tooth(
     height, u = (np.array(grid) for grid in np.meshgrid(radii, stations, indexing="ij"))
     half = np.array([0.5 * thickness(radius) / radius for radius in radii])[:, None] + 0.0 * u
     grid = ToothGrid(blank, u, height, -half, half, ("convex", "concave"), (False, False))
-    return solid_tooth(grid, "concave", steel, rim)
+    return solid_tooth(grid, "concave", ToothBody(steel, rim))

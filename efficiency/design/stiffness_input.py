@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from efficiency.ltca.shaft import shaft_compliance
-from efficiency.ltca.shaft_deflection import MemberCompliance
+from efficiency.ltca.shaft_deflection import MemberCompliance, shaft_compliance
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel

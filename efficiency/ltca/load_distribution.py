@@ -7,16 +7,16 @@ unloaded gap. Equilibrium: the normal forces carry the pinion torque. Both are s
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.contact_lines import EdgeProximity, MeshPosition
 from efficiency.contact.mesh_surface import EDGES
-from efficiency.ltca.edge_contact import EdgeSection, free_edge_compliance
+from efficiency.ltca.edge_contact import free_edge_compliance
 from efficiency.ltca.equilibrium import ContactProblem, Equilibrium, solve_equilibria
 from efficiency.ltca.local_compliance import LocalApproach, LocalCompliance
 from efficiency.ltca.solid_tooth import SolidTooth
@@ -445,91 +445,3 @@ def loads_of_forces(
             cycle, *parts, flags, turns, errors, equilibria, strict=True
         )
     )
-
-
-# the radius of an edge is seldom known better than by this factor
-_RADIUS_FACTOR = 2.0
-
-
-@dataclass(frozen=True)
-class EdgeLoad:
-    """Load at the tip, toe and heel edges over one mesh cycle.
-
-    Attributes
-    ----------
-    share : float
-        Of the torque, where the contact reaches an edge [-].
-    share_extended : float
-        Of the torque, carried by edges before and after the path of the smooth flanks [-].
-    shares : dict of str to float
-        Share of the torque at each edge [-]; only edges that carry.
-    pressure : float
-        Maximum elastic pressure at an edge [Pa]; 0 where none carries.
-    pressure_lower, pressure_upper : float
-        The same load on edges of twice and of half the radius [Pa].
-    edge : str
-        Where the largest one is, such as ``gear tip``; empty where no edge carries.
-    position, point : int
-        Its mesh position and point.
-    """
-
-    def towards(self, other: EdgeLoad, share: float) -> EdgeLoad:
-        """Between two loads near each other: linear in the share of the way, and never below zero, where an edge lets
-        go; the place is that of the nearer one.
-        """
-        near = other if share > 0.5 else self
-
-        def between(here: float, there: float) -> float:
-            return max((1.0 - share) * here + share * there, 0.0)
-
-        names = ("share", "share_extended", "pressure", "pressure_lower", "pressure_upper")
-        values: dict[str, Any] = {name: between(getattr(self, name), getattr(other, name)) for name in names}
-        edges = dict.fromkeys((*self.shares, *other.shares))
-        shares = {edge: between(self.shares.get(edge, 0.0), other.shares.get(edge, 0.0)) for edge in edges}
-        return replace(near, shares=shares, **values)
-
-    share: float = 0.0
-    share_extended: float = 0.0
-    shares: dict[str, float] = field(default_factory=dict)
-    pressure: float = 0.0
-    pressure_lower: float = 0.0
-    pressure_upper: float = 0.0
-    edge: str = ""
-    position: int = -1
-    point: int = -1
-
-
-def edge_load(load: LoadDistribution, teeth: TeethElasticity) -> EdgeLoad:
-    """Load and pressure at the edges."""
-    count = len(load.positions)
-    shares: dict[str, float] = {}
-    extended, peak = 0.0, 0.0
-    sections: list[FloatArray] = []
-    edge, number, point = "", -1, -1
-    for k, p in enumerate(load.positions):
-        near = p.position.edge
-        at = np.flatnonzero(p.at_edge)
-        if near is None or not at.size:
-            continue
-        torque = p.force * p.position.lever_pinion
-        part = torque / (float(torque.sum()) * count)
-        for index in np.unique(near.index[at]):
-            name = EDGES[index]
-            shares[name] = shares.get(name, 0.0) + float(part[at[near.index[at] == index]].sum())
-        extended += float(part[near.touching].sum())
-        first = at[np.argmax(p.pressure_max[at])]
-        if p.pressure_max[first] > peak:
-            peak, edge, number, point = float(p.pressure_max[first]), EDGES[near.index[first]], k, int(first)
-        radius = teeth.rounding(near)[at]
-        ratio = p.position.radius_equivalent[at] / radius
-        flank = p.pressure_hertz[at]
-        distance = near.distance[at] / (4.0 * p.position.radius_equivalent[at] * flank / teeth.effective_modulus)
-        sections.append(np.stack([distance, ratio, flank]))
-    if not shares:
-        return EdgeLoad()
-    distance, ratio, flank = np.concatenate(sections, axis=1)
-    lower, upper = (
-        float((flank * EdgeSection.of(distance, ratio * factor).pressure_max).max())
-        for factor in (1.0 / _RADIUS_FACTOR, _RADIUS_FACTOR)
-    )
-    return EdgeLoad(float(sum(shares.values())), extended, shares, peak, lower, upper, edge, number, point)

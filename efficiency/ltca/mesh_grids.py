@@ -18,15 +18,12 @@ from numpy.typing import NDArray
 
 from efficiency.contact.assembly import Axis
 from efficiency.contact.contact_lines import MeshPosition
-from efficiency.ltca.friction_arm import friction_arm
-from efficiency.ltca.limits import limit_notes
+from efficiency.ltca.limits import EdgeLoad, edge_load, limit_notes
 from efficiency.ltca.load_distribution import (
-    EdgeLoad,
     ElasticPosition,
     LoadDistribution,
     TeethElasticity,
     distribute_load,
-    edge_load,
     elastic_cycle,
     require_torque,
 )
@@ -170,6 +167,25 @@ class MeshGrids:
             coarse = self.make_cycle(len(self.fine), (self.points_per_line + 1) // 2, reach)
             self._refitted[step] = replace(self, fine=fine, coarse=coarse, make_cycle=None, reach=reach)
         return self._refitted[step]
+
+
+def friction_arm(position: MeshPosition, axis: Axis) -> FloatArray:
+    """Arm about an axis of the unit friction force that the pinion exerts on the gear [m], (n,).
+
+    Counted like the levers of the normal force: positive where friction on the pinion adds to the torque it needs, and
+    where friction on the gear adds to the torque it delivers. A driving gear reverses the friction.
+    """
+    along, across = position.sliding_along[:, None], position.sliding_across[:, None]
+    sliding = along * position.along + across * position.across
+    speed = np.linalg.norm(sliding, axis=1)
+    # at the pitch line friction has no direction and does no work
+    force = sliding / np.where(speed > 0.0, speed, 1.0)[:, None]
+    arm = position.position - axis.origin
+
+    def turning(direction: FloatArray) -> FloatArray:
+        return np.asarray(np.cross(arm, direction) @ axis.direction)
+
+    return turning(force) * np.sign(turning(position.normal))
 
 
 def loaded_share(load: LoadDistribution) -> float:

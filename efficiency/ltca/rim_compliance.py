@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, cholesky, solve_triangular
 
 from efficiency.ltca.ritz_solid import RitzSolid
-from efficiency.ltca.shape_functions import FloatArray
+from efficiency.ltca.tooth_cell import FloatArray
 from ehl.common.errors import ConvergenceError
 
 IntArray = NDArray[np.int64]

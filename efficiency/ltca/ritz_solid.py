@@ -12,8 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.ltca.shape_functions import FloatArray, gauss_rule, hierarchic_functions, legendre_polynomials
-from efficiency.ltca.tooth_cell import Block, Part, ToothCell
+from efficiency.ltca.tooth_cell import (
+    Block,
+    FloatArray,
+    Part,
+    ToothCell,
+    gauss_rule,
+    hierarchic_functions,
+    legendre_polynomials,
+)
 from ehl.common.errors import ConvergenceError
 
 IntArray = NDArray[np.int64]
@@ -24,6 +31,7 @@ Key = tuple[tuple[str, int, int], tuple[str, int, int], int]
 PLACES: dict[Part, tuple[int, int]] = {"foot": (0, 0), "slot": (1, 0), "tooth": (0, 1)}
 LEFT, RIGHT = ("node", 0, 0), ("node", 2, 0)
 _BASE = ("node", 0, 0)
+_REMEDY = "flanks, fillets or root cross; give the tooth a smaller edge radius, dedendum or addendum"
 # points of the Gauss rule beyond the degree
 _EXTRA = 2
 
@@ -93,7 +101,7 @@ class BlockFunctions:
         jacobian = self.block.jacobian(x, y, z).reshape(-1, 3, 3)
         volume = np.linalg.det(jacobian)
         if np.any(volume * np.sign(volume[0]) <= 0.0):
-            raise ConvergenceError("tooth_folded", f"the {self.block.part} of the tooth model is folded")
+            raise ConvergenceError("tooth_folded", f"the {self.block.part} of the tooth model is folded: {_REMEDY}")
         weight = np.einsum("i,j,k->ijk", *(rule[1] for rule in rules)).ravel() * np.abs(volume)
         pairs = hierarchic_functions(int(highest[0]), x), hierarchic_functions(int(highest[1]), y)
         factors = (*pairs, legendre_polynomials(int(highest[2]), z))

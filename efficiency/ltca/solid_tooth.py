@@ -16,9 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from efficiency.contact.gear_flanks import GearFlanks, Member, Side
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid, tooth_shapes
 from efficiency.ltca.rim_compliance import ring_response
-from efficiency.ltca.ritz_solid import ORDERS, BlockFunctions, Orders, ritz_solid
-from efficiency.ltca.shape_functions import FloatArray, lagrange_values, lobatto_nodes
-from efficiency.ltca.tooth_cell import Part, ToothCell, tooth_cell
+from efficiency.ltca.ritz_solid import ORDERS, Orders, RitzSolid, ritz_solid
+from efficiency.ltca.tooth_cell import FloatArray, Part, ToothCell, lagrange_values, lobatto_nodes, tooth_cell
 from ehl.common.errors import ConvergenceError
 from ehl.material import Material
 
@@ -55,6 +54,13 @@ class ToothBody:
     held: frozenset[str] = frozenset({"base"})
     youngs_modulus: float | None = None
 
+    @property
+    def moduli(self) -> dict[Part, float]:
+        """Young's modulus of each part of a tooth cell [Pa]."""
+        teeth = self.material.youngs_modulus
+        under = teeth if self.youngs_modulus is None else self.youngs_modulus
+        return {"foot": under, "slot": under, "tooth": teeth}
+
 
 Bodies = tuple[ToothBody, ToothBody]
 """Of pinion and gear."""
@@ -68,8 +74,14 @@ class SolidTooth:
 
     Attributes
     ----------
+    body : ToothBody
+        Material and body under the teeth.
+    grid : ToothGrid
+        Both flanks.
     cell : ToothCell
-        Geometry.
+        Blocks made of them.
+    side : float
+        Loaded flank, as coordinate across the tooth block: 1 the upper, 0 the lower one.
     nodes : (array, array)
         Nodes over the height and along the face of the tooth block.
     own : (n, n) array
@@ -83,18 +95,18 @@ class SolidTooth:
         Number of displacement unknowns.
     discarded : float
         Negative eigenvalue taken from `own` to make it positive semidefinite, over the largest [-].
-    grid : ToothGrid
-        Flanks the cell was made of.
     """
 
+    body: ToothBody
+    grid: ToothGrid
     cell: ToothCell
+    side: float
     nodes: tuple[FloatArray, FloatArray]
     own: FloatArray
     ahead: tuple[FloatArray, ...]
     half_thickness: FloatArray
     unknowns: int
     discarded: float
-    grid: ToothGrid
 
     @property
     def face_width(self) -> float:
@@ -183,21 +195,13 @@ def solid_tooth_of(
             # states where the flanks cross inside the tooth, and what to check
             tooth_shapes(flanks)
         raise
-    loaded = flanks.loaded_side(member, side)
-    return solid_tooth(grid, loaded, body.material, body.rim_thickness, body.held, body.youngs_modulus, orders, cells)
+    return solid_tooth(grid, flanks.loaded_side(member, side), body, orders, cells)
 
 
 def solid_tooth(
-    grid: ToothGrid,
-    loaded: str,
-    material: Material,
-    rim_thickness: float,
-    held: frozenset[str] = frozenset({"base"}),
-    body_modulus: float | None = None,
-    orders: Orders = ORDERS,
-    cells: int | None = None,
+    grid: ToothGrid, loaded: str, body: ToothBody, orders: Orders = ORDERS, cells: int | None = None
 ) -> SolidTooth:
-    """Solve a tooth for loads on one of its flanks.
+    """Solve a tooth for loads on its concave or convex flank.
 
     Parameters
     ----------
@@ -205,14 +209,8 @@ def solid_tooth(
         Both flanks.
     loaded : {"concave", "convex"}
         Which flank.
-    material : Material
-        Of the tooth, and of the body where `body_modulus` is not given.
-    rim_thickness : float
-        Of the body under the root cone [m].
-    held : set of {"base", "toe", "heel"}
-        Surfaces of the body without displacement.
-    body_modulus : float, optional
-        Young's modulus of the body [Pa].
+    body : ToothBody
+        Material and body under the teeth.
     orders : Orders
         Polynomial orders.
     cells : int, optional
@@ -223,31 +221,43 @@ def solid_tooth(
     ConvergenceError
         The tooth model is folded, or the body is not held.
     """
-    if not held:
+    if not body.held:
         raise ConvergenceError("tooth_not_held", "no surface of the body is held")
-    cell = tooth_cell(grid, rim_thickness)
-    body = material.youngs_modulus if body_modulus is None else body_modulus
-    moduli: dict[Part, float] = {"foot": body, "slot": body, "tooth": material.youngs_modulus}
-    solid = ritz_solid(cell, moduli, material.poisson_ratio, held, orders)
-    functions = solid.functions["tooth"]
+    cell = tooth_cell(grid, body.rim_thickness)
+    poisson = body.material.poisson_ratio
+    try:
+        solid = ritz_solid(cell, body.moduli, poisson, body.held, orders)
+    except ConvergenceError as error:
+        if error.reason != "tooth_folded":
+            raise
+        # steep fillets fold the polynomials of the slot between them: the tooth block then begins at the root
+        cell = tooth_cell(grid, body.rim_thickness, from_root=True)
+        solid = ritz_solid(cell, body.moduli, poisson, body.held, orders)
     side = 1.0 if grid.sides[1] == loaded else 0.0
     nodes = lobatto_nodes(orders.tooth[1] + 1), lobatto_nodes(orders.tooth[2] + 1)
-    b, c = (x.ravel() for x in np.meshgrid(*nodes, indexing="ij"))
-    flank, into = flank_points(cell, side, b, c)
+    b, c, flank, into, loading = flank_loading(cell, solid, side, nodes)
     middle, half = _middle_surface(cell, flank, into, b, c)
-    loading = along_normal(functions, solid.count, (np.full_like(b, side), b, c), into)
+    reading = np.concatenate([loading, _along_normal(solid, middle, into)])
     count = b.size
-    reading = np.concatenate([loading, along_normal(functions, solid.count, middle, into)])
     response = ring_response(solid, cell.pitch, cells or cell.teeth, reading, count)
     on_flank, on_middle = response.own[:count], response.own[count:]
     near = _nearness(flank, half)
     own, discarded = _positive(on_flank - near * (on_flank - on_middle))
     # the loaded flank looks to the next tooth in rising azimuth if it is the upper one
     ahead = tuple(matrix[:count] if side == 1.0 else matrix[:count].T for matrix in response.ahead)
-    return SolidTooth(cell, nodes, own, ahead, half, 3 * solid.count, discarded, grid)
+    return SolidTooth(body, grid, cell, side, nodes, own, ahead, half, 3 * solid.count, discarded)
 
 
-def flank_points(cell: ToothCell, side: float, b: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
+def flank_loading(
+    cell: ToothCell, solid: RitzSolid, side: float, nodes: tuple[FloatArray, FloatArray]
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Unit normal forces at the nodes of a flank: b, c, points, normals into the tooth, functionals (n, 3 count)."""
+    b, c = (x.ravel() for x in np.meshgrid(*nodes, indexing="ij"))
+    flank, into = _flank_points(cell, side, b, c)
+    return b, c, flank, into, _along_normal(solid, (np.full_like(b, side), b, c), into)
+
+
+def _flank_points(cell: ToothCell, side: float, b: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Points (n, 3) of a flank [m] and unit normals into the tooth."""
     points, tangents = cell.tooth.place(np.full_like(b, side), b, c)
     normal = np.cross(tangents[:, 1], tangents[:, 2])
@@ -281,12 +291,13 @@ def _nearness(flank: FloatArray, half: FloatArray) -> FloatArray:
     return np.asarray(np.exp(-((distance / reach) ** 4)))
 
 
-def along_normal(
-    functions: BlockFunctions, count: int, places: tuple[FloatArray, FloatArray, FloatArray], direction: FloatArray
+def _along_normal(
+    solid: RitzSolid, places: tuple[FloatArray, FloatArray, FloatArray], direction: FloatArray
 ) -> FloatArray:
     """Displacement in given directions (n, 3) at places of the tooth as functionals of all components (n, 3 count)."""
+    functions = solid.functions["tooth"]
     values = functions.values(*places)
-    rows = np.zeros((values.shape[0], 3, count))
+    rows = np.zeros((values.shape[0], 3, solid.count))
     rows[:, :, functions.number] = direction[:, :, None] * values[:, None, :]
     return rows.reshape(values.shape[0], -1)
 

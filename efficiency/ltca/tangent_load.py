@@ -15,16 +15,15 @@ from numpy.typing import NDArray
 
 from efficiency.contact.contact_lines import MeshPosition
 from efficiency.ltca.equilibrium import Equilibrium
+from efficiency.ltca.limits import EdgeLoad, edge_load
 from efficiency.ltca.load_distribution import (
     LAYS,
     OF_POSITION,
-    EdgeLoad,
     ElasticPosition,
     LoadDistribution,
     PositionLoad,
     TeethElasticity,
     distribute_load,
-    edge_load,
     lay_of,
     loads_of_forces,
 )

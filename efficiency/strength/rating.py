@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.mesh_surface import EDGES
-from efficiency.ltca.load_distribution import EdgeLoad, LoadDistribution, TeethElasticity
-from efficiency.strength import iso_10300
-from efficiency.strength.pressure_limits import shakedown_pressure, yield_pressure, yield_stress
+from efficiency.ltca.limits import EdgeLoad
+from efficiency.ltca.load_distribution import LoadDistribution, TeethElasticity
+from efficiency.strength import permissible_stress as permissible
 from efficiency.strength.result import Grade, Strength
 from efficiency.strength.root_stress import RootStress, RootTooth, root_stress
 from ehl.common.errors import InputError
@@ -111,10 +111,10 @@ def rate_strength(
     worst = int(np.argmax(pressure))
     flank = float(pressure[worst])
     materials = {"pinion": teeth.material_pinion, "gear": teeth.material_gear}
-    soft = yield_stress(min(m.hardness for m in materials.values()))
+    soft = permissible.yield_stress(min(m.hardness for m in materials.values()))
     known = np.isfinite(local.friction)
     mu = float(np.max(np.abs(local.friction), where=known, initial=0.0))
-    first, shakes = yield_pressure(soft), float(shakedown_pressure(soft, mu))
+    first, shakes = permissible.yield_pressure(soft), float(permissible.shakedown_pressure(soft, mu))
     limits = [m.contact_endurance for m in materials.values() if m.contact_endurance is not None]
     endurance = min(limits) if len(limits) == len(materials) else math.nan
     where = _where(load, teeth, worst)
@@ -125,10 +125,9 @@ def rate_strength(
             Grade("contact endurance", "note", f"contact_endurance not in the material of {unknown}: not graded")
         )
     grades += _edge_grades(edges, first, shakes)
-    rz = iso_10300.RZ_OF_RQ * 0.5 * sum(local.roughness)
+    rz = permissible.RZ_OF_RQ * 0.5 * sum(local.roughness)
     factors = _contact_factors(endurance, local, rz, float(loaded["radius_equivalent"][worst]))
-    permissible = endurance * math.prod(factors.values())
-    safety = permissible / flank if flank > 0.0 else math.nan
+    safety = endurance * math.prod(factors.values()) / flank if flank > 0.0 else math.nan
     if safety < 1.0 and flank <= endurance:
         grades.append(
             Grade(
@@ -153,7 +152,7 @@ def rate_strength(
             continue
         own = _root_factors(stress, local.module)
         factors |= {f"{name}_{member}": value for name, value in own.items()}
-        allowed = material.bending_endurance * iso_10300.STRESS_CORRECTION * math.prod(own.values())
+        allowed = material.bending_endurance * permissible.STRESS_CORRECTION * math.prod(own.values())
         safeties[-1] = allowed / stress.tension
         if stress.tension > allowed:
             grades.append(
@@ -256,17 +255,17 @@ def _contact_factors(endurance: float, local: LocalConditions, rz: float, radius
     if not math.isfinite(endurance):
         return {}
     return {
-        "Z_L": iso_10300.lubricant_factor(endurance, local.viscosity_40),
-        "Z_v": iso_10300.speed_factor(endurance, local.speed),
-        "Z_R": iso_10300.roughness_factor(endurance, rz, radius),
+        "Z_L": permissible.lubricant_factor(endurance, local.viscosity_40),
+        "Z_v": permissible.speed_factor(endurance, local.speed),
+        "Z_R": permissible.roughness_factor(endurance, rz, radius),
     }
 
 
 def _root_factors(stress: RootStress, module: float) -> dict[str, float]:
     return {
-        "Y_delta_relT": iso_10300.notch_factor(stress.notch),
-        "Y_R_relT": iso_10300.surface_factor(iso_10300.ROOT_ROUGHNESS),
-        "Y_X": iso_10300.size_factor(module),
+        "Y_delta_relT": permissible.notch_factor(stress.notch),
+        "Y_R_relT": permissible.surface_factor(permissible.ROOT_ROUGHNESS),
+        "Y_X": permissible.size_factor(module),
     }
 
 

@@ -13,13 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.contact.gear_flanks import GearFlanks, Member, Side
-from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
+from efficiency.contact.tooth_grid import ToothGrid
 from efficiency.ltca.rim_compliance import ring_response
-from efficiency.ltca.ritz_solid import ORDERS, Orders, ritz_solid
-from efficiency.ltca.shape_functions import lagrange_values, legendre_polynomials, lobatto_nodes
-from efficiency.ltca.solid_tooth import COLUMNS, ROWS, ToothBody, along_normal, flank_points
-from efficiency.ltca.tooth_cell import Part, ToothCell, tooth_cell
+from efficiency.ltca.ritz_solid import ORDERS, ritz_solid
+from efficiency.ltca.solid_tooth import SolidTooth, flank_loading
+from efficiency.ltca.tooth_cell import ToothCell, lagrange_values, legendre_polynomials
 
 FloatArray = NDArray[np.float64]
 
@@ -126,60 +124,21 @@ def root_frames(cell: ToothCell, place: FloatArray) -> RootFrames:
     return RootFrames(place, middle, along, across, up, rate, half, oblique)
 
 
-def root_forces(
-    flanks: GearFlanks,
-    body: ToothBody,
-    member: Member,
-    side: Side,
-    place: FloatArray,
-    orders: Orders = ORDERS,
-    cells: int | None = None,
-    grid: ToothGrid | None = None,
-) -> RootForces:
-    """Solve one tooth of a member for loads on the flank of a side.
+def root_forces(tooth: SolidTooth, place: FloatArray, cells: int | None = None) -> RootForces:
+    """Resultants through the root of a solid tooth at stations c of the face (0 at the toe, 1 at the heel).
 
-    Parameters
-    ----------
-    flanks : GearFlanks
-        The pair.
-    body : ToothBody
-        Material of the teeth and the body under them.
-    member : {"pinion", "gear"}
-        Which member.
-    side : {"drive", "coast"}
-        Which flanks are in contact.
-    place : (s,) array
-        Stations, 0 at the toe and 1 at the heel.
-    orders, cells
-        As in `efficiency.ltca.solid_tooth.solid_tooth`.
-    grid : ToothGrid, optional
-        The teeth, where they are known.
-
-    Raises
-    ------
-    ConvergenceError
-        A flank does not span its blank, the tooth model is folded, or the body is not held.
+    `cells` as in `efficiency.ltca.solid_tooth.solid_tooth`.
     """
-    grid = grid or tooth_grid(flanks, member, ROWS, COLUMNS)
-    cell = tooth_cell(grid, body.rim_thickness)
-    own = body.material.youngs_modulus
-    under = own if body.youngs_modulus is None else body.youngs_modulus
-    moduli: dict[Part, float] = {"foot": under, "slot": under, "tooth": own}
-    poisson = body.material.poisson_ratio
-    solid = ritz_solid(cell, moduli, poisson, body.held, orders)
-    functions = solid.functions["tooth"]
-    upper = grid.sides[1] == flanks.loaded_side(member, side)
-    at = 1.0 if upper else 0.0
-    nodes = lobatto_nodes(orders.tooth[1] + 1), lobatto_nodes(orders.tooth[2] + 1)
-    b, c = (x.ravel() for x in np.meshgrid(*nodes, indexing="ij"))
-    _, into = flank_points(cell, at, b, c)
-    loading = along_normal(functions, solid.count, (np.full_like(b, at), b, c), into)
+    cell, body = tooth.cell, tooth.body
+    solid = ritz_solid(cell, body.moduli, body.material.poisson_ratio, body.held, ORDERS)
+    functions, upper = solid.functions["tooth"], tooth.side == 1.0
+    b, _, _, _, loading = flank_loading(cell, solid, tooth.side, tooth.nodes)
     # functions of the cut, linear across: at the left end, at the right end
     degrees, count = functions.degrees, int(functions.degrees[:, 2].max()) + 1
     cut = np.zeros((2, count), np.int64)
     for index in np.flatnonzero((degrees[:, 0] < 2) & (degrees[:, 1] == 0)):
         cut[degrees[index, 0], degrees[index, 2]] = index
-    stiffness = functions.stiffness(own, poisson)[:, cut.ravel()]
+    stiffness = functions.stiffness(body.material.youngs_modulus, body.material.poisson_ratio)[:, cut.ravel()]
     rows = np.zeros((3, cut.size, 3, solid.count))
     rows[..., functions.number] = stiffness
     components = rows.reshape(3 * cut.size, -1)
@@ -211,4 +170,4 @@ def root_forces(
     per_length = 1.0 / frames.rate[:, None]
     # the body pulls the loaded side down (up < 0) and holds against the force
     resultants = np.stack([sign * across, up, -sign * moment]) * per_length
-    return RootForces(cell, grid, frames, nodes, resultants, sign)
+    return RootForces(cell, tooth.grid, frames, tooth.nodes, resultants, sign)

@@ -16,13 +16,13 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from efficiency.contact.gear_flanks import GearFlanks, Member, Side
-from efficiency.contact.tooth_grid import RootProfile, ToothGrid, root_profile, tooth_grid
+from efficiency.contact.gear_flanks import GearFlanks, Member
+from efficiency.contact.tooth_grid import RootProfile, ToothGrid, root_profile
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.ltca.load_distribution import PositionLoad
-from efficiency.ltca.shape_functions import lagrange_values
-from efficiency.ltca.solid_tooth import COLUMNS, ROWS, ToothBody
+from efficiency.ltca.solid_tooth import COLUMNS, SolidTooth
+from efficiency.ltca.tooth_cell import lagrange_values
 from efficiency.strength.root_forces import RootForces, root_forces
 from efficiency.strength.root_section import Outline, RootSection, arc_outline, solve_section
 from ehl.common.errors import ConvergenceError, InputError
@@ -121,13 +121,7 @@ class RootStress:
 
 
 def root_tooth(
-    flanks: GearFlanks,
-    body: ToothBody,
-    member: Member,
-    side: Side,
-    module: float,
-    cells: int | None = None,
-    grid: ToothGrid | None = None,
+    flanks: GearFlanks, member: Member, tooth: SolidTooth, module: float, cells: int | None = None
 ) -> RootTooth:
     """Fillets, sections and root forces of one member.
 
@@ -135,33 +129,29 @@ def root_tooth(
     ----------
     flanks : GearFlanks
         The pair.
-    body : ToothBody
-        Material of the teeth and the body under them.
     member : {"pinion", "gear"}
         Which member.
-    side : {"drive", "coast"}
-        Which flanks are in contact.
+    tooth : SolidTooth
+        Of that member.
     module : float
         Mean normal module, for the edge radius of a cutter that states none [m].
     cells : int, optional
         Teeth in the ring, all if not given.
-    grid : ToothGrid, optional
-        The teeth, where they are known.
 
     Raises
     ------
     ConvergenceError
-        No fillet fits, or the tooth is no solid.
+        No fillet fits.
     """
     if not (np.isfinite(module) and module > 0.0):
         raise InputError("module", module, "a finite length above 0 m")
-    grid = grid or tooth_grid(flanks, member, ROWS, COLUMNS)
+    grid = tooth.grid
     place = np.linspace(_END, 1.0 - _END, _STATIONS)
     columns = np.array(_SECTIONS) / (COLUMNS - 1.0)
-    forces = root_forces(flanks, body, member, side, np.concatenate([place, columns]), cells=cells, grid=grid)
+    forces = root_forces(tooth, np.concatenate([place, columns]), cells)
     outlines, fillet = _outlines(flanks, member, grid, forces, module)
     upper = forces.side > 0.0
-    poisson = body.material.poisson_ratio
+    poisson = tooth.body.material.poisson_ratio
     sections: list[RootSection] = []
     for low, high in outlines:
         sections.append(solve_section(high, low, poisson) if upper else solve_section(low, high, poisson))

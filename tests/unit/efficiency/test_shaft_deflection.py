@@ -18,7 +18,7 @@ from efficiency.design.design import Design, load_design
 from efficiency.design.stiffness_input import MemberStiffnessInput, StiffnessInput
 from efficiency.ltca import shaft_deflection
 from efficiency.ltca.mesh_grids import MeshGrids
-from efficiency.ltca.shaft import shaft_compliance
+from efficiency.ltca.shaft_deflection import shaft_compliance
 from efficiency.pair import GearPair, LoadedMesh
 from ehl.common.data import data_path
 from ehl.common.errors import ConvergenceError, InputError

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import efficiency
-from efficiency.ltca.load_distribution import EdgeLoad
+from efficiency.ltca.limits import EdgeLoad
 from efficiency.pair import LoadedMesh
-from efficiency.strength import iso_10300
-from efficiency.strength.pressure_limits import YIELD_RATIO, shakedown_pressure, shear_stress
+from efficiency.strength import permissible_stress as iso_10300
+from efficiency.strength.permissible_stress import YIELD_RATIO, shakedown_pressure, shear_stress
 from efficiency.strength.rating import LocalConditions, rate_strength
 from efficiency.strength.root_section import Outline, arc_outline, solve_section
 from efficiency.strength.root_stress import root_tooth
@@ -203,9 +203,8 @@ def test_material_without_endurance_is_not_graded(loaded: LoadedMesh) -> None:
 def test_impossible_input_is_refused(loaded: LoadedMesh) -> None:
     with pytest.raises(InputError, match="film"):
         rated(loaded, film=np.ones(3))
-    flanks, body = loaded.mesh.design.flanks(), loaded.mesh.design.gear.tooth_body()
     with pytest.raises(InputError, match="module"):
-        root_tooth(flanks, body, "gear", "drive", -1.0)
+        root_tooth(loaded.mesh.design.flanks(), "gear", loaded.mesh.grids.teeth.gear, -1.0)
 
 
 def test_strength_is_computed_only_when_asked_for(loaded: LoadedMesh) -> None:

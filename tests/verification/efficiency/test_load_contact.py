@@ -13,12 +13,11 @@ from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
 from efficiency.contact.mesh_surface import EDGES
 from efficiency.design.design import load_design
 from efficiency.ltca.equilibrium import solve_equilibrium
-from efficiency.ltca.limits import limit_notes
+from efficiency.ltca.limits import edge_load, limit_notes
 from efficiency.ltca.load_distribution import (
     ElasticPosition,
     LoadDistribution,
     distribute_load,
-    edge_load,
     elastic_cycle,
     loads_of_forces,
 )
