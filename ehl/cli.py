@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 import ehl
-from ehl.common.console import FIGURE, PAGE, App, check_outputs, check_suffix, given, names_of, print_json
+from ehl.common.console import App, check_outputs, check_suffix, given, names_of, print_json, write_figure
 
 
 def solve(
@@ -26,8 +26,8 @@ def solve(
     Exit code 0 with an answer, also where its interval is wider than asked for (status unsettled); 1 without.
     """
     check_outputs({"plot": plot, "animate": animate, "report": report})
-    check_suffix(plot, "plot", FIGURE)
-    check_suffix(report, "report", PAGE)
+    check_suffix(plot, "plot")
+    check_suffix(report, "report")
     contact = ehl.Contact.from_file(case_file)
     if animate is not None:
         contact.check_animation(animate)
@@ -41,16 +41,10 @@ def solve(
     if json_output:
         print_json(result.to_dict() | ({} if spread is None else {"uncertainty": spread.to_dict()}))
     else:
-        result.table().print()
-        if spread is not None:
-            spread.table().print()
-    if report is not None:
-        result.report(report, spread)
-    if result.status != "failed":
-        if plot is not None:
-            result.plot(plot)
-        if animate is not None:
-            result.animate(animate)
+        result.show(uncertainty=spread)
+    result.write(report=report, plot=plot if result.status != "failed" else None, uncertainty=spread)
+    if result.status != "failed" and animate is not None:
+        result.animate(animate)
     if result.status != "converged":
         typer.echo(result.outcome, err=True)
     if result.status == "failed":
@@ -144,7 +138,7 @@ def oil(
     else:
         card = ehl.Oil.load(name)
     if plot is not None:
-        card.plot(plot, temperature)
+        write_figure(card.plot(temperatures=temperature), plot)
     if output is not None:
         card.save(output)
     if json_output:

@@ -13,6 +13,8 @@ import numpy as np
 from ehl.common.errors import InputError
 from ehl.common.notes import group_notes
 from ehl.common.numbers import finite_or_none
+from ehl.common.pages import Reportable
+from ehl.common.sections import Medium, Section
 from ehl.common.table import Table
 from ehl.common.units import KELVIN
 from ehl.fluid.lubricant import Lubricant
@@ -26,7 +28,7 @@ from ehl.rough.mixed import ERROR_ALLOWED, SHEAR_STRENGTH
 from ehl.smooth import SteadyResult
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
     from pandas import DataFrame
 
     from ehl.uncertainty.result import InputUncertainty
@@ -68,7 +70,7 @@ MOLECULAR_FILM = 1e-9  # films below this are thinner than a few molecules [m]
 
 
 @dataclass(frozen=True, repr=False)
-class ContactResult:
+class ContactResult(Reportable):
     """What one contact gave; SI units, names of docs/nomenclature.md.
 
     `friction_coefficient` is the answer, `friction_error` its relative error, `notes` the limits of the model it
@@ -233,58 +235,23 @@ class ContactResult:
         """
         return results_frame([self])
 
-    def plot(self, path: str | Path | None = None) -> Figure:
-        """Figure of pressure, film and temperatures; of a transient run also its history and roughness.
+    def sections(self, medium: Medium = "page", uncertainty: InputUncertainty | None = None) -> list[Section]:
+        """Friction coefficient and its uncertainty, notes, figures, all results, the operating point.
 
         Parameters
         ----------
-        path : str or Path, optional
-            File to write it to as well; the suffix (.png, .svg, .pdf) chooses the format.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-
-        Raises
-        ------
-        InputError
-            There is no solution to draw, or the file cannot be written.
-        """
-        from ehl.common.figures import save_figure
-        from ehl.view.plots import plot_smooth
-        from ehl.view.rough_plots import plot_transient
-
-        if self.problem is None or self.film is None or self.isothermal is None:
-            raise InputError("plot", self.reason, "a contact that was solved")
-        if self.transient is not None:
-            figure = plot_transient(self.problem, self.transient, self.isothermal, self._caption())
-        else:
-            figure = plot_smooth(self.problem.line, self.film, self.heat, self._caption())
-        if path is not None:
-            save_figure(figure, Path(path))
-        return figure
-
-    def report(self, path: str | Path, uncertainty: InputUncertainty | None = None) -> Path:
-        """Write one HTML page: the answer with what is known of it, notes, figures, all results, the operating point.
-
-        Parameters
-        ----------
-        path : str or Path
+        medium : {"page", "terminal", "files"}
         uncertainty : InputUncertainty, optional
-            What the inputs leave open, as of `Contact.uncertainty`; without it the page says that it is not known.
-
-        Returns
-        -------
-        Path
-
-        Raises
-        ------
-        InputError
-            The file cannot be written.
+            Its uncertainty by the inputs, as of `Contact.uncertainty`.
         """
-        from ehl.view.contact_report import write_contact_report
+        from ehl.view.contact_report import contact_sections
 
-        return write_contact_report(Path(path), self, uncertainty)
+        return contact_sections(self, medium, uncertainty)
+
+    def _plot(self, ax: Axes | None) -> Axes:
+        from ehl.view.plots import plot_contact
+
+        return plot_contact(self, ax)
 
     def animate(self, path: str | Path) -> Path:
         """Write the moving roughness as an animation (GIF or self-contained HTML page).
@@ -332,23 +299,6 @@ class ContactResult:
     def _remarks(self) -> tuple[str, ...]:
         found = group_notes([("", item) for item in self.notes])
         return (*(f"{note.grade}: {note.text}" for note in found), *(f"skipped: {item}" for item in self.skipped))
-
-    def _caption(self) -> str:
-        """Title of the figure."""
-        if self.transient is None:
-            return (
-                f"mu = {self.friction_coefficient:.4g}, h_c = {self.film_central * 1e9:.1f} nm, "
-                f"h_min = {self.film_min * 1e9:.1f} nm"
-            )
-        errors = f"mesh ±{100.0 * self.mesh_error:.2g} %, 90 % interval ±{100.0 * self.statistical_error:.2g} %"
-        first = f"μ = {self.friction_coefficient:.4f} ({errors})"
-        if math.isfinite(self.friction_boundary_half):
-            half, double = self.friction_boundary_half, self.friction_boundary_double
-            first += f",  {half:.4f} … {double:.4f} at half and twice the boundary film"
-        second = f"λ = {self.film_ratio:.2g},  asperities carry {100.0 * self.asperity_load_share:.2g} %"
-        if math.isfinite(self.roughness_load_share):
-            second += f", {100.0 * self.roughness_load_share:.2g} % above the macroscopic pressure"
-        return f"{first}\n{second},  {self.status} {self.reason}".rstrip()
 
 
 def results_frame(results: Sequence[ContactResult]) -> DataFrame:

@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError
+from ehl.common.pages import Reportable
 from ehl.common.quantities import quantity
+from ehl.common.sections import Medium, Section
 from ehl.common.table import Column, Table
 from ehl.common.units import ValueRange
 from ehl.fluid.oil import Oil
@@ -36,7 +38,7 @@ from regression.friction.published_registry import PUBLISHED
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
     from regression.data.dataset import Dataset
 
@@ -44,7 +46,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class Formula(PointFriction):
+class Formula(Reportable, PointFriction):
     """A fitted friction formula: a friction model that knows its errors, its range and where it comes from.
 
     `regression.fit` makes one from results, `Formula.load` reads one.
@@ -329,50 +331,31 @@ class Formula(PointFriction):
         program = export_formula(self.formula, Path(path), language, oil=oil, oil_arguments=oil_arguments, guard=guard)
         return tuple(argument.name for argument in program.arguments)
 
-    def report(self, path: str | PathLike[str], dataset: Results | None = None) -> Path:
-        """Write the HTML page on the fit: data, all formulas, errors by region, curves, sensitivity, failures.
+    def sections(self, medium: Medium = "page", dataset: Results | None = None) -> list[Section]:
+        """Data, all formulas, errors by region, curves, sensitivity, failures; on a terminal the formula alone.
 
         Parameters
         ----------
-        path : str or path
-            HTML file.
+        medium : {"page", "terminal", "files"}
         dataset : Dataset, str or path, or several of them, optional
-            The data it was fitted to; needed where the formula was loaded from a file.
-
-        Returns
-        -------
-        Path
-            The file.
-
-        Raises
-        ------
-        InputError
-            The data are missing, or the file cannot be written.
-        """
-        from regression.view.fit_report import write_fit_report
-
-        return write_fit_report(Path(path), self._data(dataset), self.candidates or (self.formula,), self.tried)
-
-    def plot(self, dataset: Results | None = None) -> Figure:
-        """Held-out friction over computed friction of the fitted cases.
-
-        Parameters
-        ----------
-        dataset : Dataset, str or path, or several of them, optional
-            The data it was fitted to; needed where the formula was loaded from a file.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
+            The data it was fitted to; a page needs them where the formula was loaded from a file.
 
         Raises
         ------
         InputError
             The data are missing.
         """
+        from regression.view.fit_report import fit_sections, formula_sections
+
+        formulas = self.candidates or (self.formula,)
+        if medium == "page":
+            return fit_sections(self._data(dataset), formulas, self.tried)
+        return formula_sections(formulas, self.tried, self.dataset if dataset is None else self._data(dataset), medium)
+
+    def _plot(self, ax: Axes | None, dataset: Results | None = None) -> Axes:
         from regression.view.plots import plot_parity
 
-        return plot_parity(self._data(dataset), self.candidates or (self.formula,))
+        return plot_parity(self._data(dataset), self.candidates or (self.formula,), ax)
 
     def to_dict(self) -> dict[str, Any]:
         """The content of the formula file.
@@ -394,22 +377,6 @@ class Formula(PointFriction):
             be fitted.
         """
         return self._coefficients().to_frame()
-
-    def print(self) -> None:
-        """Print ranking, equation, coefficients, errors by region and interval to the terminal."""
-        from regression.fitting.cross_validation import process_factors
-        from regression.view.report import formula_report
-        from regression.view.tables import family_table
-
-        if self.candidates:
-            family_table(self.candidates, self.tried).print()
-        spread = () if self.dataset is None else process_factors(self.dataset, self.formula)
-        formula_report(self.formula, spread)
-        if self.dataset is not None and len(self.dataset) < self.dataset.planned:
-            print(
-                f"{self.dataset.planned - len(self.dataset)} of the {self.dataset.planned} cases of the plan are not "
-                "there: the sweep runs, or was stopped. Fit again when it is complete."
-            )
 
     def __repr__(self) -> str:
         v, f = self.formula.validation, self.formula

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, cast
 import typer
 
 from ehl import InputError
-from ehl.common.console import PAGE, check_suffix, fail_unless_converged, given, names_of, print_json
+from ehl.common.console import check_suffix, fail_unless_converged, given, names_of, print_json
 
 OPERATION, MISALIGNMENT = "Operating point", "Misalignment"
 OUTPUT, GEOMETRY = "Output", "Geometry only"
@@ -77,8 +77,8 @@ JobsOption = Annotated[int | None, typer.Option(min=1, help="Worker processes; d
 
 def check_files(report: Path | None, xlsx: Path | None) -> None:
     """Names of files that cannot be meant are refused before anything is computed."""
-    check_suffix(report, "report", PAGE)
-    check_suffix(xlsx, "xlsx", (".xlsx",))
+    check_suffix(report, "report")
+    check_suffix(xlsx, "xlsx")
 
 
 def unit_system(units: str) -> Literal["metric", "inch"]:

@@ -26,9 +26,10 @@ from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file
 from ehl.common.notes import notes_table
 from ehl.common.numbers import finite_or_none
+from ehl.common.pages import write_csv, write_xlsx
 from ehl.common.progress import ProgressCallback
 from ehl.common.quantities import quantity
-from ehl.common.table import Table, write_csv, write_xlsx
+from ehl.common.table import Table
 from ehl.common.units import ValueRange
 from regression.friction.published_registry import model_label
 

@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
-from ehl.common.figures import BLUE, GREY, ORANGE
+from ehl.common.figures import BLUE, GREY, ORANGE, new_figure
 from ehl.common.quantities import quantities
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from efficiency.optimisation.evaluation import Evaluation
     from efficiency.optimisation.result import Optimisation
@@ -61,7 +61,7 @@ def trade_figure(result: Optimisation) -> Figure:
     """First objective against each of the others and the limited figures."""
     first, *rest = result.problem.figures
     names = rest[:3] or [first]
-    figure = Figure(figsize=(1.0 + 3.6 * len(names), 3.8), layout="constrained")
+    figure = new_figure(1.0 + 3.6 * len(names), 3.8)
     computed = [point for point in result.evaluations if point.figures]
     front = list(result.front)
     within = [p for p in computed if p.feasible(result.allowed)]
@@ -106,7 +106,7 @@ def parallel_figure(result: Optimisation) -> Figure:
     starts = [result.start.figures[name] / _scale(result, name) for name in names]
     ranges = [(min(float(s.min()), at), max(float(s.max()), at)) for s, at in zip(shares, starts, strict=True)]
     many = len(variables) + len(names)
-    figure = Figure(figsize=(min(2.0 + 1.1 * many, 13.0), 4.4 if many < 12 else 6.0), layout="constrained")
+    figure = new_figure(min(2.0 + 1.1 * many, 13.0), 4.4 if many < 12 else 6.0)
     axes = figure.add_subplot()
 
     def between(value: Any, span: tuple[float, float]) -> Any:
@@ -138,7 +138,7 @@ def parallel_figure(result: Optimisation) -> Figure:
 def progress_figure(result: Optimisation) -> Figure:
     """Least value of the first objective so far, over the evaluations."""
     name = result.problem.objectives[0]
-    figure = Figure(figsize=(6.4, 3.4), layout="constrained")
+    figure = new_figure(6.4, 3.4)
     axes = figure.add_subplot()
     kept = np.array([p.figures[name] if p.feasible(result.allowed) else np.inf for p in result.evaluations])
     least = np.minimum.accumulate(kept)

@@ -24,12 +24,12 @@ from efficiency.output.plots_flank import LOSS, PRESSURE, contact_figure, field_
 from efficiency.output.plots_load import plot_transmission_error
 from efficiency.pair import GearPair
 from ehl import __version__
-from ehl.common.figures import save_figures
 from ehl.common.files import write_file
-from ehl.common.html_report import Answer, Block, KeyFigures, Notes, Picture, Pictures, Section, Text, write_report
 from ehl.common.notes import GRADES, Note
+from ehl.common.pages import save_figures, write_csv, write_report, write_xlsx
 from ehl.common.quantities import quantities
-from ehl.common.table import Column, Table, write_csv, write_xlsx
+from ehl.common.sections import Item, KeyFigures, MainResult, Notes, Picture, Row, Section, Text
+from ehl.common.table import Column, Table
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
@@ -270,7 +270,7 @@ def _answer(result: Optimisation) -> Section:
     best = result.best
     notes = search_notes(result)
     if best is None:
-        answer = Answer("no gain", f"{result.name}: {result.reason}")
+        answer = MainResult("no gain", f"{result.name}: {result.reason}")
         none = "The start is as good as this search finds within its limits."
         return Section("", [answer, Notes(notes, none=none)])
     known = quantities()
@@ -318,7 +318,7 @@ def _answer(result: Optimisation) -> Section:
     return Section(
         "",
         [
-            Answer(change_text(best.change(first)), f"{known[first].label}, {best.name} against the start", said),
+            MainResult(change_text(best.change(first)), f"{known[first].label}, {best.name} against the start", said),
             KeyFigures([(_figure_change(best, name), known[name].label) for name in others]),
             Notes(sorted(notes, key=lambda note: GRADES.index(note.grade))),
         ],
@@ -354,14 +354,14 @@ def _before_after(result: Optimisation, pairs: dict[str, GearPair]) -> list[Sect
         (LOSS.title, [field_figure(m, LOSS, top=loss) for m in maps]),
         ("transmission error", errors),
     )
-    blocks: list[Block] = [
-        Pictures([Picture(figure, f"{name}, {what}.") for name, figure in zip(names, figures, strict=True)])
+    blocks: list[Item] = [
+        Row([Picture(figure, f"{name}, {what}.") for name, figure in zip(names, figures, strict=True)])
         for what, figures in rows
     ]
     return [Section("Before and after, aligned, at the first operating point", blocks)]
 
 
-def _search(result: Optimisation) -> list[Block]:
+def _search(result: Optimisation) -> list[Item]:
     problem, known = result.problem, quantities()
     spans = ", ".join(f"{v.quantity.label} {v.quantity.span(v.low, v.high)}" for v in problem.variables)
     allowed = ", ".join(
@@ -373,7 +373,7 @@ def _search(result: Optimisation) -> list[Block]:
     counts = Counter(state_of(point, result.allowed) for point in result.evaluations)
     reasons = Counter(p.reason.partition(":")[0] for p in result.evaluations if p.reason)
     rows = [(reason, count) for reason, count in reasons.most_common(_POINTS_SHOWN)]
-    blocks: list[Block] = [
+    blocks: list[Item] = [
         Text(f"Variables ({problem.flanks} flanks): {spans}."),
         Text(f"Limits: {allowed or 'none'}. Edge load below {100.0 * EDGE_FREE:g} % of the torque counts as none."),
         Text(f"States: {states}. The loss is {loss} over them, all else the worst."),

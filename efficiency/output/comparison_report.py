@@ -18,7 +18,8 @@ from efficiency.output.plots_comparison import (
 from efficiency.output.plots_load import plot_comparison
 from efficiency.output.tables import models_table, operating_point, percent
 from ehl import __version__
-from ehl.common.html_report import Answer, KeyFigures, Notes, Picture, Pictures, Section, Text, write_report
+from ehl.common.pages import write_report
+from ehl.common.sections import KeyFigures, MainResult, Notes, Picture, Row, Section, Text
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
@@ -71,7 +72,7 @@ def write_comparison_report(comparison: Comparison, path: Path) -> Path:
                     Text(shared),
                 ],
             ),
-            Section("Along the mesh", [Pictures(along)]),
+            Section("Along the mesh", [Row(along)]),
             Section("Where on the tooth", [Picture(plot_loss_by_region(comparison), REGIONS)]),
             Section("Run time", [Picture(plot_run_time(comparison), "One run each; geometry and load are shared.")]),
         ],
@@ -79,11 +80,11 @@ def write_comparison_report(comparison: Comparison, path: Path) -> Path:
     )
 
 
-def _answer(comparison: Comparison) -> Answer:
+def _answer(comparison: Comparison) -> MainResult:
     """What the choice of the friction model makes of the efficiency."""
     found = [row for row in comparison.rows if row.kind == "mesh" and math.isfinite(row.efficiency)]
     if not found:
-        return Answer("no answer", f"of any friction model: {comparison.reason}")
+        return MainResult("no answer", f"of any friction model: {comparison.reason}")
     best, worst = max(found, key=_efficiency), min(found, key=_efficiency)
     known = [
         (f"{percent(row.efficiency, 2)} %", f"{word}, {row.label}") for row, word in ((worst, "least"), (best, "most"))
@@ -91,7 +92,7 @@ def _answer(comparison: Comparison) -> Answer:
     error = 100.0 * max((row.efficiency_error for row in found if math.isfinite(row.efficiency_error)), default=0.0)
     known.append((f"±\N{NO-BREAK SPACE}{error:.1g} %", "greatest error of the solution of a model"))
     value = f"{percent(worst.efficiency, 2)} to {percent(best.efficiency, 2)} %"
-    return Answer(value, f"mesh efficiency by {len(found)} friction models", known)
+    return MainResult(value, f"mesh efficiency by {len(found)} friction models", known)
 
 
 def _efficiency(row: ComparisonRow) -> float:

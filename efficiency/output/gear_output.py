@@ -70,7 +70,7 @@ class OutputFiles:
 
     def write_tables(self, tables: list[Table], title: str) -> None:
         """The workbook and the CSV files that are asked for."""
-        from ehl.common.table import write_csv, write_xlsx
+        from ehl.common.pages import write_csv, write_xlsx
 
         if self.xlsx is not None:
             write_xlsx(self.xlsx, tables, title)
@@ -134,7 +134,7 @@ class GearOutput:
     def write(self, result: Any, units: Any, **files: Any) -> list[Path]:
         """Write files, see `efficiency.loss.efficiency_result.Presented.write`."""
         from efficiency.output import geometry_report, misalignment_table, plots_misalignment
-        from ehl.common.figures import save_figures
+        from ehl.common.pages import save_figures
 
         balance = files.pop("balance", None)
         files.pop("uncertainty", None)  # always written
@@ -171,7 +171,7 @@ def write_result(
     """Figures, page and tables of one operating point."""
     from efficiency.output.gear_report import gear_figures, write_gear_report
     from efficiency.output.tables import operating_point, result_tables
-    from ehl.common.figures import save_figures
+    from ehl.common.pages import save_figures
 
     more = _added(balance)
     if files.plot is not None:
@@ -193,7 +193,7 @@ def write_map(design: Design, grid: Grid, files: OutputFiles, units: Units = "me
     from efficiency.output.gear_report import nearest_point, write_gear_report
     from efficiency.output.plots_map import grid_figures
     from efficiency.output.tables import map_tables
-    from ehl.common.figures import save_figures
+    from ehl.common.pages import save_figures
 
     result = nearest_point(design, grid)
     if files.plot is not None:

@@ -39,18 +39,8 @@ from efficiency.output.tables import (
 )
 from ehl import __version__
 from ehl.common.errors import InputError
-from ehl.common.html_report import (
-    Answer,
-    Block,
-    Folded,
-    KeyFigures,
-    Notes,
-    Picture,
-    Pictures,
-    Section,
-    Text,
-    write_report,
-)
+from ehl.common.pages import write_report
+from ehl.common.sections import Folded, Item, KeyFigures, MainResult, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table
 from ehl.surface.finish import default_correlation_length
 from regression.friction.published_registry import model_label
@@ -223,10 +213,10 @@ def _headline(result: EfficiencyResult, of_design: Sequence[str], grid: Grid | N
     return Section("", [answer(result, grid), KeyFigures(tiles), Notes(pair_notes(said), cases)])
 
 
-def answer(result: EfficiencyResult, grid: Grid | None = None) -> Answer:
+def answer(result: EfficiencyResult, grid: Grid | None = None) -> MainResult:
     """The efficiency of one operating point with what is known of it; of a map also its range."""
     if not math.isfinite(result.efficiency):
-        return Answer("no answer", f"mesh efficiency: {result.reason}")
+        return MainResult("no answer", f"mesh efficiency: {result.reason}")
     known = []
     inputs = result.inputs
     if inputs.low < inputs.high:
@@ -244,14 +234,14 @@ def answer(result: EfficiencyResult, grid: Grid | None = None) -> Answer:
         ends = f"{percent(float(np.nanmin(values)), 2)} to {percent(float(np.nanmax(values)), 2)} %"
         known.append((ends, f"over the {len(grid.points)} points of the map"))
         label = f"mesh efficiency at {operating_state(result)}, {model_label(result.friction_model)}"
-    return Answer(f"{percent(result.efficiency, 2)} %", label, known)
+    return MainResult(f"{percent(result.efficiency, 2)} %", label, known)
 
 
 def _range(result: EfficiencyResult) -> str:
     return f"the range of {model_label(result.friction_model)}"
 
 
-def _map_blocks(grid: Grid, shown: EfficiencyResult) -> list[Block]:
+def _map_blocks(grid: Grid, shown: EfficiencyResult) -> list[Item]:
     return [
         _pictures(map_figures(grid)),
         *efficiency_grids(grid),
@@ -259,7 +249,7 @@ def _map_blocks(grid: Grid, shown: EfficiencyResult) -> list[Block]:
     ]
 
 
-def _number_blocks(result: EfficiencyResult, more: Sequence[Table]) -> list[Block]:
+def _number_blocks(result: EfficiencyResult, more: Sequence[Table]) -> list[Item]:
     return [
         replace(efficiency_table(result), title="", notes=()),
         *more,
@@ -268,7 +258,7 @@ def _number_blocks(result: EfficiencyResult, more: Sequence[Table]) -> list[Bloc
     ]
 
 
-def _model_blocks(result: EfficiencyResult) -> list[Block]:
+def _model_blocks(result: EfficiencyResult) -> list[Item]:
     return [
         Table(("left out", "because or instead"), [_reason(text) for text in result.skipped]),
         Text(
@@ -284,22 +274,22 @@ def _reason(text: str) -> tuple[str, str]:
     return what, why
 
 
-def _strength_blocks(result: EfficiencyResult, flank: FlankMap) -> list[Block]:
+def _strength_blocks(result: EfficiencyResult, flank: FlankMap) -> list[Item]:
     strength = result.strength
     table = replace(strength.table(), notes=())
     assumed = Table(("assumed",), [(note,) for note in strength.notes])
     return [_pictures(strength_figures(flank)), table, Folded("What is assumed of the strength", [assumed])]
 
 
-def _input_blocks(result: EfficiencyResult) -> list[Block]:
+def _input_blocks(result: EfficiencyResult) -> list[Item]:
     return [
         Picture(result.inputs.plot(), "What each input alone does to the efficiency; the error of the solution apart."),
         Folded("Where each spread comes from", [result.inputs.table()]),
     ]
 
 
-def _pictures(figures: Iterator[Named]) -> Pictures:
-    return Pictures([Picture(figure, caption) for _, figure, caption in figures])
+def _pictures(figures: Iterator[Named]) -> Row:
+    return Row([Picture(figure, caption) for _, figure, caption in figures])
 
 
 def _finish(member: MemberInput, texture: FlankSurfaceInput) -> tuple[str, ...]:
@@ -314,7 +304,7 @@ def _finish(member: MemberInput, texture: FlankSurfaceInput) -> tuple[str, ...]:
     return how, f"{rms * 1e6:.3g}", f"{length * 1e6:.3g}", f"{ratio:.3g}"
 
 
-def _design_blocks(design: Design, units: Units) -> list[Block]:
+def _design_blocks(design: Design, units: Units) -> list[Item]:
     rows = summary_rows(design, units)
     flanks = (
         Table((words(part), "unit", *FLANKS), lines, "Settings that are zero for all four flanks are not listed.")

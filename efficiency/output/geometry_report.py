@@ -29,7 +29,8 @@ from efficiency.output.plots_geometry import (
 )
 from efficiency.output.plots_teeth import tooth_pair_figure
 from ehl import __version__
-from ehl.common.html_report import Answer, Block, KeyFigures, Notes, Picture, Pictures, Section, Text, write_report
+from ehl.common.pages import write_report
+from ehl.common.sections import Item, KeyFigures, MainResult, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table
 
 if TYPE_CHECKING:
@@ -115,10 +116,10 @@ def _headline(geometry: PairGeometry) -> Section:
     sides = geometry.sides
     notes = Notes(graded_notes(geometry), len(sides) + len(geometry.failures))
     if not sides:
-        return Section("", [Answer("no answer", "transmission error without load"), notes])
+        return Section("", [MainResult("no answer", "transmission error without load"), notes])
     first = next(iter(sides))
     known = [(key_side(side), f"{name}") for name, side in sides.items() if name != first]
-    answer = Answer(key_side(sides[first]), f"transmission error without load, {first}, peak to peak", known)
+    answer = MainResult(key_side(sides[first]), f"transmission error without load, {first}, peak to peak", known)
     tiles = [(f"{side.contact_ratio:.2f}", f"potential contact ratio, {name}") for name, side in sides.items()]
     return Section("", [answer, KeyFigures(tiles), notes])
 
@@ -155,13 +156,13 @@ def _contact(geometry: PairGeometry) -> Section:
         "its place at constant ratio. Places on a flank: along the pitch cone from the mean point to the heel, and "
         "square to it over the pitch cone."
     )
-    blocks: list[Block] = [text]
+    blocks: list[Item] = [text]
     if geometry.sides:
         blocks.append(contact_table(geometry))
     return Section("Unloaded contact in numbers", blocks)
 
 
-def _side_blocks(side: SideGeometry) -> list[Block]:
+def _side_blocks(side: SideGeometry) -> list[Item]:
     pictures = {name: Picture(figure, caption) for name, figure, caption in side_figures(side)}
     wide = pictures.pop("teeth_in_mesh")
-    return [wide, Pictures(list(pictures.values()))]
+    return [wide, Row(list(pictures.values()))]

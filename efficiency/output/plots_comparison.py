@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from efficiency.loss.regions import FACES, HEIGHTS, friction_along_mesh
-from ehl.common.figures import BLUE
+from ehl.common.figures import BLUE, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from efficiency.loss.compare import Comparison
 
@@ -35,7 +35,7 @@ def plot_loss_along_mesh(comparison: Comparison) -> Figure:
 
 
 def _along(comparison: Comparison, values: list[FloatArray], label: str) -> Figure:
-    figure = Figure(figsize=(7.0, 3.9 + 0.2 * len(values)), layout="constrained")
+    figure = new_figure(7.0, 3.9 + 0.2 * len(values))
     axes: Axes = figure.add_subplot()
     shades = colormaps["viridis"](np.linspace(0.0, 0.9, max(len(values), 2)))
     for number, (result, line) in enumerate(zip(comparison.results, values, strict=True)):
@@ -60,7 +60,7 @@ def plot_loss_by_region(comparison: Comparison) -> Figure:
     rows = [row for row in comparison.rows if row.loss_regions]
     columns = min(3, len(rows))
     lines = -(-len(rows) // 3)
-    figure = Figure(figsize=(0.9 + 3.0 * columns, 0.5 + 1.9 * lines), layout="constrained")
+    figure = new_figure(0.9 + 3.0 * columns, 0.5 + 1.9 * lines)
     panels = figure.subplots(lines, columns, squeeze=False, sharey=True)
     top = 100.0 * max((float(np.nanmax(row.loss_regions)) for row in rows), default=1.0)
     shown = None
@@ -87,7 +87,7 @@ def plot_loss_by_region(comparison: Comparison) -> Figure:
 def plot_run_time(comparison: Comparison) -> Figure:
     """Run time of friction and loss for each friction model, geometry and load left out."""
     rows = [row for row in comparison.rows if row.kind == "mesh"][::-1]
-    figure = Figure(figsize=(7.0, 0.9 + 0.34 * len(rows)), layout="constrained")
+    figure = new_figure(7.0, 0.9 + 0.34 * len(rows))
     axes: Axes = figure.add_subplot()
     seconds = np.maximum([row.seconds for row in rows], 1e-5)
     axes.barh(np.arange(len(rows)), seconds, color=BLUE)

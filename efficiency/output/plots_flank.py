@@ -12,14 +12,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from ehl.common.figures import GREY, ORANGE
+from ehl.common.figures import GREY, ORANGE, new_figure
 from ehl.common.units import KELVIN
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from efficiency.contact.gear_flanks import Member
     from efficiency.output.flank_map import FlankMap
 
@@ -224,7 +225,7 @@ def _flank_figure(flank: FlankMap, member: Member, what: str) -> tuple[Figure, A
     blank = flank.flanks.blank(member)
     u = np.array([-0.5, 0.5]) * blank.face_width
     extent = float(np.max(blank.tip(u)) - np.min(blank.root(u)))
-    figure = Figure(figsize=(6.6, min(1.9 + 4.8 * extent / blank.face_width, 7.0)), layout="compressed")
+    figure = new_figure(6.6, min(1.9 + 4.8 * extent / blank.face_width, 7.0), layout="compressed")
     axes = figure.add_subplot()
     axes.set_title(f"{flank.result.design}, {flank.result.side}:\n{what} on the {member}", fontsize=10)
     return figure, axes

@@ -11,14 +11,15 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from ehl.common.figures import BLUE, GREY, ORANGE
+from ehl.common.figures import BLUE, GREY, ORANGE, new_figure
 from ehl.common.units import ARCSEC
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from efficiency.contact.contact_lines import MeshPosition
     from efficiency.contact.flank_pair import FlankPair
     from efficiency.contact.pattern import ContactPattern
@@ -75,7 +76,7 @@ def flank_figure(pair: FlankPair, member: Member, what: str) -> tuple[Figure, Ax
     flank = pair.surface.gear if member == "gear" else pair.surface.pinion
     u = np.array([-0.5, 0.5]) * flank.blank.face_width
     extent = float(np.max(flank.blank.tip(u)) - np.min(flank.blank.root(u)))
-    figure = Figure(figsize=(6.6, min(1.75 + 4.4 * extent / flank.blank.face_width, 7.0)), layout="compressed")
+    figure = new_figure(6.6, min(1.75 + 4.4 * extent / flank.blank.face_width, 7.0), layout="compressed")
     axes = figure.add_subplot()
     axes.set_title(f"{pair.name}, {pair.side}:\n{what} on the {member} ({flank.side} flank)", fontsize=10)
     return figure, axes
@@ -157,7 +158,7 @@ def radius_figure(pair: FlankPair, cycle: tuple[MeshPosition, ...], lines: int =
     """Equivalent radius normal to the line along some of the contact lines of the cycle."""
     from matplotlib import colormaps
 
-    figure = Figure(figsize=(6.6, 3.6), layout="constrained")
+    figure = new_figure(6.6, 3.6)
     axes = figure.add_subplot()
     pitch = pair.surface.pitch
     traces = [
@@ -211,7 +212,7 @@ def contact_pattern_figure(pair: FlankPair, pattern: ContactPattern, path: Conta
 
 def transmission_figure(side: SideGeometry) -> Figure:
     """Transmission error of one tooth pair with its neighbours; below them all the curve of the mesh."""
-    figure = Figure(figsize=(6.6, 3.8), layout="constrained")
+    figure = new_figure(6.6, 3.8)
     axes = figure.add_subplot()
     mesh, pair = side.pair.transmission, side.pair
     path, pitch = mesh.path, pair.surface.pitch
@@ -242,7 +243,7 @@ def transmission_figure(side: SideGeometry) -> Figure:
 
 def harmonics_figure(side: SideGeometry) -> Figure:
     """Amplitudes of the transmission error at multiples of the mesh frequency."""
-    figure = Figure(figsize=(6.6, 3.8), layout="constrained")
+    figure = new_figure(6.6, 3.8)
     axes = figure.add_subplot()
     values = side.pair.transmission.harmonics / ARCSEC
     order = np.arange(1, values.size + 1)
@@ -270,7 +271,7 @@ def blank_figure(design: Design) -> Figure:
     The mean points coincide for a bevel pair. With an offset each member is drawn in its own axial plane, as a
     designer's section does, and the mean points then lie apart.
     """
-    figure = Figure(layout="constrained")
+    figure = new_figure()
     axes = figure.add_subplot()
     shaft = design.assembly.shaft_angle
     gear, pinion = design.gear.blank.blank(), design.pinion.blank.blank()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.common.figures import BLUE, GREY, ORANGE
+from ehl.common.figures import BLUE, GREY, ORANGE, new_figure
 from ehl.common.quantities import axis_label, quantity, to_display, typeset_units
 from regression.friction.published_registry import model_label
 
@@ -26,9 +26,7 @@ OPERATION = ("torque", "speed", "temperature")
 
 
 def _figure(width: float = 7.0, height: float = 4.2) -> tuple[Figure, Axes]:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained")
+    figure = new_figure(width, height)
     return figure, figure.add_subplot()
 
 
@@ -83,10 +81,8 @@ def plot_pair_load(result: EfficiencyResult) -> Figure:
 
 def plot_root_stress(result: EfficiencyResult) -> Figure:
     """Greatest root stress of both members over the roll of the tooth pair, and along the face."""
-    from matplotlib.figure import Figure
-
     strength, pitch = result.strength, _pitch(result)
-    figure = Figure(figsize=(9.0, 3.6), layout="constrained")
+    figure = new_figure(9.0, 3.6)
     over, along = figure.subplots(1, 2)
     for root, color in ((strength.pinion, BLUE), (strength.gear, ORANGE)):
         if root is None:
@@ -197,11 +193,10 @@ def axis_limit(ends: FloatArray) -> float:
 def plot_map(map_: Grid) -> Figure:
     """Efficiency over speed, one line per torque, one panel per oil temperature."""
     from matplotlib import colormaps
-    from matplotlib.figure import Figure
 
     values = 100.0 * map_.values()
     panels = len(map_.axes["temperature"])
-    figure = Figure(figsize=(1.5 + 3.6 * panels, 3.8), layout="constrained")
+    figure = new_figure(1.5 + 3.6 * panels, 3.8)
     all_axes = np.atleast_1d(figure.subplots(1, panels, sharey=True))
     speed = to_display("speed", np.array(map_.axes["speed"]))
     shades = colormaps["viridis"](np.linspace(0.1, 0.85, len(map_.axes["torque"])))

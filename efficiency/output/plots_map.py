@@ -7,13 +7,15 @@ from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from efficiency.output.plots_load import plot_map
+from ehl.common.figures import new_figure
 from ehl.common.quantities import axis_label, quantity, to_display, typeset_units
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from efficiency.conditions.duty import DutyCycle
     from efficiency.conditions.grid import Grid
 
@@ -38,7 +40,7 @@ def lines_figure(grid: Grid) -> Figure:
     """Efficiency over the longest axis of numbers, one line per combination of the others."""
     numeric = [name for name, values in grid.axes.items() if all(isinstance(v, int | float) for v in values)]
     along = max(numeric, key=lambda name: len(grid.axes[name]), default=next(iter(grid.axes)))
-    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+    figure = new_figure()
     axes = figure.subplots()
     place = list(grid.axes).index(along)
     lines = np.moveaxis(100.0 * grid.values(), place, -1).reshape(-1, len(grid.axes[along]))
@@ -55,7 +57,7 @@ def lines_figure(grid: Grid) -> Figure:
 
 def duty_figure(duty: DutyCycle) -> Figure:
     """Energy lost at each operating point of a duty cycle."""
-    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+    figure = new_figure()
     axes = figure.subplots()
     torque, speed = quantity("torque"), quantity("speed")
     names = [f"{torque.text(r.torque)}, {speed.text(r.speed)}, {r.side}" for r in duty.rows]
@@ -77,7 +79,7 @@ def contour_figure(grid: Grid, name: str) -> Figure:
     """Contours of one value over speed and torque, one panel per oil temperature."""
     values = to_display(name, grid.values(name))
     panels = len(grid.axes["temperature"])
-    figure = Figure(figsize=(2.2 + 3.4 * panels, 3.8), layout="constrained")
+    figure = new_figure(2.2 + 3.4 * panels, 3.8)
     all_axes = np.atleast_1d(figure.subplots(1, panels, sharey=True))
     speed = to_display("speed", np.array(grid.axes["speed"]))
     torque = to_display("torque", np.array(grid.axes["torque"]))

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from efficiency.contact.flank_pair import FlankPair, flank_pair
@@ -15,12 +14,13 @@ from efficiency.geometry.misalignment import AXES
 from efficiency.output.misalignment_table import misalignment_quantity
 from efficiency.output.plots_geometry import flank_axes, flank_figure
 from ehl.common.errors import ConvergenceError
-from ehl.common.figures import BLUE, GREY, ORANGE
+from ehl.common.figures import BLUE, GREY, ORANGE, new_figure
 from ehl.common.quantities import axis_label, quantity, to_display, typeset_units
 from ehl.common.units import ARCSEC
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from efficiency.contact.pattern import ContactPattern
     from efficiency.design.design import Design
@@ -43,7 +43,7 @@ def sections(study: MisalignmentStudy, name: str) -> tuple[FloatArray, list[Misa
 def section_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
     """One row per varied misalignment: transmission error, places along the face, size of the pattern."""
     names = studies[0].varied or ["E"]
-    figure = Figure(figsize=(11.0, 0.9 + 2.7 * len(names)), layout="constrained")
+    figure = new_figure(11.0, 0.9 + 2.7 * len(names))
     grid = np.atleast_2d(figure.subplots(len(names), 3, squeeze=False))
     for row, name in zip(grid, names, strict=True):
         for study, colour in zip(studies, (BLUE, ORANGE), strict=False):
@@ -92,7 +92,7 @@ def loaded_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
     """One row per varied misalignment: transmission error, pressure, edges and efficiency at the torque."""
     names = studies[0].varied or ["E"]
     fields = ("transmission_error_loaded", "pressure_max", "edge_load_share", "efficiency")
-    figure = Figure(figsize=(13.0, 0.9 + 2.7 * len(names)), layout="constrained")
+    figure = new_figure(13.0, 0.9 + 2.7 * len(names))
     grid = np.atleast_2d(figure.subplots(len(names), len(fields), squeeze=False))
     for row, name in zip(grid, names, strict=True):
         for axes, field in zip(row, fields, strict=True):
@@ -122,7 +122,7 @@ def map_figure(study: MisalignmentStudy) -> Figure | None:
         if all(getattr(p, other) == value for other, value in others.items())
     }
     x, y = (np.array(sorted(getattr(study, name))) for name in (first, second))
-    figure = Figure(figsize=(12.0, 3.9), layout="constrained")
+    figure = new_figure(12.0, 3.9)
     for axes, (field, factor, label) in zip(
         figure.subplots(1, 3),
         (

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
-from ehl.common.figures import BLUE, ORANGE
+from ehl.common.figures import BLUE, ORANGE, new_figure
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from efficiency.contact.flank_pair import FlankPair
 
 FloatArray = NDArray[np.float64]
@@ -48,7 +49,7 @@ def tooth_pair_figure(pair: FlankPair, teeth: int = 3) -> Figure:
     teeth : int
         Teeth shown of each member, an odd number.
     """
-    figure = Figure(figsize=(9.6, 4.0), layout="constrained")
+    figure = new_figure(9.6, 4.0)
     surface, assembly = pair.surface, pair.surface.assembly
     angle = surface.direction * surface.error_maximum_roll + surface.roll_zero
     sheets: list[tuple[FloatArray, str]] = []

@@ -21,9 +21,9 @@ from efficiency.output.plots_load import (
 )
 from efficiency.output.tables import efficiency_table, models_table, operating_point, percent
 from ehl import __version__
-from ehl.common.html_report import Folded, KeyFigures, Notes, Picture, Pictures, Section, Text, write_report
-from ehl.common.html_report import Formula as FormulaBlock
+from ehl.common.pages import write_report
 from ehl.common.quantities import quantity
+from ehl.common.sections import Code, Folded, KeyFigures, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table
 from regression.view.plots import plot_bands, plot_friction, plot_parity
 from regression.view.tables import band_table, family_table
@@ -75,7 +75,7 @@ def _contacts(result: DemoResult) -> Section:
                 f"{100 * friction_error.max():.2g} % at worst; it covers the discretisation and the heat left out, not "
                 "the load-sharing model or the oil data."
             ),
-            Pictures(
+            Row(
                 [
                     Picture(plot_friction(result.dataset), "Friction coefficient of every contact of the sweep."),
                     Picture(plot_parity(result.dataset, result.formulas), "Formula against computed friction (fit)."),
@@ -98,7 +98,7 @@ def _formulas(result: DemoResult) -> Section:
             family_table(result.formulas),
             Picture(plot_bands(best), "Held-out errors by band of each variable, with the number of cases."),
             Folded("Errors by region in numbers", [band_table(best)]),
-            Folded(f"Equation and coefficients of {best.name}", [FormulaBlock(best.to_text())]),
+            Folded(f"Equation and coefficients of {best.name}", [Code(best.to_text())]),
         ],
     )
 
@@ -116,7 +116,7 @@ def _gear(result: DemoResult) -> Section:
                 "machine settings by the equation of meshing, ease-off against the conjugate pinion, loaded contact "
                 f"at {gear.torque:.4g} N m and {quantity('speed').text(gear.speed)} of the pinion."
             ),
-            Pictures(
+            Row(
                 [
                     Picture(ease_off_figure(pair), "Ease-off and unloaded contact path."),
                     Picture(contact_lines_figure(pair, cycle), "Potential contact lines over one mesh cycle."),

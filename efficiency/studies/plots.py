@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.figure import Figure
 
 from efficiency.studies.parameter_study import level_quantity
-from ehl.common.figures import BLUE, GREY, ORANGE
+from ehl.common.figures import BLUE, GREY, ORANGE, new_figure
 from ehl.common.quantities import to_display, typeset_units
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from efficiency.studies.parameter_study import Study, StudyPoint
 
@@ -68,7 +68,7 @@ def study_figures(study: Study) -> Iterator[tuple[str, Figure, str]]:
 
 def crossed_figure(study: Study, along: str, lines: str) -> Figure:
     """Efficiency along one parameter, a line for each value of another, a panel for each design."""
-    figure = Figure(figsize=(1.6 + 4.2 * len(study.designs), 3.9), layout="constrained")
+    figure = new_figure(1.6 + 4.2 * len(study.designs), 3.9)
     panels = np.atleast_1d(figure.subplots(1, len(study.designs), sharey=True))
     levels = getattr(study.levels, lines)
     shades = colormaps["viridis"](np.linspace(0.05, 0.85, max(len(levels), 2)))
@@ -103,7 +103,7 @@ def designs_figure(study: Study) -> Figure:
     names = [name for name in study.varied if name in study.reference]
     columns = min(len(names), 2)
     rows = -(-len(names) // 2)
-    figure = Figure(figsize=(1.0 + 4.6 * columns, 0.6 + 3.2 * rows), layout="constrained")
+    figure = new_figure(1.0 + 4.6 * columns, 0.6 + 3.2 * rows)
     panels = figure.subplots(rows, columns, sharey=True, squeeze=False)
     for axes, name in zip(panels.ravel(), names, strict=False):
         for number, design in enumerate(study.designs):
@@ -128,7 +128,7 @@ def designs_figure(study: Study) -> Figure:
 
 def offset_figure(study: Study) -> Figure:
     """Efficiency and mean friction coefficient over the hypoid offset of the designs, a line for each torque."""
-    figure = Figure(figsize=(9.4, 3.9), layout="constrained")
+    figure = new_figure(9.4, 3.9)
     panels = figure.subplots(1, 2)
     ordered = sorted(study.designs, key=lambda design: study.reference_point(design).hypoid_offset)
     shades = colormaps["viridis"](np.linspace(0.05, 0.85, max(len(study.levels.torque), 2)))
@@ -153,7 +153,7 @@ def offset_figure(study: Study) -> Figure:
 def misalignment_figure(study: Study) -> Figure:
     """Efficiency (above) and greatest pressure (below) over each misalignment, all designs in one panel."""
     names = [name for name in study.varied if name not in study.reference]
-    figure = Figure(figsize=(1.0 + 3.1 * len(names), 5.4), layout="constrained")
+    figure = new_figure(1.0 + 3.1 * len(names), 5.4)
     panels = figure.subplots(2, len(names), sharey="row", squeeze=False)
     for column, name in enumerate(names):
         for number, design in enumerate(study.designs):
@@ -183,7 +183,7 @@ def influence_figure(study: Study) -> Figure:
     """Range of the efficiency over each parameter alone, one bar per parameter and design; a line at the reference."""
     names = study.varied or ["torque"]
     count = len(study.designs)
-    figure = Figure(figsize=(7.6, 1.1 + 0.34 * len(names) * count + 0.2 * len(names)), layout="constrained")
+    figure = new_figure(7.6, 1.1 + 0.34 * len(names) * count + 0.2 * len(names))
     axes = figure.add_subplot()
     for number, design in enumerate(study.designs):
         bounds = [study.influence(design, name) for name in names]
@@ -220,7 +220,7 @@ def causes_of(study: Study) -> list[str]:
 def causes_figure(study: Study) -> Figure:
     """Half width of the efficiency that each cause of uncertainty leaves, one bar per cause and design."""
     causes, count = causes_of(study), len(study.designs)
-    figure = Figure(figsize=(7.6, 1.1 + 0.34 * len(causes) * count + 0.2 * len(causes)), layout="constrained")
+    figure = new_figure(7.6, 1.1 + 0.34 * len(causes) * count + 0.2 * len(causes))
     axes = figure.add_subplot()
     for number, design in enumerate(study.designs):
         found = study.reference_point(design).causes

@@ -15,11 +15,11 @@ from efficiency.output.tables import percent
 from efficiency.studies.parameter_study import MISALIGNED, StudyPoint, level_quantity
 from efficiency.studies.plots import causes_figure, causes_of, reference_text, span_text, study_figures
 from ehl import __version__
-from ehl.common.figures import save_figures
-from ehl.common.html_report import Answer, Block, KeyFigures, Notes, Picture, Section, Text, write_report
 from ehl.common.notes import Note
+from ehl.common.pages import save_figures, write_csv, write_report, write_xlsx
 from ehl.common.quantities import quantities
-from ehl.common.table import Column, Table, write_csv, write_xlsx
+from ehl.common.sections import Item, KeyFigures, MainResult, Notes, Picture, Section, Text
+from ehl.common.table import Column, Table
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
@@ -161,11 +161,11 @@ def causes_table(study: Study) -> Table:
     return Table(columns, rows, title=title, name="causes")
 
 
-def _pictures(figures: Sequence[tuple[str, Figure, str]], *names: str) -> list[Block]:
+def _pictures(figures: Sequence[tuple[str, Figure, str]], *names: str) -> list[Item]:
     return [Picture(figure, caption) for name, figure, caption in figures if name in names]
 
 
-def _causes(study: Study) -> list[Block]:
+def _causes(study: Study) -> list[Item]:
     if not causes_of(study):
         model = model_label(study.friction_model)
         return [Text(f"No input of the friction model ({model}) is uncertain: it has no interval.")]
@@ -195,7 +195,7 @@ def _headline(study: Study) -> Section:
     if ends:
         known.append((f"{percent(min(ends), 2)} to {percent(max(ends), 2)} %", f"over all {len(study.points)} points"))
     value = f"{percent(first.efficiency, 2)} %" if math.isfinite(first.efficiency) else "no answer"
-    answer = Answer(value, f"mesh efficiency of {first.design} at {reference_text(study)}", known)
+    answer = MainResult(value, f"mesh efficiency of {first.design} at {reference_text(study)}", known)
     notes = Notes(study_notes(study), len(study.points))
     return Section("", [answer, *([KeyFigures(tiles)] if tiles else []), notes])
 
@@ -208,8 +208,8 @@ def _spans(study: Study, name: str) -> str:
     return f"{level_quantity(name).label}, {span_text(study, name)}"
 
 
-def _computed(study: Study) -> list[Block]:
-    blocks: list[Block] = [
+def _computed(study: Study) -> list[Item]:
+    blocks: list[Item] = [
         Text(
             "Every operating point is a combination of the levels of torque, speed, temperature and roughness for the "
             "aligned pair; misalignments are varied one at a time at the reference. The load is solved once for each "

@@ -28,17 +28,14 @@ import typer.core
 from ehl.common.data import shipped
 from ehl.common.duration import duration
 from ehl.common.errors import InputError, MixedEhlError, near
-from ehl.common.files import make_folder
+from ehl.common.files import FIGURE, PAGE, make_folder
 from ehl.common.progress import Progress, progress_to
 from ehl.common.version import __version__
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
-
-FIGURE = (".png", ".svg", ".pdf")
-PAGE = (".html", ".htm")
 
 # keyword or quantity of the Python interface -> option, where they are not the same word
 _OPTIONS = {
@@ -292,8 +289,9 @@ def pairs(field: str, texts: list[str] | None) -> dict[str, str]:
     return found
 
 
-def check_suffix(path: Path | None, field: str, suffixes: tuple[str, ...]) -> None:
-    """Refuse a file of another kind than will be written."""
+def check_suffix(path: Path | None, field: str, suffixes: tuple[str, ...] = ()) -> None:
+    """Refuse a file of another kind than will be written; suffixes of pages, figures and workbooks are known."""
+    suffixes = suffixes or {"report": PAGE, "plot": FIGURE, "xlsx": (".xlsx",)}[field]
     if path is not None and path.suffix.lower() not in suffixes:
         raise InputError(field, str(path), "a file name ending in " + " or ".join(suffixes))
 
@@ -337,11 +335,11 @@ def write_text(path: Path, text: str) -> None:
         raise InputError("output", str(path), "a writable file", f"{error}.") from None
 
 
-def write_figure(figure: Figure, path: Path) -> None:
+def write_figure(axes: Axes, path: Path) -> None:
     """Write the figure of ``--plot``; the suffix chooses the format."""
     from ehl.common.figures import save_figure
 
-    save_figure(figure, path)
+    save_figure(axes, path)
 
 
 def print_json(content: dict[str, Any]) -> None:

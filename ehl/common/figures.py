@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Literal
 
 from ehl.common.errors import InputError
-from ehl.common.files import make_folder
+from ehl.common.files import FIGURE
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _LONGEST = 160  # of a line [characters]
@@ -23,6 +26,34 @@ _ASIAN = (
 )  # fmt: skip
 
 BLUE, ORANGE, GREY = "#1f5a99", "#c8651b", "#8a8f98"
+Layout = Literal["constrained", "compressed"]
+_INTERACTIVE: ContextVar[bool] = ContextVar("interactive", default=False)
+
+
+@contextmanager
+def interactive() -> Iterator[None]:
+    """New figures belong to pyplot: a notebook shows them, and `pyplot.show` opens them."""
+    before = _INTERACTIVE.set(True)
+    try:
+        yield
+    finally:
+        _INTERACTIVE.reset(before)
+
+
+def new_figure(width: float = 7.0, height: float = 4.2, *, layout: Layout = "constrained", dpi: int = 100) -> Figure:
+    """An empty figure of that size [inch]."""
+    if _INTERACTIVE.get():
+        from matplotlib import pyplot
+
+        return pyplot.figure(figsize=(width, height), layout=layout, dpi=dpi)
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout=layout, dpi=dpi)
+
+
+def axes_or_new(ax: Axes | None, width: float = 7.0, height: float = 4.2) -> Axes:
+    """The axes given, or those of a new figure."""
+    return new_figure(width, height).add_subplot() if ax is None else ax
 
 
 def printable(figure: Figure) -> None:
@@ -70,7 +101,13 @@ def quiet_about_names() -> Iterator[None]:
         yield
 
 
-def save_figure(figure: Figure, path: Path) -> None:
+def figure_of(drawn: Artist) -> Figure:
+    """The figure, or that of axes."""
+    figure = drawn.figure
+    return figure if figure is figure.figure else figure_of(figure)
+
+
+def save_figure(drawn: Figure | Axes, path: Path) -> None:
     """Write a figure; the suffix of `path` chooses the format.
 
     Raises
@@ -79,23 +116,11 @@ def save_figure(figure: Figure, path: Path) -> None:
         The suffix is unknown or the file cannot be written.
     """
     try:
-        if path.suffix.lower() not in (".png", ".svg", ".pdf"):
+        if path.suffix.lower() not in FIGURE:
             raise InputError("plot", str(path), "a file name ending in .png, .svg or .pdf")
+        figure = figure_of(drawn)
         printable(figure)
         with quiet_about_names():
             figure.savefig(path, dpi=150)
     except OSError as error:
         raise InputError("plot", str(path), "a writable file", f"{error}.") from None
-
-
-def save_figures(figures: Iterable[tuple[Any, ...]], folder: Path) -> None:
-    """Write figures, each of them (name, figure, ...), as PNG files into a folder.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written.
-    """
-    make_folder(folder, "plot")
-    for name, figure, *_ in figures:
-        save_figure(figure, folder / f"{name}.png")

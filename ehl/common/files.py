@@ -17,6 +17,8 @@ from typing import Any
 
 from ehl.common.errors import InputError
 
+PAGE = (".html", ".htm")
+FIGURE = (".png", ".svg", ".pdf")
 MAX_BYTES = 100_000_000  # of a file of text; 10^6 rows of a table have about that many
 MAX_DEPTH = 50  # of tables and lists within each other; the deepest file there is has 7
 

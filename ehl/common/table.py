@@ -14,19 +14,14 @@ import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from ehl.common.errors import InputError
-from ehl.common.files import make_folder, write_file
 from ehl.common.quantities import Quantity, format_number, printed_unit, quantities, typeset_unit, typeset_units
 from ehl.common.table_reader import harmless
 
 if TYPE_CHECKING:
     import pandas as pd
     from rich.console import Console, ConsoleOptions, RenderResult
-    from xlsxwriter.format import Format
-    from xlsxwriter.workbook import Workbook
 
 Cell = float | int | str | bool | None
 
@@ -35,7 +30,6 @@ _GAP = 2  # between the columns of a terminal
 _NARROWEST = 12  # a column of words may be folded down to this width
 _PIPE_WIDTH = 10_000  # of an output that is no terminal
 _DENSE, _DENSEST = 9, 13  # more columns than this are set smaller on a page
-_MAX_SHEET_WIDTH, _MAX_SHEET_NAME = 60, 31
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
 
 
@@ -168,7 +162,7 @@ class Table:
         """CSV text, SI, units in the head; words a spreadsheet would compute get an apostrophe."""
         file = io.StringIO()
         writer = csv.writer(file, lineterminator="\n")
-        head, rows = self._grid(display=False)
+        head, rows = self.grid(display=False)
         writer.writerow(map(harmless, head))
         writer.writerows([harmless(value) for value in row] for row in rows)
         return file.getvalue()
@@ -237,7 +231,7 @@ class Table:
     def _columns(self) -> Sequence[Column]:
         return self.columns  # type: ignore[return-value]
 
-    def _grid(self, *, display: bool) -> tuple[list[str], list[list[Cell]]]:
+    def grid(self, *, display: bool) -> tuple[list[str], list[list[Cell]]]:
         """Head and cells of a file: names and SI numbers, or names and numbers in display units."""
 
         def unit(column: Column) -> str:
@@ -325,94 +319,6 @@ def cell(value: Any) -> Cell:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value if value is None or isinstance(value, bool | int) else str(value)
-
-
-def write_csv(folder: Path, tables: Sequence[Table]) -> list[Path]:
-    """Write each table as a CSV file of its name.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written.
-    """
-    make_folder(folder, "csv")
-    written = []
-    for table in tables:
-        path = folder / f"{re.sub(r'[^A-Za-z0-9.]+', '_', table.name or table.title)}.csv"
-        write_file(path, table.csv(), "csv")
-        written.append(path)
-    return written
-
-
-def write_xlsx(path: Path, tables: Sequence[Table], title: str) -> Path:
-    """Write tables as one workbook in display units: a sheet for each, and a first one that says what it is.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
-    """
-    import xlsxwriter
-    from xlsxwriter.exceptions import FileCreateError
-
-    from ehl.common.version import __version__
-
-    make_folder(path.parent, "xlsx")
-    book = xlsxwriter.Workbook(str(path), {"nan_inf_to_errors": False, "strings_to_numbers": False})
-    bold = book.add_format({"bold": True, "bottom": 1, "text_wrap": True, "valign": "top"})
-    book.set_properties({"title": title, "comments": f"mixed-ehl {__version__}"})
-    names = _sheet_names(tables)
-    front: list[list[Cell]] = [["what", title], ["program", f"mixed-ehl {__version__}"]]
-    front += [["units", "in the head of each column"]]
-    for name, table in zip(names, tables, strict=True):
-        front.append([f"sheet {name}", f"{len(table.rows)} rows"])
-        front.extend([f"note on {name}", note] for note in table.notes)
-    _add_sheet(book, "about", [], front, bold)
-    for name, table in zip(names, tables, strict=True):
-        _add_sheet(book, name, *table._grid(display=True), bold)
-    try:
-        book.close()
-    except (OSError, FileCreateError) as error:
-        raise InputError("xlsx", str(path), "a writable file", f"{error}.") from None
-    return path
-
-
-def _add_sheet(book: Workbook, name: str, head: Sequence[str], rows: Sequence[Sequence[Cell]], bold: Format) -> None:
-    sheet = book.add_worksheet(name)
-    if head:
-        for i, text in enumerate(head):
-            sheet.write_string(0, i, text, bold)
-        sheet.freeze_panes(1, 0)
-        if rows:
-            sheet.autofilter(0, 0, len(rows), len(head) - 1)
-    widths = [max(12, len(text) // 2 + 4) for text in head] or [12, 12]
-    for number, row in enumerate(rows, start=bool(head)):
-        for i, value in enumerate(row):
-            if isinstance(value, str):
-                sheet.write_string(number, i, value)
-                if number < 200:
-                    widths[i] = max(widths[i], len(value))
-            elif isinstance(value, bool):
-                sheet.write_boolean(number, i, value)
-            elif value is not None:
-                sheet.write_number(number, i, value)
-    for i, width in enumerate(widths):
-        sheet.set_column(i, i, min(_MAX_SHEET_WIDTH, width))
-    sheet.set_landscape()
-    sheet.repeat_rows(0)
-
-
-def _sheet_names(tables: Sequence[Table]) -> list[str]:
-    """Names a workbook takes: without its forbidden characters, short, each once."""
-    names: list[str] = []
-    for table in tables:
-        clean = re.sub(r"[\[\]:*?/\\\x00-\x1f]", " ", table.name or table.title).strip(" '") or "table"
-        name, number = clean[:_MAX_SHEET_NAME], 1
-        while name.lower() in {"about", "history", *(other.lower() for other in names)}:
-            number += 1
-            name = f"{clean[: _MAX_SHEET_NAME - 4]} {number}"
-        names.append(name)
-    return names
 
 
 def _with_unit(text: str, unit: str) -> str:

@@ -23,6 +23,7 @@ from pydantic import (
 
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, near
+from ehl.common.figures import interactive
 from ehl.common.units import KELVIN, ValueRange
 from ehl.common.validation import InputModel, read_toml, validate
 from ehl.fluid import oil_alpha, oil_sheet
@@ -53,7 +54,7 @@ from ehl.fluid.shear_family import FAMILIES, SHEAR_MODULUS
 from ehl.fluid.viscosity import walther_1931, walther_slope
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
     from pandas import DataFrame
 
 Array = NDArray[np.float64]
@@ -435,22 +436,18 @@ class Oil(InputModel):
 
         return pd.DataFrame(self.to_dict(temperatures)["states"])
 
-    def plot(
-        self, path: str | PathLike[str] | None = None, temperatures: str | Sequence[float | str] | None = None
-    ) -> Figure:
+    def plot(self, ax: Axes | None = None, temperatures: str | Sequence[float | str] | None = None) -> Axes:
         """Viscosity over pressure, one standard deviation, and what the card's source says.
 
         Parameters
         ----------
-        path : path, optional
-            Written there too (PNG, SVG, PDF).
+        ax : Axes, optional
+            Axes of matplotlib to draw in; a new figure of pyplot if not given.
         temperatures : str or sequence, optional
             As of `to_dict`.
         """
-        figure = oil_sheet.plot_oil(self, _temperatures(temperatures))
-        if path is not None:
-            oil_sheet.save_plot(figure, Path(path))
-        return figure
+        with interactive():
+            return oil_sheet.plot_oil(self, _temperatures(temperatures), ax)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the card as TOML, numbers in SI; `InputError` where the path does not end in .toml."""

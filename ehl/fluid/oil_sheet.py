@@ -5,20 +5,19 @@ from __future__ import annotations
 import csv
 from collections.abc import Sequence
 from functools import cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ehl.common.data import data_path
-from ehl.common.errors import InputError
+from ehl.common.figures import axes_or_new
 from ehl.common.quantities import axis_label, to_display
 from ehl.common.units import KELVIN, ValueRange
 from ehl.fluid.pressure_viscosity import DEFINITIONS, alpha_of
 from ehl.fluid.rheology import RisingStress
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
     from ehl.fluid.oil import Oil
 
@@ -95,12 +94,9 @@ def _points() -> dict[str, tuple[tuple[float, float, float], ...]]:
     return {name: tuple(points) for name, points in found.items()}
 
 
-def plot_oil(oil: Oil, temperatures: Sequence[float]) -> Figure:
+def plot_oil(oil: Oil, temperatures: Sequence[float], ax: Axes | None = None) -> Axes:
     """eta over pressure at each temperature; band: one standard deviation of ln(eta/eta0); points: the source."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7.0, 4.6), layout="constrained")
-    axes = figure.add_subplot()
+    axes = axes_or_new(ax, 7.0, 4.6)
     pressure = np.linspace(0.0, PRESSURES[-1], 161)
     shown = to_display("pressure", pressure)
     cards = [oil.varied(pressure_viscosity=n) for n in (-1.0, 0.0, 1.0)]
@@ -125,14 +121,4 @@ def plot_oil(oil: Oil, temperatures: Sequence[float]) -> Figure:
     axes.set(xlabel=axis_label("pressure"), ylabel="viscosity [mPa s]", xlim=(0.0, shown[-1]))
     axes.set_title(f"{oil.name}: viscosity, band: one standard deviation of ln(eta/eta0)", fontsize=10)
     axes.legend(frameon=False)
-    return figure
-
-
-def save_plot(figure: Figure, path: str | Path) -> None:
-    """Write the figure; the suffix chooses the format."""
-    try:
-        figure.savefig(path, dpi=150)
-    except ValueError:
-        raise InputError("plot", str(path), "a file name ending in .png, .svg or .pdf") from None
-    except OSError as error:
-        raise InputError("plot", str(path), "a writable file", f"{error}.") from None
+    return axes

@@ -12,17 +12,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl.common.errors import InputError
+from ehl.common.figures import BLUE, GREY, axes_or_new
 from ehl.common.numbers import finite_or_none
-from ehl.common.quantities import Quantity, quantities
+from ehl.common.pages import Reportable
+from ehl.common.quantities import Quantity, quantities, typeset_unit
+from ehl.common.sections import Head, Medium, Picture, Section
 from ehl.common.table import Column, Table
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
 LEVEL = 0.90
+_BARS = 12  # at most, of a figure
 
 
 def score_of(level: float) -> float:
@@ -149,7 +153,7 @@ class UncertaintySource:
 
 
 @dataclass(frozen=True, repr=False)
-class InputUncertainty:
+class InputUncertainty(Reportable):
     """Interval of a figure by what is not known about the inputs; the error of the solver is not in it.
 
     Parameters
@@ -266,13 +270,32 @@ class InputUncertainty:
     def _repr_html_(self) -> str:
         return self.table().html()
 
-    def plot(self) -> Figure:
-        """Bars of what each input alone does, the largest on top: measure this first.
+    def sections(self, medium: Medium = "page") -> list[Section]:
+        """Bars of the change by each input alone, and its table."""
+        bars = Picture(lambda: plot_sources(self), "Change by each input alone.", "uncertainty")
+        return [Section("", [Head(f"Input uncertainty: {self.quantity.label}", self.headline()), bars, self.table()])]
 
-        Returns
-        -------
-        matplotlib.figure.Figure
-        """
-        from ehl.uncertainty.plot import plot_sources
+    def _plot(self, ax: Axes | None) -> Axes:
+        return plot_sources(self, ax)
 
-        return plot_sources(self)
+
+def plot_sources(found: InputUncertainty, ax: Axes | None = None) -> Axes:
+    """One bar for each input from the lower to the upper end it alone leaves, the widest on top."""
+    shown = found.quantity
+    sources = [s for s in found.sources if s.high > s.low][:_BARS]
+    axes = axes_or_new(ax, 7.0, 1.6 + 0.32 * (len(sources) + 1))
+    bars = [("all inputs", found.low, found.high, GREY)]
+    bars += [(source.label, source.low, source.high, BLUE) for source in sources]
+    for place, (_, low, high, colour) in enumerate(bars):
+        left, right = shown.to_display(low), shown.to_display(high)
+        axes.barh(place, right - left, left=left, height=0.6, color=colour)
+    axes.axvline(shown.to_display(found.value), color="black", lw=0.8)
+    axes.set_yticks(range(len(bars)), [name for name, *_ in bars])
+    axes.invert_yaxis()
+    unit = typeset_unit(shown.display)
+    axes.set_xlabel(f"{shown.label} [{unit or '-'}], {100.0 * found.level:.0f} % interval")
+    axes.set_title("Measure first what makes the widest bar", fontsize=10)
+    for side in ("top", "right", "left"):
+        axes.spines[side].set_visible(False)
+    axes.tick_params(axis="y", length=0)
+    return axes

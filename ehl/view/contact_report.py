@@ -1,79 +1,65 @@
-"""One contact as an HTML page: the answer, what is known of it, figures, tables, how it was computed."""
+"""Sections of one contact: the friction coefficient with its uncertainty, figures, tables, how it was computed."""
 
 from __future__ import annotations
 
 import math
-import platform
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
-from ehl import __version__
-from ehl.common.html_report import (
-    Answer,
-    Beside,
-    Block,
-    Folded,
-    KeyFigures,
-    Notes,
-    Picture,
-    Section,
-    Text,
-    write_report,
-)
 from ehl.common.notes import CONTACT_NOTES, Note, group_notes
 from ehl.common.quantities import quantity
+from ehl.common.sections import Folded, Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table
+from ehl.uncertainty.result import plot_sources
+from ehl.view.plots import plot_contact
+
+if TYPE_CHECKING:
+    from ehl.result import ContactResult
+    from ehl.uncertainty.result import InputUncertainty
 
 _TILES = ("film_central", "film_min", "film_ratio", "pressure_max", "temperature_film_max")
 
 
-def write_contact_report(path: Path, result: Any, uncertainty: Any = None) -> Path:
-    """Write the page of one contact.
-
-    Parameters
-    ----------
-    path : Path
-        HTML file.
-    result : ehl.result.ContactResult
-        Also one that failed: the page says why. It and the next know of pages, not the other way round.
-    uncertainty : ehl.uncertainty.result.InputUncertainty, optional
-        What the inputs leave open of its friction.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
-    """
+def contact_sections(result: ContactResult, medium: Medium, uncertainty: InputUncertainty | None) -> list[Section]:
+    """Sections of one contact, also of one that failed."""
+    if medium != "page":
+        operating_point = [] if result.problem is None else [operating_point_table(result)]
+        more = [] if uncertainty is None else [uncertainty.table()]
+        head = Head(f"Line contact, {result.operating_point}")
+        return [Section("", [head, result.table(), *(operating_point if medium == "files" else []), *more])]
     sections = [_headline(result, uncertainty)]
     if result.film is not None:
-        sections.append(Section("Solution", [Picture(result.plot(), "Pressure, film and temperatures over x/b.")]))
+        solution = Picture(lambda: plot_contact(result), "Pressure, film and temperatures over x/b.", "solution")
+        sections.append(Section("Solution", [solution]))
     if uncertainty is not None and uncertainty.sources:
-        bars = Picture(
-            uncertainty.plot(), "What each input alone does to the friction; the error of the solution apart."
-        )
-        sections.append(
-            Section("What the inputs leave open", [bars, Folded("Where each spread comes from", [uncertainty.table()])])
-        )
-    tables: list[Block] = []
+        caption = "Change of friction by each input alone; the error of the solution is separate."
+        bars = Picture(lambda: plot_sources(uncertainty), caption, "uncertainty")
+        sections.append(Section("Input uncertainty", [bars, Folded("Sources in numbers", [uncertainty.table()])]))
+    tables: list[Item] = []
     if result.status != "failed":
         tables.append(replace(result.table(), title="Results.", notes=()))
     if result.problem is not None:
-        tables.append(Table.from_records([result.problem.to_dict()], title="Operating point.", vertical=True))
-    sections.append(Section("Results and operating point", [Beside(tables)]))
-    computed: list[Block] = [Text(f"{result.outcome.capitalize()}; {result.cost}.")]
+        tables.append(replace(operating_point_table(result), title="Operating point."))
+    sections.append(Section("Results and operating point", [Row(tables)]))
+    computed: list[Item] = [Text(f"{result.outcome.capitalize()}; {result.cost}.")]
     if result.skipped:
         computed.insert(0, Table(("left out", "because"), [_reason(text) for text in result.skipped]))
     sections.append(Section("How it was computed", computed))
-    footer = f"mixed-ehl {__version__}, Python {platform.python_version()}."
-    return write_report(path, "Line contact", result.operating_point, sections, footer)
+    return sections
 
 
-def _headline(result: Any, uncertainty: Any) -> Section:
+def operating_point_table(result: ContactResult) -> Table:
+    """Inputs of a contact."""
+    assert result.problem is not None
+    return Table.from_records([result.problem.to_dict()], name="operating point", vertical=True)
+
+
+def _headline(result: ContactResult, uncertainty: InputUncertainty | None) -> Section:
+    head = Head("Line contact", result.operating_point)
     notes = group_notes([("", note) for note in result.notes], CONTACT_NOTES)
     if result.status == "failed":
-        answer = Answer("no answer", f"friction coefficient: {result.reason}")
-        return Section("", [answer, Notes([Note("fault", f"failed: {result.reason}"), *notes])])
+        answer = MainResult("no answer", f"friction coefficient: {result.reason}")
+        return Section("", [head, answer, Notes([Note("fault", f"failed: {result.reason}"), *notes])])
     if result.status == "unsettled":
         notes.insert(0, Note("warning", result.outcome))
     known = [_inputs(uncertainty), (_error(result.friction_error), "error of the solution")]
@@ -89,11 +75,11 @@ def _headline(result: Any, uncertainty: Any) -> Section:
             tiles.append((quantity(name).text(value, 3), quantity(name).label))
     if math.isfinite(result.film_ratio):
         tiles.insert(3, (f"{100.0 * result.asperity_load_share:.3g} %", "load on asperities"))
-    answer = Answer(f"{result.friction_coefficient:.4g}", quantity("friction_coefficient").label, known)
-    return Section("", [answer, KeyFigures(tiles), Notes(notes)])
+    answer = MainResult(f"{result.friction_coefficient:.4g}", quantity("friction_coefficient").label, known)
+    return Section("", [head, answer, KeyFigures(tiles), Notes(notes)])
 
 
-def _inputs(uncertainty: Any) -> tuple[str, str]:
+def _inputs(uncertainty: InputUncertainty | None) -> tuple[str, str]:
     if uncertainty is None:
         return "not computed", "interval by uncertain inputs; --uncertainty of solve, or Contact.uncertainty in Python"
     if not uncertainty.low < uncertainty.high:

@@ -2,30 +2,65 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
-from ehl.common.figures import BLUE, GREY, ORANGE
+import numpy as np
+
+from ehl.common.errors import InputError
+from ehl.common.figures import BLUE, GREY, ORANGE, new_figure
 from ehl.common.quantities import axis_label, to_display
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
     from ehl.heat.traction import ThermalTraction
     from ehl.line_contact import LineContact
+    from ehl.result import ContactResult
     from ehl.smooth import SteadyResult
 
 
-def plot_smooth(line: LineContact, film: SteadyResult, heat: ThermalTraction | None, title: str) -> Figure:
-    """Pressure and film over x/b, with the Hertz pressure; temperatures below where heat was computed."""
-    import numpy as np
-    from matplotlib.figure import Figure
+def plot_contact(result: ContactResult, ax: Axes | None = None) -> Axes:
+    """Pressure, film and temperatures; of a transient run also its history and roughness."""
+    from ehl.view.rough_plots import plot_transient
 
+    if result.problem is None or result.film is None or result.isothermal is None:
+        raise InputError("plot", result.reason, "a contact that was solved")
+    if ax is None and result.transient is not None:
+        return plot_transient(result.problem, result.transient, result.isothermal, _caption(result))
+    return _plot_smooth(result.problem.line, result.film, result.heat, _caption(result), ax)
+
+
+def _caption(result: ContactResult) -> str:
+    """Title of the figure."""
+    if result.transient is None:
+        return (
+            f"mu = {result.friction_coefficient:.4g}, h_c = {result.film_central * 1e9:.1f} nm, "
+            f"h_min = {result.film_min * 1e9:.1f} nm"
+        )
+    errors = f"mesh ±{100.0 * result.mesh_error:.2g} %, 90 % interval ±{100.0 * result.statistical_error:.2g} %"
+    first = f"μ = {result.friction_coefficient:.4f} ({errors})"
+    if math.isfinite(result.friction_boundary_half):
+        half, double = result.friction_boundary_half, result.friction_boundary_double
+        first += f",  {half:.4f} … {double:.4f} at half and twice the boundary film"
+    second = f"λ = {result.film_ratio:.2g},  asperities carry {100.0 * result.asperity_load_share:.2g} %"
+    if math.isfinite(result.roughness_load_share):
+        second += f", {100.0 * result.roughness_load_share:.2g} % above the macroscopic pressure"
+    return f"{first}\n{second},  {result.status} {result.reason}".rstrip()
+
+
+def _plot_smooth(
+    line: LineContact, film: SteadyResult, heat: ThermalTraction | None, title: str, ax: Axes | None
+) -> Axes:
+    """Pressure and film over x/b with the Hertz pressure; temperatures below in a figure of its own with heat."""
     b = line.half_width
-    figure = Figure(figsize=(7.0, 6.6 if heat else 4.2), layout="constrained")
-    if heat:
-        axes, temperature_axes = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    temperature_axes = None
+    if ax is not None:
+        axes = ax
+    elif heat:
+        axes, temperature_axes = new_figure(7.0, 6.6).subplots(2, 1, sharex=True, height_ratios=(3, 2))
     else:
-        axes = figure.add_subplot()
+        axes = new_figure().add_subplot()
     inside = np.linspace(-1.0, 1.0, 201)
     hertz = line.pressure_hertz * np.sqrt(np.maximum(1.0 - inside**2, 0.0))
     axes.plot(inside, to_display("pressure", hertz), color=GREY, lw=1.0, ls="--", label="Hertz")
@@ -39,7 +74,7 @@ def plot_smooth(line: LineContact, film: SteadyResult, heat: ThermalTraction | N
     lines = [*axes.get_lines(), *film_axes.get_lines()]
     axes.legend(lines, [str(line.get_label()) for line in lines], loc="upper right", frameon=False)
     axes.set_title(title)
-    if heat:
+    if heat and temperature_axes:
         x = heat.x / b
         temperature_axes.plot(
             x, to_display("temperature", heat.temperature_film), color=ORANGE, label="film, mid-layer"
@@ -50,5 +85,5 @@ def plot_smooth(line: LineContact, film: SteadyResult, heat: ThermalTraction | N
         )
         temperature_axes.set(ylabel=axis_label("temperature"))
         temperature_axes.legend(loc="upper left", frameon=False)
-    figure.axes[1 if heat else 0].set_xlabel("x/b [-]")
-    return figure
+    (temperature_axes or axes).set_xlabel("x/b [-]")
+    return axes

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.common.figures import BLUE, GREY, ORANGE
+from ehl.common.figures import BLUE, GREY, ORANGE, new_figure
 from ehl.common.quantities import axis_label, to_display
 from ehl.rough import TransientResult
 from ehl.rough.accuracy import BATCH
@@ -31,17 +31,12 @@ SURFACES = (BLUE, ORANGE)
 SHOWN = (-2.0, 1.35)  # [b]
 
 
-def plot_transient(problem: ContactProblem, run: TransientResult, smooth: SteadyResult, title: str) -> Figure:
-    """All of a deterministic solution on one page.
-
-    Left the means over time, right the last step, below friction over the rolled distance and the profiles.
-    """
-    from matplotlib.figure import Figure
-
+def plot_transient(problem: ContactProblem, run: TransientResult, smooth: SteadyResult, title: str) -> Axes:
+    """Means over time (left), last step (right), friction over the rolled distance and profiles (below)."""
     b = problem.line.half_width
     hot = run.run.problem.settings.thermal
     surfaces = rough_surfaces(problem.surface, problem.line, min(body.hardness for body in problem.bodies))
-    figure = Figure(figsize=(11.0, 13.0), layout="constrained")
+    figure = new_figure(11.0, 13.0)
     axes = figure.subplot_mosaic(
         [
             ["pressure", "pressure_now"],
@@ -70,7 +65,7 @@ def plot_transient(problem: ContactProblem, run: TransientResult, smooth: Steady
     _heights(axes["heights"], profiles, b)
     _correlation(axes["correlation"], profiles)
     _spectrum(axes["spectrum"], profiles)
-    return figure
+    return axes["pressure"]
 
 
 def hertz_line(axes: Axes, pressure_hertz: float) -> None:
@@ -236,9 +231,7 @@ def plot_profile(profile: RoughProfile, title: str = "") -> Figure:
     title : str
         The profile's source when empty.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(8.0, 5.6), layout="constrained")
+    figure = new_figure(8.0, 5.6)
     axes = figure.subplot_mosaic([["line"] * 3, ["density", "correlation", "spectrum"]], height_ratios=(2, 3))
     line, panels = axes["line"], [axes[name] for name in ("density", "correlation", "spectrum")]
     heights, scale = np.asarray(profile.heights) * 1e6, 1e6

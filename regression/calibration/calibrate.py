@@ -19,8 +19,10 @@ from numpy.typing import NDArray
 
 from ehl.common.errors import InputError, MixedEhlError
 from ehl.common.numbers import finite_or_none
+from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to
 from ehl.common.quantities import quantity, si_unit
+from ehl.common.sections import Medium, Section
 from ehl.common.units import KELVIN
 from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
@@ -45,7 +47,7 @@ from regression.plan.cost import checked_jobs
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
@@ -103,7 +105,7 @@ class ParameterEstimate:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Calibration:
+class Calibration(Reportable):
     """What a calibration found: `regression.calibrate` makes it; SI, names of docs/nomenclature.md.
 
     Parameters
@@ -235,44 +237,16 @@ class Calibration:
 
         return use_lines(Path(path), self._inputs()[1], self)
 
-    def plot(self) -> Figure:
-        """Measured and computed friction over what varies along each curve, and the residuals.
+    def sections(self, medium: Medium = "page") -> list[Section]:
+        """Parameters with intervals, correlations, noise, measured and computed curves, cost."""
+        from regression.calibration.report import calibration_sections
 
-        Returns
-        -------
-        matplotlib.figure.Figure
-        """
+        return calibration_sections(self, self._inputs()[0], medium)
+
+    def _plot(self, ax: Axes | None) -> Axes:
         from regression.calibration.report import plot_calibration
 
-        return plot_calibration(self._inputs()[0], self)
-
-    def report(self, path: str | PathLike[str]) -> Path:
-        """Write the HTML page: parameters with intervals, correlations, noise, measured and computed curves.
-
-        Parameters
-        ----------
-        path : str or path
-            HTML file.
-
-        Returns
-        -------
-        Path
-            The file.
-
-        Raises
-        ------
-        InputError
-            The file cannot be written.
-        """
-        from regression.calibration.report import write_calibration_report
-
-        return write_calibration_report(Path(path), self._inputs()[0], self)
-
-    def print(self) -> None:
-        """Print parameters, correlations, noise, outliers and cost to the terminal."""
-        from regression.calibration.report import calibration_report
-
-        calibration_report(self)
+        return plot_calibration(self._inputs()[0], self, ax)
 
     def to_frame(self) -> pd.DataFrame:
         """One row per parameter, SI: name, unit, status, value, standard error of ln(value), 95 % interval, note.

@@ -1,26 +1,23 @@
-"""What the command line shows of a calibration."""
+"""Sections and figure of a calibration."""
 
 from __future__ import annotations
 
 import math
-import platform
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.console import Console
 
-from ehl import __version__
-from ehl.common.html_report import Answer, KeyFigures, Notes, Picture, Section, Text, write_report
+from ehl.common.figures import new_figure
 from ehl.common.notes import Note
 from ehl.common.quantities import axis_label, quantities, to_display
+from ehl.common.sections import Head, KeyFigures, MainResult, Medium, Notes, Picture, Section, Text
 from ehl.common.table import Column, Table
 from regression.calibration.calibrate import Calibration
 from regression.calibration.measurement import Measurement
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
 # what a curve may be drawn over
 _OVER = ("slide_to_roll", "speed_entrainment", "pressure_hertz", "load", "load_per_length", "temperature_oil")
@@ -28,10 +25,9 @@ MAX_LABELS = 10
 CAPTION = "Points measured, lines computed; below what is left between them over the noise. Ringed: far off."
 
 
-def plot_calibration(measurement: Measurement, result: Calibration) -> Figure:
+def plot_calibration(measurement: Measurement, result: Calibration, ax: Axes | None = None) -> Axes:
     """Points measured, lines computed; one column for each quantity curves are drawn over, residuals below."""
     from matplotlib import colormaps
-    from matplotlib.figure import Figure
 
     curves: dict[str, list[tuple[str, list[int]]]] = {}
     for label in dict.fromkeys(measurement.curve):
@@ -39,11 +35,14 @@ def plot_calibration(measurement: Measurement, result: Calibration) -> Figure:
         curves.setdefault(_varies(measurement, rows), []).append((label, rows))
     computed = np.array(result.friction_computed)
     residual = (measurement.friction - computed) / result.noise
-    figure = Figure(figsize=(5.4 * len(curves) + 0.8, 6.0), layout="constrained")
-    panels = figure.subplots(2, len(curves), sharex="col", squeeze=False, height_ratios=(3, 1))
+    if ax is None:
+        figure = new_figure(5.4 * len(curves) + 0.8, 6.0)
+        panels = list(figure.subplots(2, len(curves), sharex="col", squeeze=False, height_ratios=(3, 1)).T)
+        figure.suptitle(f"{measurement.name}: points of the table, lines computed", fontsize=10)
+    else:
+        panels = [(ax, None)]
     number_of = measurement.row_numbers
-    for column, (over, lines) in enumerate(curves.items()):
-        above, below = panels[0, column], panels[1, column]
+    for (above, below), (over, lines) in zip(panels, curves.items(), strict=False):
         x = to_display(over, np.abs(measurement.columns[over]))
         for number, (label, rows) in enumerate(lines):
             colour = colormaps["viridis"](0.9 * number / max(len(lines) - 1, 1))
@@ -51,17 +50,21 @@ def plot_calibration(measurement: Measurement, result: Calibration) -> Figure:
             text = label if number < MAX_LABELS else "_"
             above.plot(x[order], measurement.friction[order], "o", ms=4, color=colour, label=text)
             above.plot(x[order], computed[order], "-", lw=1.2, color=colour)
-            below.plot(x[order], residual[order], "o", ms=3, color=colour)
+            if below is not None:
+                below.plot(x[order], residual[order], "o", ms=3, color=colour)
             far = [i for i in order if number_of[i] in result.outliers]
             above.plot(x[far], measurement.friction[far], "o", ms=10, mfc="none", mec="crimson", label="_")
         if over in ("slide_to_roll", "speed_entrainment"):
             above.set_xscale("log")
         above.set_ylabel("friction coefficient [-]")
         above.legend(frameon=False, fontsize=8)
+        if below is None:
+            above.set_xlabel(axis_label(over))
+            continue
         below.axhline(0.0, color="black", lw=0.8)
         below.set(xlabel=axis_label(over), ylabel="table - computed\nover noise [-]")
-    figure.suptitle(f"{measurement.name}: points of the table, lines computed", fontsize=10)
-    return figure
+    main: Axes = panels[0][0]
+    return main
 
 
 def _varies(measurement: Measurement, rows: list[int]) -> str:
@@ -105,71 +108,52 @@ def correlation_tables(result: Calibration) -> list[Table]:
     return [Table(columns, rows, title="correlation of the logarithms")]
 
 
-def calibration_report(result: Calibration) -> None:
-    """Values with intervals, correlations, noise, outliers, parameters that are not identifiable, and the cost."""
-    console = Console(soft_wrap=True, highlight=False, markup=False)
-    for table in (parameter_table(result), *correlation_tables(result)):
-        table.print()
-    stated = "" if math.isnan(result.noise_stated) else f" (stated {result.noise_stated:.2g})"
-    console.print(
-        f"misfit {result.misfit:.2g} of mu (RMS), noise {result.noise:.2g}{stated}; "
-        f"largest error the solver states of itself {100.0 * result.solver_error:.2g} %"
-    )
-    if result.outliers:
-        console.print(f"far off, and weighed less: rows {', '.join(map(str, result.outliers))} of the file")
-    if result.excluded:
-        console.print(f"not used (no sliding, or no solution): rows {', '.join(map(str, result.excluded))} of the file")
-    for note in result.notes:
-        console.print(f"note: {note}")
-    console.print(f"{result.solver_calls} contacts solved in {result.iterations} rounds, {result.seconds:.1f} s")
-
-
-def write_calibration_report(path: Path, measurement: Measurement, result: Calibration) -> Path:
-    """Write the HTML page of a calibration.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
-    """
+def calibration_sections(result: Calibration, measurement: Measurement, medium: Medium) -> list[Section]:
+    """Parameters with intervals, correlations, noise, outliers, measured and computed curves, cost."""
+    tables = [parameter_table(result), *correlation_tables(result)]
+    head = Head("Calibration", measurement.name)
+    if medium == "terminal":
+        return [Section("", [*tables, *map(Text, _lines(result))])]
+    if medium == "files":
+        return [Section("", [head, *tables])]
     known = quantities()
-    answers = [estimate for estimate in result.parameters if estimate.status == "determined"]
+    determined = [estimate for estimate in result.parameters if estimate.status == "determined"]
     tiles = [
         (
             known[e.name].text(e.value, 3),
             f"{label_of(e.name)}, 95 % from {known[e.name].span(e.interval_low, e.interval_high)}",
         )
-        for e in answers
+        for e in determined
         if e.name in known
     ]
-    sections = [
-        Section(
-            "",
-            [
-                Answer(
-                    f"{len(answers)} of {len(result.parameters)}",
-                    "parameters determined by these data",
-                    [
-                        (
-                            f"{result.misfit:.2g}",
-                            f"misfit of mu (RMS), {result.misfit / result.noise:.2g} times its noise",
-                        ),
-                        (_share(result.solver_error), "solver's error"),
-                    ],
-                ),
-                *([KeyFigures(tiles)] if tiles else []),
-                Notes(_notes(result)),
-            ],
-        ),
-        Section("Measured and computed", [Picture(plot_calibration(measurement, result), CAPTION)]),
-        Section("Parameters", [replace(parameter_table(result), notes=()), *correlation_tables(result)]),
-        Section(
-            "How it was computed",
-            [Text(_how(result))],
-        ),
+    misfit = (f"{result.misfit:.2g}", f"misfit of mu (RMS), {result.misfit / result.noise:.2g} times its noise")
+    answer = MainResult(
+        f"{len(determined)} of {len(result.parameters)}",
+        "parameters determined by these data",
+        [misfit, (_share(result.solver_error), "solver's error")],
+    )
+    curves = Picture(lambda: plot_calibration(measurement, result), CAPTION, "curves")
+    return [
+        Section("", [head, answer, *([KeyFigures(tiles)] if tiles else []), Notes(_notes(result))]),
+        Section("Measured and computed", [curves]),
+        Section("Parameters", [replace(tables[0], notes=()), *tables[1:]]),
+        Section("How it was computed", [Text(_how(result))]),
     ]
-    footer = f"mixed-ehl {__version__}, Python {platform.python_version()}."
-    return write_report(path, "Calibration", measurement.name, sections, footer)
+
+
+def _lines(result: Calibration) -> list[str]:
+    """Lines below the tables of the terminal: noise, outliers, notes, cost."""
+    stated = "" if math.isnan(result.noise_stated) else f" (stated {result.noise_stated:.2g})"
+    lines = [
+        f"misfit {result.misfit:.2g} of mu (RMS), noise {result.noise:.2g}{stated}; "
+        f"largest error the solver states of itself {100.0 * result.solver_error:.2g} %"
+    ]
+    if result.outliers:
+        lines.append(f"far off, and weighed less: rows {', '.join(map(str, result.outliers))} of the file")
+    if result.excluded:
+        lines.append(f"not used (no sliding, or no solution): rows {', '.join(map(str, result.excluded))} of the file")
+    lines += [f"note: {note}" for note in result.notes]
+    return [*lines, f"{result.solver_calls} contacts solved in {result.iterations} rounds, {result.seconds:.1f} s"]
 
 
 def _how(result: Calibration) -> str:

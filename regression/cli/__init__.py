@@ -10,7 +10,7 @@ import typer
 import ehl
 import regression
 from ehl import InputError
-from ehl.common.console import FIGURE, PAGE, App, check_outputs, check_suffix, print_json, working, write_figure
+from ehl.common.console import App, check_outputs, check_suffix, print_json, working
 from regression.cli.sweep import sweep_app
 
 
@@ -41,21 +41,18 @@ def fit(
     """Fit a friction formula to the results of one or more sweeps, and say what it is worth."""
     check_outputs({"output": output, "plot": plot, "report": report})
     check_suffix(output, "output", (".json",))
-    check_suffix(plot, "plot", FIGURE)
-    check_suffix(report, "report", PAGE)
+    check_suffix(plot, "plot")
+    check_suffix(report, "report")
     with working("fit"):
         formula = regression.fit(
             runs, family, gaussian_process=gaussian_process, corners=corners, nested=nested, paths=paths, noise=noise
         )
     formula.save(output)
-    if plot is not None:
-        write_figure(formula.plot(), plot)
-    if report is not None:
-        formula.report(report)
+    formula.write(plot=plot, report=report)
     if json_output:
         typer.echo(formula.formula.to_json(), nl=False)
         return
-    formula.print()
+    formula.show()
     typer.echo(f"written: {output}")
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 import regression
-from ehl.common.console import FIGURE, PAGE, App, check_outputs, check_suffix, pairs, print_json, working, write_figure
+from ehl.common.console import App, check_outputs, check_suffix, pairs, print_json, working
 
 
 def calibrate(
@@ -49,8 +49,8 @@ def calibrate(
     """Fit oil and surface parameters to measured traction or Stribeck curves, and write an oil card."""
     check_outputs({"output": output, "plot": plot, "report": report, "synthetic": synthetic})
     check_suffix(output, "output", (".toml",))
-    check_suffix(plot, "plot", FIGURE)
-    check_suffix(report, "report", PAGE)
+    check_suffix(plot, "plot")
+    check_suffix(report, "report")
     chosen: dict[str, Any] = {"parameters": fit, "oil": oil, "jobs": jobs}
     if synthetic is not None:
         truth = pairs("true", true)
@@ -59,14 +59,11 @@ def calibrate(
         return
     with working("calibration"):
         result = regression.calibrate(measured, setup, profile=profile, **chosen)
-    if plot is not None:
-        write_figure(result.plot(), plot)
-    if report is not None:
-        result.report(report)
+    result.write(plot=plot, report=report)
     if json_output:
         print_json(result.to_dict())
     else:
-        result.print()
+        result.show()
     if output is not None:
         result.save_card(output, force=force)
     if output is not None and not json_output:

@@ -1,4 +1,4 @@
-"""The report of a fit: one HTML page on the data, the formulas, their errors, and what failed."""
+"""Sections of a fit: data, formulas, their errors, failures; on the terminal the best formula alone."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import math
 import platform
 import time
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from importlib.metadata import version
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,22 +15,22 @@ from numpy.typing import NDArray
 from ehl import __version__
 from ehl.common.duration import duration
 from ehl.common.errors import InputError
-from ehl.common.html_report import (
-    Answer,
-    Beside,
-    Block,
-    Folded,
-    KeyFigures,
-    Notes,
-    Picture,
-    Pictures,
-    Section,
-    Text,
-    write_report,
-)
-from ehl.common.html_report import Formula as FormulaBlock
 from ehl.common.notes import GRADES, Note
 from ehl.common.quantities import format_number, quantities
+from ehl.common.sections import (
+    Code,
+    Folded,
+    Head,
+    Item,
+    KeyFigures,
+    MainResult,
+    Medium,
+    Notes,
+    Picture,
+    Row,
+    Section,
+    Text,
+)
 from ehl.common.table import Column, Table
 from ehl.fluid.oil import Oil
 from regression.data.dataset import Dataset, columns
@@ -52,7 +52,16 @@ from regression.view.plots import (
     plot_sensitivity,
 )
 from regression.view.plots_curves import COLEMAN, middle_conditions, plot_maps, plot_stribeck, plot_traction, varies
-from regression.view.tables import band_table, check_table, family_table, interval_table, not_fitted, region_text
+from regression.view.tables import (
+    band_table,
+    check_table,
+    family_table,
+    interval_table,
+    not_fitted,
+    reason_text,
+    region_text,
+    value_text,
+)
 
 _OILS_SHOWN = 3
 _WORST = 10
@@ -74,29 +83,20 @@ _CONDITION_COLUMNS = [Column(name, label=label, digits=3) for name, label in _CO
 _LIBRARIES = ("numpy", "scipy", "scikit-learn", "pandas", "h5py", "numba")
 
 
-def write_fit_report(
-    path: Path, dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterable[str] = ()
-) -> Path:
-    """Write the page.
+def fit_sections(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterable[str] = ()) -> list[Section]:
+    """Sections of the page of a fit.
 
     Parameters
     ----------
-    path : Path
-        HTML file.
     dataset : Dataset
         What the formulas were fitted to.
     formulas : sequence of FittedFormula
         Best first.
     tried : iterable of str
         Families that were tried; those not among the formulas are named as not fitted.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
     """
     best = formulas[0]
-    sections = [
+    return [
         _summary(dataset, formulas, tried),
         _errors(dataset, best),
         _range_and_cost(dataset, best),
@@ -109,12 +109,63 @@ def write_fit_report(
         _formula(best),
         _provenance(dataset, formulas),
     ]
-    footer = (
-        f"mixed-ehl {__version__}, Python {platform.python_version()}. Errors are those against the solver's results: "
-        "they say how well the formula repeats the solver, not how well the solver describes an oil."
+
+
+def formula_sections(
+    formulas: Sequence[FittedFormula], tried: Iterable[str], dataset: Dataset | None, medium: Medium
+) -> list[Section]:
+    """Sections for the terminal: equation, errors by region, worst case; for files: all tables."""
+    best = formulas[0]
+    spread = () if dataset is None else process_factors(dataset, best)
+    ranking = [family_table(formulas, tried)] if len(formulas) > 1 or tried else []
+    intervals = [interval_table(best, spread)] if best.interval.bands else []
+    if medium == "files":
+        tables = [*ranking, band_table(best), check_table(best), *intervals, coefficient_table(best)]
+        return [Section("", [Head(f"Fit of a friction formula: {best.name}"), *tables])]
+    return [Section("", [*ranking, Code(best.to_text()), band_table(best), *intervals, *_remarks(best, dataset)])]
+
+
+def _remarks(formula: FittedFormula, dataset: Dataset | None) -> list[Item]:
+    """Lines below the tables of the terminal."""
+    said = []
+    if not formula.interval.bands:  # too few cases for bands
+        level, width = formula.interval.level, math.exp(formula.interval.log_width)
+        said.append(f"interval of {100 * level:g} %: µ over and times {width:.3g}, at every film ratio")
+    worst = formula.validation.worst
+    where = ", ".join(value_text(name, value) for name, value in worst.conditions.items())
+    said.append(f"worst case {worst.key[:12]}: {100.0 * worst.relative_error:+.1f} % at {where}")
+    for what, checked in not_fitted(formula):
+        said.append(
+            f"{checked.count} {what}, not fitted: MAPE {100.0 * checked.mape:.1f} %, "
+            f"95 % {100.0 * checked.p95:.1f} %, worst {100.0 * checked.largest:.1f} %, RMSE of mu {checked.rmse:.2g}"
+            + ("" if checked.coverage is None else f", {100.0 * checked.coverage:.0f} % within their interval")
+            + ("" if checked.extrapolated is None else f", {100.0 * checked.extrapolated:.0f} % extrapolated")
+        )
+    if formula.noise is not None:
+        noise = formula.noise
+        said.append(
+            f"noise floor: {noise.points} points, {noise.realisations:.3g} roughness realisations each: "
+            f"one scatters by {100.0 * noise.single:.2g} %, their mean by {100.0 * noise.mean:.2g} %"
+        )
+    if formula.nested is not None:
+        errors = f"MAPE {100.0 * formula.nested.mape:.1f} %, 95 % {100.0 * formula.nested.p95:.1f} %"
+        said.append(f"choice of the family held out too: {errors}")
+    data = formula.data
+    said.append(
+        f"{data.used} of {data.count} cases used, {formula.folds} folds, the solver's own error "
+        f"{100.0 * formula.noise_floor:.2g} %, condition number {formula.condition_number:.3g}"
     )
-    oils = ", ".join(dataset.oils) or "a lubricant given by numbers"
-    return write_report(path, "Fit of a friction formula", f"{dataset.plan_name}: {oils}", sections, footer)
+    if data.excluded:
+        said.append(f"left out: {reason_text(data.excluded)}")
+    collinear = [f"{term} {value:.0f}" for term, value in formula.variance_inflation.items() if value > 10.0]
+    if collinear:
+        said.append(f"collinear terms (variance inflation above 10): {', '.join(collinear)}")
+    if dataset is not None and len(dataset) < dataset.planned:
+        said.append(
+            f"{dataset.planned - len(dataset)} of the {dataset.planned} cases of the plan are missing: the sweep is "
+            "running, or was stopped. Fit again when it is complete."
+        )
+    return [Text(line) for line in said]
 
 
 def _percent(value: float | None) -> str:
@@ -146,8 +197,14 @@ def _summary(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterabl
     ]
     if best.noise is not None:
         tiles.append((_percent(best.noise.single), "scatter between roughness realisations: the noise floor"))
-    answer = Answer(_percent(errors.mape), "mean error of the formula on contacts it has not seen", known)
-    return Section("", [answer, KeyFigures(tiles), Notes(_notes(dataset, formulas, tried))])
+    answer = MainResult(_percent(errors.mape), "mean error of the formula on contacts it has not seen", known)
+    oils = ", ".join(dataset.oils) or "a lubricant given by numbers"
+    footer = (
+        "Errors are those against the solver's results: they say how well the formula repeats the solver, not how well "
+        "the solver describes an oil."
+    )
+    head = Head("Fit of a friction formula", f"{dataset.plan_name}: {oils}", footer)
+    return Section("", [head, answer, KeyFigures(tiles), Notes(_notes(dataset, formulas, tried))])
 
 
 def _conditions(values: Mapping[str, float]) -> str:
@@ -208,7 +265,7 @@ def _range_and_cost(dataset: Dataset, best: FittedFormula) -> Section:
         ("a value of the formula, in an array of many", f"{format_number(1e6 * each, 1)} µs"),
         ("coefficients", str(len(best.coefficients) - len(best.dropped))),
     ]
-    return Section("Range and cost", [Beside([ranges, Table(("cost", "value"), cost, "Cost.")])])
+    return Section("Range and cost", [Row([ranges, Table(("cost", "value"), cost, "Cost.")])])
 
 
 def _data(dataset: Dataset) -> Section:
@@ -229,13 +286,13 @@ def _data(dataset: Dataset) -> Section:
                 "has a result and its stated error."
             ),
             Table(heads, list(zip(ends, *quantiles, strict=True)), vertical=True),
-            Picture(plot_friction(dataset), "Computed friction over the solver's film ratio."),
+            Picture(partial(plot_friction, dataset), "Computed friction over the solver's film ratio."),
         ],
     )
 
 
 def _comparison(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterable[str]) -> Section:
-    blocks: list[Text | Table] = [family_table(formulas, tried)]
+    blocks: list[Item] = [family_table(formulas, tried)]
     blocks.append(
         Table(
             (
@@ -281,7 +338,8 @@ def _errors(dataset: Dataset, best: FittedFormula) -> Section:
     caption = "Held-out errors by band of each variable, with the number of cases."
     tables = [check_table(best), interval_table(best, process_factors(dataset, best))]
     return Section(
-        "Errors by region", [Picture(plot_bands(best), caption), *tables, Folded("In numbers", [band_table(best)])]
+        "Errors by region",
+        [Picture(partial(plot_bands, best), caption), *tables, Folded("In numbers", [band_table(best)])],
     )
 
 
@@ -295,12 +353,12 @@ def _residuals(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Section:
                 "best formula on the cases left out of the fit: corners, and results whose own error exceeds mu."
             ),
             Picture(
-                plot_regimes(dataset, formulas),
+                partial(plot_regimes, dataset, formulas),
                 "Held-out friction by formula over the computed one, by film ratio. Dashed: 10 % off. The best "
                 "formula on top. Points beyond the frame are drawn at its edge.",
             ),
             Picture(
-                plot_residuals(dataset, best),
+                partial(plot_residuals, dataset, best),
                 f"{best.name}: held-out over computed friction, over every variable. Line: running "
                 "median; band: 5 to 95 %. Points beyond the frame are drawn at its edge.",
             ),
@@ -313,7 +371,7 @@ def _curves(dataset: Dataset, formulas: Sequence[FittedFormula], oil: str) -> Se
     best = formulas[0]
     drawn = "Thick: fitted formulas, the best with its interval. Thin: published ones, not fitted, (M) from memory. "
     near = "Dots: computed cases whose other variables lie within 22 % of their range about these conditions."
-    blocks: list[Block] = [Text(f"The middle of the data, unless stated otherwise: {middle.description()}.")]
+    blocks: list[Item] = [Text(f"The middle of the data, unless stated otherwise: {middle.description()}.")]
     if middle.ranges["roughness_rms"][0] > 0.0 and (
         varies(middle, "roughness_rms") or varies(middle, "speed_entrainment")
     ):
@@ -321,18 +379,19 @@ def _curves(dataset: Dataset, formulas: Sequence[FittedFormula], oil: str) -> Se
             "Stribeck curves from slow and rough to fast and smooth: speed and roughness run from 3 to 97 % of the "
             f"cases in opposite directions. {drawn}{near}"
         )
-        blocks.append(Picture(plot_stribeck(middle, formulas), caption))
-    blocks.append(Picture(plot_traction(middle, formulas), f"Traction curves. {drawn}{near}"))
+        blocks.append(Picture(partial(plot_stribeck, middle, formulas), caption))
+    blocks.append(Picture(partial(plot_traction, middle, formulas), f"Traction curves. {drawn}{near}"))
     if varies(middle, "pressure_hertz") and varies(middle, "speed_entrainment"):
         caption = (
             f"{best.name}: friction over pressure and speed. Dots: computed cases near, in the same colours. Hatched: "
             "outside the range, or extrapolated."
         )
-        blocks.append(Picture(plot_maps(middle, best), caption))
+        blocks.append(Picture(partial(plot_maps, middle, best), caption))
     return Section(f"Curves and maps, {oil}", blocks)
 
 
-def _formula(best: FittedFormula) -> Section:
+def coefficient_table(best: FittedFormula) -> Table:
+    """Coefficients of a formula with standard errors and collinearity."""
     rows = []
     for term in FAMILIES[best.family].terms:
         value, error, inflation = (
@@ -355,7 +414,11 @@ def _formula(best: FittedFormula) -> Section:
         f"Collinearity: condition number {best.condition_number:.3g}; a variance inflation above 10 says that the "
         "coefficient cannot be told from others, though their combination can."
     )
-    blocks: list[Block] = [FormulaBlock(best.equation), Table(columns, rows, notes=(note,))]
+    return Table(columns, rows, notes=(note,), name="coefficients")
+
+
+def _formula(best: FittedFormula) -> Section:
+    blocks: list[Item] = [Code(best.equation), coefficient_table(best)]
     for place, (process, what) in enumerate(
         zip(best.processes, PROCESS_WORDS[len(best.processes)], strict=True), start=1
     ):
@@ -379,7 +442,7 @@ def _sensitivity(dataset: Dataset, best: FittedFormula) -> Section:
                 f"Sobol indices of ln µ by {best.name} over the box of the data, {found[0][1].evaluations} evaluations "
                 "each; the marks are 90 % intervals. The share a variable takes depends on how far it ranges."
             ),
-            Pictures([Picture(plot_sensitivity(indices), oil) for oil, indices in found]),
+            Row([Picture(partial(plot_sensitivity, indices), oil) for oil, indices in found]),
         ],
     )
 
@@ -388,7 +451,7 @@ def _failures(dataset: Dataset, best: FittedFormula) -> Section:
     frame = dataset.frame
     counted = frame.groupby(["status", "reason"]).size().reset_index(name="count").sort_values("count", ascending=False)
     rows = [(r["status"], r["reason"] or None, r["count"]) for r in counted.to_dict("records")]
-    blocks: list[Text | Table] = [Table(("status", "reason", "cases"), rows, "What the solver said of its cases.")]
+    blocks: list[Item] = [Table(("status", "reason", "cases"), rows, "What the solver said of its cases.")]
     if best.data.excluded:
         left_out = [(reason, str(count)) for reason, count in best.data.excluded.items()]
         blocks.append(Table(("left out of the fit", "cases"), left_out))

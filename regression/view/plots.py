@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ehl.common.figures import BLUE, GREY, ORANGE
+from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, new_figure
 from ehl.common.quantities import quantity, typeset_units
 from regression.data.dataset import Dataset, columns
 from regression.fitting.cross_validation import held_out_friction
@@ -21,6 +21,7 @@ from regression.view.tables import region_text
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
@@ -62,8 +63,6 @@ def plot_regimes(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Figure:
 
     Cases that were left out of the fit are shown by the best formula itself.
     """
-    from matplotlib.figure import Figure
-
     frame = checked_rows(dataset)
     mu, ratio = computed_friction(frame), frame["film_ratio"].to_numpy(dtype=float)
     used = frame["key"].isin(fitted_rows(dataset, formulas[0])["key"]).to_numpy(dtype=bool)
@@ -75,7 +74,7 @@ def plot_regimes(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Figure:
     bands = [(low, high) for low, high in limits if ((ratio >= low) & (ratio < high)).any()]
     if np.isinf(ratio).any():
         bands.append((math.inf, math.inf))
-    figure = Figure(figsize=(9.6, 4.2 * math.ceil(len(bands) / 2)), layout="constrained", dpi=RASTER_DPI)
+    figure = new_figure(9.6, 4.2 * math.ceil(len(bands) / 2), dpi=RASTER_DPI)
     panels = np.ravel(figure.subplots(math.ceil(len(bands) / 2), 2, squeeze=False))
     for axes, (low, high) in zip(panels, bands, strict=False):
         inside = (ratio >= low) & (ratio < high) if math.isfinite(low) else np.isinf(ratio)
@@ -123,13 +122,11 @@ def plain_ticks(axis: Axis, low: float, high: float) -> None:
 
 def plot_residuals(dataset: Dataset, formula: FittedFormula) -> Figure:
     """Held-out over computed friction of the fitted cases, with its running median and 5 to 95 % range."""
-    from matplotlib.figure import Figure
-
     frame = fitted_rows(dataset, formula)
     ratio = held_out_friction(dataset, formula).mu / computed_friction(frame)
     shown = [name for name in AXES if _varies(frame[name].to_numpy(dtype=float))]
     rows = math.ceil(len(shown) / 3)
-    figure = Figure(figsize=(10.4, 2.7 * rows), layout="constrained", dpi=RASTER_DPI)
+    figure = new_figure(10.4, 2.7 * rows, dpi=RASTER_DPI)
     panels = np.ravel(figure.subplots(rows, 3, squeeze=False, sharey=True))
     limit = max(1.1, float(np.exp(1.2 * np.quantile(np.abs(np.log(ratio)), 0.98))))
     for number, (axes, name) in enumerate(zip(panels, shown, strict=False)):
@@ -170,10 +167,8 @@ def _running(x: Array, y: Array, count: int = 12) -> tuple[Array, Array, Array, 
 
 def plot_bands(formula: FittedFormula) -> Figure:
     """Held-out errors by band of each variable: bars of the mean, marks at what 95 % of the cases stay below."""
-    from matplotlib.figure import Figure
-
     bands = formula.bands
-    figure = Figure(figsize=(7.6, 1.3 + 0.26 * len(bands)), layout="constrained")
+    figure = new_figure(7.6, 1.3 + 0.26 * len(bands))
     axes = figure.add_subplot()
     names = list(dict.fromkeys(band.variable for band in bands))
     mean, most = (np.array([100.0 * getattr(band, name) for band in bands]) for name in ("mape", "p95"))
@@ -193,10 +188,8 @@ def plot_bands(formula: FittedFormula) -> Figure:
 
 def plot_sensitivity(indices: SobolIndices) -> Figure:
     """First-order and total Sobol indices of ln mu with their 90 % intervals, greatest first."""
-    from matplotlib.figure import Figure
-
     order = np.argsort(indices.total)
-    figure = Figure(figsize=(6.0, 0.5 * len(order) + 1.3), layout="constrained")
+    figure = new_figure(6.0, 0.5 * len(order) + 1.3)
     axes = figure.add_subplot()
     places = np.arange(len(order))
     for shift, values, interval, colour, label in (
@@ -214,10 +207,8 @@ def plot_sensitivity(indices: SobolIndices) -> Figure:
 
 def plot_friction(dataset: Dataset) -> Figure:
     """Computed friction over the film ratio, coloured by the slide-to-roll ratio."""
-    from matplotlib.figure import Figure
-
     frame = dataset.converged
-    figure = Figure(figsize=(6.0, 4.6), layout="constrained")
+    figure = new_figure(6.0, 4.6)
     axes = figure.add_subplot()
     ratio = frame["film_ratio"].to_numpy()
     rough = np.isfinite(ratio)
@@ -238,13 +229,10 @@ def plot_friction(dataset: Dataset) -> Figure:
     return figure
 
 
-def plot_parity(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Figure:
+def plot_parity(dataset: Dataset, formulas: Sequence[FittedFormula], ax: Axes | None = None) -> Axes:
     """Held-out friction by each formula over the computed one, best formula on top; dashed lines 10 % off."""
-    from matplotlib.figure import Figure
-
     mu = fitted_rows(dataset, formulas[0])["friction_coefficient"].to_numpy(dtype=float)
-    figure = Figure(figsize=(6.0, 4.6), layout="constrained")
-    axes = figure.add_subplot()
+    axes = axes_or_new(ax, 6.0, 4.6)
     lines = []
     for formula, colour in reversed(list(zip(formulas, (BLUE, ORANGE, GREY), strict=False))):
         label = f"{formula.name} (MAPE {100.0 * formula.validation.mape:.2g} %)"
@@ -262,4 +250,4 @@ def plot_parity(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Figure:
         ylabel="held-out friction coefficient by formula [-]",
     )
     axes.legend(handles=lines[::-1], frameon=False, loc="upper left")
-    return figure
+    return axes

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ehl.common.figures import GREY
+from ehl.common.figures import GREY, new_figure
 from ehl.common.quantities import axis_label, quantity, to_display, typeset_units
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
@@ -120,9 +120,7 @@ def varies(middle: CurveConditions, name: str) -> bool:
 
 def plot_stribeck(middle: CurveConditions, formulas: Sequence[FittedFormula]) -> Figure:
     """Friction over the film ratio at three slide-to-roll ratios, from slow and rough to fast and smooth."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(10.4, 4.9), layout="constrained", dpi=RASTER_DPI)
+    figure = new_figure(10.4, 4.9, dpi=RASTER_DPI)
     panels = figure.subplots(1, 3, sharey=True)
     speed, rough = (np.geomspace(*_ends(middle, name), _POINTS) for name in ("speed_entrainment", "roughness_rms"))
     for axes, sliding in zip(panels, _spread(middle, "slide_to_roll_total"), strict=True):
@@ -146,9 +144,7 @@ def plot_stribeck(middle: CurveConditions, formulas: Sequence[FittedFormula]) ->
 
 def plot_traction(middle: CurveConditions, formulas: Sequence[FittedFormula]) -> Figure:
     """Friction over the slide-to-roll ratio at three pressures."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(10.4, 4.9), layout="constrained", dpi=RASTER_DPI)
+    figure = new_figure(10.4, 4.9, dpi=RASTER_DPI)
     panels = figure.subplots(1, 3, sharey=True)
     high = middle.ranges["slide_to_roll_total"][1]
     sliding = np.linspace(0.0, high, 4 * _POINTS)
@@ -175,9 +171,8 @@ def plot_maps(middle: CurveConditions, formula: FittedFormula) -> Figure:
     At three roughnesses, or at three slide-to-roll ratios where the roughness does not vary.
     """
     from matplotlib.colors import LogNorm
-    from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(10.4, 3.6), layout="constrained", dpi=RASTER_DPI)
+    figure = new_figure(10.4, 3.6, dpi=RASTER_DPI)
     panels = figure.subplots(1, 3, sharey=True)
     pressure = np.linspace(*middle.ranges["pressure_hertz"], _MAP)
     speed = np.geomspace(*middle.ranges["speed_entrainment"], _MAP)

@@ -38,7 +38,7 @@ from efficiency.optimisation.surrogate import Processes, first_points, next_poin
 from efficiency.pair import GearPair, Mesh
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.html_report import Pictures
+from ehl.common.sections import Row
 from ehl.common.validation import validate
 from regression.sweeping.executors import WorkersCrashed, cluster
 
@@ -252,7 +252,7 @@ def test_figures_before_and_after_share_their_scales(found: Optimisation) -> Non
     assert best is not None
     (section,) = report._before_after(found, {best.name: GearPair(found.settings(best).design)})
     for row in section.blocks:
-        assert isinstance(row, Pictures)
+        assert isinstance(row, Row)
         before, after = (picture.figure for picture in row.pictures)
         assert before.axes[-1].get_ylim() == after.axes[-1].get_ylim()
 

@@ -6,8 +6,8 @@ import math
 from pathlib import Path
 from typing import Any
 
-import matplotlib.figure
 import pytest
+from matplotlib.figure import Figure
 from pages import read_page
 
 import ehl
@@ -118,10 +118,11 @@ def test_frame_holds_inputs_and_results(result: ehl.ContactResult) -> None:
 
 
 def test_figure_and_page(result: ehl.ContactResult, tmp_path: Path) -> None:
-    assert isinstance(result.plot(tmp_path / "contact.png"), matplotlib.figure.Figure)
+    result.write(plot=tmp_path / "contact.png")
     assert (tmp_path / "contact.png").stat().st_size > 10_000
-    with pytest.raises(ehl.InputError, match="png"):
-        result.plot(tmp_path / "contact.nothing")
+    axes = Figure().add_subplot()
+    assert result.plot(axes) is axes
+    assert axes.get_ylabel() == "pressure [GPa]"
     page = read_page(result.report(tmp_path / "contact.html"))
     assert f"{result.friction_coefficient:.4g} friction coefficient not computed" in page.sections[0]
     assert f"± {100.0 * result.friction_error:.2g} %" in page.sections[0]
@@ -131,9 +132,9 @@ def test_figure_and_page(result: ehl.ContactResult, tmp_path: Path) -> None:
     known = InputUncertainty.of(
         "friction_coefficient", mu, [Change("viscosity", "oil", 0.1, -0.2, 0.2)], lambda ln: mu * math.exp(ln)
     )
-    page = read_page(result.report(tmp_path / "contact.html", known))
+    page = read_page(result.report(tmp_path / "contact.html", uncertainty=known))
     assert f"{known.low:.3g} to {known.high:.3g} 90 % interval by uncertain inputs, most by oil" in page.sections[0]
-    assert "What the inputs leave open" in page.sections[2]
+    assert "Input uncertainty" in page.sections[2]
 
 
 def test_failed_results_have_a_page_and_no_figure(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
@@ -60,7 +61,7 @@ def test_nothing_uncertain() -> None:
 
 def test_the_plot_shows_the_widest_bar_first() -> None:
     found = uncertainty(Change("viscosity", "oil", 0.1, -0.01, 0.01), Change("boundary_film", "film", 0.1, -0.2, 0.3))
-    (axes,) = found.plot().axes
+    axes = found.plot(Figure().add_subplot())
     assert [label.get_text() for label in axes.get_yticklabels()] == ["all inputs", "boundary film", "viscosity"]
 
 

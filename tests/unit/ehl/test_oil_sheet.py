@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import ehl
 from ehl.common.data import data_names, data_path
@@ -58,13 +59,9 @@ def test_a_card_in_a_notebook(tmp_path: Path) -> None:
     frame = oil.to_frame("40, 80, 100 degC")
     assert list(frame["temperature_oil"]) == [313.15, 353.15, 373.15]
     assert frame["viscosity_inlet"].is_monotonic_decreasing
-    figure = oil.plot(tmp_path / "oil.svg")
-    axes = figure.axes[0]
+    axes = oil.plot(Figure().add_subplot())
     assert len(axes.lines) == 2 * 2 + 2  # curve and points at two temperatures, key of the points, end of measurement
     np.testing.assert_allclose(axes.lines[0].get_ydata()[0], 1e3 * oil.at(313.15).viscosity_inlet)
-    assert (tmp_path / "oil.svg").stat().st_size > 10_000
-    with pytest.raises(ehl.InputError, match=r"\.png"):
-        oil.plot(tmp_path / "oil.xyz")
 
 
 @pytest.mark.parametrize("name", ["75w90", "80w90", "squalane", "pao 97.5/13.3"])

@@ -55,7 +55,8 @@ def test_figure_holds_the_solution(solution: tuple[Contact, ContactResult], tmp_
     result = solution[1]
     run = result.transient
     assert run is not None
-    figure = result.plot(tmp_path / "rough.png")
+    result.write(plot=tmp_path / "rough.png")
+    figure = result.figure()
     panels = {axes.get_label(): axes for axes in figure.axes}
     assert set(panels) == {
         "pressure", "pressure_now", "film", "film_now", "filling", "friction", "heights", "correlation", "spectrum",

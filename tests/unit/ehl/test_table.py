@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from ehl.common.table import Column, Table, write_csv, write_xlsx
+from ehl.common.pages import write_csv, write_workbook
+from ehl.common.sections import Head, Section
+from ehl.common.table import Column, Table
 
 HOSTILE = [
     "pair [80W]",
@@ -94,7 +96,7 @@ def test_workbook_is_in_display_units_and_computes_nothing(tmp_path: Path) -> No
     from openpyxl import load_workbook
 
     many = [TABLE, TABLE, Table(["note"], [], name="x" * 40), Table(["note"], [["a"]], name="x" * 50)]
-    book = load_workbook(write_xlsx(tmp_path / "t.xlsx", many, "=title"))
+    book = load_workbook(write_workbook(tmp_path / "t.xlsx", [Section("", [Head("=title"), *many])]))
     assert book.sheetnames[:3] == ["about", "a b  c", "a b  c 2"]
     assert len({name.lower() for name in book.sheetnames}) == 5
     sheet = book["a b  c"]

@@ -16,6 +16,7 @@ from pages import read_page
 from small_plans import gear_plan
 
 from ehl.common.errors import InputError
+from ehl.common.pages import write_page
 from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from regression.data.dataset import Dataset, load_dataset
@@ -28,7 +29,7 @@ from regression.friction.published_registry import PUBLISHED
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs
 from regression.sweeping.sweep import run_meta, sweep_shard
-from regression.view.fit_report import write_fit_report
+from regression.view.fit_report import fit_sections
 from regression.view.plots import plot_regimes, plot_residuals, plot_sensitivity
 from regression.view.plots_curves import middle_conditions, plot_maps, plot_stribeck, plot_traction
 
@@ -133,7 +134,7 @@ def cells(page: str) -> list[list[str]]:
 
 
 def test_page(dataset: Dataset, formulas: list[FittedFormula], tmp_path: Path) -> None:
-    path = write_fit_report(tmp_path / "fit.html", dataset, formulas, ["xu", "not_there"])
+    path = write_page(tmp_path / "fit.html", fit_sections(dataset, formulas, ["xu", "not_there"]))
     page, seen = path.read_text(encoding="utf-8"), read_page(path)
     rows = {row[0]: row for row in cells(page) if row}
     best = formulas[0]
@@ -172,7 +173,9 @@ def test_smooth_contacts_at_one_pressure(tmp_path: Path) -> None:
     plan = validate(Plan, {**PLAN, "sampling": {"size": 32}, "variables": smooth})
     sweep_shard(plan, tmp_path / "run", evaluate=partial(published_outputs, name="arana_2019"), version="arana_2019")
     dataset = load_dataset(tmp_path / "run")
-    page = write_fit_report(tmp_path / "fit.html", dataset, [fit_formula(dataset, "power_law")]).read_text("utf-8")
+    page = write_page(tmp_path / "fit.html", fit_sections(dataset, [fit_formula(dataset, "power_law")])).read_text(
+        "utf-8"
+    )
     assert "Traction curves" in page
     assert "Stribeck" not in page
     assert "Hatched" not in page
@@ -195,7 +198,7 @@ def test_an_oil_named_by_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     sweep_shard(validate(Plan, content), tmp_path / "run", evaluate=evaluate, version="arana_2019")
     dataset = load_dataset(tmp_path / "run")
     formula = fit_formula(dataset, "power_law")
-    write_fit_report(tmp_path / "fit.html", dataset, [formula])
+    write_page(tmp_path / "fit.html", fit_sections(dataset, [formula]))
     assert f"Curves and maps, {card}" in (tmp_path / "fit.html").read_text(encoding="utf-8")
     middle = middle_conditions(dataset, str(card))
     assert len(middle.near(*middle.held)[0]) == len(fitted_rows(dataset))

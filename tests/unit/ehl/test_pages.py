@@ -1,26 +1,18 @@
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 from matplotlib.figure import Figure
+from openpyxl import load_workbook
 from pages import read_page
 
 from ehl.common.errors import InputError
-from ehl.common.html_report import (
-    Answer,
-    Beside,
-    Folded,
-    Formula,
-    KeyFigures,
-    Notes,
-    Picture,
-    Pictures,
-    Section,
-    Text,
-    write_report,
-)
 from ehl.common.notes import Note, NoteKind, group_notes, notes_table
+from ehl.common.pages import Reportable
+from ehl.common.sections import Code, Folded, Head, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table
 
 KINDS = (NoteKind("teeth yield", "fault"), NoteKind("edges carry", "warning"), NoteKind("safety", "warning", low=True))
@@ -34,31 +26,28 @@ def figure() -> Figure:
     return drawn
 
 
+class Result(Reportable):
+    """A result with every kind of item."""
+
+    def sections(self, medium: Medium = "page") -> list[Section]:
+        table = Table(["name", "value"], [["x", "1"], ["y", "2"]], "cap", ["a note"], "numbers", highlight=1)
+        if medium != "page":
+            return [Section("", [Head("Title"), table, Notes([Note("warning", "hot")])])]
+        many = [Note("warning", f"note {k} at 90 degC", 2, f"{k} N m") for k in range(5)]
+        answer = MainResult("99.1 %", "efficiency", [("98 to 99.5 %", "interval")])
+        row = Row([Picture(figure, "a line", "line"), Picture(figure, "another")])
+        return [
+            Section("", [Head("Title & more", "subtitle", "footer"), answer, KeyFigures([("5 W", "loss")])]),
+            Section("One", [Text("a < b"), Folded("The formula", [Code("mu = 0.05")]), Notes(many, cases=7)]),
+            Section("Two", [table, row, Row([Text("left"), Text("right")])]),
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        return {"x": 1}
+
+
 def test_page_holds_everything_and_escapes(tmp_path: Path) -> None:
-    picture = Picture(figure(), "a line")
-    many = [Note("warning", f"note {k} at 90 degC", 2, f"{k} N m") for k in range(5)]
-    page = read_page(
-        write_report(
-            tmp_path / "sub" / "page.html",
-            "Title & more",
-            "subtitle",
-            [
-                Section(
-                    "", [Answer("99.1 %", "efficiency", [("98 to 99.5 %", "interval")]), KeyFigures([("5 W", "loss")])]
-                ),
-                Section("One", [Text("a < b"), Folded("The formula", [Formula("mu = 0.05")]), Notes(many, cases=7)]),
-                Section(
-                    "Two",
-                    [
-                        Table(["name", "value"], [["x", "1"], ["y", "2"]], "cap", highlight=1),
-                        Pictures([picture, Picture(figure(), "another")]),
-                        Beside([Text("left"), Text("right")]),
-                    ],
-                ),
-            ],
-            "footer",
-        )
-    )
+    page = read_page(Result().report(tmp_path / "sub" / "page.html"))
     assert page.sections[0].startswith("99.1 % efficiency 98 to 99.5 % interval 5 W loss")
     assert "1. One 2. Two" in page.sections[0]
     for part in ("Title & more", "a < b", "mu = 0.05", "cap", "a line", "footer", "2 more of less weight"):
@@ -70,8 +59,37 @@ def test_page_holds_everything_and_escapes(tmp_path: Path) -> None:
 
 
 def test_powers_of_ten_between_the_marks_of_an_axis_are_typeset(tmp_path: Path) -> None:
-    page = write_report(tmp_path / "page.html", "", "", [Section("", [Picture(figure(), "")])])
+    page = Result().report(tmp_path / "page.html")
     assert "mathdefault" not in page.read_text(encoding="utf-8")
+
+
+def test_suffix_chooses_the_kind_of_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    result = Result()
+    assert json.loads(result.report(tmp_path / "r.json").read_text()) == {"x": 1}
+    assert result.report(tmp_path / "r.csv").read_text() == "name,value\nx,1\ny,2\n"
+    book = load_workbook(result.report(tmp_path / "r.xlsx"))
+    assert book.sheetnames == ["about", "numbers"]
+    assert book["about"]["B1"].value == "Title"
+    places = {"report": "p.html", "xlsx": "p.xlsx", "csv": "tables", "plot": "figures"}
+    written = result.write(**{name: tmp_path / place for name, place in places.items()})
+    assert [path.name for path in written] == list(places.values())
+    # a picture without name is part of the page alone
+    assert [path.name for path in (tmp_path / "figures").iterdir()] == ["line.png"]
+    assert [path.name for path in (tmp_path / "tables").iterdir()] == ["numbers.csv"]
+    result.write(plot=tmp_path / "main.svg")
+    assert "<svg" in (tmp_path / "main.svg").read_text(encoding="utf-8")
+    assert result.figure("line").axes
+    for refused in (lambda: result.report(tmp_path / "r.doc"), lambda: result.write(report=tmp_path / "r.xlsx")):
+        with pytest.raises(InputError) as error:
+            refused()
+        assert error.value.field == "report"
+    with pytest.raises(InputError) as error:
+        result.figure("nothing")
+    assert error.value.field == "figure"
+    result.show()
+    shown = capsys.readouterr().out
+    for part in ("cap", "a note", "warning", "hot"):
+        assert part in shown
 
 
 def test_notes_that_differ_in_numbers_and_places_are_one_row() -> None:
@@ -116,4 +134,4 @@ def test_of_cases_that_say_the_same_none_is_the_worst(capsys: pytest.CaptureFixt
 def test_unwritable_page(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="writable"):
-        write_report(tmp_path / "file" / "page.html", "", "", [])
+        Result().report(tmp_path / "file" / "page.html")

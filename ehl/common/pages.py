@@ -1,0 +1,392 @@
+"""The writer of all results: terminal, HTML page, workbook, CSV and JSON files from sections."""
+
+from __future__ import annotations
+
+import io
+import json
+import platform
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ehl.common.errors import InputError
+from ehl.common.figures import figure_of, interactive, printable, quiet_about_names, save_figure
+from ehl.common.files import FIGURE, PAGE, make_folder, write_file
+from ehl.common.notes import notes_table
+from ehl.common.quantities import typeset_units
+from ehl.common.sections import Code, Folded, Head, Item, MainResult, Medium, Notes, Picture, Row, Section, Text
+from ehl.common.table import Cell, Table
+from ehl.common.version import __version__
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xlsxwriter.format import Format
+    from xlsxwriter.workbook import Workbook
+
+
+_MAX_SHEET_WIDTH, _MAX_SHEET_NAME = 60, 31
+_ASIDE = re.compile(r"<metadata>.*?</metadata>\s*|<!--.*?-->\s*", re.DOTALL)
+_ID, _REFERENCE = re.compile(r' id="([^"]*)"'), re.compile(r'(?:url\(|href=")#([^)"]+)')
+
+
+class Reportable:
+    """A result that can be printed, drawn and written: a subclass gives `sections` and `to_dict`."""
+
+    def sections(self, medium: Medium = "page") -> list[Section]:
+        """Content of the result for a medium."""
+        raise NotImplementedError
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        raise NotImplementedError
+
+    def _plot(self, ax: Axes | None) -> Axes:
+        raise InputError("plot", type(self).__name__, "a result with figures")
+
+    def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw the main figure of the result.
+
+        Parameters
+        ----------
+        ax : Axes, optional
+            Axes of matplotlib to draw in, which take the main panel; a new figure of pyplot if not given.
+        **options
+            As in `sections`.
+
+        Returns
+        -------
+        Axes
+        """
+        with interactive():
+            return self._plot(ax, **options)
+
+    def show(self, **options: Any) -> None:
+        """Print the result to the terminal; options as in `sections`."""
+        print_sections(self.sections("terminal", **options))
+
+    def report(self, path: Path | str, **options: Any) -> Path:
+        """Write one file.
+
+        Parameters
+        ----------
+        path : Path or str
+            HTML page, workbook (.xlsx), first table (.csv), or all numbers (.json), by its suffix.
+        **options
+            As in `sections`.
+
+        Returns
+        -------
+        Path
+
+        Raises
+        ------
+        InputError
+            Another suffix, or the file cannot be written.
+        """
+        path = Path(path)
+        suffix = path.suffix.lower()
+        if suffix in PAGE:
+            return write_page(path, self.sections("page", **options))
+        if suffix == ".xlsx":
+            return write_workbook(path, self.sections("files", **options))
+        if suffix == ".csv":
+            write_file(path, next(iter(tables_of(self.sections("files", **options)))).csv(), "csv", folder=True)
+        elif suffix == ".json":
+            write_file(path, json.dumps(self.to_dict(), allow_nan=False) + "\n", "report", folder=True)
+        else:
+            raise InputError("report", str(path), "a file name ending in .html, .xlsx, .csv or .json")
+        return path
+
+    def write(
+        self,
+        *,
+        report: Path | str | None = None,
+        xlsx: Path | str | None = None,
+        csv: Path | str | None = None,
+        plot: Path | str | None = None,
+        **options: Any,
+    ) -> list[Path]:
+        """Write several files.
+
+        Parameters
+        ----------
+        report : Path or str, optional
+            HTML page.
+        xlsx : Path or str, optional
+            Workbook of all tables.
+        csv : Path or str, optional
+            Folder for all tables; or one file, which takes the first table.
+        plot : Path or str, optional
+            Folder for all figures (PNG); or one file (PNG, SVG, PDF), which takes the main one.
+        **options
+            As in `sections`.
+
+        Returns
+        -------
+        list of Path
+            The files and folders written.
+
+        Raises
+        ------
+        InputError
+            A suffix that does not belong to the kind of file, or a file or folder that cannot be written.
+        """
+        given = {"report": report, "xlsx": xlsx, "csv": csv, "plot": plot}
+        places = {name: Path(place) for name, place in given.items() if place is not None}
+        for name, suffixes in (("report", PAGE), ("xlsx", (".xlsx",))):
+            if name in places and places[name].suffix.lower() not in suffixes:
+                raise InputError(name, str(places[name]), f"a file name ending in {suffixes[0]}")
+        for name, place in places.items():
+            if name == "plot":
+                write_figures(place, self.sections("page", **options))
+            elif name == "csv" and place.suffix.lower() != ".csv":
+                write_csv(place, tables_of(self.sections("files", **options)))
+            else:
+                self.report(place, **options)
+        return list(places.values())
+
+    def figure(self, name: str | None = None, **options: Any) -> Figure:
+        """One of the figures of the report.
+
+        Parameters
+        ----------
+        name : str, optional
+            Of the figure; the main one if not given.
+        **options
+            As in `sections`.
+
+        Returns
+        -------
+        Figure
+            Of matplotlib, not shown.
+
+        Raises
+        ------
+        InputError
+            An unknown name; the message lists all names.
+        """
+        named = {picture.name: picture for picture in pictures_of(self.sections("page", **options))}
+        if not named or name not in (None, *named):
+            raise InputError("figure", name, "one of " + ", ".join(named) if named else "a result with figures")
+        return _drawn(named[name or next(iter(named))])
+
+
+def inner_items(items: Sequence[Item]) -> Iterator[Item]:
+    """Items in reading order, those of rows and folded parts among them."""
+    for item in items:
+        if isinstance(item, Row | Folded):
+            yield from inner_items(item.items)
+        else:
+            yield item
+
+
+def all_items(sections: Sequence[Section]) -> Iterator[Item]:
+    """Items of all sections in reading order."""
+    for section in sections:
+        yield from inner_items(section.items)
+
+
+def tables_of(sections: Sequence[Section]) -> list[Table]:
+    """All tables of the sections."""
+    return [item for item in all_items(sections) if isinstance(item, Table)]
+
+
+def pictures_of(sections: Sequence[Section]) -> list[Picture]:
+    """All pictures of the sections that have a name."""
+    return [item for item in all_items(sections) if isinstance(item, Picture) and item.name]
+
+
+def head_of(sections: Sequence[Section]) -> Head:
+    """The head of the sections."""
+    return next((item for item in all_items(sections) if isinstance(item, Head)), Head(""))
+
+
+def _drawn(picture: Picture) -> Figure:
+    return figure_of(picture.draw() if callable(picture.draw) else picture.draw)
+
+
+def print_sections(sections: Sequence[Section]) -> None:
+    """Print text, notes and tables to the terminal."""
+    from rich.console import Console
+
+    console = Console(soft_wrap=True, highlight=False, markup=False)
+    for section in sections:
+        if section.title:
+            console.print(section.title)
+        for item in inner_items(section.items):
+            if isinstance(item, Table):
+                item.print()
+            elif isinstance(item, Notes):
+                notes_table(item.notes, item.cases).print()
+            elif isinstance(item, Text | Code):
+                console.print(item.text)
+            elif isinstance(item, MainResult):
+                console.print("\n".join([f"{item.label}: {item.value}", *(f"{x}, {what}" for x, what in item.known)]))
+
+
+def write_page(path: Path, sections: Sequence[Section]) -> Path:
+    """Write sections as one self-contained HTML page.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("ehl.common"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["typeset"] = typeset_units
+    environment.filters["svg"] = lambda picture: figure_svg(_drawn(picture))
+    head = head_of(sections)
+    footer = f"mixed-ehl {__version__}, Python {platform.python_version()}. {head.footer}".strip()
+    page = environment.get_template("report.html").render(head=head, sections=sections, footer=footer)
+    write_file(path, page, "report", folder=True)
+    return path
+
+
+def figure_svg(figure: Figure) -> str:
+    """A figure as an SVG element without the XML prolog."""
+    import matplotlib as mpl
+
+    printable(figure)
+    buffer = io.StringIO()
+    with quiet_about_names(), mpl.rc_context({"svg.fonttype": "none", "font.family": "sans-serif"}):
+        figure.savefig(buffer, format="svg", transparent=True, bbox_inches="tight", pad_inches=0.05)
+    text = buffer.getvalue()
+    text = _ASIDE.sub("", text[text.index("<svg") :])
+    # names of groups repeat in the figures of a page; those that are referred to are unique
+    used = set(_REFERENCE.findall(text))
+    return _ID.sub(lambda found: found[0] if found[1] in used else "", text)
+
+
+def write_figures(place: Path, sections: Sequence[Section]) -> None:
+    """Write all named figures as PNG files into a folder, or the first one to a file (.png, .svg, .pdf).
+
+    Raises
+    ------
+    InputError
+        There is no figure, or the file or folder cannot be written.
+    """
+    pictures = pictures_of(sections)
+    if not pictures:
+        raise InputError("plot", str(place), "a result with figures")
+    if place.suffix.lower() in FIGURE:
+        save_figure(_drawn(pictures[0]), place)
+        return
+    make_folder(place, "plot")
+    for picture in pictures:
+        save_figure(_drawn(picture), place / f"{picture.name}.png")
+
+
+def write_csv(folder: Path, tables: Sequence[Table]) -> list[Path]:
+    """Write each table as a CSV file of its name.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written.
+    """
+    make_folder(folder, "csv")
+    written = []
+    for table in tables:
+        path = folder / f"{re.sub(r'[^A-Za-z0-9.]+', '_', table.name or table.title)}.csv"
+        write_file(path, table.csv(), "csv")
+        written.append(path)
+    return written
+
+
+def write_workbook(path: Path, sections: Sequence[Section]) -> Path:
+    """Write all tables as one workbook in display units, a sheet for each; the first sheet lists them.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    import xlsxwriter
+    from xlsxwriter.exceptions import FileCreateError
+
+    tables, title = tables_of(sections), head_of(sections).title
+    make_folder(path.parent, "xlsx")
+    book = xlsxwriter.Workbook(str(path), {"nan_inf_to_errors": False, "strings_to_numbers": False})
+    bold = book.add_format({"bold": True, "bottom": 1, "text_wrap": True, "valign": "top"})
+    book.set_properties({"title": title, "comments": f"mixed-ehl {__version__}"})
+    names = _sheet_names(tables)
+    front: list[list[Cell]] = [["what", title], ["program", f"mixed-ehl {__version__}"]]
+    front += [["units", "in the head of each column"]]
+    for name, table in zip(names, tables, strict=True):
+        front.append([f"sheet {name}", f"{len(table.rows)} rows"])
+        front.extend([f"note on {name}", note] for note in table.notes)
+    _add_sheet(book, "about", [], front, bold)
+    for name, table in zip(names, tables, strict=True):
+        _add_sheet(book, name, *table.grid(display=True), bold)
+    try:
+        book.close()
+    except (OSError, FileCreateError) as error:
+        raise InputError("xlsx", str(path), "a writable file", f"{error}.") from None
+    return path
+
+
+def _add_sheet(book: Workbook, name: str, head: Sequence[str], rows: Sequence[Sequence[Cell]], bold: Format) -> None:
+    sheet = book.add_worksheet(name)
+    if head:
+        for i, text in enumerate(head):
+            sheet.write_string(0, i, text, bold)
+        sheet.freeze_panes(1, 0)
+        if rows:
+            sheet.autofilter(0, 0, len(rows), len(head) - 1)
+    widths = [max(12, len(text) // 2 + 4) for text in head] or [12, 12]
+    for number, row in enumerate(rows, start=bool(head)):
+        for i, value in enumerate(row):
+            if isinstance(value, str):
+                sheet.write_string(number, i, value)
+                if number < 200:
+                    widths[i] = max(widths[i], len(value))
+            elif isinstance(value, bool):
+                sheet.write_boolean(number, i, value)
+            elif value is not None:
+                sheet.write_number(number, i, value)
+    for i, width in enumerate(widths):
+        sheet.set_column(i, i, min(_MAX_SHEET_WIDTH, width))
+    sheet.set_landscape()
+    sheet.repeat_rows(0)
+
+
+def _sheet_names(tables: Sequence[Table]) -> list[str]:
+    """Names a workbook takes: without its forbidden characters, short, each once."""
+    names: list[str] = []
+    for table in tables:
+        clean = re.sub(r"[\[\]:*?/\\\x00-\x1f]", " ", table.name or table.title).strip(" '") or "table"
+        name, number = clean[:_MAX_SHEET_NAME], 1
+        while name.lower() in {"about", "history", *(other.lower() for other in names)}:
+            number += 1
+            name = f"{clean[: _MAX_SHEET_NAME - 4]} {number}"
+        names.append(name)
+    return names
+
+
+def write_report(path: Path, title: str, subtitle: str, sections: Sequence[Section], footer: str = "") -> Path:
+    """Write the page of sections without a head."""
+    footer = footer.partition(f"Python {platform.python_version()}")[2].lstrip(".; ")
+    first = Section("", [Head(title, subtitle, footer), *sections[0].items])
+    return write_page(path, [first, *sections[1:]])
+
+
+def write_xlsx(path: Path, tables: Sequence[Table], title: str) -> Path:
+    """Write tables as a workbook."""
+    return write_workbook(path, [Section("", [Head(title), *tables])])
+
+
+def save_figures(figures: Iterable[tuple[Any, ...]], folder: Path) -> None:
+    """Write figures, each of them (name, figure, ...), as PNG files into a folder."""
+    make_folder(folder, "plot")
+    for name, figure, *_ in figures:
+        save_figure(figure, folder / f"{name}.png")

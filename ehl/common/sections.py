@@ -1,0 +1,138 @@
+"""Content of a result as data: sections of numbers, notes, text, tables and figures (written by `ehl.common.pages`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from ehl.common.notes import Note
+from ehl.common.table import Table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Medium = Literal["page", "terminal", "files"]
+"""Where sections go: an HTML page; a terminal; workbook and CSV files, which take the tables alone."""
+
+
+@dataclass(frozen=True)
+class Head:
+    """Title of a page or workbook, the case it is about, and remarks for the foot of the page."""
+
+    title: str
+    subtitle: str = ""
+    footer: str = ""
+    kind = "head"
+
+
+@dataclass(frozen=True)
+class Text:
+    """A paragraph of plain text."""
+
+    text: str
+    kind = "text"
+
+
+@dataclass(frozen=True)
+class Code:
+    """Preformatted text: an equation, a command."""
+
+    text: str
+    kind = "code"
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure with its caption, drawn when a writer needs it.
+
+    Parameters
+    ----------
+    draw : callable
+        Returns a matplotlib figure, or axes of it.
+    caption : str
+    name : str
+        Of its file; a picture without name is part of the page alone.
+    """
+
+    draw: Callable[[], Figure | Axes] | Figure | Axes
+    caption: str
+    name: str = ""
+    kind = "picture"
+
+
+@dataclass(frozen=True)
+class Row:
+    """Items side by side where the page is wide enough."""
+
+    items: Sequence[Item]
+    kind = "row"
+
+
+@dataclass(frozen=True)
+class MainResult:
+    """The main result of a page.
+
+    Parameters
+    ----------
+    value : str
+        With its unit.
+    label : str
+        What it is.
+    known : sequence of (str, str)
+        Its uncertainty: an interval or an error, and the source of it.
+    """
+
+    value: str
+    label: str
+    known: Sequence[tuple[str, str]] = ()
+    kind = "main_result"
+
+
+@dataclass(frozen=True)
+class KeyFigures:
+    """The most important numbers: (value, what it is)."""
+
+    figures: Sequence[tuple[str, str]]
+    kind = "key_figures"
+
+
+@dataclass(frozen=True)
+class Notes:
+    """Notes, the most severe first; a page shows three of them and folds the others.
+
+    Parameters
+    ----------
+    notes : sequence of Note
+    cases : int
+        Number of cases they are about.
+    none : str
+        Sentence where there are none.
+    """
+
+    notes: Sequence[Note]
+    cases: int = 1
+    none: str = "Nothing to note: no limit of the model is touched."
+    kind = "notes"
+    shown = 3
+
+
+@dataclass(frozen=True)
+class Folded:
+    """Items that a page shows on demand, and on paper."""
+
+    title: str
+    items: Sequence[Item]
+    kind = "folded"
+
+
+Item = Head | Text | Code | Table | Picture | Row | MainResult | KeyFigures | Notes | Folded
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a page; sections with a title are numbered."""
+
+    title: str
+    items: Sequence[Item]
