@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ehl.common.notes import CONTACT_NOTES, Note, group_notes
 from ehl.common.quantities import quantity
@@ -14,13 +14,12 @@ from ehl.uncertainty.result import plot_sources
 from ehl.view.plots import plot_contact
 
 if TYPE_CHECKING:
-    from ehl.result import ContactResult
     from ehl.uncertainty.result import InputUncertainty
 
 _TILES = ("film_central", "film_min", "film_ratio", "pressure_max", "temperature_film_max")
 
 
-def contact_sections(result: ContactResult, medium: Medium, uncertainty: InputUncertainty | None) -> list[Section]:
+def contact_sections(result: Any, medium: Medium, uncertainty: InputUncertainty | None) -> list[Section]:
     """Sections of one contact, also of one that failed."""
     if medium != "page":
         operating_point = [] if result.problem is None else [operating_point_table(result)]
@@ -48,13 +47,13 @@ def contact_sections(result: ContactResult, medium: Medium, uncertainty: InputUn
     return sections
 
 
-def operating_point_table(result: ContactResult) -> Table:
+def operating_point_table(result: Any) -> Table:
     """Inputs of a contact."""
     assert result.problem is not None
     return Table.from_records([result.problem.to_dict()], name="operating point", vertical=True)
 
 
-def _headline(result: ContactResult, uncertainty: InputUncertainty | None) -> Section:
+def _headline(result: Any, uncertainty: InputUncertainty | None) -> Section:
     head = Head("Line contact", result.operating_point)
     notes = group_notes([("", note) for note in result.notes], CONTACT_NOTES)
     if result.status == "failed":

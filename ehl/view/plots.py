@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,11 +16,10 @@ if TYPE_CHECKING:
 
     from ehl.heat.traction import ThermalTraction
     from ehl.line_contact import LineContact
-    from ehl.result import ContactResult
     from ehl.smooth import SteadyResult
 
 
-def plot_contact(result: ContactResult, ax: Axes | None = None) -> Axes:
+def plot_contact(result: Any, ax: Axes | None = None) -> Axes:
     """Pressure, film and temperatures; of a transient run also its history and roughness."""
     from ehl.view.rough_plots import plot_transient
 
@@ -31,7 +30,7 @@ def plot_contact(result: ContactResult, ax: Axes | None = None) -> Axes:
     return _plot_smooth(result.problem.line, result.film, result.heat, _caption(result), ax)
 
 
-def _caption(result: ContactResult) -> str:
+def _caption(result: Any) -> str:
     """Title of the figure."""
     if result.transient is None:
         return (
