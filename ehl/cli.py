@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 import ehl
-from ehl.common.console import App, check_outputs, check_suffix, given, names_of, print_json, write_figure
+from ehl.common.console import CONTACT, App, check_outputs, check_suffix, given, names_of, print_json, write_figure
 
 
 def solve(
@@ -150,5 +150,5 @@ def oil(
 
 def register(app: App) -> None:
     """Add the commands of this package to the application."""
-    app.command()(solve)
-    app.command()(oil)
+    app.command(rich_help_panel=CONTACT)(solve)
+    app.command(rich_help_panel=CONTACT)(oil)

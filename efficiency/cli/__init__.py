@@ -12,7 +12,7 @@ import regression.cli
 import regression.cli.calibration
 from efficiency.cli import app_command, design, gear, loss_map, new, optimise
 from ehl import __version__
-from ehl.common.console import App, print_json, run
+from ehl.common.console import PROGRAM, App, print_json, run
 
 app = App(
     name="mixed-ehl",
@@ -49,9 +49,10 @@ for commands_of in (
     app_command,
 ):
     commands_of.register(app)
+app.command(rich_help_panel=PROGRAM)(gear.demo)
 
 
-@app.command()
+@app.command(rich_help_panel=PROGRAM)
 def doctor() -> None:
     """Check the installation, and one solution against its reference value."""
     from rich.console import Console
@@ -66,7 +67,7 @@ def doctor() -> None:
         raise typer.Exit(1)
 
 
-@app.command()
+@app.command(rich_help_panel=PROGRAM)
 def warmup(
     kind: Annotated[
         str,

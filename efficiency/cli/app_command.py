@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 import efficiency
-from ehl.common.console import App
+from ehl.common.console import PROGRAM, App
 
 
 def app(
@@ -18,10 +18,10 @@ def app(
     port: Annotated[int, typer.Option(help="Port on the loopback address.", min=1024, max=65535)] = 8642,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open a browser.")] = True,
 ) -> None:
-    """Play with a pair in the browser: pattern, loss, map, friction models, misalignment; on this machine alone."""
+    """Show a pair in the browser: pattern, loss, map, friction models, misalignment; on this machine only."""
     efficiency.serve_app(design, port=port, browser=browser)
 
 
 def register(commands: App) -> None:
     """Add the command."""
-    commands.command()(app)
+    commands.command(rich_help_panel=PROGRAM)(app)

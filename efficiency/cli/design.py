@@ -11,7 +11,6 @@ import typer
 import efficiency
 import regression
 from efficiency.cli.options import (
-    MISALIGNMENT,
     OPERATION,
     OUTPUT,
     DesignArgument,
@@ -31,6 +30,9 @@ from efficiency.cli.options import (
 )
 from ehl import InputError, shipped
 from ehl.common.console import (
+    ADVANCED,
+    FORMULA,
+    GEAR,
     App,
     fail_unless_converged,
     given,
@@ -98,13 +100,21 @@ def export(
         ),
     ] = WHAT,
     member: Annotated[str, typer.Option(help="pinion, gear or both.")] = "both",
-    rows: Annotated[int, typer.Option(help="Points from root to tip.")] = 15,
-    columns: Annotated[int, typer.Option(help="Points from heel to toe.")] = 31,
+    rows: Annotated[int, typer.Option(help="Points from root to tip.", rich_help_panel=ADVANCED)] = 15,
+    columns: Annotated[int, typer.Option(help="Points from heel to toe.", rich_help_panel=ADVANCED)] = 31,
     margin: Annotated[
-        float, typer.Option(help="Grids keep this share of face and depth off the edges, for inspection 0.05 to 0.1.")
+        float,
+        typer.Option(
+            help="Grids keep this share of face and depth off the edges, for inspection 0.05 to 0.1.",
+            rich_help_panel=ADVANCED,
+        ),
     ] = 0.0,
-    rim: Annotated[str | None, typer.Option(help="Solids: rim below the root, such as '6 mm'.")] = None,
-    bore: Annotated[str | None, typer.Option(help="Members: diameter of the bore, '0 mm' for none.")] = None,
+    rim: Annotated[
+        str | None, typer.Option(help="Solids: rim below the root, such as '6 mm'.", rich_help_panel=ADVANCED)
+    ] = None,
+    bore: Annotated[
+        str | None, typer.Option(help="Members: diameter of the bore, '0 mm' for none.", rich_help_panel=ADVANCED)
+    ] = None,
     units: UnitsOption = "metric",
     language: Annotated[
         str | None,
@@ -112,10 +122,20 @@ def export(
     ] = None,
     oil: Annotated[str | None, typer.Option(help="Formula: oil card to write in, if fitted to several.")] = None,
     oil_arguments: Annotated[
-        bool, typer.Option("--oil-arguments", help="Formula: the oil's properties as arguments of the function.")
+        bool,
+        typer.Option(
+            "--oil-arguments",
+            help="Formula: the oil's properties as arguments of the function.",
+            rich_help_panel=ADVANCED,
+        ),
     ] = False,
     guard: Annotated[
-        bool, typer.Option("--guard/--no-guard", help="Formula: flag points far from all cases of the fit (long).")
+        bool,
+        typer.Option(
+            "--guard/--no-guard",
+            help="Formula: flag points far from all cases of the fit (long).",
+            rich_help_panel=ADVANCED,
+        ),
     ] = True,
 ) -> None:
     """Write solids (STL), flank grids (CSV) and the machine summary (CSV) of a design, or a formula as code.
@@ -201,8 +221,12 @@ def misalignment(
     p: Annotated[str | None, typer.Option("--P", help="Shift P along the pinion axis, from apex to heel.")] = None,
     g: Annotated[str | None, typer.Option("--G", help="Shift G along the gear axis, from apex to heel.")] = None,
     shaft_angle_error: Annotated[str | None, typer.Option(help="Change of the shaft angle: '-4, 0, 4 arcmin'.")] = None,
-    side: Annotated[str, typer.Option(help="Flanks in contact: drive, coast or both.")] = "drive",
-    marking: Annotated[str | None, typer.Option(help="Thickness of the marking compound, default '6.35 um'.")] = None,
+    side: Annotated[
+        str, typer.Option(help="Flanks in contact: drive, coast or both.", rich_help_panel=ADVANCED)
+    ] = "drive",
+    marking: Annotated[
+        str | None, typer.Option(help="Thickness of the marking compound, default '6.35 um'.", rich_help_panel=ADVANCED)
+    ] = None,
     torque: Annotated[
         str | None,
         typer.Option(help="Pinion torque: every state loaded as well, '250 N m'.", rich_help_panel=OPERATION),
@@ -214,8 +238,10 @@ def misalignment(
     temperature: TemperatureOption = None,
     oil: OilOption = None,
     json_output: JsonOption = False,
-    csv: Annotated[Path | None, typer.Option(help="Write all states as CSV (SI units).")] = None,
-    plot: Annotated[Path | None, typer.Option(help="Folder for figures (PNG).")] = None,
+    csv: Annotated[
+        Path | None, typer.Option(help="Write all states as CSV (SI units).", rich_help_panel=ADVANCED)
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(help="Folder for figures (PNG).", rich_help_panel=ADVANCED)] = None,
 ) -> None:
     """Misalignment study (V-H check): contact over a grid of E, P, G and shaft angle, added to those of the design.
 
@@ -261,28 +287,31 @@ def study(
     side: SideOption = "drive",
     e: Annotated[
         str | None,
-        typer.Option(
-            "--E", help="Shift E along the offset: '-0.1, 0.1 mm'; '0 mm': none.", rich_help_panel=MISALIGNMENT
-        ),
+        typer.Option("--E", help="Shift E along the offset: '-0.1, 0.1 mm'; '0 mm': none.", rich_help_panel=ADVANCED),
     ] = None,
     p: Annotated[
-        str | None, typer.Option("--P", help="Shift P along the pinion axis.", rich_help_panel=MISALIGNMENT)
+        str | None, typer.Option("--P", help="Shift P along the pinion axis.", rich_help_panel=ADVANCED)
     ] = None,
-    g: Annotated[
-        str | None, typer.Option("--G", help="Shift G along the gear axis.", rich_help_panel=MISALIGNMENT)
-    ] = None,
+    g: Annotated[str | None, typer.Option("--G", help="Shift G along the gear axis.", rich_help_panel=ADVANCED)] = None,
     shaft_angle_error: Annotated[
         str | None,
         typer.Option(
-            "--shaft-angle-error", help="Change of the shaft angle: '-4, 4 arcmin'.", rich_help_panel=MISALIGNMENT
+            "--shaft-angle-error", help="Change of the shaft angle: '-4, 4 arcmin'.", rich_help_panel=ADVANCED
         ),
     ] = None,
     load_balance: LoadBalanceOption = None,
     strength: Annotated[
-        bool, typer.Option("--strength", help="Columns of grade, safety factors, integral temperature, specific film.")
+        bool,
+        typer.Option(
+            "--strength",
+            help="Columns of grade, safety factors, integral temperature, specific film.",
+            rich_help_panel=ADVANCED,
+        ),
     ] = False,
     jobs: JobsOption = None,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Forget what an earlier run left in the folder.")] = False,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Forget what an earlier run left in the folder.", rich_help_panel=ADVANCED)
+    ] = False,
     json_output: JsonOption = False,
 ) -> None:
     """Parameter study: torque, speed, temperature, roughness, offset and misalignment against efficiency.
@@ -345,6 +374,7 @@ def plan(
 
 def register(app: App) -> None:
     """Add the commands to the application."""
-    for command in (blank, settings, correct, export, misalignment, study, plan):
-        app.command()(command)
-    app.command("import")(import_summary)
+    app.command(rich_help_panel=FORMULA)(plan)
+    for command in (blank, settings, correct, export, misalignment, study):
+        app.command(rich_help_panel=GEAR)(command)
+    app.command("import", rich_help_panel=GEAR)(import_summary)

@@ -1,4 +1,4 @@
-"""Commands of the gear pair: `gear`, `compare`, `demo`."""
+"""Commands of one gear pair: `gear`, `map`, `duty`, `geometry`, `compare`, `demo`."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import typer
 
 import efficiency
 from efficiency.cli.options import (
-    GEOMETRY,
-    OPERATION,
     OUTPUT,
     CsvOption,
     DesignArgument,
+    DriverOption,
     EOption,
     FiguresOption,
+    FrictionOption,
     GOption,
     JobsOption,
     JsonOption,
@@ -29,6 +29,7 @@ from efficiency.cli.options import (
     ShaftAngleOption,
     SideOption,
     SpeedOption,
+    StrengthOption,
     TemperatureOption,
     TorqueOption,
     UnitsOption,
@@ -42,78 +43,57 @@ from efficiency.cli.options import (
     unit_system,
 )
 from ehl import InputError
-from ehl.common.console import App, fail_unless_converged, given, is_list, print_json, working
+from ehl.common.console import ADVANCED, GEAR, App, fail_unless_converged, given, is_list, print_json, working
 
-LOSS = "Friction and loss"
-
-DriverOption = Annotated[
-    str | None, typer.Option(help="Member the power comes from: pinion or gear.", rich_help_panel=LOSS)
-]
 BulkOption = Annotated[
     bool | None,
     typer.Option(
         "--bulk-temperature/--oil-temperature",
         help="Teeth by a heat balance, or as warm as the oil; default: a balance where the design states its cooling.",
-        rich_help_panel=LOSS,
+        rich_help_panel=ADVANCED,
     ),
 ]
 UncertaintyOption = Annotated[
     bool,
     typer.Option(
         "--uncertainty",
-        help="What each input makes of the interval; for ehl by solving contacts at both ends (minutes).",
-        rich_help_panel=LOSS,
-    ),
-]
-StrengthOption = Annotated[
-    bool,
-    typer.Option(
-        "--strength",
-        help="Maps: columns of worst grade, safety factors, integral temperature and specific film (0.1 s a point).",
-        rich_help_panel=LOSS,
+        help="Contribution of each input to the interval; for ehl by solved contacts at both ends (minutes).",
+        rich_help_panel=ADVANCED,
     ),
 ]
 LoadFromOption = Annotated[
     Path | None,
     typer.Option(
-        help="CSV file with the load distribution of another program, in place of the own one.", rich_help_panel=LOSS
+        help="CSV file with the load distribution of another program, in place of the own one.",
+        rich_help_panel=ADVANCED,
     ),
 ]
 SaveLoadOption = Annotated[
-    Path | None, typer.Option(help="Write the load distribution as CSV, as --load-from reads it.", rich_help_panel=LOSS)
-]
-DutyOption = Annotated[
     Path | None,
-    typer.Option(
-        metavar="FILE",
-        help="Duty cycle, CSV or XLSX: torque, speed, temperature, hours; energies by row and in total.",
-        rich_help_panel=LOSS,
-    ),
+    typer.Option(help="Write the load distribution as CSV, as --load-from reads it.", rich_help_panel=ADVANCED),
+]
+DutyArgument = Annotated[
+    Path, typer.Argument(metavar="DUTY", help="Duty cycle, CSV or XLSX: torque, speed, temperature, hours.")
 ]
 
 
 def gear(
     design: DesignArgument,
-    friction: Annotated[
-        str,
-        typer.Option(
-            help="Formula file, constant:0.05, a published formula's name, ehl, ehl:load_sharing or ehl:smooth."
-        ),
-    ] = "constant:0.05",
+    friction: FrictionOption = "constant:0.05",
     torque: TorqueOption = None,
     speed: SpeedOption = None,
     temperature: TemperatureOption = None,
     oil: OilOption = None,
+    side: SideOption = "drive",
+    json_output: JsonOption = False,
+    plot: FiguresOption = None,
+    report: ReportOption = None,
+    xlsx: XlsxOption = None,
+    csv: CsvOption = None,
+    units: UnitsOption = "metric",
     roughness_each: RoughnessEachOption = None,
     roughness_pinion: RoughnessPinionOption = None,
     roughness_gear: RoughnessGearOption = None,
-    side: Annotated[
-        str | None,
-        typer.Option(
-            help="Flanks in contact: drive (default under load), coast, or both (geometry only).",
-            rich_help_panel=OPERATION,
-        ),
-    ] = None,
     e: EOption = None,
     p: POption = None,
     g: GOption = None,
@@ -122,83 +102,20 @@ def gear(
     load_balance: LoadBalanceOption = None,
     bulk_temperature: BulkOption = None,
     uncertainty: UncertaintyOption = False,
-    strength: StrengthOption = False,
-    duty: DutyOption = None,
     load_from: LoadFromOption = None,
     save_load: SaveLoadOption = None,
-    json_output: JsonOption = False,
-    plot: FiguresOption = None,
-    report: ReportOption = None,
-    xlsx: XlsxOption = None,
-    csv: CsvOption = None,
-    units: UnitsOption = "metric",
-    geometry: Annotated[
-        bool,
-        typer.Option(
-            "--geometry",
-            help="Unloaded contact: no load, no friction.",
-            rich_help_panel=GEOMETRY,
-        ),
-    ] = False,
-    marking: Annotated[
-        str | None,
-        typer.Option(help="Thickness of the marking compound, default '6.35 um'.", rich_help_panel=GEOMETRY),
-    ] = None,
 ) -> None:
-    """Efficiency of a gear pair: geometry, contact, load, friction, power loss.
-
-    A comma-separated list of torques, speeds or temperatures ('100, 200, 300 N m') makes a map.
-    """
-    point: dict[str, object] = {"torque": torque, "speed": speed, "temperature": temperature, "driver": driver}
-    rough = roughness(roughness_each, roughness_pinion, roughness_gear)
-    options: dict[str, object] = {
-        "bulk_temperature": bulk_temperature,
-        "uncertainty": uncertainty,
-        "load_from": load_from,
-        "save_load": save_load,
-    }
+    """Efficiency of a gear pair at one operating point: contact, load, friction, power loss, strength."""
     check_files(report=report, xlsx=xlsx)
     system = unit_system(units)
     pair = efficiency.load(design).misaligned(**given({"E": e, "P": p, "G": g, "shaft_angle_error": shaft_angle_error}))
-    if geometry:
-        refuse(
-            "--geometry, which takes no load and no oil",
-            point
-            | rough
-            | options
-            | {"load_balance": load_balance, "duty": duty, "oil": oil, "xlsx": xlsx, "csv": csv},
-        )
-        shape = pair.geometry(side or "both", marking)
-        shape.write(units=system, plot=plot, report=report)
-        print_json(shape.to_dict()) if json_output else shape.show(units=system)
-        for name, reason in shape.failures.items():
-            typer.echo(f"{name}: {reason}", err=True)
-        fail_unless_converged(shape.status, "")
-        return
-    if marking is not None:
-        raise InputError("marking", marking, "only together with --geometry")
-    balance_of = load_balance_of(load_balance)
-    axes = given({"torque": torque, "speed": speed, "temperature": temperature})
-    fixed = given({"oil": oil, "driver": driver}) | rough
+    axes = _one_point(torque, speed, temperature)
+    fixed = given({"oil": oil, "driver": driver}) | roughness(roughness_each, roughness_pinion, roughness_gear)
     [model] = pair.check([friction], **axes, **fixed)
-    flanks = one_side(side or "drive")
-    if duty is not None:
-        refuse("--duty", point | rough | options | {"strength": strength, "side": side, "plot": plot, "report": report})
-        with working("duty cycle"):
-            cycle = pair.duty(duty, model, oil=oil, load_balance=balance_of)
-        present(cycle, json_output, xlsx=xlsx, csv=csv)
-        return
-    if any(is_list(text) for text in axes.values()):
-        refuse("lists of operating points", options)
-        with working("operating points"):
-            more = fixed | given({"load_balance": balance_of})
-            grid = pair.mesh(flanks).map(model, fixed=more, strength=strength, **axes)
-        present(grid, json_output, units=system, plot=plot, report=report, xlsx=xlsx, csv=csv)
-        return
-    refuse("one operating point, whose strength is always shown", {"strength": strength})
+    balance_of = load_balance_of(load_balance)
     if load_from is not None:
         refuse("--load-from", {"bulk_temperature": bulk_temperature, "uncertainty": uncertainty})
-    mesh = pair.mesh(flanks)
+    mesh = pair.mesh(one_side(side))
     at = axes.pop("torque", None)
     conditions, balance = axes | fixed, None
     with working("gear pair"):
@@ -216,6 +133,104 @@ def gear(
             spread = result.inputs
     more = given({"balance": balance, "uncertainty": spread})
     present(result, json_output, units=system, plot=plot, report=report, xlsx=xlsx, csv=csv, **more)
+
+
+def map_points(
+    design: DesignArgument,
+    friction: FrictionOption = "constant:0.05",
+    torque: TorqueOption = None,
+    speed: SpeedOption = None,
+    temperature: TemperatureOption = None,
+    oil: OilOption = None,
+    side: SideOption = "drive",
+    json_output: JsonOption = False,
+    plot: FiguresOption = None,
+    report: ReportOption = None,
+    xlsx: XlsxOption = None,
+    csv: CsvOption = None,
+    units: UnitsOption = "metric",
+    roughness_each: RoughnessEachOption = None,
+    roughness_pinion: RoughnessPinionOption = None,
+    roughness_gear: RoughnessGearOption = None,
+    e: EOption = None,
+    p: POption = None,
+    g: GOption = None,
+    shaft_angle_error: ShaftAngleOption = None,
+    driver: DriverOption = None,
+    load_balance: LoadBalanceOption = None,
+    strength: StrengthOption = False,
+) -> None:
+    """Efficiency of a gear pair over torque, speed and temperature.
+
+    Each is one value, a list '100, 200, 300 N m' or a range '50:200:4 N m'; what is not given is that of the design.
+    """
+    check_files(report=report, xlsx=xlsx)
+    system = unit_system(units)
+    pair = efficiency.load(design).misaligned(**given({"E": e, "P": p, "G": g, "shaft_angle_error": shaft_angle_error}))
+    axes = given({"torque": torque, "speed": speed, "temperature": temperature})
+    fixed = given({"oil": oil, "driver": driver}) | roughness(roughness_each, roughness_pinion, roughness_gear)
+    [model] = pair.check([friction], **axes, **fixed)
+    fixed |= given({"load_balance": load_balance_of(load_balance)})
+    with working("operating points"):
+        grid = pair.mesh(one_side(side)).map(model, fixed=fixed, strength=strength, **axes)
+    present(grid, json_output, units=system, plot=plot, report=report, xlsx=xlsx, csv=csv)
+
+
+def duty(
+    design: DesignArgument,
+    file: DutyArgument,
+    friction: FrictionOption = "constant:0.05",
+    oil: OilOption = None,
+    json_output: JsonOption = False,
+    xlsx: XlsxOption = None,
+    csv: CsvOption = None,
+    e: EOption = None,
+    p: POption = None,
+    g: GOption = None,
+    shaft_angle_error: ShaftAngleOption = None,
+    load_balance: LoadBalanceOption = None,
+) -> None:
+    """Energies of a gear pair over a duty cycle, by row and in total."""
+    check_files(report=None, xlsx=xlsx)
+    pair = efficiency.load(design).misaligned(**given({"E": e, "P": p, "G": g, "shaft_angle_error": shaft_angle_error}))
+    [model] = pair.check([friction], **given({"oil": oil}))
+    with working("duty cycle"):
+        cycle = pair.duty(file, model, oil=oil, load_balance=load_balance_of(load_balance))
+    present(cycle, json_output, xlsx=xlsx, csv=csv)
+
+
+def geometry(
+    design: DesignArgument,
+    side: Annotated[str, typer.Option(help="Flanks in contact: drive, coast or both.")] = "both",
+    marking: Annotated[str | None, typer.Option(help="Thickness of the marking compound, default '6.35 um'.")] = None,
+    json_output: JsonOption = False,
+    plot: FiguresOption = None,
+    report: ReportOption = None,
+    units: UnitsOption = "metric",
+    e: EOption = None,
+    p: POption = None,
+    g: GOption = None,
+    shaft_angle_error: ShaftAngleOption = None,
+) -> None:
+    """Geometry and unloaded contact of a gear pair: ease-off, contact pattern, transmission error, contact ratios."""
+    check_files(report=report, xlsx=None)
+    system = unit_system(units)
+    pair = efficiency.load(design).misaligned(**given({"E": e, "P": p, "G": g, "shaft_angle_error": shaft_angle_error}))
+    shape = pair.geometry(side, marking)
+    shape.write(units=system, plot=plot, report=report)
+    print_json(shape.to_dict()) if json_output else shape.show(units=system)
+    for name, reason in shape.failures.items():
+        typer.echo(f"{name}: {reason}", err=True)
+    fail_unless_converged(shape.status, "")
+
+
+def _one_point(torque: str | None, speed: str | None, temperature: str | None) -> dict[str, str]:
+    """What is given of an operating point; lists are refused."""
+    axes = given({"torque": torque, "speed": speed, "temperature": temperature})
+    for name, text in axes.items():
+        if is_list(text):
+            raise InputError(name, text, "one value", "Lists and ranges make a map: mixed-ehl map.")
+    return axes
 
 
 def compare(
@@ -242,10 +257,7 @@ def compare(
 ) -> None:
     """Compare friction models, constant mu and closed forms on one gear pair."""
     check_files(report=report, xlsx=xlsx)
-    axes = given({"torque": torque, "speed": speed, "temperature": temperature})
-    for name, text in axes.items():
-        if is_list(text):
-            raise InputError(name, text, "one value; lists make a map with `mixed-ehl gear`")
+    axes = _one_point(torque, speed, temperature)
     fixed = given({"oil": oil, "driver": driver}) | roughness(roughness_each, roughness_pinion, roughness_gear)
     pair = efficiency.load(design)
     models = pair.check(friction or (), **axes, **fixed) or None
@@ -271,6 +283,8 @@ def demo(
 
 def register(app: App) -> None:
     """Add the commands of this package to the application."""
-    app.command()(gear)
-    app.command()(compare)
-    app.command()(demo)
+    app.command(rich_help_panel=GEAR)(gear)
+    app.command("map", rich_help_panel=GEAR)(map_points)
+    app.command(rich_help_panel=GEAR)(duty)
+    app.command(rich_help_panel=GEAR)(geometry)
+    app.command(rich_help_panel=GEAR)(compare)

@@ -21,23 +21,22 @@ from efficiency.cli.options import (
     present,
 )
 from ehl import InputError
-from ehl.common.console import App, check_outputs, check_suffix, given, working
+from ehl.common.console import ADVANCED, GEAR, App, check_outputs, check_suffix, given, working
 
-LOSSES = "Losses beside the mesh"
 FrictionOption = Annotated[str, typer.Option(help="Friction model, as of `mixed-ehl gear`.")]
 AxleOption = Annotated[
     Path | None,
     typer.Option(
         help="Table of bearing and drag losses, CSV or XLSX: torque, speed of the pinion, torque_loss.",
-        rich_help_panel=LOSSES,
+        rich_help_panel=ADVANCED,
     ),
 ]
 DragOption = Annotated[
-    str | None, typer.Option(help="Constant drag torque at the pinion: '2 N m' (our model).", rich_help_panel=LOSSES)
+    str | None, typer.Option(help="Constant drag torque at the pinion: '2 N m' (our model).", rich_help_panel=ADVANCED)
 ]
 BearingOption = Annotated[
     str | None,
-    typer.Option(help="Bearings: share of the pinion torque lost, '0.5 %' (our model).", rich_help_panel=LOSSES),
+    typer.Option(help="Bearings: share of the pinion torque lost, '0.5 %' (our model).", rich_help_panel=ADVANCED),
 ]
 
 
@@ -75,7 +74,9 @@ def axle_test(
         str, typer.Option(help="single (output torque to 4000 N m) or tandem (2000 N m).")
     ] = "single",
     torque_max: Annotated[str | None, typer.Option(help="Output torque the axle is rated for: '2500 N m'.")] = None,
-    revolutions_per_mile: Annotated[float, typer.Option(help="Revolutions of the smallest tyre.")] = 650.0,
+    revolutions_per_mile: Annotated[
+        float, typer.Option(help="Revolutions of the smallest tyre.", rich_help_panel=ADVANCED)
+    ] = 650.0,
     friction: FrictionOption = "constant:0.05",
     temperature: TemperatureOption = None,
     oil: OilOption = None,
@@ -124,5 +125,5 @@ def _axle(table: Path | None, drag: str | None, load_share: str | None) -> Any:
 
 def register(app: App) -> None:
     """Add the commands of this package to the application."""
-    app.command("loss-map")(loss_map)
-    app.command("axle-test")(axle_test)
+    app.command("loss-map", rich_help_panel=GEAR)(loss_map)
+    app.command("axle-test", rich_help_panel=GEAR)(axle_test)

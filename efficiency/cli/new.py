@@ -14,7 +14,7 @@ import typer.main
 
 import efficiency
 from ehl import InputError
-from ehl.common.console import App, check_outputs, check_suffix, write_text
+from ehl.common.console import PROGRAM, App, check_outputs, check_suffix, write_text
 
 # kind: what it is, and what one does with it
 _KINDS = {
@@ -23,7 +23,7 @@ _KINDS = {
     "plan": ("The contacts a friction formula is made from.", "mixed-ehl sweep {file} --estimate"),
     "design": ("A gear pair with the flanks of a shipped one.", "mixed-ehl gear {file} --friction 75w90"),
     "targets": ("A gear pair of your own, from its blank.", "mixed-ehl settings {file} -o design.toml"),
-    "duty": ("A duty cycle (CSV).", "mixed-ehl gear fm_spiral_bevel_14x39 --friction 75w90 --duty {file}"),
+    "duty": ("A duty cycle (CSV).", "mixed-ehl duty fm_spiral_bevel_14x39 {file} --friction 75w90"),
 }
 
 OutputOption = Annotated[
@@ -106,4 +106,4 @@ def _new() -> None:
 
 def register(app: App) -> None:
     """Add the commands to the application."""
-    app.add_typer(new_app, name="new")
+    app.add_typer(new_app, name="new", rich_help_panel=PROGRAM)

@@ -9,11 +9,9 @@ from typing import Annotated, Any
 import typer
 
 import efficiency
-from efficiency.cli.options import MISALIGNMENT, OPERATION, OUTPUT, DaskOption, JobsOption, JsonOption, OilOption
+from efficiency.cli.options import OPERATION, OUTPUT, DaskOption, JobsOption, JsonOption, OilOption
 from ehl import InputError
-from ehl.common.console import App, fail_unless_converged, given, output_folder, print_json, working
-
-SEARCH = "Search"
+from ehl.common.console import ADVANCED, GEAR, App, fail_unless_converged, given, output_folder, print_json, working
 
 
 def optimise(
@@ -27,7 +25,7 @@ def optimise(
         typer.Option(
             help="A variable, with bounds or without: 'lengthwise_crowning=20:120 um', 'bias', 'hypoid_offset'; repeat "
             "for several. 'ease_off' (the default) and 'blank' stand for the usual ones of each.",
-            rich_help_panel=SEARCH,
+            rich_help_panel=ADVANCED,
         ),
     ] = None,
     objective: Annotated[
@@ -35,7 +33,7 @@ def optimise(
         typer.Option(
             help="Figure to minimise, the most important first; default: power_loss, pressure_max, "
             "transmission_error_loaded.",
-            rich_help_panel=SEARCH,
+            rich_help_panel=ADVANCED,
         ),
     ] = None,
     limit: Annotated[
@@ -43,7 +41,7 @@ def optimise(
         typer.Option(
             help="Figure that may not rise above today's, or above a value: 'pressure_max=1.4 GPa'; 'none' for none. "
             "Default: pressure, transmission error, edge load, root stresses, not above today's.",
-            rich_help_panel=SEARCH,
+            rich_help_panel=ADVANCED,
         ),
     ] = None,
     duty: Annotated[
@@ -62,43 +60,43 @@ def optimise(
     e: Annotated[
         str | None,
         typer.Option(
-            "--E", help="Half width of the box; default '0.05 mm', '0 mm' for none.", rich_help_panel=MISALIGNMENT
+            "--E", help="Half width of the box; default '0.05 mm', '0 mm' for none.", rich_help_panel=ADVANCED
         ),
     ] = None,
     p: Annotated[
         str | None,
-        typer.Option("--P", help="The same along the pinion axis; default '0.05 mm'.", rich_help_panel=MISALIGNMENT),
+        typer.Option("--P", help="The same along the pinion axis; default '0.05 mm'.", rich_help_panel=ADVANCED),
     ] = None,
     g: Annotated[
-        str | None, typer.Option("--G", help="Along the gear axis; default none.", rich_help_panel=MISALIGNMENT)
+        str | None, typer.Option("--G", help="Along the gear axis; default none.", rich_help_panel=ADVANCED)
     ] = None,
     shaft_angle_error: Annotated[
         str | None,
-        typer.Option(
-            "--shaft-angle-error", help="Change of the shaft angle; default none.", rich_help_panel=MISALIGNMENT
-        ),
+        typer.Option("--shaft-angle-error", help="Change of the shaft angle; default none.", rich_help_panel=ADVANCED),
     ] = None,
     tolerance: Annotated[
         list[str] | None,
         typer.Option(
             help="Error of the ease-off as made, to both sides: 'lengthwise_crowning=5 um'; repeat for several.",
-            rich_help_panel=MISALIGNMENT,
+            rich_help_panel=ADVANCED,
         ),
     ] = None,
     over: Annotated[
-        str, typer.Option(help="Loss over the box: mean or worst; all else is the worst.", rich_help_panel=MISALIGNMENT)
+        str, typer.Option(help="Loss over the box: mean or worst; all else is the worst.", rich_help_panel=ADVANCED)
     ] = "mean",
     flanks: Annotated[
-        str, typer.Option(help="Whose ease-off is varied: drive, coast or both.", rich_help_panel=SEARCH)
+        str, typer.Option(help="Whose ease-off is varied: drive, coast or both.", rich_help_panel=ADVANCED)
     ] = "drive",
-    evaluations: Annotated[int, typer.Option(help="Evaluations of the search.", rich_help_panel=SEARCH)] = 120,
-    batch: Annotated[int, typer.Option(help="Evaluations at the same time.", rich_help_panel=SEARCH)] = 4,
-    check: Annotated[int, typer.Option(help="Points checked on the full mesh.", rich_help_panel=SEARCH)] = 4,
+    evaluations: Annotated[int, typer.Option(help="Evaluations of the search.", rich_help_panel=ADVANCED)] = 120,
+    batch: Annotated[int, typer.Option(help="Evaluations at the same time.", rich_help_panel=ADVANCED)] = 4,
+    check: Annotated[int, typer.Option(help="Points checked on the full mesh.", rich_help_panel=ADVANCED)] = 4,
     check_friction: Annotated[
         str | None,
-        typer.Option(help="Check the gain of the best with solved contacts: 'ehl' (minutes).", rich_help_panel=SEARCH),
+        typer.Option(
+            help="Check the gain of the best with solved contacts: 'ehl' (minutes).", rich_help_panel=ADVANCED
+        ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the random numbers.", rich_help_panel=SEARCH)] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random numbers.", rich_help_panel=ADVANCED)] = 1,
     jobs: JobsOption = None,
     dask: DaskOption = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget what an earlier run left in the folder.")] = False,
@@ -165,4 +163,4 @@ def _limits(texts: list[str] | None) -> dict[str, Any] | None:
 
 def register(app: App) -> None:
     """Add the command to the application."""
-    app.command()(optimise)
+    app.command(rich_help_panel=GEAR)(optimise)

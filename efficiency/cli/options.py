@@ -9,10 +9,9 @@ from typing import Annotated, Any, Literal, cast
 import typer
 
 from ehl import InputError
-from ehl.common.console import check_suffix, fail_unless_converged, given, names_of, print_json
+from ehl.common.console import ADVANCED, check_suffix, fail_unless_converged, given, names_of, print_json
 
-OPERATION, MISALIGNMENT = "Operating point", "Misalignment"
-OUTPUT, GEOMETRY = "Output", "Geometry only"
+OPERATION, OUTPUT = "Operating point", "Output"
 
 DesignArgument = Annotated[
     str,
@@ -35,30 +34,44 @@ OilOption = Annotated[
     typer.Option(help="Oil card in place of the design's.", rich_help_panel=OPERATION, autocompletion=names_of("oils")),
 ]
 RoughnessEachOption = Annotated[
-    str | None, typer.Option(help="Rq of the flanks of both members: '0.4 um'.", rich_help_panel=OPERATION)
+    str | None, typer.Option(help="Rq of the flanks of both members: '0.4 um'.", rich_help_panel=ADVANCED)
 ]
-RoughnessPinionOption = Annotated[str | None, typer.Option(help="Rq of the pinion flanks.", rich_help_panel=OPERATION)]
-RoughnessGearOption = Annotated[str | None, typer.Option(help="Rq of the gear flanks.", rich_help_panel=OPERATION)]
+RoughnessPinionOption = Annotated[str | None, typer.Option(help="Rq of the pinion flanks.", rich_help_panel=ADVANCED)]
+RoughnessGearOption = Annotated[str | None, typer.Option(help="Rq of the gear flanks.", rich_help_panel=ADVANCED)]
 EOption = Annotated[
-    str | None, typer.Option("--E", help="Shift E along the offset: '0.1 mm'.", rich_help_panel=MISALIGNMENT)
+    str | None, typer.Option("--E", help="Shift E along the offset: '0.1 mm'.", rich_help_panel=ADVANCED)
 ]
 POption = Annotated[
     str | None,
-    typer.Option("--P", help="Shift P along the pinion axis, from apex to heel.", rich_help_panel=MISALIGNMENT),
+    typer.Option("--P", help="Shift P along the pinion axis, from apex to heel.", rich_help_panel=ADVANCED),
 ]
 GOption = Annotated[
     str | None,
-    typer.Option("--G", help="Shift G along the gear axis, from apex to heel.", rich_help_panel=MISALIGNMENT),
+    typer.Option("--G", help="Shift G along the gear axis, from apex to heel.", rich_help_panel=ADVANCED),
 ]
 ShaftAngleOption = Annotated[
     str | None,
-    typer.Option("--shaft-angle-error", help="Change of the shaft angle: '2 arcmin'.", rich_help_panel=MISALIGNMENT),
+    typer.Option("--shaft-angle-error", help="Change of the shaft angle: '2 arcmin'.", rich_help_panel=ADVANCED),
 ]
 LoadBalanceOption = Annotated[
     str | None,
     typer.Option(
         help="What carries the torque: frictional (default, normal and friction forces), or frictionless.",
-        rich_help_panel="Friction and loss",
+        rich_help_panel=ADVANCED,
+    ),
+]
+FrictionOption = Annotated[
+    str, typer.Option(help="Formula file or name, constant:0.05, a published formula, ehl or ehl:smooth.")
+]
+DriverOption = Annotated[
+    str | None, typer.Option(help="Member the power comes from: pinion or gear.", rich_help_panel=ADVANCED)
+]
+StrengthOption = Annotated[
+    bool,
+    typer.Option(
+        "--strength",
+        help="Columns of worst grade, safety factors, integral temperature and specific film (0.1 s a point).",
+        rich_help_panel=ADVANCED,
     ),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.", rich_help_panel=OUTPUT)]
@@ -66,9 +79,11 @@ ReportOption = Annotated[Path | None, typer.Option(help="Write one HTML page, fo
 XlsxOption = Annotated[
     Path | None, typer.Option("--xlsx", help="Write every table into one workbook.", rich_help_panel=OUTPUT)
 ]
-CsvOption = Annotated[Path | None, typer.Option("--csv", help="Folder for every table as CSV.", rich_help_panel=OUTPUT)]
+CsvOption = Annotated[
+    Path | None, typer.Option("--csv", help="Folder for every table as CSV.", rich_help_panel=ADVANCED)
+]
 FiguresOption = Annotated[Path | None, typer.Option(help="Folder for figures (PNG).", rich_help_panel=OUTPUT)]
-UnitsOption = Annotated[str, typer.Option(help="Units of design tables: metric or inch.", rich_help_panel=OUTPUT)]
+UnitsOption = Annotated[str, typer.Option(help="Units of design tables: metric or inch.", rich_help_panel=ADVANCED)]
 DaskOption = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler (tcp://..., file.json), or local:N.")
 ]

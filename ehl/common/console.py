@@ -169,6 +169,11 @@ def _kind(message: str) -> str:
     return "a whole number" if "integer" in message else "a number" if re.search("float|number", message) else message
 
 
+# panels of the commands in `mixed-ehl --help`, in the order of the work
+CONTACT, FORMULA, GEAR, PROGRAM = "Contact", "Friction formula", "Gear pair", "Program"
+ADVANCED = "Advanced"  # panel of the options of a command that few need; at most ten are outside of it
+
+
 class App(typer.Typer):
     """An application, or a group of commands, of `Command`."""
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 import regression
-from ehl.common.console import App, check_outputs, check_suffix, pairs, print_json, working
+from ehl.common.console import ADVANCED, FORMULA, App, check_outputs, check_suffix, pairs, print_json, working
 
 
 def calibrate(
@@ -28,23 +28,36 @@ def calibrate(
     ] = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="Worker processes; all processors if not given.")] = None,
     profile: Annotated[
-        bool | None, typer.Option("--profile/--no-profile", help="Intervals by profiles; by default if cheap.")
+        bool | None,
+        typer.Option(
+            "--profile/--no-profile", help="Intervals by profiles; by default if cheap.", rich_help_panel=ADVANCED
+        ),
     ] = None,
     force: Annotated[
-        bool, typer.Option("--force", help="Write the card although the misfit exceeds the stated noise.")
+        bool,
+        typer.Option(
+            "--force", help="Write the card although the misfit exceeds the stated noise.", rich_help_panel=ADVANCED
+        ),
     ] = False,
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
     synthetic: Annotated[
         Path | None,
-        typer.Option(metavar="OUT.csv", help="Fit nothing: write synthetic friction for these conditions."),
+        typer.Option(
+            metavar="OUT.csv",
+            help="Fit nothing: write synthetic friction for these conditions.",
+            rich_help_panel=ADVANCED,
+        ),
     ] = None,
     true: Annotated[
         list[str] | None,
         typer.Option(
-            "--true", metavar="NAME=VALUE", help="True value behind the synthetic friction; repeat for several."
+            "--true",
+            metavar="NAME=VALUE",
+            help="True value behind the synthetic friction; repeat for several.",
+            rich_help_panel=ADVANCED,
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the synthetic noise.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the synthetic noise.", rich_help_panel=ADVANCED)] = 1,
 ) -> None:
     """Fit oil and surface parameters to measured traction or Stribeck curves, and write an oil card."""
     check_outputs({"output": output, "plot": plot, "report": report, "synthetic": synthetic})
@@ -74,4 +87,4 @@ def calibrate(
 
 def register(app: App) -> None:
     """Add the command to the application."""
-    app.command()(calibrate)
+    app.command(rich_help_panel=FORMULA)(calibrate)

@@ -11,8 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import typer
 
+import efficiency.cli
 import ehl
+from ehl.common import console
+from ehl.common.console import ADVANCED
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "docs" / "examples"
@@ -92,7 +96,7 @@ def test_gear_and_its_map(mixed_ehl: Cli) -> None:
     one = json.loads(mixed_ehl("gear", PAIR, "--torque", "200 N m", "--json").out)
     assert one["torque"] == pytest.approx(200.0)
     assert 0.98 < one["efficiency"] < 1.0
-    grid = json.loads(mixed_ehl("gear", PAIR, "--torque", "100, 200 N m", "--json").out)
+    grid = json.loads(mixed_ehl("map", PAIR, "--torque", "100, 200 N m", "--json").out)
     assert [point["torque"] for point in grid["points"]] == [100.0, 200.0]
     # the load of the map starts from its neighbour: the same within the stated errors of both
     again = grid["points"][1]
@@ -219,3 +223,29 @@ def test_doctor_finds_nothing_wrong(mixed_ehl: Cli) -> None:
     assert outcome.code == 0, outcome.out
     assert "FAULT" not in outcome.out
     assert "reference" in outcome.out
+
+
+def commands() -> list[tuple[str, Any]]:
+    """All commands with their names; those of `new` are made from templates."""
+    found = []
+
+    def walk(command: Any, name: str) -> None:
+        for part in getattr(command, "commands", {}):
+            walk(command.commands[part], f"{name} {part}".strip())
+        if not hasattr(command, "commands"):
+            found.append((name, command))
+
+    walk(typer.main.get_command(efficiency.cli.app), "")
+    return found
+
+
+@pytest.mark.parametrize(("name", "command"), commands())
+def test_at_most_ten_options_come_before_the_advanced_ones(name: str, command: Any) -> None:
+    options = [part for part in command.params if part.param_type_name == "option" and part.name != "help"]
+    assert len([part.name for part in options if part.rich_help_panel != ADVANCED]) <= 10
+
+
+def test_every_command_is_in_a_panel_of_the_work() -> None:
+    group: Any = typer.main.get_command(efficiency.cli.app)
+    panels = [command.rich_help_panel for command in group.commands.values()]
+    assert list(dict.fromkeys(panels)) == [console.CONTACT, console.FORMULA, console.GEAR, console.PROGRAM]

@@ -287,15 +287,19 @@ OPTIONS: dict[str, tuple[tuple[str, ...], dict[str, str], list[tuple[str, str, s
         ("gear", PAIR), {},
         [
             ("--torque", "300", "unit"), ("--torque", "300 rpm", "dimension"), ("--torque", "-300 N m", "above"),
-            ("--torque", "1:2 N m", "from:to:number"), ("--torque", "1, x N m", "N m"),
+            ("--torque", "1:2:3 N m", "one value"), ("--torque", "1, 2 N m", "one value"),
             ("--speed", "1500", "unit"), ("--speed", "1500 N m", "dimension"), ("--speed", "1e9 rpm", "at most"),
             ("--temperature", "90", "unit"), ("--temperature", "900 degC", "at most"),
             ("--oil", "75w-90", "'75w90'"), ("--side", "drives", "drive"), ("--driver", "pinon", "pinion"),
             ("--load-balance", "friction", "frictional"), ("--friction", "constant:2", "at most"),
             ("--friction", "75w91", "75w90"), ("--friction", "ehl:rough", "ehl"),
             ("--friction", "nothing.json", "nothing.json"), ("--units", "si", "metric"), ("--E", "0.1", "unit"),
-            ("--report", "x.txt", ".html"), ("--duty", "none.csv", "none.csv"),
+            ("--report", "x.txt", ".html"),
         ],
+    ),
+    "map": (
+        ("map", PAIR), {},
+        [("--torque", "1:2 N m", "from:to:number"), ("--torque", "1, x N m", "N m"), ("--speed", "1,5 rpm", "comma")],
     ),
     "oil": (
         ("oil",), {"--base": "pao", "--nu40": "97.5 cSt", "--nu100": "13.3 cSt"},

@@ -107,8 +107,8 @@ ONLY_READ = {
     "mixed-ehl solve docs/examples/contact_rough.toml": "animates half a minute; test_solve_rough solves the contact",
     "mixed-ehl gear fm_spiral_bevel_14x39 --friction 75w90 --report": "the tutorial writes the page",
     "mixed-ehl gear fm_spiral_bevel_14x39 --friction formula.json --report": "as above",
-    'mixed-ehl gear fm_spiral_bevel_14x39 --friction 75w90 --torque "50': "test_page_of_a_point_and_of_a_map",
-    "mixed-ehl gear fm_spiral_bevel_14x39 --geometry": "test_example_commands_run runs it",
+    'mixed-ehl map fm_spiral_bevel_14x39 --friction 75w90 --torque "50': "test_page_of_a_point_and_of_a_map",
+    "mixed-ehl geometry fm_spiral_bevel_14x39": "test_example_commands_run runs it",
     "mixed-ehl export fm_spiral_bevel_14x39 -o files": "test_example_commands_run runs it",
     'mixed-ehl misalignment fm_spiral_bevel_14x39 --E "-0.1, 0, 0.1 mm"': "test_example_commands_run runs it",
 }

@@ -372,9 +372,8 @@ def test_a_path_that_cannot_be_written(result: EfficiencyResult, tmp_path: Path)
 def test_options_that_do_not_go_together(mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
     pair = "fm_spiral_bevel_14x39"
     for arguments, words in (
-        (["--geometry", "--xlsx", "t.xlsx"], "--xlsx"),
-        (["--duty", "d.csv", "--torque", "10 N m"], "--torque"),
-        (["--torque", "10, 20 N m", "--uncertainty"], "--uncertainty"),
+        (["--torque", "10, 20 N m"], "--torque"),
+        (["--load-from", "load.csv", "--uncertainty"], "--uncertainty"),
         (["--report", "page.pdf"], ".html"),
         (["--driver", "both"], "pinion or gear"),
     ):

@@ -235,13 +235,13 @@ def test_help_lists_the_commands(mixed_ehl: Cli) -> None:
 
 
 def test_geometry_on_the_command_line(mixed_ehl: Cli) -> None:
-    outcome = mixed_ehl("gear", PAIR, "--geometry", "--json", "--side", "coast", "--marking", "8 um")
+    outcome = mixed_ehl("geometry", PAIR, "--json", "--side", "coast", "--marking", "8 um")
     assert outcome.code == 0
     result = json.loads(outcome.out)
     assert result["marking"] == pytest.approx(8e-6)
     assert list(result["sides"]) == ["coast"]
     assert result["sides"]["coast"]["pattern"]["area_share"] > 0.1
-    table = mixed_ehl("gear", PAIR, "--geometry", "--side", "drive", "--units", "inch")
+    table = mixed_ehl("geometry", PAIR, "--side", "drive", "--units", "inch")
     for words in ("machine root angle", "transmission error", "contact ratio", "[deg]", "4.50702"):
         assert words in table.out
 
@@ -249,19 +249,19 @@ def test_geometry_on_the_command_line(mixed_ehl: Cli) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--geometry", "--E", "0.1"), ["--E", "unit"]),
-        (("--geometry", "--E", "3 mm"), ["--E", "3 mm", "0.002"]),
-        (("--geometry", "--shaft-angle-error", "1 mm"), ["--shaft-angle-error", "dimension"]),
-        (("--geometry", "--side", "left"), ["--side", "left", "drive, coast or both"]),
-        (("--geometry", "--marking", "0 um"), ["--marking", "above 0"]),
-        (("--geometry", "--torque", "100 N m"), ["--torque", "--geometry"]),
-        (("--geometry", "--units", "cubits"), ["--units", "metric or inch"]),
-        (("--marking", "5 um"), ["--marking", "--geometry"]),
-        (("--side", "both"), ["--side", "drive or coast"]),
+        (("geometry", "--E", "0.1"), ["--E", "unit"]),
+        (("geometry", "--E", "3 mm"), ["--E", "3 mm", "0.002"]),
+        (("geometry", "--shaft-angle-error", "1 mm"), ["--shaft-angle-error", "dimension"]),
+        (("geometry", "--side", "left"), ["--side", "left", "drive, coast or both"]),
+        (("geometry", "--marking", "0 um"), ["--marking", "above 0"]),
+        (("geometry", "--torque", "100 N m"), ["--torque"]),
+        (("geometry", "--units", "cubits"), ["--units", "metric or inch"]),
+        (("gear", "--side", "both"), ["--side", "drive or coast"]),
     ],
 )
 def test_bad_geometry_arguments_are_a_sentence(mixed_ehl: Cli, arguments: tuple[str, ...], words: list[str]) -> None:
-    outcome = mixed_ehl("gear", PAIR, *arguments)
+    command, *options = arguments
+    outcome = mixed_ehl(command, PAIR, *options)
     assert outcome.code == 2
     for word in words:
         assert word in outcome.err

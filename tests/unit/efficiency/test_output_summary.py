@@ -68,7 +68,7 @@ def test_import_on_the_command_line(mixed_ehl: Cli, tmp_path: Path) -> None:
     outcome = mixed_ehl("import", sheet, "-o", output, "--like", PAIR)
     assert outcome.code == 0
     assert "can be computed" in outcome.out
-    assert mixed_ehl("gear", output, "--geometry", "--side", "drive").code == 0
+    assert mixed_ehl("geometry", output, "--side", "drive").code == 0
     alone = mixed_ehl("import", sheet, "-o", tmp_path / "tables.toml")
     assert alone.code == 0
     assert "operation are missing" in alone.out
