@@ -140,7 +140,7 @@ def free_edge_compliance(
 
         (1 - nu^2)/(pi E) (pi^2 + 4)/(pi^2 - 4) ln(1 + (h/(6 c))^2),
 
-    the 6 from finite elements of the end of a strip of thickness 2h, as which a tooth ends (`benchmarks/free_edge.py`).
+    the 6 from finite elements of the end of a strip of thickness 2h, a tooth end (`tests/twins/free_edge.py`).
     For c/h from 0.03 to 2 and Poisson's ratios from 0.25 to 0.35 it is within 3 % of the whole approach of the body to
     the depth h. Side face square to the flank.
 

@@ -67,7 +67,7 @@ def range_of(n: int) -> int:
 
 @cache
 def _tabulated() -> dict[str, ExponentialSum]:
-    """Fits of `benchmarks/log_kernel_table.py`, by nodes and modes."""
+    """Fits of `validation/log_kernel_table.py`, by nodes and modes."""
     text = files("ehl.rough").joinpath("log_kernel.json").read_text(encoding="utf-8")
     return {
         name: ExponentialSum(np.array(fit["weights"]), np.array(fit["ratios"]), fit["error"])

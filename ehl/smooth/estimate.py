@@ -24,7 +24,7 @@ class Extrapolation:
 
 # An error of order h^3 left in the extrapolated value is 1/7 of its last change: the factor 2 on it, and the share of
 # the last raw change that guards against accidental zeros, were chosen on one Sobol set of contacts and checked on
-# others (benchmarks/smooth_accuracy.py). The share falls with the sixth power of the mesh size from its value on the
+# others (validation/smooth_accuracy.py). The share falls with the sixth power of the mesh size from its value on the
 # grids 49, 97, 193.
 CHANGE_SHARE = 2.0 / 7.0
 RAW_SHARE = 0.03

@@ -1,6 +1,6 @@
 """Slopes of ln mu against inputs that a friction formula does not hold, over the film ratio (ours, solved contacts).
 
-`benchmarks/input_sensitivities.py` made the table: means over contacts spread over what gears see.
+`validation/input_sensitivities.py` made the table: means over contacts spread over what gears see.
 """
 
 from __future__ import annotations

@@ -236,7 +236,7 @@ class FittedFormula(InputModel):
         """Half width of the interval of ln mu, widened where a point is extrapolated or outside the range.
 
         Outside the range the interval is as wide as near the data, times the factor by which variables leave their
-        ranges, up to the greatest error of all cases (ours; checked by `benchmarks/input_uncertainty.py --outside`).
+        ranges, up to the greatest error of all cases (ours; checked by `validation/input_uncertainty.py --outside`).
         """
         width = self.interval.width(film_ratio, deviation)
         width = np.where(near | outside, np.maximum(width, self.interval.near), width)

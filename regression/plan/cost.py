@@ -3,7 +3,7 @@
 A rough contact by the deterministic solver costs nodes times steps: both grow with the half-width over the correlation
 length, with thin films, and with the roughness over what the Hertz pressure flattens. The coefficients are least
 squares of ln(seconds) on the rough contacts of the shipped datasets, each on one core;
-`benchmarks/sweep_cost.py` fits them to finished runs and prints the error of the estimate, held out too.
+`validation/sweep_cost.py` fits them to finished runs and prints the error of the estimate, held out too.
 """
 
 from __future__ import annotations

@@ -1,69 +1,45 @@
-"""Every benchmark says what it is and reads its arguments; figures of the documentation have theirs; counts of work."""
+"""Benchmarks and validation read their arguments; every figure of the documentation has its script; counts of work."""
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
 import os
 import subprocess
 import sys
 from pathlib import Path
-from types import ModuleType
 
 import pytest
+from counts import Count
 
 ROOT = Path(__file__).resolve().parents[2]
+FIGURES = {path.name for path in (ROOT / "docs" / "figures").glob("*.png")}
+COMMAND = {"calibration.png"}  # drawn by a command of the program, on its page
+CAMPAIGN = {"stress_wide.png"}  # of a campaign of many hours, see its page
 
 
-def place() -> ModuleType:
-    """``python -m benchmarks``, as a module."""
-    spec = importlib.util.spec_from_file_location("benchmark_list", ROOT / "benchmarks" / "__main__.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+def script(*arguments: str) -> subprocess.CompletedProcess[str]:
+    """A process of its own: with threads of other tests Python 3.11 may never return from a profiled call."""
+    paths = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
+    environment = os.environ | {"PYTHONPATH": paths}
+    return subprocess.run(
+        [sys.executable, *arguments], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300
+    )
 
 
-PLACE = place()
+@pytest.mark.parametrize("place", ["benchmarks", "validation"])
+def test_every_script_states_its_subject_and_reads_its_arguments(place: str) -> None:
+    done = script("-m", place, "check")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert script("-m", place, "nothing").returncode == 2
 
 
-@pytest.mark.parametrize("name", PLACE.benchmarks())
-def test_a_benchmark_says_what_it_is_and_reads_its_arguments(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    about = PLACE.benchmarks()[name]
-    assert 20 < len(about) <= 120
-    assert about.endswith((".", "?"))
-    with pytest.raises(SystemExit) as end:
-        importlib.import_module(name).main(["--help"])
-    assert end.value.code == 0
-    assert about.split()[0] in capsys.readouterr().out
-
-
-def test_figures_of_the_documentation_have_their_benchmark() -> None:
-    drawn = {path.name for path in (ROOT / "docs" / "figures").glob("*.png")}
-    assert set(PLACE.FIGURES) <= drawn
-    assert drawn - set(PLACE.FIGURES) == {"calibration.png"}  # a command of the program, on its page
-    assert {benchmark for benchmark, *_ in PLACE.FIGURES.values()} <= set(PLACE.benchmarks())
-
-
-def test_list_and_one_of_them(capsys: pytest.CaptureFixture[str]) -> None:
-    assert PLACE.main([]) == 0
-    assert "counts" in capsys.readouterr().out
-    with pytest.raises(SystemExit) as end:
-        PLACE.main(["nothing"])
-    assert end.value.code == 2
+def test_figures_of_the_documentation_have_their_script() -> None:
+    listed = set(script("-m", "validation", "figures", "--list").stdout.split())
+    assert listed == FIGURES - COMMAND - CAMPAIGN
 
 
 def test_work_of_fixed_tasks_is_that_of_the_baseline() -> None:
-    """Where a change is meant, ``python -m benchmarks counts --write`` writes the new baseline.
-
-    In a process of its own: beside threads that other tests leave, Python 3.11 may never return from a profiled call.
-    """
-    paths = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
-    command = [sys.executable, "-m", "benchmarks", "counts"]
-    done = subprocess.run(
-        command, cwd=ROOT, env=os.environ | {"PYTHONPATH": paths}, capture_output=True, text=True, timeout=300
-    )
+    """Where a change is meant, ``python tests/counts.py --write`` writes the new baseline."""
+    done = script("tests/counts.py")
     counted = [line for line in done.stdout.splitlines() if " baseline " in line]
     assert len(counted) == 10
     assert [line for line in counted if "OUTSIDE" in line] == []
@@ -71,7 +47,6 @@ def test_work_of_fixed_tasks_is_that_of_the_baseline() -> None:
 
 
 def test_work_beyond_a_tenth_or_without_a_baseline_is_outside() -> None:
-    counts = importlib.import_module("counts")
-    assert counts.Count("work", 109, 100).within
-    assert not counts.Count("work", 112, 100).within
-    assert not counts.Count("work", 100, None).within
+    assert Count("work", 109, 100).within
+    assert not Count("work", 112, 100).within
+    assert not Count("work", 100, None).within

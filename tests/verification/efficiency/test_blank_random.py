@@ -1,12 +1,11 @@
-"""Random sensible blanks, the first of the stability campaign (benchmarks/gear_stress.py)."""
+"""Random sensible blanks are answered, or refused by a listed reason."""
 
 from __future__ import annotations
 
 import math
 
 import pytest
-from gear_stress import REASONS, run_case
-from gear_stress_cases import blank_content
+from twins.random_blanks import REASONS, blank_content, run_case
 
 from efficiency.blanks.inputs import PairBlankInput
 from efficiency.blanks.pitch_cones import pitch_cones

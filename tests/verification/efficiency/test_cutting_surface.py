@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import gear_stress
 import numpy as np
 import pytest
 from flank_curvature import flank_curvature
-from gear_stress_cases import deeper
+from twins.random_blanks import deeper, run_cutter
 
 from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import Blade
@@ -278,7 +277,7 @@ def test_face_hobbing_without_indexing_is_face_milling() -> None:
 @pytest.mark.parametrize("index", range(12))
 def test_a_blade_that_reaches_too_deep_cuts_the_same_flank(index: int) -> None:
     # the surface that cuts is the same: the search has to stay on its sheet of the envelope
-    assert gear_stress.run_cutter(1, index)[0] == "answered"
+    assert run_cutter(1, index)[0] == "answered"
 
 
 def test_a_mean_point_behind_the_edge_of_regression_is_refused_with_the_root_that_is_too_deep() -> None:

@@ -1,9 +1,9 @@
-"""Local approach next to a free side face against finite elements of the end of a strip (`benchmarks/free_edge.py`)."""
+"""Local approach next to a free side face against finite elements of the end of a strip."""
 
 from __future__ import annotations
 
 import pytest
-from free_edge import approach
+from twins.free_edge import approach
 
 from efficiency.ltca.edge_contact import free_edge_compliance
 from efficiency.ltca.local_compliance import weber_local

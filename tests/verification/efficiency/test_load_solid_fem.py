@@ -1,10 +1,10 @@
-"""The solid tooth against finite elements of the same tooth with scikit-fem (`benchmarks/compliance_fem.py`)."""
+"""The solid tooth against finite elements of the same tooth with scikit-fem (`tests/twins/compliance_fem.py`)."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from compliance_fem import Counts, line_load, nine_points
+from twins.compliance_fem import Counts, line_load, nine_points
 
 from efficiency.contact.gear_flanks import Member
 from efficiency.design.design import load_design

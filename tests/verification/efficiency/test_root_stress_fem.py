@@ -1,10 +1,10 @@
-"""Root stress against three-dimensional finite elements of the same tooth (`benchmarks/root_stress_fem.py`)."""
+"""Root stress against three-dimensional finite elements of the same tooth (`tests/twins/root_stress_fem.py`)."""
 
 from __future__ import annotations
 
 import pytest
-from compliance_fem import Counts
-from root_stress_fem import root_peaks, with_edge_radius
+from twins.compliance_fem import Counts
+from twins.root_stress_fem import root_peaks, with_edge_radius
 
 from efficiency.design.design import load_design
 

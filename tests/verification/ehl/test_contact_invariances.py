@@ -1,9 +1,9 @@
-"""Rough contacts seen otherwise: surfaces exchanged, other units, a mirror, twice the size (campaign: benchmarks)."""
+"""Rough contacts under changes that leave friction as it is: exchange, other units, a mirror, twice the size."""
 
 from __future__ import annotations
 
 import pytest
-from contact_invariances import cases, checked
+from twins.contact_invariances import cases, checked
 
 ROWS = cases(4, 11)
 CHANGES = [{"exchanged", "other units"}, {"exchanged", "other units", "mirrored", "twice the size"},

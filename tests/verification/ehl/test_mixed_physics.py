@@ -1,4 +1,4 @@
-"""The deterministic rough solver against independent solutions; scenes of benchmarks/mixed_validation.py."""
+"""The deterministic rough solver against independent solutions."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mixed_flow import FLOOR, flow_factor_direct, flow_factor_model, gaussian_plane
-from mixed_limits import dry_error
-from mixed_scenes import STEEL, Scene, eyring_oil, family, friction, gaussian_pair, line, speed_of_film_ratio
-from mixed_waviness import attenuation, curve, linear_attenuation, mesh_of, oil_of
 from twins.material_points import conducts_like_the_transient_solver
+from twins.rough_limits import FLOOR, dry_error, flow_factor_direct, flow_factor_model, gaussian_plane
+from twins.rough_scenes import STEEL, Scene, eyring_oil, family, friction, gaussian_pair, line, speed_of_film_ratio
+from twins.waviness import attenuation, curve, linear_attenuation, mesh_of, oil_of
 
 from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.lubricant import Lubricant

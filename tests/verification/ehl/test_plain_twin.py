@@ -1,10 +1,10 @@
-"""The rough engine against the plain dense solver of benchmarks/plain_twin.py: another algorithm, the same physics."""
+"""The rough engine against the plain dense solver of tests/twins/plain_twin.py: another algorithm, the same physics."""
 
 from __future__ import annotations
 
 import pytest
-from mixed_scenes import Scene, eyring_oil, gaussian_pair, line, speed_of_film_ratio
-from plain_twin import PlainTwin, roll
+from twins.plain_twin import PlainTwin, roll
+from twins.rough_scenes import Scene, eyring_oil, gaussian_pair, line, speed_of_film_ratio
 
 from ehl.rough import RoughSurfaces
 from ehl.rough._kernels.march import FILM_MEAN

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from stress import solved
-from stress_cases import SEALED, Scene, scenes
+from twins.contact_stress import SEALED, Scene, scenes, solved
 
 BASE: dict[str, Any] = scenes("gear", 2, 0)[0].row | {
     "pressure_hertz": 8e8,

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from mixed_scenes import STEEL, Scene, eyring_oil, gaussian_pair, line, speed_of_film_ratio
 from twins.material_points import conducts_like_the_transient_solver
+from twins.rough_scenes import STEEL, Scene, eyring_oil, gaussian_pair, line, speed_of_film_ratio
 
 from ehl.common.validation import validate
 from ehl.contact import Contact

@@ -123,7 +123,7 @@ def _formula(run: Path) -> str:
 
 
 def test_a_full_disk_stops_in_words_and_the_resumed_run_is_bit_identical(tmp_path: Path) -> None:
-    """A limit on the size of files stands for the disk; benchmarks/sweep_kills.py fills a real one."""
+    """A limit on the size of files stands for the disk."""
     plan = Plan.from_file(_plan(tmp_path, 256))
     evaluate = partial(published_outputs, name="arana_2019")
     before = resource.getrlimit(resource.RLIMIT_FSIZE)

@@ -1,0 +1,201 @@
+"""What is timed: contacts, formulas, gear pairs and commands, by the public interface."""
+
+from __future__ import annotations
+
+import math
+import resource
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+import efficiency
+import ehl
+import regression
+
+DESIGN, HYPOID = "fm_spiral_bevel_14x39", "fh_hypoid_9x34"
+STATES = tuple(product(("0.6 GPa", "1.5 GPa"), ("1 m/s", "10 m/s"), (0.05, 0.5)))
+POINTS = 2000
+
+
+@dataclass(frozen=True)
+class Timed:
+    """One benchmark.
+
+    Parameters
+    ----------
+    about : str
+        What a run computes and what its error is.
+    setup : callable
+        Prepares and returns the task that is timed.
+    error : callable
+        Relative error of the result of the task.
+    """
+
+    about: str
+    setup: Callable[[], Callable[[], Any]]
+    error: Callable[[Any], float]
+
+
+def contacts(accuracy: str, **more: Any) -> list[ehl.Contact]:
+    """Contacts of the gear range with the oil 75W90 at 80 degC."""
+    return [
+        ehl.Contact(
+            oil="75w90", temperature="80 degC", pressure_hertz=pressure, radius_equivalent="15 mm",
+            speed_entrainment=speed, slide_to_roll=slip, accuracy=accuracy, **more,
+        )
+        for pressure, speed, slip in STATES
+    ]  # fmt: skip
+
+
+def friction(results: Sequence[ehl.ContactResult]) -> np.ndarray:
+    """Friction coefficients."""
+    return np.array([result.friction_coefficient for result in results])
+
+
+def smooth(thermal: str) -> Timed:
+    """Eight smooth contacts against the accuracy "reference"."""
+
+    def error(results: Sequence[ehl.ContactResult]) -> float:
+        truth = friction([contact.solve() for contact in contacts("reference", thermal=thermal)])
+        return float(np.max(np.abs(friction(results) / truth - 1.0)))
+
+    return Timed(
+        f'eight smooth contacts, "standard", heat {thermal}; largest error of mu against "reference"',
+        lambda: lambda: [contact.solve() for contact in contacts("standard", thermal=thermal)],
+        error,
+    )
+
+
+def rough() -> list[ehl.ContactResult]:
+    """Two rough contacts of the gear range."""
+    return [contact.solve() for contact in contacts("fast", roughness_rms="0.4 um")[2:6:3]]
+
+
+def points_of(name: str) -> Callable[[], Any]:
+    """Friction with its interval at many points."""
+    model, slip = regression.friction_model(name), np.linspace(0.02, 0.8, POINTS)
+
+    def task() -> Any:
+        return model.mu(
+            pressure_hertz="1 GPa", radius_equivalent="15 mm", speed_entrainment="5 m/s", slide_to_roll=slip,
+            temperature="90 degC", roughness_rms="0.4 um",
+        )  # fmt: skip
+
+    return task
+
+
+def half_interval(found: Any) -> float:
+    """Half the stated interval over mu, median."""
+    return float(np.median(0.5 * (found.upper - found.lower) / found.mu))
+
+
+@cache
+def load_error(name: str) -> float:
+    """Change of the efficiency loss from the default mesh to twice the positions and points."""
+    losses = [
+        1.0 - efficiency.load(name).mesh(**counts).load().efficiency("constant:0.05").efficiency
+        for counts in ({}, {"positions": 48, "points_per_line": 61})
+    ]
+    return abs(losses[0] / losses[1] - 1.0)
+
+
+def new_torque() -> Callable[[], Any]:
+    """Load and loss at a torque that was not solved before, geometry known."""
+    mesh, torques = efficiency.load(DESIGN).mesh(), iter(np.linspace(150.0, 250.0, 50).tolist())
+    mesh.load("100 N m")
+    return lambda: mesh.load(next(torques)).efficiency("75w90")
+
+
+def many_points() -> Callable[[], Any]:
+    """A map of 20 x 20 torques and speeds, geometry included."""
+    share = np.linspace(0.1, 1.5, 20)
+    return lambda: efficiency.load(DESIGN).over(
+        "75w90", torque=(200.0 * share).tolist(), speed=(150.0 * share).tolist()
+    )
+
+
+def published_sweep() -> Callable[[], Any]:
+    """The cases of a plan by a published formula: what a sweep costs next to its cases."""
+
+    def task() -> Any:
+        with tempfile.TemporaryDirectory() as folder:
+            return regression.sweep("demo", folder, formula="xu_kahraman_2007", jobs=1).status()
+
+    return task
+
+
+def command(*arguments: str) -> Callable[[], Callable[[], float]]:
+    """CPU seconds of a process of its own; they are the error, as the clock of this process does not see them."""
+
+    def task() -> float:
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run([sys.executable, *arguments], check=True, capture_output=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+    return lambda: task
+
+
+TIMED = {
+    "smooth_contact": smooth("off"),
+    "smooth_heat": smooth("on"),
+    "rough_contact": Timed(
+        'two rough contacts, "fast"; largest stated error of mu',
+        lambda: rough,
+        lambda results: max(result.friction_error for result in results),
+    ),
+    "formula": Timed(
+        f"closed form 75w90 at {POINTS} points; half the stated interval over mu",
+        lambda: points_of("75w90"),
+        half_interval,
+    ),
+    "formula_processes": Timed(
+        f"75w90_gp, with Gaussian processes, at {POINTS} points; half the stated interval over mu",
+        lambda: points_of("75w90_gp"),
+        half_interval,
+    ),
+    "gear_pair": Timed(
+        "hypoid pair from the design file to the efficiency; change of the loss on twice the mesh",
+        lambda: lambda: efficiency.load(HYPOID).mesh().load().efficiency("75w90"),
+        lambda result: load_error(HYPOID),
+    ),
+    "gear_torque": Timed(
+        "load and loss at one more torque, geometry known; stated error of the loss",
+        new_torque,
+        lambda result: result.efficiency_error / (1.0 - result.efficiency),
+    ),
+    "gear_map": Timed(
+        "map of 20 x 20 torques and speeds from the design file on; change of the loss on twice the mesh",
+        many_points,
+        lambda result: load_error(DESIGN),
+    ),
+    "machine_settings": Timed(
+        "machine settings of a hypoid pair from targets; none",
+        lambda: lambda: efficiency.settings("fh_hypoid_9x34_offset_10"),
+        lambda result: math.nan,
+    ),
+    "sweep": Timed(
+        "the plan demo by a published formula, as what a sweep costs next to its cases; none",
+        published_sweep,
+        lambda result: math.nan,
+    ),
+    "start": Timed(
+        "import of the packages in a process of its own; its CPU seconds in place of the error",
+        command("-c", "import efficiency, regression, ehl; efficiency.load; ehl.Contact; regression.fit"),
+        float,
+    ),
+    "gear_command": Timed(
+        "`mixed-ehl gear NAME --json` in a process of its own; its CPU seconds in place of the error",
+        command(
+            "-c", "from efficiency.cli import main; main()", "gear", DESIGN, "--friction", "constant:0.05", "--json"
+        ),
+        float,
+    ),
+}

@@ -1,0 +1,314 @@
+"""Tooth compliance against three-dimensional finite elements of the same teeth on the same ring.
+
+An independent second computation: the mesh takes the corners of its elements straight from `tooth_grid` (stations of
+the face, levels of the depth), elements are 27-node hexahedra of scikit-fem with flat-sided geometry, solved by
+conjugate gradients. As a script it draws docs/figures/tooth_compliance.png (four minutes a member).
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
+from numpy.typing import NDArray
+from scipy.sparse import bmat, coo_matrix, kron
+from skfem import Basis, BilinearForm, ElementHex2, MeshHex
+
+from efficiency.contact.gear_flanks import Member
+from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
+from efficiency.design.design import Design, load_design
+from efficiency.ltca.solid_tooth import SolidTooth, solid_tooth_of
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Elements of the mesh: across the tooth, across a slot, over the depth of the tooth and of the body, along."""
+
+    tooth: int = 3
+    slot: int = 2
+    rows: int = 6
+    body: int = 4
+    along: int = 10
+
+    def finer(self, factor: float) -> Counts:
+        """All counts times a factor."""
+        return Counts(*(max(2, round(factor * n)) for n in (self.tooth, self.slot, self.rows, self.body, self.along)))
+
+
+class ToothElements:
+    """Finite elements of a ring of some teeth.
+
+    Parameters
+    ----------
+    design, member
+        Whose teeth.
+    rim : float
+        Distance from the root cone to the base [m].
+    youngs_modulus, poisson_ratio : float
+        [Pa], [-].
+    counts : Counts
+        Elements of one pitch.
+    cells : int
+        Teeth in the ring, which is closed by a turn of as many pitches.
+    held : set of {"base", "toe", "heel"}
+        Surfaces of the body without displacement.
+    """
+
+    def __init__(
+        self,
+        design: Design,
+        member: Member,
+        rim: float,
+        youngs_modulus: float,
+        poisson_ratio: float,
+        counts: Counts = Counts(),
+        cells: int = 3,
+        held: frozenset[str] = frozenset({"base"}),
+    ) -> None:
+        self.counts, self.cells = counts, cells
+        self.grid = grid = tooth_grid(design.flanks(), member, counts.rows + 1, counts.along + 1)
+        azimuth, height = _section(grid, counts, cells, rim)
+        self.columns, levels = azimuth.shape[1] - 1, azimuth.shape[0] - 1
+        index = MeshHex.init_tensor(*(np.arange(n + 1.0) for n in (counts.along, levels, self.columns)))
+        centre = index.p[:, index.t].mean(axis=1)
+        slot = np.floor(centre[2]) % (counts.tooth + counts.slot) >= counts.tooth
+        index = index.remove_elements(np.flatnonzero((centre[1] > counts.body) & slot))
+        self.place = index.p.round().astype(np.int64)
+        station, level, column = self.place
+        points = grid.point(azimuth[level, column, station], grid.u[0, station], height[level, station])
+        mesh = MeshHex(np.ascontiguousarray(points.T), index.t)
+        self.basis = Basis(mesh, ElementHex2(), intorder=4)
+        stiffness = _elasticity(self.basis, youngs_modulus, poisson_ratio)
+        # places of all nodes of the elements, twice the index of a corner
+        places = (2.0 * Basis(index, ElementHex2(), intorder=1).doflocs).round().astype(np.int64)
+        body = places[1] <= 2 * counts.body
+        held_at = {
+            "base": places[1] == 0,
+            "toe": (places[0] == 0) & body,
+            "heel": (places[0] == 2 * counts.along) & body,
+        }
+        fixed = np.any([held_at[name] for name in held], axis=0)
+        last = places[2] == 2 * self.columns
+        first = (places[2] == 0) & body
+        closing = _closing(places, first, last, grid.pitch * cells)
+        self.expand = closing[:, np.tile(~fixed & ~last, 3)].tocsr()
+        self.stiffness = (self.expand.T @ stiffness @ self.expand).tocsr()
+
+    def node(self, rows: IntArray, stations: IntArray, upper: bool, tooth: int = 0) -> IntArray:
+        """Corner numbers on a flank of a tooth of the ring by level of its depth and station."""
+        column = tooth * (self.counts.tooth + self.counts.slot) + (self.counts.tooth if upper else 0)
+        wanted = np.stack([stations, rows + self.counts.body, np.full(rows.size, column)])
+        return np.asarray((self.place[:, None] == wanted[:, :, None]).all(axis=0).argmax(axis=1))
+
+    def normals(self, rows: IntArray, stations: IntArray, upper: bool) -> FloatArray:
+        """Unit normals (n, 3) of the flank at its corners, out of the tooth."""
+        g = self.grid
+        flank = g.point(g.upper if upper else g.lower, g.u, g.height)
+        over = np.stack([np.gradient(flank[..., k], axis=0) for k in range(3)], -1)
+        along = np.stack([np.gradient(flank[..., k], axis=1) for k in range(3)], -1)
+        normal = np.cross(along, over)[rows, stations] * (1.0 if upper else -1.0)
+        inside = g.point(0.5 * (g.lower + g.upper), g.u, g.height)[rows, stations]
+        normal *= np.sign(np.sum(normal * (flank[rows, stations] - inside), axis=1))[:, None]
+        return normal / np.linalg.norm(normal, axis=1)[:, None]
+
+    def deflection(self, loaded: IntArray, normals: FloatArray) -> FloatArray:
+        """Displacements (3, nodes, loads) under a unit force on each corner against its normal [m/N]."""
+        corner = self.basis.nodal_dofs[0]
+        force = np.zeros((3, self.basis.N, loaded.size))
+        force[:, corner[loaded], np.arange(loaded.size)] = -normals.T
+        solution = conjugate_gradients(self.stiffness, self.expand.T @ force.reshape(-1, loaded.size))
+        return np.asarray(self.expand @ solution).reshape(3, self.basis.N, -1)
+
+    def at(self, deflection: FloatArray, nodes: IntArray, normals: FloatArray) -> FloatArray:
+        """Deflection (points, loads) at corners against their normals [m/N]."""
+        return np.asarray(-np.einsum("knl,nk->nl", deflection[:, self.basis.nodal_dofs[0][nodes]], normals))
+
+
+def _elasticity(basis: Basis, youngs_modulus: float, poisson_ratio: float) -> Any:
+    """Stiffness of all components of all nodes, component by component, from products of scalar gradients."""
+    products = {}
+    for i in range(3):
+        for j in range(i, 3):
+            form = BilinearForm(lambda u, v, _, i=i, j=j: v.grad[i] * u.grad[j])
+            products[i, j] = form.assemble(basis)
+            products[j, i] = products[i, j].T
+    lame = youngs_modulus * poisson_ratio / ((1.0 + poisson_ratio) * (1.0 - 2.0 * poisson_ratio))
+    shear = youngs_modulus / (2.0 * (1.0 + poisson_ratio))
+    laplace = products[0, 0] + products[1, 1] + products[2, 2]
+    blocks = [
+        [
+            lame * products[i, j] + shear * products[j, i] + (shear * laplace if i == j else 0.0 * laplace)
+            for j in range(3)
+        ]
+        for i in range(3)
+    ]
+    return bmat(blocks, format="csr")
+
+
+def _closing(places: IntArray, first: BoolArray, last: BoolArray, angle: float) -> Any:
+    """Square matrix that writes the displacements of the last side as those of the first, turned."""
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+    def in_order(side: BoolArray) -> IntArray:
+        at = np.flatnonzero(side)
+        return at[np.lexsort((places[1, at], places[0, at]))]
+
+    size = places.shape[1]
+    pairs = coo_matrix((np.ones(int(last.sum())), (in_order(last), in_order(first))), shape=(size, size))
+    keep = coo_matrix((np.ones(size - int(last.sum())), (np.flatnonzero(~last),) * 2), shape=(size, size))
+    return (kron(np.eye(3), keep) + kron(turn, pairs)).tocsc()
+
+
+def conjugate_gradients(matrix: Any, right: FloatArray, tolerance: float = 1e-7, limit: int = 20000) -> FloatArray:
+    """Solutions (n, m) of a positive definite system for several right-hand sides at once, scaled by the diagonal."""
+    scale = 1.0 / np.sqrt(matrix.diagonal())
+    residual = scale[:, None] * right
+    solution, direction = np.zeros_like(residual), residual.copy()
+    size = np.sum(residual**2, axis=0)
+    goal = tolerance**2 * size
+    for _ in range(limit):
+        pushed = scale[:, None] * (matrix @ (scale[:, None] * direction))
+        step = size / np.sum(direction * pushed, axis=0)
+        solution += step * direction
+        residual -= step * pushed
+        size, before = np.sum(residual**2, axis=0), size
+        if np.all(size < goal):
+            return scale[:, None] * solution
+        direction = residual + size / before * direction
+    raise RuntimeError("conjugate gradients did not converge")
+
+
+def _section(grid: ToothGrid, counts: Counts, cells: int, rim: float) -> tuple[FloatArray, FloatArray]:
+    """Azimuths (levels, columns, stations) and heights (levels, stations) of all corners."""
+    tooth = np.linspace(0.0, 1.0, counts.tooth + 1)[:-1, None]
+    slot = np.linspace(0.0, 1.0, counts.slot + 1)[:-1, None]
+    lower, upper = grid.lower[:, None], grid.upper[:, None]
+    cell = np.concatenate([lower + tooth * (upper - lower), upper + slot * (lower + grid.pitch - upper)], axis=1)
+    azimuth = np.concatenate([*(cell + j * grid.pitch for j in range(cells)), lower + cells * grid.pitch], axis=1)
+    # levels of the body closer together under the root
+    depth = np.linspace(1.0, 0.0, counts.body + 1)[:-1, None] ** 1.5
+    base = grid.blank.root(grid.u[0]) - rim
+    below = grid.height[0] + depth * (base - grid.height[0])
+    return np.concatenate([np.repeat(azimuth[:1], counts.body, axis=0), azimuth]), np.concatenate([below, grid.height])
+
+
+@dataclass(frozen=True)
+class NinePoints:
+    """Deflection at nine points of a flank, three heights by three places along the face, by finite elements.
+
+    Attributes
+    ----------
+    face, height : (9,) arrays
+        Distance from the toe and over the root cone [m].
+    own, ahead : (9, 9) arrays
+        Deflection of the points per unit force on each of them, and of the same points of the next tooth in rising
+        azimuth [m/N].
+    unknowns : int
+    seconds : float
+    """
+
+    face: FloatArray
+    height: FloatArray
+    own: FloatArray
+    ahead: FloatArray
+    unknowns: int
+    seconds: float
+
+    def errors(self, tooth: SolidTooth) -> FloatArray:
+        """Difference of a tooth model from the finite elements at points away from the load.
+
+        In the unit of the largest deflection away from the load, (72,).
+        """
+        away = ~np.eye(9, dtype=bool)
+        largest = np.max(np.where(away, np.abs(self.own), 0.0), axis=0)
+        return np.asarray(((tooth.influence(self.face, self.height) - self.own) / largest)[away])
+
+
+def nine_points(design: Design, member: Member, counts: Counts, cells: int) -> NinePoints:
+    """Finite elements of one member, loaded on its drive flank."""
+    given = design.pinion if member == "pinion" else design.gear
+    material, blank = given.elastic_material(), given.blank.blank()
+    clock = time.perf_counter()
+    elements = ToothElements(
+        design,
+        member,
+        given.body.thickness(blank),
+        material.youngs_modulus,
+        material.poisson_ratio,
+        counts,
+        cells,
+        frozenset(given.body.held),
+    )
+    grid = elements.grid
+    upper = grid.sides[1] == design.flanks().loaded_side(member, "drive")
+    levels = [round(share * counts.rows) for share in (0.25, 0.625, 1.0)]
+    stations = [round(share * counts.along) for share in (0.125, 0.5, 0.875)]
+    rows, columns = (np.asarray(x).ravel() for x in np.meshgrid(levels, stations, indexing="ij"))
+    nodes, normals = elements.node(rows, columns, upper), elements.normals(rows, columns, upper)
+    deflection = elements.deflection(nodes, normals)
+    own = elements.at(deflection, nodes, normals)
+    ahead = own
+    if cells > 1:
+        c, s = np.cos(grid.pitch), np.sin(grid.pitch)
+        turned = normals @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+        ahead = elements.at(deflection, elements.node(rows, columns, upper, 1), turned)
+    face = grid.u[0] - grid.u[0, 0]
+    height = grid.height[rows, columns] - blank.root(grid.u[0, columns])
+    seconds = time.perf_counter() - clock
+    return NinePoints(face[columns], height, own, ahead, elements.stiffness.shape[0], seconds)
+
+
+def line_load(tooth: SolidTooth) -> FloatArray:
+    """Deflection along two lines of contact under their even load: along the middle, and from root to tip [m/N]."""
+    face = np.linspace(0.05, 0.95, 121) * tooth.face_width
+    lines = []
+    for low, high in ((0.5, 0.5), (0.25, 0.95)):
+        matrix = tooth.influence(face, np.linspace(low, high, face.size) * tooth.whole_depth(face))
+        lines.append(matrix.mean(axis=1))
+    return np.concatenate(lines)
+
+
+MEMBERS: tuple[tuple[str, Member], ...] = (
+    ("fm_spiral_bevel_14x39", "pinion"),
+    ("fm_spiral_bevel_14x39", "gear"),
+    ("fh_hypoid_9x34", "pinion"),
+    ("fh_hypoid_9x34", "gear"),
+)
+COUNTS = Counts(3, 3, 8, 4, 16)
+
+
+def main() -> None:
+    """Draw docs/figures/tooth_compliance.png: deflection at nine points of four members by elements and models."""
+    figure = Figure(figsize=(8.0, 7.0), layout="constrained")
+    panels = figure.subplots(2, 2).ravel()
+    away = ~np.eye(9, dtype=bool)
+    for axes, (name, member) in zip(panels, MEMBERS, strict=True):
+        design = load_design(name)
+        solid = solid_tooth_of(design.flanks(), getattr(design, member).tooth_body(), member, "drive", cells=3)
+        points = nine_points(design, member, COUNTS, 3)
+        errors = points.errors(solid)
+        worst, rms = 100 * np.abs(errors).max(), 100 * np.sqrt(np.mean(errors**2))
+        print(f"{name} {member}: away from the load worst {worst:.1f} %, rms {rms:.1f} %; {points.seconds:.0f} s")
+        x = 1e9 * points.own[away]
+        axes.loglog(x, x, color="#909090", lw=1)
+        of_solid = solid.influence(points.face, points.height)[away]
+        axes.loglog(x, 1e9 * of_solid, "o", ms=4, color="#1f5a99", label="solid on its ring")
+        axes.set(title=f"{name}, {member}", xlabel="finite elements [nm/N]", ylabel="model [nm/N]")
+        axes.set(xlim=(0.08, 8.0), ylim=(1e-3, 8.0))
+        axes.xaxis.set_minor_formatter(NullFormatter())
+    panels[0].legend(frameon=False)
+    figure.savefig(Path(__file__).parents[2] / "docs" / "figures" / "tooth_compliance.png", dpi=130)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,101 @@
+"""Local approach of a body next to a free side face against plane-strain finite elements (scikit-fem).
+
+As a script it prints, over the distance c of a Hertz load from the side face, the increase of the approach of the load
+to the point at the depth h below: by `free_edge_compliance`, by finite elements of a quarter-plane, and of the end of a
+strip of thickness 2 h, which represents the tip, toe and heel of a tooth. Unit: load per length over Young's modulus.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem import Basis, BilinearForm, ElementQuad2, ElementVector, FacetBasis, LinearForm, MeshQuad, condense, solve
+from skfem.helpers import ddot, sym_grad, trace
+
+from efficiency.ltca.edge_contact import free_edge_compliance
+from efficiency.ltca.local_compliance import weber_local
+
+FloatArray = NDArray[np.float64]
+Body = Literal["quarter-plane", "strip"]
+
+# extent of the body in depths; elements across the load and how fast they grow away from it
+SIZE, ACROSS, GROWTH = 30.0, 12, 0.25
+
+
+def graded(points: tuple[float, ...], end: float, finest: float) -> FloatArray:
+    """Grid lines from 0 to an end, finest at some points, all of which are grid lines."""
+    stops = sorted({0.0, *points, end})
+    lines = [np.zeros(1)]
+    for low, high in pairwise(stops):
+        places = [low]
+        while places[-1] < high:
+            away = min(abs(places[-1] - point) for point in points)
+            places.append(places[-1] + finest + GROWTH * away)
+        # shared out so that the last line is the stop
+        share = (np.array(places[1:]) - low) / (places[-1] - low)
+        lines.append(low + share * (high - low))
+    return np.concatenate(lines)
+
+
+def approach(body: Body, distance: float, depth: float, half_width: float, poisson_ratio: float) -> float:
+    """Approach of the centre of a Hertz load on the face y = 0 to the point under it, per w'/E [-].
+
+    Parameters
+    ----------
+    body : {"quarter-plane", "strip"}
+        Both lie at x > 0, y > 0 and are held far away; the strip ends at y = 2 depth.
+    distance, depth, half_width : float
+        Of the load from the side face x = 0, of the point, of the load.
+    poisson_ratio : float
+        [-].
+    """
+    far = SIZE * max(depth, distance)
+    x = graded((distance,), far, 2.0 * half_width / ACROSS)
+    y = graded((0.0, depth), 2.0 * depth if body == "strip" else far, 2.0 * half_width / ACROSS)
+    mesh = MeshQuad.init_tensor(x, y)
+    element = ElementVector(ElementQuad2())
+    basis = Basis(mesh, element, intorder=4)
+    lame = poisson_ratio / ((1.0 + poisson_ratio) * (1.0 - 2.0 * poisson_ratio))
+    shear = 0.5 / (1.0 + poisson_ratio)
+
+    def stress_work(u: Any, v: Any, _: Any) -> Any:
+        one, other = sym_grad(u), sym_grad(v)
+        return lame * trace(one) * trace(other) + 2.0 * shear * ddot(one, other)
+
+    def hertz(v: Any, w: Any) -> Any:
+        return np.sqrt(np.maximum(1.0 - ((w.x[0] - distance) / half_width) ** 2, 0.0)) * v[1]
+
+    loaded = FacetBasis(mesh, element, facets=mesh.facets_satisfying(lambda p: np.abs(p[1]) < 1e-12 * depth))
+    stiffness, force = BilinearForm(stress_work).assemble(basis), LinearForm(hertz).assemble(loaded)
+    downwards = basis.get_dofs(elements=True).all(["u^2"])
+    held = basis.get_dofs(
+        lambda p: (np.abs(p[0] - x[-1]) < 1e-9 * far) | ((np.abs(p[1] - y[-1]) < 1e-9 * far) & (body != "strip"))
+    )
+    moved = solve(*condense(stiffness, force, D=held)) / force[downwards].sum()
+    places = np.array([[distance, distance], [0.0, depth]])
+    top, under = np.asarray(basis.probes(places) @ moved).reshape(2, 2)[1]
+    return float(top - under)
+
+
+def main() -> None:
+    """Table over the distance from the side face, with the half-width a fifth of the distance or of the depth."""
+    print(" nu   c/h   added by: formula   quarter-plane   strip   whole approach, formula over strip [%]")
+    for nu in (0.25, 0.3, 0.35):
+        far = approach("strip", 4.0, 1.0, 0.2, nu) - float(weber_local(1.0, 0.2, 1.0, 1.0, nu))
+        for c in (0.03, 0.06, 0.12, 0.25, 0.5, 1.0, 2.0):
+            b = 0.2 * min(c, 1.0)
+            plain = float(weber_local(1.0, b, 1.0, 1.0, nu))
+            added = float(free_edge_compliance(c, 1.0, 1.0, nu))
+            quarter, strip = (approach(body, c, 1.0, b, nu) for body in ("quarter-plane", "strip"))
+            print(
+                f"{nu:.2f} {c:5.2f} {added:18.3f} {quarter - plain:15.3f} {strip - plain - far:7.3f}"
+                f" {100.0 * ((plain + added) / strip - 1.0):16.1f}"
+            )
+        print(f"     strip far from its end, beyond the half-plane: {far:.3f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,96 @@
+"""From a change in the page of `mixed-ehl app` to its answer, in a real browser; and the pictures of docs/app.md.
+
+``python validation/app_response.py [--out FOLDER] [--count 12]`` starts the program and a Chromium, changes speed,
+finish, torque and alignment in turns and prints the median and the largest time until the headline has changed, beside
+the time of the same answer in Python (answer, both pictures of the tooth, notes). With --out the pictures are written.
+An idle machine is needed.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from common import command_line
+
+from efficiency.app.page import _drawn
+from efficiency.app.scene import Bench, changed
+from ehl.common.table import Table
+
+PORT = 8659
+# label of the field in the page, field of the scene, two values to go between
+CHANGES = (
+    ("pinion speed", "speed", "3000", "3300"),
+    ("Rq gear", "roughness_gear", "0.5", "0.6"),
+    ("pinion torque", "torque", "{}", "{}"),
+    ("E offset", "E", "{}", "{}"),
+)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Measure, print, draw."""
+    from playwright.sync_api import sync_playwright
+
+    parser = command_line(__doc__)
+    parser.add_argument("--out", type=Path, help="folder of the pictures")
+    parser.add_argument("--count", type=int, default=12)
+    options = parser.parse_args(argv)
+    command = [sys.executable, "-c", "from efficiency.cli import main; main()", "app", "--no-browser"]
+    server = subprocess.Popen([*command, "--port", str(PORT)], stderr=subprocess.DEVNULL, env=dict(os.environ))
+    while True:
+        with socket.socket() as trial:
+            if trial.connect_ex(("127.0.0.1", PORT)) == 0:
+                break
+        time.sleep(0.1)
+    bench, rows = Bench(), []
+    scene = bench.start()
+    with sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1280, "height": 1250})
+        page.goto(f"http://127.0.0.1:{PORT}")
+        headline = page.locator(".text-3xl")
+        page.wait_for_function("document.querySelector('.text-3xl').innerText.includes('%')", timeout=120_000)
+        for number, (label, name, *pair) in enumerate(CHANGES):
+            seen, alone = [], []
+            for k in range(options.count):
+                # torques and alignments that were never asked for; the others go to and fro
+                value = {"torque": f"{200 + k}", "E": f"{0.01 * (k + 1):.2f}"}.get(name, pair[k % 2])
+                time.sleep(1.5)
+                before = headline.inner_text()
+                clock = time.perf_counter()
+                page.get_by_label(label).fill(value)
+                page.wait_for_function("was => document.querySelector('.text-3xl').innerText != was", arg=before)
+                seen.append(time.perf_counter() - clock)
+                clock = time.perf_counter()
+                scene = changed(scene, **{name: value})
+                _drawn(bench.answer(scene))
+                alone.append(time.perf_counter() - clock)
+            rows.append((label, statistics.median(seen), max(seen), statistics.median(alone)))
+            if options.out and number == 0:
+                page.get_by_role("button", name="Efficiency map").click()
+                page.get_by_role("button", name="Film and pressure").click()
+                page.wait_for_function("document.body.innerText.includes('central film')", timeout=120_000)
+                time.sleep(3.0)
+                page.evaluate("window.scrollTo(0, 0)")
+                page.screenshot(path=options.out / "app.png")
+        if options.out:
+            phone = browser.new_page(viewport={"width": 390, "height": 1100}, color_scheme="dark")
+            phone.goto(f"http://127.0.0.1:{PORT}")
+            phone.wait_for_function("document.querySelector('.text-3xl').innerText.includes('%')", timeout=120_000)
+            time.sleep(3.0)
+            phone.screenshot(path=options.out / "app_phone.png")
+        browser.close()
+    server.terminate()
+    Table(("change", "in the browser, median [s]", "largest [s]", "in Python, median [s]"), rows).print()
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

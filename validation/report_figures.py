@@ -1,0 +1,61 @@
+"""Pictures of pages and of the comparison of friction models, as the documentation shows them.
+
+``comparison`` and ``gear``: docs/reports.md. ``optimise``: the search of docs/optimise.md, 160 points of the page's
+command; evaluations are kept in the folder of results, and a stopped search resumes.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from common import OUT, command_line
+
+import efficiency
+
+PAIR, SEARCHED = "fm_spiral_bevel_14x39", "fm_hypoid_13x42_relieved"
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+MODELS = ("75w90", "ehl", "constant:0.05", "xu_kahraman_2007")
+
+
+def screenshot(page: Path, picture: Path, width: int = 1240, height: int = 900) -> None:
+    """The first screen of a page, by a browser that is installed."""
+    browser = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if browser is None:
+        raise SystemExit(f"no browser to draw {picture.name} with: one of {', '.join(BROWSERS)}")
+    flags = ("--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars")
+    with tempfile.TemporaryDirectory() as profile:
+        command = [browser, *flags, f"--user-data-dir={profile}", f"--window-size={width},{height}"]
+        command += [f"--screenshot={picture.resolve()}", page.resolve().as_uri()]
+        subprocess.run(command, check=True, capture_output=True, timeout=120)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Draw one of them."""
+    parser = command_line(__doc__)
+    parser.add_argument("what", choices=("gear", "comparison", "optimise"))
+    parser.add_argument("--out", type=Path, default=Path("docs/figures"))
+    given = parser.parse_args(arguments)
+    if given.what == "comparison":
+        efficiency.load(PAIR).compare(MODELS).plot("comparison").savefig(given.out / "comparison.png", dpi=150)
+    elif given.what == "gear":
+        with tempfile.TemporaryDirectory() as folder:
+            page = Path(folder) / "gear.html"
+            efficiency.load(PAIR).at("75w90").report(page)
+            screenshot(page, given.out / "report_gear.png")
+    else:
+        folder = OUT / "optimise"
+        store = folder / "points.jsonl"
+        found = efficiency.optimise(SEARCHED, ("ease_off", "blank"), evaluations=160, jobs=2, store=store)
+        found.write(folder=folder)
+        screenshot(folder / "optimise.html", given.out / "optimise_report.png")
+        shutil.copy(folder / "trade.png", given.out / "optimise_trade.png")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
