@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from efficiency.blanks.cones import Blank
+from efficiency.cutting.blank import Blank
 
 from efficiency.contact.tooth_grid import ToothGrid
 from efficiency.ltca.solid_tooth import SolidTooth, ToothBody, solid_tooth
