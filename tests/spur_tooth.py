@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from efficiency.cutting.blank import Blank
 
 from efficiency.contact.tooth_grid import ToothGrid
+from efficiency.cutting.blank import Blank
 from efficiency.ltca.solid_tooth import SolidTooth, ToothBody, solid_tooth
 from ehl.material import Material
 
