@@ -2,13 +2,13 @@
 
 Tutorials, the README and some pages have tests of their own (`RUN_BY`). The commands of the other pages run in order in
 a folder of their own, the Python and TOML blocks one by one. What takes minutes or needs files of the reader is only
-read (`ONLY_READ`): commands, options and shipped names exist, which holds for every command in the text too.
+parsed (`ONLY_READ`). Links lead to files that exist; what the pages on theory and robustness name as their code and
+their tests exists.
 """
 
 from __future__ import annotations
 
 import ast
-import pkgutil
 import re
 import shlex
 import shutil
@@ -29,10 +29,8 @@ import regression
 from efficiency.cli import app
 from efficiency.design.design import Design
 from efficiency.machine_settings.inputs import load_targets
-from ehl.common.data import shipped
 from ehl.common.validation import validate
 from regression.calibration.setup import load_setup
-from regression.friction.published_registry import PUBLISHED
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -147,31 +145,28 @@ PYTHON = [block for block in OURS if block.language == "python"]
 FRAGMENTS = [block for block in OURS if block.language == "toml"]
 
 
-def test_every_block_runs_or_has_its_reason() -> None:
-    tests = {
+def defined_in(*folders: str) -> set[str]:
+    """Names of the functions and classes of some folders."""
+    return {
         node.name
-        for module in (ROOT / "tests").rglob("test_*.py")
+        for folder in folders
+        for module in (ROOT / folder).rglob("*.py")
         for node in ast.walk(ast.parse(module.read_text(encoding="utf-8")))
-        if isinstance(node, ast.FunctionDef)
+        if isinstance(node, ast.FunctionDef | ast.ClassDef)
     }
-    assert len(BLOCKS) > 60
-    assert {block.language for block in OURS} == {"sh", "python", "toml", "text"}
-    assert set(RUN_BY.values()) <= tests
-    # nothing is excused that is not there
+
+
+CODE, TESTS = defined_in("ehl", "regression", "efficiency"), defined_in("tests")
+
+
+def test_every_block_runs_or_has_its_reason() -> None:
+    assert set(RUN_BY.values()) <= TESTS
     firsts = {(block.page, block.text.strip().partition("\n")[0]) for block in BLOCKS}
     assert set(RUN_BY) <= {(block.page, block.language) for block in BLOCKS} | firsts
     lines = [line for block in BLOCKS if block.language == "sh" for line in commands(block)]
     assert [start for start in ONLY_READ if not any(line.startswith(start) for line in lines)] == []
-    named = {word for reason in ONLY_READ.values() for word in re.findall(r"test_\w+", reason)}
-    assert named <= tests | {path.stem for path in (ROOT / "tests").rglob("test_*.py")}
-    # what runs is ours; what is not ours has its reason
-    assert [
-        line for lines in SHELL.values() for line in lines if not (line.startswith("mixed-ehl ") or not_run(line))
-    ] == []
-    for block in BLOCKS:
-        if block.language == "text":
-            assert "mixed-ehl " not in block.text.replace("# mixed-ehl flank grid", ""), block
-            assert "import " not in block.text, block
+    ours = [line for own in SHELL.values() for line in own]
+    assert [line for line in ours if not (line.startswith("mixed-ehl ") or not_run(line))] == []
 
 
 def files_of(page: str, mixed_ehl: Callable[..., Any]) -> None:
@@ -261,79 +256,16 @@ def test_tables_of_a_page_are_read(
                 assert design.flank(member, side) is not None
 
 
-def spans() -> Iterator[tuple[str, str]]:
-    """(page, command) of every command in the text and in the blocks."""
-    for path in PAGES:
-        text = path.read_text(encoding="utf-8")
-        for found in re.findall(r"(?<!`)`(mixed-ehl [^`]+)`(?!`)", text):
-            yield path.relative_to(ROOT).as_posix(), " ".join(found.split())
-    for block in BLOCKS:
-        if block.language == "sh":
-            for line in commands(block):
-                if line.startswith("mixed-ehl "):
-                    yield block.page, line
-
-
-SOURCES = [f"/{path.relative_to(ROOT).as_posix()}" for path in ROOT.rglob("*.py")]
-SPANS = sorted(set(spans()))
-NAMED = {
-    name for kind in ("designs", "oils", "formulas", "blanks", "plans", "targets", "datasets") for name in shipped(kind)
-} | set(PUBLISHED)
-
-
-@pytest.mark.parametrize(("page", "line"), SPANS, ids=lambda value: value.replace("/", "-")[:60])
-def test_command_in_the_text_exists(page: str, line: str) -> None:
-    """Command, options and shipped names; in blocks all the command line would check before it computes."""
-    words = [word for word in shlex.split(line.replace("\\|", "|"))[1:] if word not in ("...", "[--json]")]
-    words = words[: words.index("|")] if "|" in words else words
-    command = COMMAND
-    parents = click.Context(COMMAND, info_name="mixed-ehl")
-    while words and hasattr(command, "list_commands") and not words[0].startswith("-"):
-        if words[0].isupper():  # COMMAND: any
-            return
+@pytest.mark.parametrize("line", [line for own in SHELL.values() for line in own if line.startswith("mixed-ehl ")])
+def test_command_of_a_page_is_parsed(line: str) -> None:
+    """All that the command line checks before it computes, also of what is not run here."""
+    words = shlex.split(line.partition("|")[0])[1:]
+    command, parents = COMMAND, click.Context(COMMAND, info_name="mixed-ehl")
+    while hasattr(command, "list_commands") and words and not words[0].startswith("-"):
         name = words[0] if words[0] in command.list_commands(parents) or command.name != "sweep" else "run"
-        found = command.get_command(parents, name)
-        assert found is not None, f"{page}: no command {name}"
-        command, words = found, words[1:] if name == words[0] else words
-    options = {option for parameter in command.params for option in (*parameter.opts, *parameter.secondary_opts)}
-    options |= {"--help", "--install-completion", "--show-completion"}
-    assert [word for word in words if re.match(r"--?[a-zA-Z]", word) and word not in options] == []
-    names = [word for word in words if re.fullmatch(r"(fm|fh|iso23509|gear)_\w+|(fva3|75w90)\w*", word)]
-    assert set(names) <= NAMED, set(names) - NAMED
-    if not all(word == "--help" or word.endswith("completion") for word in words) and (
-        any(line in lines for lines in SHELL.values())
-    ):
-        inner = command.make_context(command.name, words, parent=parents)
-        assert not inner.args
-
-
-def every_command() -> Iterator[Any]:
-    stack = [COMMAND]
-    while stack:
-        command = stack.pop()
-        if hasattr(command, "list_commands"):
-            context = click.Context(command)
-            stack += [command.get_command(context, name) for name in command.list_commands(context)]
-        yield command
-
-
-def test_help_is_whole_sentences_and_nothing_of_it_is_taken_for_markup() -> None:
-    for command in every_command():
-        texts = {parameter.name: getattr(parameter, "help", None) for parameter in command.params} | {"": command.help}
-        for name, text in texts.items():
-            assert text, (command.name, name)
-            assert text.rstrip().endswith((".", ")")), (command.name, name, text)
-            assert "[" not in text, (command.name, name, text)
-
-
-def test_options_in_the_text_exist() -> None:
-    known = {"--help", "--version", "--install-completion", "--show-completion", "--nthreads"}
-    known |= {"--part", "--rheology"}  # of benchmarks
-    for command in every_command():
-        known |= {option for parameter in command.params for option in (*parameter.opts, *parameter.secondary_opts)}
-    for path in PAGES:
-        found = set(re.findall(r"`(--[a-z][a-z-]*)", path.read_text(encoding="utf-8")))
-        assert found <= known, (path.name, found - known)
+        command, words = command.get_command(parents, name), words[1:] if name == words[0] else words
+    if not any(word == "--help" or word.endswith("completion") for word in words):
+        assert not command.make_context(command.name, words, parent=parents).args
 
 
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.relative_to(ROOT).as_posix().replace("/", "-"))
@@ -343,21 +275,20 @@ def test_links_and_pictures_of_a_page_exist(path: Path) -> None:
     assert [link for link in missing if not link.startswith(("gallery/", "../gallery/"))] == []
 
 
-@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.relative_to(ROOT).as_posix().replace("/", "-"))
-def test_modules_and_names_of_a_page_exist(path: Path) -> None:
-    """Files of Python, folders and dotted names between backticks; an old one sends the reader nowhere."""
-    text = path.read_text(encoding="utf-8")
-    missing = [
-        name for name in re.findall(r"`([\w/]+\.py)\b", text) if not any(f.endswith(f"/{name}") for f in SOURCES)
-    ]
-    missing += [
-        name
-        for name in re.findall(r"`((?:ehl|regression|efficiency|data)/[\w/]*)`", text)
-        if not (ROOT / name).exists()
-    ]
-    for name in re.findall(r"`((?:ehl|regression|efficiency)(?:\.\w+)+)", text):
-        try:
-            pkgutil.resolve_name(name)
-        except (ImportError, AttributeError):
-            missing.append(name)
-    assert missing == []
+PROOFS = [line for line in (DOCS / "theory.md").read_text(encoding="utf-8").splitlines() if line.startswith("→ ")]
+FAULTS = (DOCS / "robustness.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("proof", PROOFS)
+def test_functions_and_tests_of_an_equation_exist(proof: str) -> None:
+    functions, tests = (set(re.findall(r"`(\w+)`", part)) for part in proof.split(";"))
+    assert functions
+    assert tests
+    assert functions <= CODE
+    assert tests <= TESTS
+
+
+def test_tests_of_the_faults_exist() -> None:
+    named = set(re.findall(r"`(test_\w+)`", FAULTS))
+    assert len(named) > 30
+    assert named <= TESTS | {path.stem for path in (ROOT / "tests").rglob("test_*.py")}

@@ -10,9 +10,6 @@ from typing import Any
 
 import pytest
 
-from regression.friction.families import FAMILIES
-from regression.plan.constraints import Constraints
-
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "friction_formula.md").read_text(encoding="utf-8")
 
 
@@ -33,13 +30,6 @@ def test_plan_and_commands_of_the_page(
     commands[0] += ["--with", "arana_2019", "--jobs", "1"]
     outcomes = [mixed_ehl(*command) for command in commands]
     assert [outcome.code for outcome in outcomes] == [0] * 5
-    assert "96 of 96 cases" in outcomes[1].out
-    assert outcomes[4].out.startswith("mu = 0.0")
-
-
-def test_every_family_is_described() -> None:
-    for name in FAMILIES:
-        assert f"| `{name}` |" in PAGE
 
 
 SWEEP_PAGE = (Path(__file__).resolve().parents[3] / "docs" / "sweep.md").read_text(encoding="utf-8")
@@ -57,13 +47,7 @@ def test_plan_and_commands_of_the_page_on_sweeps(
     commands[1] += ["--with", "xu_kahraman_2007", "--jobs", "1"]
     outcomes = [mixed_ehl(*command) for command in commands]
     assert [outcome.code for outcome in outcomes] == [0] * 4
-    assert "2048 cases (deterministic, fast)" in outcomes[0].out
     # two oils, two levels, 48 points and the corners inside
     finished = re.search(r"(\d+) of (\d+) cases", outcomes[2].out)
     assert finished is not None
     assert 4 * 48 < int(finished[1]) == int(finished[2]) <= 4 * (48 + 8)
-
-
-def test_every_constraint_is_described() -> None:
-    for name in Constraints.model_fields:
-        assert f"`{name}`" in SWEEP_PAGE or f"{name} =" in SWEEP_PAGE
