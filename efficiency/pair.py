@@ -1252,10 +1252,8 @@ class LoadedMesh:
         lubricant, ratio = oil.at(operation.temperature), design.pinion.blank.teeth / design.gear.blank.teeth
         speed = operation.speed
         resistances = (
-            thermal_resistance(design.pinion.blank.blank(), chosen.pinion, lubricant, speed, pitch.spiral_angle_pinion),
-            thermal_resistance(
-                design.gear.blank.blank(), chosen.gear, lubricant, speed * ratio, pitch.spiral_angle_gear
-            ),
+            thermal_resistance(design.pinion.blank, chosen.pinion, lubricant, speed, pitch.spiral_angle_pinion),
+            thermal_resistance(design.gear.blank, chosen.gear, lubricant, speed * ratio, pitch.spiral_angle_gear),
         )
         return balance_heat(
             lambda operation: self.solve(model, operation, oil, load_balance, many=many),
@@ -1332,5 +1330,5 @@ def _pitch_geometry(
         radius_pinion=radius_pinion,
         radius_gear=radius_gear,
         module_normal=2.0 * radius_gear * math.cos(angles_gear[0]) / gear.teeth,
-        contact_ratio_profile=profile_contact_ratio(pinion.blank(), gear.blank(), spiral, pressure),
+        contact_ratio_profile=profile_contact_ratio(pinion, gear, spiral, pressure),
     )

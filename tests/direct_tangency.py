@@ -169,7 +169,7 @@ def touching(
             rest = np.stack([off / size, np.sum(along * facing_p, axis=0)])
         return np.concatenate([gap, rest, condition_p[None], condition_g[None]])
 
-    return newton.solve(residual, x, limit, tolerance, 15)
+    return newton.iterate(lambda x: newton.complex_jacobian(residual, x), x, limit, tolerance, 15)
 
 
 def start_at(surface: MeshSurface, path: ContactPath, at: NDArray[np.int64]) -> FloatArray:

@@ -172,7 +172,7 @@ class MemberBlank:
 
     def design_table(self) -> dict[str, Any]:
         """Keys and values of the table `blank` of a design file, SI."""
-        return {**asdict(self.cones), "hand": self.hand}
+        return {**self.cones.model_dump(), "hand": self.hand}
 
 
 @dataclass(frozen=True, repr=False)

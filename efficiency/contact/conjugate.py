@@ -13,12 +13,14 @@ squares; its degree is the one that predicts left-out points best.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, Self
 
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
+from pydantic import Field, model_validator
 
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.chebyshev import Patch
@@ -32,8 +34,12 @@ from efficiency.cutting.newton import Array
 from efficiency.cutting.rotation import dot, spin, turn
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import read_text
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel
 
 FloatArray = NDArray[np.float64]
+Relieved = Annotated[float, ValueRange("m", ge=-2e-3, le=2e-3)]
+Place = Annotated[float, ValueRange("", ge=-1.0, le=1.0)]
 EaseOff = Callable[[FloatArray, FloatArray], FloatArray]
 """Ease-off [m] at (length, depth) of the gear flank, both from -1 to 1, see `EaseOffTarget`."""
 
@@ -47,15 +53,30 @@ _OVERSAMPLING, _MIN_REGULAR = 1.5, 0.5 * UNDERCUT
 _FIELDS = (*POSITION, *NORMAL, "relief")
 
 
-@dataclass(frozen=True)
-class EaseOffTarget:
-    """Ease-off as a polynomial of length and depth on the gear flank, both from -1 to 1.
+class EaseOffTerm(InputModel):
+    """One further term of an ease-off: ``relief length^i depth^j``, both from -1 to 1.
+
+    Attributes
+    ----------
+    length_power, depth_power : int
+        Powers of length and depth.
+    relief : float
+        Coefficient [m].
+    """
+
+    length_power: Annotated[int, Field(ge=0, le=8)]
+    depth_power: Annotated[int, Field(ge=0, le=8)]
+    relief: Relieved
+
+
+class EaseOffTarget(InputModel):
+    """Ease-off as a polynomial of length and depth on the gear flank, both from -1 to 1, and a map that is added.
 
     length is -1 at the toe and 1 at the heel; depth is -1 where the pinion's tip reaches at the mean cone distance and
     1 at the gear's tip. Positive is material missing on the pinion.
 
     ``lengthwise_crowning (x - bias y)^2 + profile_crowning y^2 + twist x y + sum c length^i depth^j`` with x and y
-    counted from the centre.
+    counted from the contact point.
 
     Attributes
     ----------
@@ -68,27 +89,44 @@ class EaseOffTarget:
         half face widths: it inclines the path of contact [-].
     twist : float
         Flank twist: relief at the corners heel-tip and toe-root, the negative at the others [m].
-    centre : (float, float)
+    contact_face, contact_depth : float
         Length and depth of the point without relief.
-    terms : tuple of (int, int, float)
-        Further terms: powers i, j and coefficient [m].
+    terms : tuple of EaseOffTerm
+        Further terms.
+    map : str, optional
+        Path of a CSV file with a table of the ease-off.
     """
 
-    lengthwise_crowning: float = 0.0
-    profile_crowning: float = 0.0
-    bias: float = 0.0
-    twist: float = 0.0
-    centre: tuple[float, float] = (0.0, 0.0)
-    terms: tuple[tuple[int, int, float], ...] = field(default=())
+    lengthwise_crowning: Relieved = 0.0
+    profile_crowning: Relieved = 0.0
+    bias: Annotated[float, ValueRange("", ge=-5.0, le=5.0)] = 0.0
+    twist: Relieved = 0.0
+    contact_face: Place = 0.0
+    contact_depth: Place = 0.0
+    terms: tuple[EaseOffTerm, ...] = ()
+    map: str | None = None
+
+    @model_validator(mode="after")
+    def _readable(self) -> Self:
+        if self.map is not None:
+            read_ease_off_map(Path(self.map))
+        return self
 
     def __call__(self, length: FloatArray, depth: FloatArray) -> FloatArray:
-        """Relief [m] at points of the gear flank."""
-        x, y = length - self.centre[0], depth - self.centre[1]
+        """Relief [m] at points of the gear flank, without the map."""
+        x, y = length - self.contact_face, depth - self.contact_depth
         relief = self.lengthwise_crowning * (x - self.bias * y) ** 2 + self.profile_crowning * y**2
         relief = relief + self.twist * x * y
-        for i, j, size in self.terms:
-            relief = relief + size * length**i * depth**j
+        for term in self.terms:
+            relief = relief + term.relief * length**term.length_power * depth**term.depth_power
         return np.asarray(relief)
+
+    def relief(self) -> EaseOff:
+        """The whole ease-off: what the map gives is added."""
+        if self.map is None:
+            return self
+        given = read_ease_off_map(Path(self.map))
+        return lambda length, depth: self(length, depth) + given(length, depth)
 
 
 @dataclass(frozen=True)

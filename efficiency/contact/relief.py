@@ -11,13 +11,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from math import pi, sin, tan
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import model_validator
 
-if TYPE_CHECKING:
-    from efficiency.cutting.blank import Blank
+from efficiency.cutting.blank import Blank
+from ehl.common.errors import InputError
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel
 
 FloatArray = NDArray[np.float64]
 ReliefForm = Literal["linear", "parabolic", "circular"]
@@ -26,10 +30,11 @@ ReliefForm = Literal["linear", "parabolic", "circular"]
 _COARSE, _FINE = 41, 21
 # the curvature of relief is that over so much to both sides: about the half-width of a loaded contact [m]
 _WIDTH = 1e-4
+# of the mean transverse tooth thickness: relief of both flanks then leaves half of the tooth (ours)
+_MAX_SHARE = 0.25
 
 
-@dataclass(frozen=True)
-class EdgeRelief:
+class EdgeRelief(InputModel):
     """Relief next to one edge.
 
     Attributes
@@ -37,14 +42,27 @@ class EdgeRelief:
     amount : float
         Depth at the edge, square to the flank [m].
     length : float
-        From the edge to where it begins, over the blank [m].
+        From the edge to where it begins: down the tooth for the tip, along the face for toe and heel [m].
     form : {"linear", "parabolic", "circular"}
         A flat chamfer, a parabola, or an arc; the last two are tangent to the flank.
     """
 
-    amount: float
-    length: float
+    amount: Annotated[
+        float, ValueRange("m", gt=0.0, le=1e-3, hint="Relief takes material off; leave the table out for none.")
+    ]
+    length: Annotated[float, ValueRange("m", gt=0.0, le=0.1)]
     form: ReliefForm = "parabolic"
+
+    @model_validator(mode="after")
+    def _flatter_than_half_a_right_angle(self) -> Self:
+        if self.amount > self.length:
+            raise InputError(
+                "amount",
+                f"{self.amount * 1e3:.6g} mm",
+                f"at most its length of {self.length * 1e3:.6g} mm",
+                "Relief is flatter than 45 deg: lower the amount or lengthen it.",
+            )
+        return self
 
     def depth(self, distance: FloatArray) -> FloatArray:
         """Depth [m] at distances from the edge [m]; beyond the edge the form goes on."""
@@ -57,9 +75,8 @@ class EdgeRelief:
         return np.asarray(radius - np.sqrt(radius**2 - np.minimum(reach, 0.999 * radius) ** 2))
 
 
-@dataclass(frozen=True)
-class MemberRelief:
-    """Relief of the flanks of a member; None where an edge has none.
+class MemberRelief(InputModel):
+    """Relief of both flanks of a member next to tip, toe and heel; None where an edge has none.
 
     Where two meet in a corner the deeper one counts: each was taken off the flank by itself.
     """
@@ -76,6 +93,38 @@ class MemberRelief:
             if relief is not None:
                 depths.append(relief.depth(distance))
         return np.asarray(np.max(depths, axis=0))
+
+    def check(self, blank: Blank) -> None:
+        """Refuse relief larger than the tooth, naming the key of the member."""
+        half = 0.5 * blank.face_width
+        taper = tan(blank.addendum_angle) + tan(blank.dedendum_angle)
+        depth = blank.mean_addendum + blank.mean_dedendum - half * abs(taper)
+        if self.tip is not None and self.tip.length >= depth:
+            raise InputError(
+                "edge_relief.tip.length",
+                f"{self.tip.length * 1e3:.6g} mm",
+                f"below the least whole depth of the tooth, {depth * 1e3:.4g} mm",
+                "Usual is a tenth to a third of the depth.",
+            )
+        ends = [end for end in (self.toe, self.heel) if end is not None]
+        along = sum(end.length for end in ends)
+        if ends and along >= blank.face_width:
+            raise InputError(
+                "edge_relief.toe.length" if self.toe is not None else "edge_relief.heel.length",
+                f"{along * 1e3:.6g} mm at toe and heel together",
+                f"below the face width, {blank.face_width * 1e3:.4g} mm",
+                "Usual is a twentieth to a fifth of the face at each end.",
+            )
+        thickness = pi * blank.mean_cone_distance * sin(blank.pitch_angle) / blank.teeth
+        for name in ("tip", "toe", "heel"):
+            given: EdgeRelief | None = getattr(self, name)
+            if given is not None and given.amount > _MAX_SHARE * thickness:
+                raise InputError(
+                    f"edge_relief.{name}.amount",
+                    f"{given.amount * 1e3:.6g} mm",
+                    f"at most {_MAX_SHARE * thickness * 1e3:.4g} mm, a quarter of the tooth's thickness",
+                    "Usual are 10 to 60 um; a larger chamfer belongs into addendum or face width.",
+                )
 
     def __bool__(self) -> bool:
         return any(part is not None for part in (self.tip, self.toe, self.heel))

@@ -6,17 +6,21 @@ height square to the pitch cone, positive towards the tooth tip.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from math import tan
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field, model_validator
 
+from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel
 
 Hand = Literal["left", "right"]
 Length = Annotated[float, ValueRange("m", gt=0.0, le=3.0)]
 Depth = Annotated[float, ValueRange("m", ge=0.0, le=0.2)]
+TaperAngle = Annotated[float, ValueRange("rad", ge=-0.35, le=0.35)]
 Shift = Annotated[float, ValueRange("m", ge=-1.0, le=1.0)]
 
 FloatArray = NDArray[np.float64]
@@ -24,35 +28,47 @@ Array = NDArray[np.inexact[Any]]
 """Real or complex."""
 
 
-@dataclass(frozen=True)
-class Blank:
-    """Cones of one member, SI units and rad.
+class Blank(InputModel):
+    """Cones of one member in ISO 23509 terms, SI units and rad; the mean point lies in the middle of the face.
 
     Attributes
     ----------
     teeth : int
         Number of teeth.
     pitch_angle : float
-        Pitch cone angle.
+        Pitch cone angle [rad].
     mean_cone_distance, face_width : float
-        Along the pitch cone; the mean point lies in the middle of the face.
+        Along the pitch cone [m].
     mean_addendum, mean_dedendum : float
-        At the mean point, square to the pitch cone.
+        At the mean point, square to the pitch cone [m].
     addendum_angle, dedendum_angle : float
-        Of face and root cone against the pitch cone.
+        Of face and root cone against the pitch cone [rad].
     pitch_apex_beyond_crossing : float
-        Distance of the pitch apex beyond the crossing point, away from the heel; 0 for a bevel pair.
+        Distance of the pitch apex beyond the crossing point, away from the heel; 0 for a bevel pair [m].
     """
 
-    teeth: int
-    pitch_angle: float
-    mean_cone_distance: float
-    face_width: float
-    mean_addendum: float
-    mean_dedendum: float
-    addendum_angle: float
-    dedendum_angle: float
-    pitch_apex_beyond_crossing: float = 0.0
+    teeth: Annotated[int, Field(ge=3, le=400)]
+    pitch_angle: Annotated[float, ValueRange("rad", gt=0.0, lt=1.5707)]
+    mean_cone_distance: Length
+    face_width: Length
+    mean_addendum: Depth
+    mean_dedendum: Depth
+    addendum_angle: TaperAngle
+    dedendum_angle: TaperAngle
+    pitch_apex_beyond_crossing: Shift = 0.0
+
+    @model_validator(mode="after")
+    def _face_fits(self) -> Self:
+        limits = {"twice the mean cone distance": 2.0 * self.mean_cone_distance}
+        depth, taper = self.mean_addendum + self.mean_dedendum, tan(self.addendum_angle) + tan(self.dedendum_angle)
+        if taper != 0.0:
+            limits[f"where the tooth depth falls to 0 at the {'toe' if taper > 0.0 else 'heel'}"] = abs(
+                2.0 * depth / taper
+            )
+        what, limit = min(limits.items(), key=lambda item: item[1])
+        if self.face_width >= limit:
+            raise InputError("face_width", f"{self.face_width * 1e3:.6g} mm", f"below {limit * 1e3:.6g} mm, {what}")
+        return self
 
     def axial(self, u: FloatArray, h: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Radius and axial position [m] of blank coordinates."""

@@ -1,4 +1,4 @@
-"""Where a cut flank ends: root fillet and root line, undercut, tips, and what the cutter hits besides.
+"""Where a cut flank ends: root fillet and root line, undercut.
 
 Below the profile the edge radius of the blade cuts the fillet; where the tip plane takes over lies the root line. A
 generated flank is undercut where it turns back on itself (edge of regression) before the profile of the blade ends:
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.cutting import newton
-from efficiency.cutting.flank import CutFlank, Flank
+from efficiency.cutting.flank import CutFlank
 from ehl.common.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
@@ -204,23 +204,6 @@ class FlankLimits:
         return self.root - self.blank_root
 
 
-@dataclass(frozen=True)
-class Mutilation:
-    """The cutter's tip inside the blank away from the slot it cuts.
-
-    Attributes
-    ----------
-    u, height : float
-        Deepest place found: distance from the mean point along the pitch cone, height over it [m].
-    depth : float
-        Depth under the face cone there [m].
-    """
-
-    u: float
-    height: float
-    depth: float
-
-
 def fillet(flank: CutFlank) -> CutFlank:
     """The root fillet as a flank of its own, cut by the edge radius; its s runs from `Blade.tip` to `profile_start`."""
     radius = float(np.real(flank.blade.edge_radius)) or SHARP
@@ -325,45 +308,3 @@ def _crossing(root_cut: CutFlank, u: FloatArray, limit: Columns, curve: Columns,
             share = gap[cuts[0]] / (gap[cuts[0]] - gap[cuts[0] - 1])
             heights[k] = height[cuts[0]] + share * (height[cuts[0] - 1] - height[cuts[0]])
     return heights
-
-
-def mutilation(flank: CutFlank, roll: tuple[float, float], rolls: int = 9) -> Mutilation | None:
-    """Deepest place where the tip circle runs into the blank beside the slot it cuts; None where it does not.
-
-    Parameters
-    ----------
-    flank : CutFlank
-        The flank.
-    roll : (float, float)
-        Range of the cradle roll [rad], see `FlankLimits`.
-    """
-    count = 720
-    blank, blade = flank.blank, flank.blade
-    phis = np.linspace(*roll, rolls) if flank.machine.generation.rolls else np.zeros(1)
-    th = np.linspace(-np.pi, np.pi, count, endpoint=False)
-    grid = np.stack([np.full(count * phis.size, blade.tip), np.tile(th, phis.size), np.repeat(phis, count)])
-    point = np.real(flank.sweep(grid)[0])
-    u, h = blank.coordinates(np.hypot(point[0], point[1]), point[2])
-    depth = np.where(np.abs(u) < 0.5 * blank.face_width, blank.tip(np.real(u)) - np.real(h), -1.0)
-    here = int(np.argmin(np.abs(np.angle(np.exp(1j * (th - flank.guess()[1, 0]))))))
-    inside = np.roll(depth.reshape(phis.size, count) > 0.0, -here, axis=1)
-    slot = np.logical_and.accumulate(inside, axis=1) | np.logical_and.accumulate(inside[:, ::-1], axis=1)[:, ::-1]
-    outside = np.roll(slot, here, axis=1).ravel()
-    depth = np.where(outside, -1.0, depth)
-    worst = int(np.argmax(depth))
-    if depth[worst] <= 0.0:
-        return None
-    return Mutilation(float(np.real(u[worst])), float(np.real(h[worst])), float(depth[worst]))
-
-
-def slot_angle(concave: Flank, convex: Flank, u: FloatArray, h: FloatArray) -> FloatArray:
-    """Angle of the slot between the two flanks of one setting at blank coordinates (u, h) [rad].
-
-    Negative where the opposite blade cuts into the flank.
-    """
-    one, found = concave.solve(u, h)
-    other, also = convex.solve(u, h)
-    if not (found & also).all():
-        raise ConvergenceError("undercut", "the two flanks do not both exist where their slot is asked for")
-    outwards = one.normal[1] * one.position[0] - one.normal[0] * one.position[1]
-    return np.asarray(np.sign(outwards) * np.angle(np.exp(1j * (other.azimuth - one.azimuth))))

@@ -44,25 +44,6 @@ def complex_jacobian(function: Callable[[Array], Array], x: FloatArray) -> tuple
     return value, np.moveaxis(np.stack(columns, axis=-1), 0, 1)
 
 
-def solve(
-    function: Callable[[Array], Array],
-    start: FloatArray,
-    step_limit: FloatArray,
-    tolerance: FloatArray,
-    max_iterations: int = 30,
-) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Solve ``function(x) = 0`` at n points together, Jacobians by complex step.
-
-    Parameters
-    ----------
-    function : callable
-        Maps (m, n) to (m, n), holomorphic.
-    start, step_limit, tolerance, max_iterations
-        As in `iterate`.
-    """
-    return iterate(lambda x: complex_jacobian(function, x), start, step_limit, tolerance, max_iterations)
-
-
 def iterate(
     linearise: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
     start: FloatArray,

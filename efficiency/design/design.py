@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from math import tan
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -14,17 +13,18 @@ from pydantic import AliasChoices, Field, model_validator
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.displaced_axes import DisplacedAxes
 from efficiency.contact.gear_flanks import MEMBERS, GearFlanks, Member
-from efficiency.contact.relief import PairRelief
-from efficiency.cutting.blank import Blank, Depth, Hand, Length, Shift
+from efficiency.contact.relief import MemberRelief, PairRelief
+from efficiency.cutting.blank import Blank, Depth, Length
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import Flank
 from efficiency.design.flank_input import (
+    BlankInput,
     ConjugateFlankInput,
     CutFlankInput,
     FlankInput,
-    GridFlankInput,
+    FlankTable,
+    from_folder,
 )
-from efficiency.design.relief_input import MemberReliefInput
 from efficiency.design.stiffness_input import StiffnessInput
 from efficiency.loss.heat_balance import CoolingInput
 from efficiency.loss.kinematics import Driver, OperatingPoint, Operation
@@ -108,8 +108,6 @@ class FlankSurfaceInput(InputModel):
 
 
 Error = Annotated[float, ValueRange("m", ge=-2e-3, le=2e-3)]
-ConeAngle = Annotated[float, ValueRange("rad", gt=0.0, lt=1.5707)]
-TaperAngle = Annotated[float, ValueRange("rad", ge=-0.35, le=0.35)]
 EdgeRounding = Annotated[
     float, ValueRange("m", ge=1e-6, le=5e-3, hint="Radius at the tip, toe and heel edges of the teeth, as in '0.2 mm'.")
 ]
@@ -119,67 +117,6 @@ ShaftAngleError = Annotated[
     Field(validation_alias=AliasChoices("shaft_angle_error", "alpha")),
 ]
 Rms = Annotated[float, ValueRange("m", ge=0.0, le=2e-5)]
-Teeth = Annotated[int, Field(ge=3, le=400)]
-
-
-class BlankInput(InputModel):
-    """Blank of one member in ISO 23509 terms; the mean point lies in the middle of the face.
-
-    Attributes
-    ----------
-    teeth : int
-        Number of teeth.
-    hand : {"left", "right"}
-        Hand of spiral.
-    pitch_angle : float
-        Pitch cone angle [rad].
-    mean_cone_distance, face_width : float
-        Along the pitch cone [m].
-    mean_addendum, mean_dedendum : float
-        At the mean point, square to the pitch cone [m].
-    addendum_angle, dedendum_angle : float
-        Of face and root cone against the pitch cone [rad].
-    pitch_apex_beyond_crossing : float
-        Distance of the pitch apex beyond the crossing point, away from the heel [m].
-    """
-
-    teeth: Teeth
-    hand: Hand
-    pitch_angle: ConeAngle
-    mean_cone_distance: Length
-    face_width: Length
-    mean_addendum: Depth
-    mean_dedendum: Depth
-    addendum_angle: TaperAngle
-    dedendum_angle: TaperAngle
-    pitch_apex_beyond_crossing: Shift = 0.0
-
-    @model_validator(mode="after")
-    def _face_fits(self) -> Self:
-        limits = {"twice the mean cone distance": 2.0 * self.mean_cone_distance}
-        depth, taper = self.mean_addendum + self.mean_dedendum, tan(self.addendum_angle) + tan(self.dedendum_angle)
-        if taper != 0.0:
-            limits[f"where the tooth depth falls to 0 at the {'toe' if taper > 0.0 else 'heel'}"] = abs(
-                2.0 * depth / taper
-            )
-        what, limit = min(limits.items(), key=lambda item: item[1])
-        if self.face_width >= limit:
-            raise InputError("face_width", f"{self.face_width * 1e3:.6g} mm", f"below {limit * 1e3:.6g} mm, {what}")
-        return self
-
-    def blank(self) -> Blank:
-        """Cones of the member."""
-        return Blank(
-            teeth=self.teeth,
-            pitch_angle=self.pitch_angle,
-            mean_cone_distance=self.mean_cone_distance,
-            face_width=self.face_width,
-            mean_addendum=self.mean_addendum,
-            mean_dedendum=self.mean_dedendum,
-            addendum_angle=self.addendum_angle,
-            dedendum_angle=self.dedendum_angle,
-            pitch_apex_beyond_crossing=self.pitch_apex_beyond_crossing,
-        )
 
 
 class MemberInput(InputModel):
@@ -204,7 +141,7 @@ class MemberInput(InputModel):
         Rq of the flanks [m]; that of the finish where not given, without one 0.
     edge_rounding : float, optional
         Radius of the tip, toe and heel edges [m]; by default 0.05 of the mean transverse module.
-    edge_relief : MemberReliefInput
+    edge_relief : MemberRelief
         Relief of the flanks next to tip, toe and heel.
     body : BodyInput
         Body under the teeth.
@@ -218,7 +155,7 @@ class MemberInput(InputModel):
     finish_state: State = "run_in"
     roughness_rms: Rms = 0.0
     edge_rounding: EdgeRounding | None = None
-    edge_relief: MemberReliefInput = MemberReliefInput()
+    edge_relief: MemberRelief = MemberRelief()
     body: BodyInput = BodyInput()
 
     @model_validator(mode="before")
@@ -254,19 +191,10 @@ class MemberInput(InputModel):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         Material.load(self.material)
-        self.body.thickness(self.blank.blank())
-        try:
-            self.edge_relief.check(self.blank.blank())
-        except InputError as error:
-            raise InputError(f"edge_relief.{error.field}", error.value, error.allowed, error.hint) from None
-        for side, given in (("concave", self.concave), ("convex", self.convex)):
-            cut = given.nominal if isinstance(given, GridFlankInput) else given
-            if not isinstance(cut, CutFlankInput):
-                continue
-            try:
-                cut.require_hand(self.blank.hand)
-            except InputError as error:
-                raise InputError(f"{side}.{error.field}", error.value, error.allowed, error.hint) from None
+        self.body.thickness(self.blank)
+        self.edge_relief.check(self.blank)
+        for side in FLANK_SIDES:
+            getattr(self, side).check(side, self.blank)
         return self
 
     @property
@@ -277,12 +205,8 @@ class MemberInput(InputModel):
 
     def flank(self, side: FlankSide) -> Flank:
         """One of the two flanks; `Design.flank` knows those as well that follow from the mate."""
-        given = self.concave if side == "concave" else self.convex
-        if isinstance(given, ConjugateFlankInput):
-            raise InputError(f"{side}.ease_off", "a flank of one member alone", "a flank of a pair")
-        if isinstance(given, CutFlankInput):
-            return _cut_flank(given, side, self.blank.hand, self.blank.blank())
-        return _grid_flank(given, side, self.blank.hand, self.blank.blank(), Path(given.grid).stat().st_mtime_ns)
+        given: FlankTable = getattr(self, side)
+        return _flank(given, side, self.blank, given.version)
 
     def elastic_material(self) -> Material:
         """Material of the member."""
@@ -290,20 +214,14 @@ class MemberInput(InputModel):
 
     def tooth_body(self) -> ToothBody:
         """Material of the teeth and the body under them."""
-        rim = self.body.thickness(self.blank.blank())
+        rim = self.body.thickness(self.blank)
         return ToothBody(self.elastic_material(), rim, frozenset(self.body.held), self.body.youngs_modulus)
 
 
-@lru_cache(maxsize=16)
-def _cut_flank(given: CutFlankInput, side: FlankSide, hand: Hand, blank: Blank) -> Flank:
+@lru_cache(maxsize=32)
+def _flank(given: FlankTable, side: FlankSide, blank: BlankInput, _version: int) -> Flank:
     """The same flank serves both flank pairs and the teeth: it keeps where its points begin."""
-    return given.flank(side, hand, blank)
-
-
-@lru_cache(maxsize=16)
-def _grid_flank(given: GridFlankInput, side: FlankSide, hand: Hand, blank: Blank, _changed: int) -> Flank:
-    """The same flank while the file stays what it is."""
-    return given.flank(side, hand, blank)
+    return given.flank(side, blank)
 
 
 class Misalignment(InputModel):
@@ -327,21 +245,15 @@ class Misalignment(InputModel):
     shaft_angle_error: ShaftAngleError = 0.0
 
 
-class Deflection(InputModel):
+class Deflection(Misalignment):
     """Displacements of shafts, bearings and housing under load, in the axes of the misalignment.
 
     Attributes
     ----------
-    E, P, G, shaft_angle_error : float
-        As in `Misalignment` [m], shaft_angle_error [rad].
     torque : float, optional
         Pinion torque at which they are reached; they grow in proportion to it [N m].
     """
 
-    E: Error = 0.0
-    P: Error = 0.0
-    G: Error = 0.0
-    shaft_angle_error: ShaftAngleError = 0.0
     torque: Annotated[float, ValueRange("N*m", gt=0.0, le=1e6)] | None = None
 
     @model_validator(mode="after")
@@ -433,15 +345,9 @@ class Design(InputModel):
             raise InputError(
                 "pinion.blank.teeth", self.pinion.blank.teeth, f"at most the {self.gear.blank.teeth} teeth of the gear"
             )
-        for side in ("concave", "convex"):
-            if isinstance(getattr(self.gear, side), ConjugateFlankInput):
-                allowed = "cutter and machine, or a grid: ease-offs belong to the pinion"
-                raise InputError(f"gear.{side}.ease_off", "given for the gear", allowed)
         for member in MEMBERS:
             for side in FLANK_SIDES:
-                given = getattr(getattr(self, member), side)
-                if isinstance(given, GridFlankInput):
-                    given.require(member, side)
+                getattr(getattr(self, member), side).check_member(member, side)
         return self
 
     def with_misalignment(self, **misalignment: float) -> Design:
@@ -505,19 +411,17 @@ class Design(InputModel):
 
     def flank(self, member: Member, side: FlankSide) -> Flank:
         """One flank of one member; a pinion flank given by its ease-off is conjugate in the aligned pair."""
-        if member == "gear":
-            return self.gear.flank(side)
-        given = self.pinion.concave if side == "concave" else self.pinion.convex
-        if not isinstance(given, ConjugateFlankInput):
-            return self.pinion.flank(side)
+        given = getattr(self.pinion, side)
+        if member == "gear" or not isinstance(given, ConjugateFlankInput):
+            return (self.gear if member == "gear" else self.pinion).flank(side)
         mate = self.gear.flank("convex" if side == "concave" else "concave")
-        return given.flank(mate, self.pinion.blank.blank(), self.with_misalignment().placement())
+        return given.conjugate(mate, self.pinion.blank, self.with_misalignment().placement())
 
     def flanks(self) -> GearFlanks:
         """The four flanks in the assembly, misalignments included."""
         pinion, gear = ({side: self.flank(member, side) for side in FLANK_SIDES} for member in MEMBERS)
         given = self.assembly
-        relief = PairRelief(self.pinion.edge_relief.relief(), self.gear.edge_relief.relief())
+        relief = PairRelief(self.pinion.edge_relief, self.gear.edge_relief)
         return GearFlanks(
             self.name, pinion, gear, self.placement(), given.drive_flank_pinion, given.normal_backlash, relief
         )
@@ -573,17 +477,4 @@ def load_design(name: str | Path) -> Design:
     True
     """
     path = named_file("design", "designs", name)
-    return validate(Design, _with_places(read_toml(path, "design"), path.parent))
-
-
-def _with_places(content: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Content of a design file with the names of point files counted from the folder it lies in."""
-    for member in ("pinion", "gear"):
-        for side in ("concave", "convex"):
-            flank = content.get(member, {}).get(side, {}) if isinstance(content.get(member, {}), dict) else {}
-            if isinstance(flank, dict) and isinstance(flank.get("grid"), str):
-                flank["grid"] = str(folder / flank["grid"])
-            ease_off = flank.get("ease_off") if isinstance(flank, dict) else None
-            if isinstance(ease_off, dict) and isinstance(ease_off.get("map"), str):
-                ease_off["map"] = str(folder / ease_off["map"])
-    return content
+    return validate(Design, from_folder(read_toml(path, "design"), path.parent))

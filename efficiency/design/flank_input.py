@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from efficiency.contact.assembly import Assembly
-from efficiency.contact.conjugate import EaseOff, EaseOffTarget, conjugate_flank, read_ease_off_map
+from efficiency.contact.conjugate import EaseOffTarget, conjugate_flank
 from efficiency.contact.gear_flanks import Member
 from efficiency.contact.grid_flank import grid_flank, read_point_grid
 from efficiency.contact.measured_flank import measured_flank
@@ -24,9 +24,6 @@ from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 
-Relieved = Annotated[float, ValueRange("m", ge=-2e-3, le=2e-3)]
-Place = Annotated[float, ValueRange("", ge=-1.0, le=1.0)]
-
 if TYPE_CHECKING:
     CutterInput = BladeInput
     MachineTable = MachineInput
@@ -36,7 +33,48 @@ else:
     MachineTable = Annotated[reduce(or_, MACHINE_INPUTS.values()), Field(discriminator="process")]
 
 
-class CutFlankInput(InputModel):
+class BlankInput(Blank):
+    """Blank of one member and its hand of spiral, ``"left"`` or ``"right"``."""
+
+    hand: Hand
+
+
+class FlankTable(InputModel):
+    """Table `concave` or `convex` of a member: what all ways to give a flank have in common."""
+
+    @property
+    def nominal(self) -> CutFlankInput | None:
+        """Cutter and machine settings, where they are given."""
+        return None
+
+    @property
+    def version(self) -> int:
+        """Changes whenever a file that the flank is read from does."""
+        return 0
+
+    def check(self, side: FlankSide, blank: BlankInput) -> None:
+        """Refuse a cradle angle of the other hand.
+
+        The centre of the cutter lies beside the mean point, towards +y for a right-hand member: in face milling and
+        face hobbing, generated or not. The mean point is near y = -blank offset, over the work axis.
+        """
+        if self.nominal is None:
+            return
+        machine, hand = self.nominal.machine, blank.hand
+        centre = machine.radial_setting * sin(machine.cradle_angle) + machine.blank_offset
+        if (centre > 0.0) != (hand == "right"):
+            allowed = ("positive" if hand == "right" else "negative") + f" for a {hand}-hand member"
+            raise InputError(f"{side}.machine.cradle_angle", machine.cradle_angle, allowed)
+
+    def check_member(self, member: Member, side: FlankSide) -> None:
+        """Refuse a way that the member cannot have, or a file of another flank."""
+
+    def flank(self, side: FlankSide, blank: BlankInput) -> Flank:
+        """The flank on a blank."""
+        raise InputError(f"{side}.ease_off", "a flank of one member alone", "a flank of a pair")
+
+
+class CutFlankInput(FlankTable):
     """A flank given by the cutter and the machine settings that cut it.
 
     Attributes
@@ -50,27 +88,18 @@ class CutFlankInput(InputModel):
     cutter: CutterInput
     machine: MachineTable
 
-    def require_hand(self, hand: Hand) -> None:
-        """Refuse a cradle angle of the other hand.
+    @property
+    def nominal(self) -> CutFlankInput:
+        """The settings themselves."""
+        return self
 
-        The centre of the cutter lies beside the mean point, towards +y for a right-hand member: in face milling and
-        face hobbing, generated or not. The mean point is near y = -blank offset, over the work axis.
-        """
-        centre = self.machine.radial_setting * sin(self.machine.cradle_angle) + self.machine.blank_offset
-        if (centre > 0.0) != (hand == "right"):
-            raise InputError(
-                "machine.cradle_angle",
-                self.machine.cradle_angle,
-                ("positive" if hand == "right" else "negative") + f" for a {hand}-hand member",
-            )
-
-    def flank(self, side: FlankSide, hand: Hand, blank: Blank) -> Flank:
-        """The flank on a blank."""
+    def flank(self, side: FlankSide, blank: BlankInput) -> CutFlank:
+        """The flank that the blade leaves."""
         machine = self.machine.settings()
-        return CutFlank(self.cutter.blade(side, hand), machine, blank, index_start(machine, blank))
+        return CutFlank(self.cutter.blade(side, blank.hand), machine, blank, index_start(machine, blank))
 
 
-class GridFlankInput(InputModel):
+class GridFlankInput(FlankTable):
     """A flank given by points, measured or of another program.
 
     Attributes
@@ -81,7 +110,7 @@ class GridFlankInput(InputModel):
         Standard uncertainty of one point along the normal [m]: the points are then smoothed, see
         `contact.measured_flank`.
     cutter, machine : optional
-        What the flank should be (nominal settings): the points then tell the deviation from it.
+        Nominal settings: the points then give the deviation from the flank they cut.
     """
 
     grid: str
@@ -101,7 +130,12 @@ class GridFlankInput(InputModel):
             )
         return self
 
-    def require(self, member: Member, side: FlankSide) -> None:
+    @property
+    def version(self) -> int:
+        """Time at which the file was changed [ns]."""
+        return Path(self.grid).stat().st_mtime_ns
+
+    def check_member(self, member: Member, side: FlankSide) -> None:
         """Refuse a file that says it holds another flank."""
         read = read_point_grid(Path(self.grid))
         if read.member not in ("", member) or read.flank not in ("", side):
@@ -119,96 +153,39 @@ class GridFlankInput(InputModel):
             return None
         return CutFlankInput(cutter=self.cutter, machine=self.machine)
 
-    def flank(self, side: FlankSide, hand: Hand, blank: Blank) -> Flank:
+    def flank(self, side: FlankSide, blank: BlankInput) -> Flank:
         """The flank through the points."""
         grid = read_point_grid(Path(self.grid))
         if self.measurement_uncertainty is None:
-            return grid_flank(grid, side, blank, hand)
-        nominal = None if self.nominal is None else self.nominal.flank(side, hand, blank)
-        return measured_flank(grid, side, blank, hand, self.measurement_uncertainty, nominal)
+            return grid_flank(grid, side, blank, blank.hand)
+        nominal = None if self.nominal is None else self.nominal.flank(side, blank)
+        return measured_flank(grid, side, blank, blank.hand, self.measurement_uncertainty, nominal)
 
 
-class EaseOffTerm(InputModel):
-    """One further term of an ease-off: ``relief length^i depth^j``, both from -1 to 1.
-
-    Attributes
-    ----------
-    length_power, depth_power : int
-        Powers of length and depth.
-    relief : float
-        Coefficient [m].
-    """
-
-    length_power: Annotated[int, Field(ge=0, le=8)]
-    depth_power: Annotated[int, Field(ge=0, le=8)]
-    relief: Relieved
-
-
-class EaseOffInput(InputModel):
-    """Ease-off of a pinion flank from the conjugate one, over face and working depth; see `EaseOffTarget`.
-
-    Attributes
-    ----------
-    lengthwise_crowning, profile_crowning, twist : float
-        Reliefs [m].
-    bias : float
-        Lean of the lengthwise crowning [-].
-    contact_face, contact_depth : float
-        Point without relief, from -1 to 1.
-    terms : tuple of EaseOffTerm
-        Further terms.
-    map : str, optional
-        Path of a CSV file with a table of the ease-off, added to the rest.
-    """
-
-    lengthwise_crowning: Relieved = 0.0
-    profile_crowning: Relieved = 0.0
-    bias: Annotated[float, ValueRange("", ge=-5.0, le=5.0)] = 0.0
-    twist: Relieved = 0.0
-    contact_face: Place = 0.0
-    contact_depth: Place = 0.0
-    terms: tuple[EaseOffTerm, ...] = ()
-    map: str | None = None
-
-    @model_validator(mode="after")
-    def _readable(self) -> Self:
-        if self.map is not None:
-            read_ease_off_map(Path(self.map))
-        return self
-
-    def target(self) -> EaseOffTarget:
-        """Numbers of the ease-off, without its map."""
-        centre = self.contact_face, self.contact_depth
-        terms = tuple((term.length_power, term.depth_power, term.relief) for term in self.terms)
-        return EaseOffTarget(self.lengthwise_crowning, self.profile_crowning, self.bias, self.twist, centre, terms)
-
-    def relief(self) -> EaseOff:
-        """The whole ease-off: what the map gives is added."""
-        target = self.target()
-        if self.map is None:
-            return target
-        given = read_ease_off_map(Path(self.map))
-        return lambda length, depth: target(length, depth) + given(length, depth)
-
-
-class ConjugateFlankInput(InputModel):
+class ConjugateFlankInput(FlankTable):
     """A pinion flank that no setting has to cut: conjugate to its gear flank, less an ease-off.
 
     Attributes
     ----------
-    ease_off : EaseOffInput
+    ease_off : EaseOffTarget
         Material missing on the pinion.
     """
 
-    ease_off: EaseOffInput
+    ease_off: EaseOffTarget
 
-    def flank(self, gear: Flank, blank: Blank, assembly: Assembly) -> Flank:
+    def check_member(self, member: Member, side: FlankSide) -> None:
+        """Ease-offs belong to the pinion."""
+        if member == "gear":
+            allowed = "cutter and machine, or a grid: ease-offs belong to the pinion"
+            raise InputError(f"gear.{side}.ease_off", "given for the gear", allowed)
+
+    def conjugate(self, gear: Flank, blank: Blank, assembly: Assembly) -> Flank:
         """The flank conjugate to a gear flank in an assembly."""
         return conjugate_flank(gear, blank, assembly, self.ease_off.relief())
 
 
 def _way(content: Any) -> str:
-    """Which way of giving a flank its keys show."""
+    """The way to give a flank that its keys show."""
     for key in ("grid", "ease_off"):
         if key in content if isinstance(content, dict) else hasattr(content, key):
             return key
@@ -221,3 +198,13 @@ FlankInput = Annotated[
     | Annotated[ConjugateFlankInput, Tag("ease_off")],
     Discriminator(_way),
 ]
+
+
+def from_folder(content: Any, folder: Path) -> Any:
+    """Content of a file with the names of point files, keys `grid` and `map`, counted from the folder it lies in."""
+    if not isinstance(content, dict):
+        return content
+    return {
+        key: str(folder / value) if key in ("grid", "map") and isinstance(value, str) else from_folder(value, folder)
+        for key, value in content.items()
+    }

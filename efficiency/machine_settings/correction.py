@@ -27,8 +27,7 @@ from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import ANGLE_STEP, LENGTH_STEP
 from efficiency.cutting.rotation import dot, spin
-from efficiency.design.design import Design, load_design
-from efficiency.design.flank_input import CutFlankInput, GridFlankInput
+from efficiency.design.design import Design, MemberInput, load_design
 from efficiency.machine_settings.design_file import machine_tables
 from efficiency.machine_settings.fit import FitParameter, RootLine, with_setting
 from ehl.common.errors import ConvergenceError, InputError
@@ -247,7 +246,7 @@ def machine_corrections(
     read = [read_point_grid(Path(path)) for path in ([grids] if isinstance(grids, (str, Path)) else grids)]
     member = _one_member(read)
     sides = [_side(pair, member, grid, error) for grid in read]
-    shared = len({item.nominal.machine for item in sides}) == 1 and _completing(pair, member)
+    shared = len({item.nominal.machine for item in sides}) == 1 and getattr(pair, member).completing
     parameters = _parameters(sides[0].nominal, order)
     # columns: settings of both flanks together, or of each; a turn of each flank
     settings = [(sides, "both" if shared else sides[0].side)] if shared else [([item], item.side) for item in sides]
@@ -305,22 +304,16 @@ def _one_member(grids: Sequence[PointGrid]) -> Member:
     return "pinion" if "pinion" in members else "gear"
 
 
-def _completing(design: Design, member: Member) -> bool:
-    return (design.pinion if member == "pinion" else design.gear).completing
-
-
 def _side(design: Design, member: Member, grid: PointGrid, error: float) -> _Side:
-    own = design.pinion if member == "pinion" else design.gear
+    own: MemberInput = getattr(design, member)
     side: FlankSide = "concave" if grid.flank == "concave" else "convex"
-    given = own.concave if side == "concave" else own.convex
-    cut = given.nominal if isinstance(given, GridFlankInput) else given
-    blank = own.blank.blank()
-    flank = cut.flank(side, own.blank.hand, blank) if isinstance(cut, CutFlankInput) else None
-    if not isinstance(flank, CutFlank):
+    cut, blank = getattr(own, side).nominal, own.blank
+    if cut is None:
         raise InputError(
             "design", f"{design.name}: {member}.{side} without machine settings", "a flank cut by cutter and machine"
         )
-    measured = measured_flank(grid, side, blank, own.blank.hand, error, flank)
+    flank = cut.flank(side, blank)
+    measured = measured_flank(grid, side, blank, blank.hand, error, flank)
     u = 0.5 * blank.face_width * measured.place[0]
     h = blank.height(u, 0.5 * (measured.place[1] + 1.0))
     points, _ = flank.solve(u, h)
@@ -424,7 +417,7 @@ def _deviation(item: _Side, part: str, values: FloatArray) -> FlankDeviation:
 
 def _notes(design: Design, member: Member, sides: Sequence[_Side], order: Order) -> tuple[str, ...]:
     notes = [f"{member} {item.side}: {item.measured.note}" for item in sides]
-    if _completing(design, member) and len(sides) == 1:
+    if getattr(design, member).completing and len(sides) == 1:
         notes.append(
             f"one machine setting cuts both flanks of this {member}: the other flank moves as well; measure it"
         )

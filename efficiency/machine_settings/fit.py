@@ -257,18 +257,14 @@ class FitResult:
     Attributes
     ----------
     flanks : tuple of FittedFlank
-    iterations, evaluations : int
+    iterations : int
     converged : bool
         The last accepted step changed the sum of squares by less than the tolerance.
-    history : list of float
-        Root of the mean square of all rows [m] after each accepted step.
     """
 
     flanks: tuple[FittedFlank, ...]
     iterations: int
-    evaluations: int
     converged: bool
-    history: tuple[float, ...]
 
     @property
     def rms(self) -> float:
@@ -417,7 +413,7 @@ def fit(
     state = place(vector, None)
     values = rows(state, vector)
     cost = float(values @ values)
-    damping, growth, small, evaluations, history = 1e-5, 2.0, 0, 1, [cost]
+    damping, growth, small = 1e-5, 2.0, 0
     iteration, converged = 0, False
     while iteration < max_iterations and not converged:
         iteration += 1
@@ -428,7 +424,6 @@ def fit(
         for _ in range(15):
             step = -np.linalg.solve(normal + damping * np.diag(diagonal), gradient)
             trial = place(vector + step, state)
-            evaluations += 1
             values_new = rows(trial, vector + step)
             cost_new = float(values_new @ values_new)
             if np.isfinite(cost_new) and cost_new < cost:
@@ -442,12 +437,10 @@ def fit(
         damping, growth = max(damping * max(1.0 / 9.0, 1.0 - (2.0 * ratio - 1.0) ** 3), 1e-14), 2.0
         gain = (cost - cost_new) / cost
         vector, state, values, cost = vector + step, trial, values_new, cost_new
-        history.append(cost)
         small = small + 1 if gain < tolerance else 0
         converged = small >= 2 or gain < 1e-6
-    size = values.size - total
     final = [
         measure(target, now.flank, now.phase, now.parameters, now.root)
         for target, now in zip(targets, state, strict=True)
     ]
-    return FitResult(tuple(final), iteration, evaluations, converged, tuple(float(np.sqrt(c / size)) for c in history))
+    return FitResult(tuple(final), iteration, converged)

@@ -10,9 +10,10 @@ from pydantic import field_validator, model_validator
 
 from efficiency.blanks.inputs import GenerationName, PairBlankInput, load_blank
 from efficiency.contact.conjugate import read_ease_off_map
+from efficiency.contact.relief import MemberRelief
 from efficiency.cutting.process import PROCESSES
 from efficiency.design.design import Rms
-from efficiency.design.relief_input import MemberReliefInput
+from efficiency.design.flank_input import from_folder
 from efficiency.loss.kinematics import OperatingPoint
 from ehl.common.data import named_file
 from ehl.common.errors import InputError
@@ -135,7 +136,7 @@ class MemberTargets(InputModel):
     material: str = "steel"
     finish: str | None = None
     roughness_rms: Rms = 0.4e-6
-    edge_relief: MemberReliefInput = MemberReliefInput()
+    edge_relief: MemberRelief = MemberRelief()
 
     @model_validator(mode="after")
     def _known(self) -> Self:
@@ -223,10 +224,4 @@ def load_targets(name: str | Path) -> SettingsInput:
         Naming field, value and allowed range.
     """
     path = named_file("targets", "targets", name)
-    content = read_toml(path, "targets")
-    targets = content.get("targets")
-    for target in targets.values() if isinstance(targets, dict) else ():
-        if isinstance(target, dict) and isinstance(target.get("map"), str):
-            # counted from the folder of the file
-            target["map"] = str(path.parent / target["map"])
-    return validate(SettingsInput, content)
+    return validate(SettingsInput, from_folder(read_toml(path, "targets"), path.parent))

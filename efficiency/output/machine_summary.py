@@ -92,7 +92,7 @@ def summary_rows(design: Design, units: Units = "metric") -> list[SummaryRow]:
     """
     members = [design.pinion, design.pinion, design.gear, design.gear]
     blanks = [_columns(member.blank, "blank") for member in members]
-    derived = [{("blank", name): entry for name, entry in _dimensions(m.blank.blank()).items()} for m in members]
+    derived = [{("blank", name): entry for name, entry in _dimensions(m.blank).items()} for m in members]
     flanks = [_columns(getattr(member, side)) for member, side in zip(members, FLANK_SIDES * 2, strict=True)]
     columns = [blank | more | flank for blank, more, flank in zip(blanks, derived, flanks, strict=True)]
     keys: dict[tuple[str, str], None] = {}

@@ -274,7 +274,7 @@ def blank_figure(design: Design) -> Figure:
     figure = new_figure()
     axes = figure.add_subplot()
     shaft = design.assembly.shaft_angle
-    gear, pinion = design.gear.blank.blank(), design.pinion.blank.blank()
+    gear, pinion = design.gear.blank, design.pinion.blank
     # along its axis and out of it, towards the mesh, in the drawing: the gear axis points down so that teeth face up
     directions = {
         "gear": (np.array([0.0, 1.0]), np.array([1.0, 0.0])),

@@ -237,7 +237,7 @@ class NinePoints:
 def nine_points(design: Design, member: Member, counts: Counts, cells: int) -> NinePoints:
     """Finite elements of one member, loaded on its drive flank."""
     given = design.pinion if member == "pinion" else design.gear
-    material, blank = given.elastic_material(), given.blank.blank()
+    material, blank = given.elastic_material(), given.blank
     clock = time.perf_counter()
     elements = ToothElements(
         design,

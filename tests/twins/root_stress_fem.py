@@ -67,7 +67,7 @@ def with_edge_radius(design: Design, radius: float) -> Design:
 def root_peaks(design: Design, member: Member, counts: Counts, cells: int, module: float) -> dict[str, RootPeaks]:
     """Both methods on one member, loaded on its drive flank."""
     given = design.pinion if member == "pinion" else design.gear
-    body, blank = given.tooth_body(), given.blank.blank()
+    body, blank = given.tooth_body(), given.blank
     material = body.material
     clock = time.perf_counter()
     fem = ToothElements(

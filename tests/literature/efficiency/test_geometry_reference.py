@@ -47,7 +47,7 @@ def higher(flank: CutFlank, tip: float, root: float) -> CutFlank:
     """The same flank on a blank with more addendum and dedendum [mm]."""
     blank = flank.blank
     addendum, dedendum = blank.mean_addendum + tip * MM, blank.mean_dedendum + root * MM
-    return replace(flank, blank=replace(blank, mean_addendum=addendum, mean_dedendum=dedendum))
+    return replace(flank, blank=blank.model_copy(update={"mean_addendum": addendum, "mean_dedendum": dedendum}))
 
 
 def reference(side: str) -> dict[str, Any]:
@@ -234,7 +234,7 @@ def test_shipped_gear_agrees_with_agma_929_c(design: Design) -> None:
     """The ISO blank is 0.161 mm shallower than the AGMA one: the slot is that much narrower at the pitch cone."""
     values = REFERENCE["agma929_c"]
     u = np.array([-0.5, 0.0, 0.5]) * design.gear.blank.face_width
-    blank = design.gear.blank.blank()
+    blank = design.gear.blank
     shallower = (values["inputs"]["hfm2"] * MM - blank.mean_dedendum) / np.cos(blank.dedendum_angle)
     wider = 2.0 * np.tan(np.radians(20.0)) * shallower
     names = ("sn2_inner", "sn2_mean", "sn2_outer")
@@ -313,7 +313,7 @@ def test_blank_of_iso_23509_f2(design: Design) -> None:
     """Depths at toe and heel, tip diameters and crown positions from the cones, to the printed digit."""
     out = REFERENCE["iso23509_f2"]["outputs"]
     for member, number in ((design.pinion, 1), (design.gear, 2)):
-        blank = member.blank.blank()
+        blank = member.blank
         ends = np.array([-0.5, 0.5]) * blank.face_width
         np.testing.assert_allclose(blank.tip(ends) / MM, [out[f"hai{number}"], out[f"hae{number}"]], atol=1.1e-3)
         np.testing.assert_allclose(-blank.root(ends) / MM, [out[f"hfi{number}"], out[f"hfe{number}"]], atol=1.1e-3)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from efficiency.contact.chebyshev import Patch
-from efficiency.contact.conjugate import ConjugateFlank, EaseOffTarget, conjugate_flank, read_ease_off_map
+from efficiency.contact.conjugate import ConjugateFlank, EaseOffTarget, EaseOffTerm, conjugate_flank, read_ease_off_map
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.grid_flank import grid_flank, read_point_grid
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
@@ -55,7 +55,18 @@ def test_conjugate_flank_has_no_ease_off_and_no_transmission_error(name: str, si
 
 @pytest.mark.parametrize(("name", "side"), PAIRS[1:3])
 def test_ease_off_asked_for_is_the_ease_off_measured(name: str, side: Any) -> None:
-    target = EaseOffTarget(40e-6, 12e-6, 0.3, 6e-6, (0.1, -0.05), ((3, 0, 4e-6), (1, 2, -3e-6)))
+    target = EaseOffTarget(
+        lengthwise_crowning=40e-6,
+        profile_crowning=12e-6,
+        bias=0.3,
+        twist=6e-6,
+        contact_face=0.1,
+        contact_depth=-0.05,
+        terms=(
+            EaseOffTerm(length_power=3, depth_power=0, relief=4e-6),
+            EaseOffTerm(length_power=1, depth_power=2, relief=-3e-6),
+        ),
+    )
     surface = conjugate_pair(name, side, target)
     u, v = inside(surface)
     blank, pinion = surface.gear.blank, surface.pinion.blank
@@ -71,20 +82,28 @@ def test_ease_off_asked_for_is_the_ease_off_measured(name: str, side: Any) -> No
 def test_terms_of_the_ease_off() -> None:
     """Each term by its definition at corners and edges."""
     length, depth = np.array([-1.0, 0.0, 1.0, 1.0]), np.array([0.0, 1.0, 0.0, 1.0])
-    np.testing.assert_allclose(EaseOffTarget(4.0)(length, depth), [4.0, 0.0, 4.0, 4.0])
-    np.testing.assert_allclose(EaseOffTarget(0.0, 3.0)(length, depth), [0.0, 3.0, 0.0, 3.0])
-    np.testing.assert_allclose(EaseOffTarget(twist=2.0)(length, depth), [0.0, 0.0, 0.0, 2.0])
+    np.testing.assert_allclose(EaseOffTarget(lengthwise_crowning=1e-3)(length, depth), [1e-3, 0.0, 1e-3, 1e-3])
+    np.testing.assert_allclose(EaseOffTarget(profile_crowning=1e-3)(length, depth), [0.0, 1e-3, 0.0, 1e-3])
+    np.testing.assert_allclose(EaseOffTarget(twist=1e-3)(length, depth), [0.0, 0.0, 0.0, 1e-3])
     # the crest of the crowning at the tip lies half a face width nearer the heel
-    assert EaseOffTarget(4.0, bias=1.0)(np.array([1.0]), np.array([1.0]))[0] == 0.0
-    assert EaseOffTarget(4.0, centre=(0.5, 0.0))(np.array([0.5]), np.array([0.7]))[0] == 0.0
-    np.testing.assert_allclose(EaseOffTarget(terms=((2, 1, 5.0),))(length, depth), [0.0, 0.0, 0.0, 5.0])
+    assert EaseOffTarget(lengthwise_crowning=1e-3, bias=1.0)(np.array([1.0]), np.array([1.0]))[0] == 0.0
+    assert EaseOffTarget(lengthwise_crowning=1e-3, contact_face=0.5)(np.array([0.5]), np.array([0.7]))[0] == 0.0
+    np.testing.assert_allclose(
+        EaseOffTarget(terms=(EaseOffTerm(length_power=2, depth_power=1, relief=1e-3),))(length, depth),
+        [0.0, 0.0, 0.0, 1e-3],
+    )
 
 
 def test_normal_of_the_conjugate_flank_with_ease_off() -> None:
     """Square to the flank's own derivatives along its condition; unit length, out of the tooth."""
     design = load_design(HYPOID)
     pinion, gear = design.flanks().mating("coast")
-    flank = conjugate_flank(gear, pinion.blank, design.placement(), EaseOffTarget(60e-6, 20e-6, twist=15e-6))
+    flank = conjugate_flank(
+        gear,
+        pinion.blank,
+        design.placement(),
+        EaseOffTarget(lengthwise_crowning=60e-6, profile_crowning=20e-6, twist=15e-6),
+    )
     u = np.array([-0.2, 0.0, 0.3]) * pinion.blank.face_width
     points, found = flank.solve(u, np.array([1e-3, 0.0, 2e-3]))
     assert found.all()
@@ -162,7 +181,7 @@ def test_bad_grid_files_are_refused_by_place(tmp_path: Path, old: str, new: str,
     path = grid_file(tmp_path, design)
     path.write_text(path.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
     with pytest.raises(InputError, match=told):
-        grid_flank(read_point_grid(path), "convex", design.gear.blank.blank(), "right")
+        grid_flank(read_point_grid(path), "convex", design.gear.blank, "right")
 
 
 @pytest.mark.parametrize(
@@ -182,7 +201,7 @@ def test_bad_points_are_refused_by_row_and_column(tmp_path: Path, line: int, cha
     lines[line - 1] = change(lines[line - 1])
     path.write_text("\n".join(lines), encoding="utf-8")
     with pytest.raises(InputError, match=told):
-        grid_flank(read_point_grid(path), "convex", design.gear.blank.blank(), "right")
+        grid_flank(read_point_grid(path), "convex", design.gear.blank, "right")
 
 
 def test_points_alone_make_a_flank(tmp_path: Path) -> None:
@@ -191,7 +210,7 @@ def test_points_alone_make_a_flank(tmp_path: Path) -> None:
     lines = path.read_text(encoding="utf-8").splitlines()
     kept = [lines[0]] + [",".join(line.split(",")[:5]) for line in lines[2:]]
     path.write_text("\n".join(kept), encoding="utf-8")
-    flank = grid_flank(read_point_grid(path), "convex", design.gear.blank.blank(), "right")
+    flank = grid_flank(read_point_grid(path), "convex", design.gear.blank, "right")
     assert flank.error < 1e-7
     assert flank.normal_error == 0.0
 

@@ -14,7 +14,16 @@ from efficiency.cutting.edge import Protuberance, Relief
 from efficiency.cutting.flank import CutFlank, Flank, index_start
 from efficiency.cutting.machine import FORMATE, GENERATED, MachineSettings
 
-BLANK = Blank(39, np.radians(70.2532), 0.081273, 0.0254, 0.001591, 0.005639, np.radians(2.1342), np.radians(6.4934))
+BLANK = Blank(
+    teeth=39,
+    pitch_angle=np.radians(70.2532),
+    mean_cone_distance=0.081273,
+    face_width=0.0254,
+    mean_addendum=0.001591,
+    mean_dedendum=0.005639,
+    addendum_angle=np.radians(2.1342),
+    dedendum_angle=np.radians(6.4934),
+)
 MACHINE = MachineSettings(
     radial_setting=0.095,
     cradle_angle=1.2,

@@ -77,7 +77,7 @@ def test_a_sheet_becomes_a_member(tmp_path: Path) -> None:
     assert blank.mean_cone_distance == pytest.approx((4.274 - 0.625) * inch, rel=1e-9)
     # depths of the sheet at the heel come back
     heel = np.array([0.5 * blank.face_width])
-    cones = blank.blank()
+    cones = blank
     assert cones.tip(heel)[0] == pytest.approx(0.064 * inch, rel=1e-9)
     assert (cones.tip(heel) - cones.root(heel))[0] == pytest.approx(0.422 * inch, rel=1e-9)
 

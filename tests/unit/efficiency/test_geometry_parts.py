@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from flank_curvature import flank_curvature
@@ -21,7 +19,16 @@ from efficiency.cutting.rotation import turn
 from efficiency.design.design import load_design
 from ehl.common.errors import InputError
 
-BLANK = Blank(39, np.radians(70.2532), 0.081273, 0.0254, 0.001591, 0.005639, np.radians(2.1342), np.radians(6.4934))
+BLANK = Blank(
+    teeth=39,
+    pitch_angle=np.radians(70.2532),
+    mean_cone_distance=0.081273,
+    face_width=0.0254,
+    mean_addendum=0.001591,
+    mean_dedendum=0.005639,
+    addendum_angle=np.radians(2.1342),
+    dedendum_angle=np.radians(6.4934),
+)
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +38,7 @@ def pair() -> FlankPair:
 
 @given(st.floats(-0.0127, 0.0127), st.floats(-0.006, 0.002), st.floats(-0.02, 0.02))
 def test_blank_coordinates_round_trip(u: float, h: float, apex: float) -> None:
-    blank = replace(BLANK, pitch_apex_beyond_crossing=apex)
+    blank = BLANK.model_copy(update={"pitch_apex_beyond_crossing": apex})
     back = blank.coordinates(*blank.axial(np.array([u]), np.array([h])))
     np.testing.assert_allclose(np.real(back)[:, 0], [u, h], atol=1e-15)
 
@@ -79,7 +86,8 @@ def test_newton_reports_points_without_solution() -> None:
     def squares(x: np.ndarray) -> np.ndarray:
         return np.stack([x[0] ** 2 - np.array([4.0, -1.0, 0.0])])
 
-    x, ok = newton.solve(squares, np.array([[1.5, 1.5, 0.0]]), np.array([1.0]), np.array([1e-12]))
+    start, limit, tolerance = np.array([[1.5, 1.5, 0.0]]), np.array([1.0]), np.array([1e-12])
+    x, ok = newton.iterate(lambda x: newton.complex_jacobian(squares, x), start, limit, tolerance)
     assert ok.tolist() == [True, False, False]
     assert x[0, 0] == pytest.approx(2.0, rel=1e-15)
 

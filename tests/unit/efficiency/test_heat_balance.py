@@ -104,7 +104,7 @@ def test_what_is_given_comes_before_the_defaults() -> None:
     gear = MemberCooling(heat_transfer_coefficient=500.0, cooled_area=0.01)
     angles = (math.radians(35.0), math.radians(35.0))
     oil = OIL.at(OPERATION.temperature)
-    blanks = DESIGN.pinion.blank.blank(), DESIGN.gear.blank.blank()
+    blanks = DESIGN.pinion.blank, DESIGN.gear.blank
     speeds = OPERATION.speed, OPERATION.speed * 14 / 39
 
     def resistances(*given: MemberCooling) -> tuple[float, ...]:

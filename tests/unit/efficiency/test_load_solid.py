@@ -157,9 +157,9 @@ def test_member_that_nothing_holds_is_refused(grid: ToothGrid) -> None:
 
 
 def test_default_rim_and_its_limit(design: Design, tmp_path: Path) -> None:
-    blank = design.gear.blank.blank()
+    blank = design.gear.blank
     assert BodyInput().thickness(blank) == pytest.approx(BACKUP_RATIO * (blank.mean_addendum + blank.mean_dedendum))
-    slender = load_design("fh_hypoid_9x34").pinion.blank.blank()
+    slender = load_design("fh_hypoid_9x34").pinion.blank
     assert BodyInput().thickness(slender) < BACKUP_RATIO * (slender.mean_addendum + slender.mean_dedendum)
     text = Path("data/designs/fm_spiral_bevel_14x39.toml").read_text(encoding="utf-8")
     file = tmp_path / "design.toml"

@@ -1,4 +1,4 @@
-"""Fillet, root line, undercut and mutilation against closed forms and a search over all positions of the blade."""
+"""Fillet, root line, and undercut against closed forms and a search over all positions of the blade."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from scipy.interpolate import CubicSpline
 from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import Blade
 from efficiency.cutting.flank import CutFlank, index_start
-from efficiency.cutting.limits import FlankLimits, columns, fillet, flank_limits, mutilation, slot_angle
-from efficiency.cutting.machine import FORMATE, MachineSettings
+from efficiency.cutting.limits import FlankLimits, columns, fillet, flank_limits
+from efficiency.cutting.machine import MachineSettings
 from efficiency.design.design import load_design
 
 MM = 1e-3
@@ -34,7 +34,17 @@ def bevel_gear(side: str) -> CutFlank:
 def hobbed_pinion(edge_radius: float) -> CutFlank:
     """Concave pinion flank of a face-hobbed pair 9 x 34, offset 31.75 mm, settings of FACE_HOBBED_RECIPE variant A."""
     pitch_angle, cone = 0.43222984, 0.0611696367
-    blank = Blank(9, pitch_angle, cone, 0.031139, 0.00584, 0.003222, 0.0, 0.0, cone * np.cos(pitch_angle) - 0.06817679)
+    blank = Blank(
+        teeth=9,
+        pitch_angle=pitch_angle,
+        mean_cone_distance=cone,
+        face_width=0.031139,
+        mean_addendum=0.00584,
+        mean_dedendum=0.003222,
+        addendum_angle=0.0,
+        dedendum_angle=0.0,
+        pitch_apex_beyond_crossing=cone * np.cos(pitch_angle) - 0.06817679,
+    )
     machine = MachineSettings(
         0.10348436,
         np.radians(-67.4911),
@@ -186,27 +196,3 @@ def test_fillet_and_undercut_flank_change_over_at_the_height_named() -> None:
     for h, deeper in ((start + 0.5 * lost, "flank"), (start - 0.5 * lost, "fillet")):
         depth = {part: tooth_boundary(flank, u, h, part)[1] for part in ("flank", "fillet")}
         assert max(depth, key=lambda part: depth[part]) == deeper
-
-
-def test_plane_gear_is_mutilated_by_the_far_side_of_a_face_mill() -> None:
-    """On a nearly flat gear the cutter circle crosses the ring of teeth twice; on a bevel gear it passes beside it."""
-    blank = Blank(39, np.radians(89.0), 0.081273, 0.0254, 0.002, 0.004, 0.0, 0.0)
-    machine = MachineSettings(0.0948, 1.41, blank.pitch_angle, 0.0, sliding_base=-0.004, generation=FORMATE)
-    flank = CutFlank(Blade(0.1143, 0.35, "concave"), machine, blank)
-    hit = mutilation(flank, (0.0, 0.0))
-    assert hit is not None
-    assert 0.003 < hit.depth < 0.006
-    assert abs(hit.u) < 0.5 * blank.face_width
-    gear = bevel_gear("concave")
-    assert mutilation(gear, (-0.3, 0.2)) is None
-
-
-def test_slot_between_both_flanks() -> None:
-    concave, convex = bevel_gear("concave"), bevel_gear("convex")
-    u = np.linspace(-0.5, 0.5, 5) * concave.blank.face_width
-    angle = slot_angle(concave, convex, u, 0.0 * u)
-    apart = np.abs(concave.solve(u, 0.0 * u)[0].azimuth - convex.solve(u, 0.0 * u)[0].azimuth)
-    np.testing.assert_allclose(angle, apart, rtol=1e-12)
-    # the outside blade inside the inside blade: the slot has no width left
-    crossed = replace(concave, blade=replace(concave.blade, point_radius=convex.blade.point_radius - 0.008))
-    assert (slot_angle(crossed, convex, u, 0.0 * u) < 0.0).all()

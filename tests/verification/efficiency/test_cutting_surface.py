@@ -48,7 +48,17 @@ def hob(generated: bool) -> CutFlank:
     if generated:
         angle, cone = 24.76494587 * DEG, 0.0611696
         apex = cone * np.cos(angle) - 0.0681769
-        blank = Blank(9, angle, cone, 0.031139, 0.00584, 0.003222, 0.0, 0.0, apex)
+        blank = Blank(
+            teeth=9,
+            pitch_angle=angle,
+            mean_cone_distance=cone,
+            face_width=0.031139,
+            mean_addendum=0.00584,
+            mean_dedendum=0.003222,
+            addendum_angle=0.0,
+            dedendum_angle=0.0,
+            pitch_apex_beyond_crossing=apex,
+        )
         machine = MachineSettings(
             0.10348436, -67.4911 * DEG, 0.0, 3.61716, 25.2058 * DEG, -19.9986 * DEG, 0.02972296, 0.02090746, -0.00132199
         )
@@ -56,7 +66,17 @@ def hob(generated: bool) -> CutFlank:
         blade = replace(blade, offset_angle=-20.1507 * DEG, rake=-3.0 * DEG, hook=-5.0 * DEG)
     else:
         angle = 63.2125 * DEG
-        blank = Blank(34, angle, 0.082168, 0.026, 0.002215, 0.006847, 0.0, 0.0, 0.011836)
+        blank = Blank(
+            teeth=34,
+            pitch_angle=angle,
+            mean_cone_distance=0.082168,
+            face_width=0.026,
+            mean_addendum=0.002215,
+            mean_dedendum=0.006847,
+            addendum_angle=0.0,
+            dedendum_angle=0.0,
+            pitch_apex_beyond_crossing=0.011836,
+        )
         machine = MachineSettings(
             0.11108769,
             43.1623 * DEG,
@@ -287,13 +307,13 @@ def test_a_mean_point_behind_the_edge_of_regression_is_refused_with_the_root_tha
     blank = flank.blank
     low = 0.7 * blank.mean_dedendum
     apex = low / np.sin(blank.pitch_angle)
-    lowered = replace(
-        blank,
-        mean_cone_distance=blank.mean_cone_distance - apex * np.cos(blank.pitch_angle),
-        mean_addendum=blank.mean_addendum + low,
-        mean_dedendum=blank.mean_dedendum - low,
-        pitch_apex_beyond_crossing=blank.pitch_apex_beyond_crossing - apex,
-    )
+    changes = {
+        "mean_cone_distance": blank.mean_cone_distance - apex * np.cos(blank.pitch_angle),
+        "mean_addendum": blank.mean_addendum + low,
+        "mean_dedendum": blank.mean_dedendum - low,
+        "pitch_apex_beyond_crossing": blank.pitch_apex_beyond_crossing - apex,
+    }
+    lowered = blank.model_copy(update=changes)
     deep = deeper(replace(flank, blank=lowered), 10e-3)
     with pytest.raises(ConvergenceError, match=r"behind its edge of regression .* mm below the root cone: withdraw"):
         deep.solve(np.zeros(1), np.zeros(1))

@@ -14,7 +14,6 @@ from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.gear_flanks import Side
 from efficiency.contact.relief import EdgeRelief, MemberRelief
 from efficiency.design.design import Design, load_design
-from efficiency.design.relief_input import MemberReliefInput
 from efficiency.geometry.pair_geometry import geometry_notes
 from efficiency.machine_settings.inputs import load_targets
 from efficiency.pair import Mesh, elastic_bodies
@@ -28,9 +27,7 @@ def relieved(name: str, **tables: dict[str, Any]) -> Design:
     design = load_design(name)
     update = {}
     for member in ("pinion", "gear"):
-        relief = MemberReliefInput.model_validate(
-            tables.get(member, {} if {"pinion", "gear"} & tables.keys() else tables)
-        )
+        relief = MemberRelief.model_validate(tables.get(member, {} if {"pinion", "gear"} & tables.keys() else tables))
         update[member] = getattr(design, member).model_copy(update={"edge_relief": relief})
     return design.model_copy(update=update)
 
@@ -41,15 +38,19 @@ def tip(amount: float, length: float = 1.5e-3, form: str = "parabolic") -> dict[
 
 @pytest.mark.parametrize(("form", "half"), [("linear", 0.5), ("parabolic", 0.25), ("circular", 0.25)])
 def test_depth_is_the_amount_at_the_edge_and_nothing_at_the_length(form: Any, half: float) -> None:
-    relief = EdgeRelief(20e-6, 2e-3, form)
+    relief = EdgeRelief(amount=20e-6, length=2e-3, form=form)
     depth = relief.depth(np.array([0.0, 1e-3, 2e-3, 5e-3]))
     # an arc this flat departs from its parabola by amount^3/length^2
     np.testing.assert_allclose(depth, [20e-6, half * 20e-6, 0.0, 0.0], rtol=1e-4, atol=1e-18)
 
 
 def test_each_edge_counts_from_itself_and_the_deeper_one_in_a_corner() -> None:
-    blank = load_design(PAIR).gear.blank.blank()
-    relief = MemberRelief(EdgeRelief(20e-6, 1e-3, "linear"), EdgeRelief(30e-6, 4e-3, "linear"), None)
+    blank = load_design(PAIR).gear.blank
+    relief = MemberRelief(
+        tip=EdgeRelief(amount=20e-6, length=1e-3, form="linear"),
+        toe=EdgeRelief(amount=30e-6, length=4e-3, form="linear"),
+        heel=None,
+    )
     half = 0.5 * blank.face_width
     u = np.array([-half, -half + 1e-3, 0.0, half, -half])
     below = np.array([2e-3, 3e-3, 0.25e-3, 0.5e-3, 0.0])

@@ -106,8 +106,8 @@ def test_zero_ease_off_for_other_bevel_pairs(
     angle = taper * np.arctan(dedendum / distance)
     common = {"mean_cone_distance": distance, "face_width": 0.25 * distance}
     blank = Blank(
-        teeth[1],
-        cone,
+        teeth=teeth[1],
+        pitch_angle=cone,
         mean_addendum=addendum,
         mean_dedendum=dedendum,
         addendum_angle=0.0,
@@ -115,8 +115,8 @@ def test_zero_ease_off_for_other_bevel_pairs(
         **common,
     )
     mate = Blank(
-        teeth[0],
-        0.5 * np.pi - cone,
+        teeth=teeth[0],
+        pitch_angle=0.5 * np.pi - cone,
         mean_addendum=depth - addendum,
         mean_dedendum=addendum + clearance,
         addendum_angle=angle,

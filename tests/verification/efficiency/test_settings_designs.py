@@ -74,7 +74,7 @@ def test_undercut_is_named_where_it_is() -> None:
 def test_blade_phases_leave_the_tooth_that_touching_flanks_and_backlash_ask_for(name: str) -> None:
     design, place = load_design(name), np.zeros(1)
     (one, _), (other, _) = (design.flank("pinion", side).solve(place, place) for side in ("concave", "convex"))
-    blank = design.pinion.blank.blank()
+    blank = design.pinion.blank
     angle = (other.azimuth - one.azimuth) % (2.0 * np.pi / blank.teeth)
     spiral = 0.5 * (one.angles(blank.pitch_angle)[0] + other.angles(blank.pitch_angle)[0])
     cut = np.hypot(one.position[0], one.position[1]) * angle * np.cos(spiral)
