@@ -21,8 +21,8 @@ import numpy as np
 from efficiency.conditions.duty import DutyCycle, DutyRow, duty_cycle, read_duty
 from efficiency.conditions.grid import AXES, Condition, Grid, refuse_composite, solve_grid, solve_points
 from efficiency.conditions.loss_map import LossMap, signed_axes, solve_loss_map
+from efficiency.contact.assembly import DisplacedAxes
 from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPosition, cycle_lines, mesh_cycle
-from efficiency.contact.displaced_axes import DisplacedAxes
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.gear_flanks import MEMBERS, Side
 from efficiency.design.design import Design, MemberInput, Misalignment, load_design

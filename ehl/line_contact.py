@@ -43,6 +43,12 @@ def half_width_of_pressure(pressure_hertz: Values, radius_equivalent: Values, ef
     return 4.0 * radius_equivalent * pressure_hertz / effective_modulus
 
 
+def hertz_pressure(load_per_length: Values, radius_equivalent: Values, effective_modulus: float) -> Values:
+    """Maximum Hertz pressure p_h = sqrt(w' E'/(2 pi R)) [Pa]; arguments as in `hertz_half_width`."""
+    pressure: Values = np.sqrt(load_per_length * effective_modulus / (2.0 * np.pi * radius_equivalent))
+    return pressure
+
+
 def hertz_load(pressure_hertz: Values, radius_equivalent: Values, effective_modulus: Values) -> Values:
     """Load per length w' = 2 pi p_h^2 R/E' of a line contact [N/m].
 

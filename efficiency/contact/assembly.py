@@ -102,23 +102,14 @@ class Assembly:
         return self.about_pinion(move) - self.ratio * spin(move)
 
     def roll(self, point: FloatArray, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Gear rotation at which gear points touch the conjugate pinion, and how fast they come into mesh.
+        """Gear rotation f2 [rad] at which gear points touch the conjugate pinion, nan where never, and its rate.
 
         The equation of meshing ``n . (v1 - v2) = 0`` is ``a cos f2 + b sin f2 + c = 0`` with constants of the point,
         solved in closed form. Of its two roots the one with positive rate is taken: a gear point then leaves the pinion
         before and after it touches, at the other it would cut into it. So all points of a flank are on one branch.
 
-        Parameters
-        ----------
-        point, normal : (3, n) arrays
-            In the gear frame.
-
-        Returns
-        -------
-        f2 : (n,) array
-            Gear rotation [rad]; nan where the point never touches.
-        rate : (n,) array
-            Derivative of ``n . (v1 - v2)`` with pinion rotation, pinion at 1 rad/s [m/s/rad].
+        Points and normals (3, n) in the gear frame; the rate is the derivative of ``n . (v1 - v2)`` with pinion
+        rotation, pinion at 1 rad/s [m/s/rad].
         """
         axis, origin = self.pinion_axis[:, 0], self.pinion_origin[:, 0]
         # moment of the normal about the mesh origin: turned with the gear, plus the shift of the gear along z
@@ -143,3 +134,90 @@ class Axis:
 
     direction: NDArray[np.float64]
     origin: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DisplacedAxes:
+    """Where the axes of both members went.
+
+    Attributes
+    ----------
+    E, P, G, shaft_angle_error : float
+        Misalignments [m], shaft_angle_error [rad]; E positive along y of the mesh frame.
+    frame : (3, 3) array
+        Columns x, y, z of the displaced mesh frame in the frame of the assembly.
+    origin : (3,) array
+        Its origin there [m].
+    """
+
+    E: float
+    P: float
+    G: float
+    shaft_angle_error: float
+    frame: FloatArray
+    origin: FloatArray
+
+    def distance(self, other: DisplacedAxes) -> tuple[float, float]:
+        """Largest change of E, P, G [m], and of shaft_angle_error [rad]."""
+        lengths = max(abs(self.E - other.E), abs(self.P - other.P), abs(self.G - other.G))
+        return lengths, abs(self.shaft_angle_error - other.shaft_angle_error)
+
+
+@dataclass(frozen=True)
+class RigidMove:
+    """Small displacement of a member: of a reference point, and the rotation about it.
+
+    Attributes
+    ----------
+    reference : (3,) array
+        Point on the axis, mesh frame [m].
+    shift : (3,) array
+        [m].
+    rotation : (3,) array
+        Rotation vector [rad].
+    """
+
+    reference: FloatArray
+    shift: FloatArray
+    rotation: FloatArray
+
+    def turned(self, vector: FloatArray) -> FloatArray:
+        """A vector after the rotation (Rodrigues)."""
+        angle = float(np.linalg.norm(self.rotation))
+        if angle == 0.0:
+            return vector
+        axis = self.rotation / angle
+        across = np.cross(axis, vector)
+        found: FloatArray = vector + np.sin(angle) * across + (1.0 - np.cos(angle)) * np.cross(axis, across)
+        return found
+
+    def moved(self, point: FloatArray) -> FloatArray:
+        """A point of the member after the displacement [m]."""
+        return np.asarray(self.reference + self.shift + self.turned(point - self.reference))
+
+
+def displaced_axes(placed: Assembly, pinion: RigidMove, gear: RigidMove) -> DisplacedAxes:
+    """Misalignments of members moved from their places; exact, whatever the size of the moves.
+
+    The misalignments of `placed` are included in the result. The moves are in the mesh frame of `placed`.
+    """
+    apex_gear = gear.moved(np.array([0.0, 0.0, placed.G]))
+    apex_pinion = pinion.moved(placed.pinion_origin[:, 0])
+    axis_gear = gear.turned(np.array([0.0, 0.0, 1.0]))
+    axis_pinion = pinion.turned(placed.pinion_axis[:, 0])
+    normal = np.cross(axis_gear, axis_pinion)
+    sine, cosine = float(np.linalg.norm(normal)), float(axis_gear @ axis_pinion)
+    normal = normal / sine
+    between = apex_pinion - apex_gear
+    # distances of the apexes from the feet of the common normal, along each axis
+    along_gear, along_pinion = float(between @ axis_gear), float(between @ axis_pinion)
+    P = (along_pinion - cosine * along_gear) / sine**2
+    G = -(along_gear - cosine * along_pinion) / sine**2
+    return DisplacedAxes(
+        E=float(between @ normal) - placed.offset,
+        P=P,
+        G=G,
+        shaft_angle_error=float(np.arctan2(sine, cosine)) - placed.shaft_angle,
+        frame=np.column_stack([np.cross(normal, axis_gear), normal, axis_gear]),
+        origin=apex_gear - G * axis_gear,
+    )

@@ -142,20 +142,9 @@ class Patch:
         return dict(zip(self.names, rim.tolist(), strict=True))
 
     def __call__(self, u: FloatArray, v: FloatArray, names: tuple[str, ...], du: int = 0, dv: int = 0) -> FloatArray:
-        """Values or derivatives of some fields at n points.
+        """Values, or derivatives of order `du`, `dv`, of named fields at n points, (len(names), n).
 
-        Parameters
-        ----------
-        u, v : (n,) arrays
-            Points; outside the rectangle the polynomials are continued.
-        names : tuple of str
-            Names of the fields.
-        du, dv : int
-            Order of the derivative along u and v.
-
-        Returns
-        -------
-        (len(names), n) array
+        Outside the rectangle the polynomials are continued.
         """
         along, over = self._basis(u, v, du, dv)
         return np.asarray(np.real(self._sum(along, over, names)), dtype=np.float64)
@@ -222,18 +211,7 @@ class PointFit:
 def cubic_spline(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
     """Cubic spline whose third derivative is continuous at the points next to both ends (not-a-knot), continued.
 
-    Parameters
-    ----------
-    x : (n,) array
-        Increasing, at least four.
-    y : (..., n) array
-        Values.
-    at : (m,) array
-        Where to evaluate the spline.
-
-    Returns
-    -------
-    (..., m) array
+    At least four increasing x (n,) with values y (..., n); values at `at` (m,) are (..., m).
     """
     step = np.diff(x)
     secant = np.diff(y) / step
@@ -256,19 +234,8 @@ def cubic_spline(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
 def akima_curve(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
     """Modified Akima interpolation: slopes from the four secants around each point, so that a kink stays where it is.
 
-    Akima (1970), J. ACM 17, 589 (from memory); the weights ``|m4 - m3| + |m4 + m3|/2`` keep flat parts flat.
-
-    Parameters
-    ----------
-    x, y : (n,) arrays
-        Points, x increasing.
-    at : (m,) array
-        Where to evaluate the curve.
-
-    Returns
-    -------
-    (m,) array
-        nan outside the points.
+    Akima (1970), J. ACM 17, 589 (from memory); the weights ``|m4 - m3| + |m4 + m3|/2`` keep flat parts flat. nan
+    outside the points.
     """
     secant = np.diff(y) / np.diff(x)
     # two more secants at each end, on a parabola

@@ -203,23 +203,10 @@ class ConjugateFlank(Flank):
 
 
 def conjugate_flank(gear: Flank, blank: Blank, assembly: Assembly, relief: EaseOff) -> ConjugateFlank:
-    """Build the pinion flank conjugate to a gear flank, less an ease-off.
+    """The pinion flank on a blank conjugate to a gear flank in an assembly, less an ease-off.
 
-    Parameters
-    ----------
-    gear : Flank
-        Gear flank.
-    blank : Blank
-        Of the pinion.
-    assembly : Assembly
-        Position of the members for which they are conjugate, normally without misalignment.
-    relief : callable
-        Ease-off [m] at (length, depth) as in `EaseOffTarget`.
-
-    Raises
-    ------
-    ConvergenceError
-        The gear flank does not exist somewhere, or the members do not mesh.
+    The ease-off [m] is a function of (length, depth) as `EaseOffTarget`. Raises `ConvergenceError` where the gear flank
+    does not exist or the members do not mesh.
     """
     own = gear.blank
     half = 0.5 * own.face_width * (1.0 + _BEYOND_FACE)
@@ -294,13 +281,7 @@ class EaseOffMap:
 
 
 def read_ease_off_map(path: Path) -> EaseOffMap:
-    """Read a table of ease-off.
-
-    Raises
-    ------
-    InputError
-        Naming the line that cannot be used.
-    """
+    """Table of ease-off from a CSV file; `InputError` names the line that cannot be used."""
     lines = read_text(path, "ease_off.map", "a readable CSV file").splitlines()
     rows = [(k + 1, line.strip()) for k, line in enumerate(lines) if line.strip() and not line.startswith("#")]
     if not rows or rows[0][1].replace(" ", "") != COLUMNS:

@@ -13,181 +13,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.contact.edge_lines import EdgePiece, edge_pieces, edge_points, nearest_edge
-from efficiency.contact.mesh_surface import EDGES, NORMAL, POSITION, MeshSurface, line_frame
-from efficiency.contact.sections import Across, relieved, relieved_edges
-from efficiency.contact.surface_lay import tangent_angle, undirected
+from efficiency.contact.edge_lines import EdgePiece, EdgePoints, edge_pieces, edge_points, nearest_edge
+from efficiency.contact.line_tracing import Lines, Spans, line_points, line_spans, within_reach
+from efficiency.contact.mesh_surface import EDGES, NORMAL, POSITION, MeshSurface, line_frame, tangent_angle, undirected
+from efficiency.contact.relief import relief_section
 from efficiency.cutting.rotation import cross, dot, turn
 from ehl.common.errors import ConvergenceError, InputError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-# ends of lines: error of the distance from the boundary over the depth, or of the place over the step between samples
-_END_ERROR, _END_STEPS = 1e-11, 60
-
-
-@dataclass(frozen=True)
-class Lines:
-    """Points of lines of constant roll angle on the gear flank and the length each stands for, lines consecutive."""
-
-    u: FloatArray
-    v: FloatArray
-    length: FloatArray
-
-
-@dataclass(frozen=True)
-class Spans:
-    """Where lines of given roll angles run, in the coordinate they are followed in."""
-
-    roll: FloatArray
-    start: FloatArray
-    stop: FloatArray
-    swapped: bool
-
-
-def line_spans(surface: MeshSurface, roll: FloatArray) -> tuple[Spans, IntArray]:
-    """Lines of given roll angles inside both blanks, and which of the given ones have any length."""
-    coarse = 61
-    swapped = _steep(surface)
-    low, high = surface.patch.v_range if swapped else surface.patch.u_range
-    run = np.broadcast_to(np.linspace(low, high, coarse), (roll.size, coarse))
-    u, v, found = _level(surface, roll, run, swapped)
-    margin = np.where(found, surface.margin(u.ravel(), v.ravel()).reshape(u.shape), -1.0)
-    inside = margin > 0.0
-    kept = np.flatnonzero(inside.any(axis=1))
-    margin, run, roll, free, found = margin[kept], run[kept], roll[kept], (u if swapped else v)[kept], found[kept]
-    # the longest inner part: from its first to its last inner sample around the sample farthest inside
-    deepest = np.argmax(margin, axis=1)
-    ends = []
-    for step in (-1, 1):
-        edge = deepest.copy()
-        for _ in range(coarse):
-            ahead = np.clip(edge + step, 0, coarse - 1)
-            edge = np.where(margin[np.arange(kept.size), ahead] > 0.0, ahead, edge)
-        pair = np.arange(kept.size)[:, None], np.stack([edge, np.clip(edge + step, 0, coarse - 1)], axis=1)
-        ends.append(_end(surface, roll, run[pair], free[pair], margin[pair], found[pair].all(axis=1), swapped))
-    start, stop = ends
-    if not roll.size:
-        raise ConvergenceError("no_contact", "the blanks of both members share no part of the flank")
-    return Spans(roll, start, stop, swapped), kept
-
-
-def within_reach(surface: MeshSurface, spans: Spans, owner: IntArray, reach: float) -> tuple[Spans, IntArray]:
-    """The part of each line that a gear rotation closes from the first touch of its position on, with a margin."""
-    samples = 81
-    share = np.linspace(0.0, 1.0, samples)
-    run = spans.start[:, None] + (spans.stop - spans.start)[:, None] * share
-    u, v, _ = _level(surface, spans.roll, run, spans.swapped)
-    back, lever = surface.patch(u.ravel(), v.ravel(), ("ease_off_angle", "lever")).reshape(2, *run.shape)
-    # relief puts the first touch off, but closes sooner beside a point than at it
-    relieved = back + surface.relief_depth(u.ravel(), v.ravel()).reshape(run.shape) / lever
-    least = np.full(int(owner.max()) + 1, np.inf)
-    np.minimum.at(least, owner, relieved.min(axis=1))
-    inside = back <= least[owner][:, None] + reach
-    kept = np.flatnonzero(inside.any(axis=1))
-    first = np.maximum(np.argmax(inside[kept], axis=1) - 1, 0)
-    last = np.minimum(samples - np.argmax(inside[kept, ::-1], axis=1), samples - 1)
-    rows = np.arange(kept.size)
-    return Spans(spans.roll[kept], run[kept][rows, first], run[kept][rows, last], spans.swapped), kept
-
-
-def line_points(surface: MeshSurface, spans: Spans, count: int) -> Lines:
-    """Midpoints of equal parts of each line."""
-    part = (spans.stop - spans.start) / count
-    run = spans.start[:, None] + part[:, None] * (np.arange(count) + 0.5)
-    u, v, _ = _level(surface, spans.roll, run, spans.swapped)
-    u, v = u.ravel(), v.ravel()
-    return Lines(u, v, _stretch(surface, u, v, spans.swapped) * np.repeat(part, count))
-
-
-def _stretch(surface: MeshSurface, u: FloatArray, v: FloatArray, swapped: bool) -> FloatArray:
-    """Length of a line per unit of the coordinate it is followed in."""
-    p = surface.patch
-    ru, rv = p(u, v, POSITION, du=1), p(u, v, POSITION, dv=1)
-    (roll_u,), (roll_v,) = p(u, v, ("roll",), du=1), p(u, v, ("roll",), dv=1)
-    tangent = rv - ru * roll_v / roll_u if swapped else ru - rv * roll_u / roll_v
-    return np.asarray(np.sqrt(dot(tangent, tangent)))
-
-
-def _steep(surface: MeshSurface) -> bool:
-    """Whether the lines run more across the tooth height than along the face."""
-    u, v = np.array([surface.design_point[0]]), np.array([surface.design_point[1]])
-    (roll_u,), (roll_v,) = (surface.patch(u, v, ("roll",), du=a, dv=1 - a) for a in (1, 0))
-    depth = float(surface.height(u, v + 1.0)[0] - surface.height(u, v)[0])
-    return bool(abs(roll_u[0]) > abs(roll_v[0]) / depth)
-
-
-def _level(
-    surface: MeshSurface, roll: FloatArray, run: FloatArray, swapped: bool, start: FloatArray | None = None
-) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Points of the lines at given u (or v where swapped); where a line leaves the map the nearest point of its rim.
-
-    `start`: the other coordinate nearby, where it is known.
-    """
-    low, high = surface.patch.u_range if swapped else surface.patch.v_range
-    target = np.broadcast_to(roll[:, None], run.shape).ravel()
-    fixed = run.ravel()
-    free = np.full(fixed.shape, 0.5 * (low + high)) if start is None else start.ravel()
-    found = np.zeros(fixed.shape, dtype=bool)
-    for _ in range(12):
-        u, v = (free, fixed) if swapped else (fixed, free)
-        slope = surface.patch(u, v, ("roll",), du=int(swapped), dv=int(not swapped))[0]
-        step = (surface.exact_roll(u, v) - target) / slope
-        moved = np.clip(free - step, low, high)
-        found = np.abs(step) < 1e-10 * (high - low)
-        settled = bool(np.all(np.abs(moved - free) < 1e-10 * (high - low)))
-        free = moved
-        if settled:
-            break
-    u, v = (free, fixed) if swapped else (fixed, free)
-    return u.reshape(run.shape), v.reshape(run.shape), found.reshape(run.shape)
-
-
-def _end(
-    surface: MeshSurface,
-    roll: FloatArray,
-    run: FloatArray,
-    free: FloatArray,
-    margin: FloatArray,
-    known: NDArray[np.bool_],
-    swapped: bool,
-) -> FloatArray:
-    """Where the lines cross the boundary: false position, bisection where they leave the map before.
-
-    Parameters
-    ----------
-    surface, roll, swapped
-        The lines.
-    run, free, margin : (n, 2) arrays
-        Coordinate the lines are followed in, the other one, and the distance inside the boundary, at the last inner and
-        the first outer sample; where a line ends with the map both are the same sample.
-    known : (n,) bool array
-        Whether both samples are points of the line.
-    """
-    inner, outer = run[:, 0], run[:, 1]
-    (free_in, free_out), (inside, outside) = free.T, margin.T
-    least, depth = _END_ERROR * np.ptp(run, axis=1), surface.undercut_scale
-    kept = np.zeros(roll.size)
-    for _ in range(_END_STEPS):
-        share = np.where(known, inside / np.where(known, inside - outside, 1.0), 0.5)
-        middle, start = inner + share * (outer - inner), free_in + share * (free_out - free_in)
-        at_u, at_v, on_line = _level(surface, roll, middle[:, None], swapped, start[:, None])
-        u, v, found = at_u[:, 0], at_v[:, 0], on_line[:, 0]
-        here, there = np.where(found, surface.margin(u, v), -1.0), u if swapped else v
-        good, done = here > 0.0, np.abs(here) < _END_ERROR * depth
-        # Illinois: an end that stays twice counts half
-        inside, outside = (
-            np.where(good, here, np.where(kept < 0.0, 0.5, 1.0) * inside),
-            np.where(good, np.where(kept > 0.0, 0.5, 1.0) * outside, here),
-        )
-        inner, free_in = np.where(good | done, middle, inner), np.where(good | done, there, free_in)
-        outer, free_out = np.where(good & ~done, outer, middle), np.where(good & ~done, free_out, there)
-        known, kept = np.where(good, known, found), np.where(good, 1.0, -1.0)
-        if np.all(np.abs(outer - inner) <= least):
-            break
-    return inner
-
 
 # gear rotation up to which edges are followed where nothing else is said, as a share of the pitch of the gear
 EDGE_REACH = 1.0 / 60.0
@@ -370,26 +204,12 @@ def mesh_cycle(
 ) -> tuple[MeshPosition, ...]:
     """Contact lines at equally spaced pinion angles over one pinion pitch, ``2 pi/N1``.
 
-    Parameters
-    ----------
-    surface : MeshSurface
-        Both flanks and the map of their mesh.
-    positions : int
-        Number of pinion angles in the pitch (the end of the pitch, equal to its start, is left out).
-    points_per_line : int
-        Points on each contact line, midpoints of equal parts; edges have points at about the same distance.
-    reach : float, optional
-        Gear rotation that the load can close at most [rad]: lines and edges end where more is needed. By default lines
-        are followed from end to end and edges to a sixtieth of the gear's pitch.
-    edges : bool
-        Whether tip, toe and heel edges may touch where the lines end.
-    lines : CycleLines, optional
-        From `cycle_lines`, where they are known for this number of positions.
-
-    Returns
-    -------
-    tuple of MeshPosition
-        One entry per pinion angle.
+    Parameters ---------- surface : MeshSurface Both flanks and the map of their mesh. positions, points_per_line :
+    int Pinion angles in the pitch; points on each contact line, midpoints of equal parts. Edges have points at
+    about the same distance. reach : float, optional Gear rotation that the load can close at most [rad]: lines and
+    edges end where more is needed. By default lines are followed from end to end and edges to a sixtieth of the
+    gear's pitch. edges : bool Whether tip, toe and heel edges may touch where the lines end. lines : CycleLines,
+    optional From `cycle_lines`, where they are known for this number of positions.
     """
     if not isinstance(points_per_line, int) or points_per_line < 2:
         raise InputError("points_per_line", points_per_line, "a whole number of at least 2")
@@ -478,6 +298,106 @@ def _lowest(closing: FloatArray) -> float:
     before, least, after = closing[line, point - 1 : point + 2]
     bend = before - 2.0 * least + after
     return float(least - 0.125 * (after - before) ** 2 / bend) if bend > 0.0 else float(least)
+
+
+@dataclass(frozen=True)
+class Across:
+    """Sections across lines of contact, through points of the map.
+
+    Attributes
+    ----------
+    surface : MeshSurface
+        Map of the mesh.
+    u, v : (n,) arrays
+        The points.
+    on_gear, on_pinion : (2, n) arrays
+        Change of the map coordinates along the section [1], [1/m]: of the gear point, and of that conjugate to
+        the pinion point there.
+    centre : (n,) array
+        Closest approach of the flanks without relief [m].
+    curvature : (n,) array
+        Their relative curvature [1/m].
+    """
+
+    surface: MeshSurface
+    u: FloatArray
+    v: FloatArray
+    on_gear: FloatArray
+    on_pinion: FloatArray
+    centre: FloatArray
+    curvature: FloatArray
+
+    def at(self, points: NDArray[np.bool_]) -> Across:
+        """Some of the sections."""
+        names = [name for name in self.__dataclass_fields__ if name != "surface"]
+        return Across(self.surface, *(getattr(self, name)[..., points] for name in names))
+
+    @cached_property
+    def _pinion_place(self) -> tuple[FloatArray, FloatArray]:
+        """u1, h1 on the pinion and their change along the section, (2, n) each."""
+        p = self.surface.patch
+        by_u, by_v = p(self.u, self.v, ("u1", "h1"), du=1), p(self.u, self.v, ("u1", "h1"), dv=1)
+        return p(self.u, self.v, ("u1", "h1")), by_u * self.on_pinion[0] + by_v * self.on_pinion[1]
+
+    def places(self, x: FloatArray) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
+        """Blank coordinates on gear and pinion at places (n, m) along the sections [m]."""
+        u, v = self.u[:, None] + self.on_gear[0][:, None] * x, self.v[:, None] + self.on_gear[1][:, None] * x
+        (u1, h1), (by_u, by_h) = self._pinion_place
+        pinion = u1[:, None] + by_u[:, None] * x, h1[:, None] + by_h[:, None] * x
+        return (u, self.surface.height(u, v)), pinion
+
+    def relief(self, x: FloatArray) -> FloatArray:
+        """Relief of both members at places (n, m) along the sections [m]."""
+        gear, pinion = self.places(x)
+        of, surface = self.surface.relief, self.surface
+        return of.gear.depth(surface.gear.blank, *gear) + of.pinion.depth(surface.pinion.blank, *pinion)
+
+    def outwards(self, edge: IntArray) -> FloatArray:
+        """+1 where the section leaves the flank over an edge of `EDGES` with growing place, else -1."""
+        gear, pinion = self.places(np.array([[0.0, 1e-6]]))
+        signs = np.ones(edge.size)
+        for first, blank, (u, h) in (
+            (0, self.surface.gear.blank, gear),
+            (len(EDGES) // 2, self.surface.pinion.blank, pinion),
+        ):
+            inside = (u, -u, blank.tip(u) - h)
+            for k, distance in enumerate(inside):
+                signs = np.where(edge == first + k, np.sign(distance[:, 0] - distance[:, 1]), signs)
+        return signs
+
+
+def relieved(across: Across, fields: dict[str, FloatArray]) -> FloatArray:
+    """Put the relief into gap and radius of points of lines; how far their closest approach moves [m]."""
+    moved = np.zeros(across.u.size)
+    if not across.surface.relief:
+        return moved
+    cut = across.relief(across.centre[:, None])[:, 0] > 0.0
+    if cut.any():
+        own = across.at(cut)
+        section = relief_section(own.relief, own.curvature, own.centre)
+        moved[cut] = section.place - own.centre
+        fields["minimum_gap"][cut] += section.gap
+        fields["radius_equivalent"][cut] = 1.0 / section.curvature
+    return moved
+
+
+def relieved_edges(across: Across, fields: dict[str, FloatArray], points: EdgePoints) -> FloatArray:
+    """Put the relief into the radius of edge points; distance of their closest approach inside the edge [m].
+
+    ``relief`` of the fields becomes the gear rotation that the relief adds to what closes the sharp edge [rad].
+    """
+    fields["relief"] = np.zeros(across.u.size)
+    if not across.surface.relief or not across.u.size:
+        return -points.distance
+    out = across.outwards(points.edge)
+    section = relief_section(across.relief, across.curvature, out * points.distance)
+    distance = -out * section.place
+    # inside the flank the relief touches first, at the edge it is missing there
+    sharp = 0.5 * across.curvature * points.distance**2
+    added = np.where(distance >= 0.0, section.gap - sharp, across.relief(np.zeros((across.u.size, 1)))[:, 0])
+    fields["relief"] = np.maximum(added, 0.0) / fields["lever_gear"]
+    fields["radius_equivalent"] = 1.0 / section.curvature
+    return np.asarray(distance)
 
 
 def conjugate_fields(surface: MeshSurface, u: FloatArray, v: FloatArray, length: FloatArray) -> dict[str, FloatArray]:

@@ -74,17 +74,7 @@ def _limits(blank: Blank, u: Array, h: Array, rates: list[Array]) -> tuple[list[
 
 
 def point_contact(surface: MeshSurface, angle: FloatArray, u: Array, v: Array) -> PointContact:
-    """Bring pinion points to the gear.
-
-    Parameters
-    ----------
-    surface : MeshSurface
-        Map of the mesh.
-    angle : (n,) array
-        Pinion angles from the design point in driving direction [rad].
-    u, v : (n,) arrays
-        Points of the map whose real pinion points are meant; real or complex.
-    """
+    """Bring real pinion points at map coordinates (n,), real or complex, to the gear at pinion angles (n,) [rad]."""
     assembly, gear, pinion = surface.assembly, surface.gear.blank, surface.pinion.blank
     at, at_u, at_v = surface.patch.slopes(u, v, PINION)
     turned = np.pi + surface.direction * angle + surface.roll_zero

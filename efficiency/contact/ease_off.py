@@ -42,13 +42,7 @@ class ConjugatePoints:
 
 
 def conjugate_points(gear: FlankPoints, assembly: Assembly) -> ConjugatePoints:
-    """Generate the pinion by the gear flank at constant ratio.
-
-    Raises
-    ------
-    ConvergenceError
-        Some gear points never satisfy the equation of meshing.
-    """
+    """Generate the pinion by the gear flank at constant ratio; `ConvergenceError` where gear points never mesh."""
     f2, rate = assembly.roll(gear.position, gear.normal)
     if not np.isfinite(f2).all():
         raise ConvergenceError("no_mesh", f"{np.isnan(f2).sum()} gear points never touch the conjugate pinion")
@@ -58,16 +52,9 @@ def conjugate_points(gear: FlankPoints, assembly: Assembly) -> ConjugatePoints:
 
 
 def pinion_phase(conjugate: ConjugatePoints, pinion: Flank, start: FloatArray | None = None) -> float:
-    """Rotation of the pinion flank about its axis [rad] that brings it to zero ease-off at one conjugate point.
+    """Rotation of a real pinion flank about its axis [rad] that gives zero ease-off at one conjugate point (n = 1).
 
-    Parameters
-    ----------
-    conjugate : ConjugatePoints
-        One point (n = 1).
-    pinion : Flank
-        Real pinion flank.
-    start : (3, 1) array, optional
-        Surface parameters of a pinion point nearby.
+    `start` (3, 1): surface parameters of a pinion point nearby.
     """
     radius, z = np.hypot(conjugate.position[0], conjugate.position[1]), conjugate.position[2]
     if start is None:
@@ -85,25 +72,16 @@ def pinion_phase(conjugate: ConjugatePoints, pinion: Flank, start: FloatArray | 
 def ease_off(
     conjugate: ConjugatePoints, pinion: Flank, phase: float, start: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Ease-off at conjugate points.
+    """Ease-off of a real pinion flank, turned by a phase [rad], at n conjugate points.
 
-    Parameters
-    ----------
-    conjugate : ConjugatePoints
-        n points.
-    pinion : Flank
-        Real pinion flank.
-    phase : float
-        Rotation of the real flank about its axis [rad].
-    start : (3, n) array, optional
-        Cutting parameters of pinion points nearby; found from the blank coordinates if not given.
+    `start` (3, n): surface parameters of pinion points nearby, found from the blank coordinates if not given.
 
     Returns
     -------
     relief : (n,) array
         Distance along the normal [m], positive where material is missing.
     parameters : (3, n) array
-        Cutting parameters of the real pinion points.
+        Surface parameters of the real pinion points.
     found : (n,) bool array
         Where the normal meets the real flank; elsewhere the relief is meaningless (undercut).
     """
@@ -132,17 +110,10 @@ def _bordered(slope: FloatArray, normal: FloatArray) -> FloatArray:
 
 
 def regularity(flank: Flank, parameters: FloatArray) -> FloatArray:
-    """How well a flank covers its tangent plane: bordered determinant of the surface, (n,).
+    """How well a flank covers its tangent plane at parameters (3, n): bordered determinant of the surface, (n,).
 
     Tangents by the three parameters and the gradient of the condition, bordered by the normal: the surface element
     times that gradient. It falls to zero where the flank turns back on itself, the limit of undercut.
-
-    Parameters
-    ----------
-    flank : Flank
-        Any flank.
-    parameters : (3, n) array
-        Surface parameters of points on it.
     """
     state, slope = flank.linearise(parameters)
     return np.asarray(np.linalg.det(_bordered(slope, state[3:6])))

@@ -72,17 +72,7 @@ def limit_slopes(surface: MeshSurface, u: FloatArray, v: FloatArray) -> tuple[Fl
 
 
 def nearest_edge(surface: MeshSurface, u: FloatArray, v: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
-    """The free edge that is nearest to points of contact lines, square to the line.
-
-    Returns
-    -------
-    index : (n,) int array
-        In `EDGES`.
-    distance : (n,) array
-        Across the line to that edge [m].
-    crossing : (n,) array
-        Cosine squared of the angle between line and edge.
-    """
+    """Nearest free edge square to the line: index in `EDGES`, distance [m], cosine squared of line to edge; (n,)."""
     rows = list(FREE)
     across, along = (slope[rows] for slope in limit_slopes(surface, u, v))
     size = np.hypot(across, along)
@@ -199,20 +189,10 @@ class EdgePoints:
 def edge_points(
     surface: MeshSurface, pieces: tuple[EdgePiece, ...], roll: FloatArray, spacing: float, reach: float
 ) -> EdgePoints:
-    """Points of edges outside the lines of given roll angles.
+    """Points of edges outside the lines of roll angles (k,): pinion angles plus whole pitches [rad].
 
-    Parameters
-    ----------
-    surface : MeshSurface
-        Map of the mesh.
-    pieces : tuple of EdgePiece
-        Of that map.
-    roll : (k,) array
-        Roll angles of the tooth pairs: pinion angle plus whole pitches [rad].
-    spacing : float
-        Aimed at, along the edge [m].
-    reach : float
-        Gear rotation up to which the conjugate flanks may be apart at a point [rad].
+    `spacing` is aimed at along the edge [m]; `reach` is the gear rotation up to which the conjugate flanks may be apart
+    at a point [rad].
     """
     owner: list[IntArray] = []
     edge: list[IntArray] = []

@@ -70,13 +70,7 @@ class GearFlanks:
 
     @cached_property
     def pinion_phases(self) -> dict[FlankSide, float]:
-        """Rotation of each pinion flank that brings it into contact with its gear flank in the aligned pair [rad].
-
-        Raises
-        ------
-        ConvergenceError
-            A gear flank does not exist at its design point.
-        """
+        """Rotation of each pinion flank that brings it into contact with its gear flank in the aligned pair [rad]."""
         phases: dict[FlankSide, float] = {}
         for side in SIDES:
             pinion, gear = self.mating(side)

@@ -160,13 +160,7 @@ class GridFlank(SmoothFlank):
 
 
 def read_point_grid(path: Path) -> PointGrid:
-    """Read a grid of flank points.
-
-    Raises
-    ------
-    InputError
-        Naming the line, or row and column, that cannot be used.
-    """
+    """Grid of flank points from a file; `InputError` names the line, or row and column, that cannot be used."""
     lines = read_text(path, "grid", "a readable CSV file").splitlines()
     notes = [line.lstrip("# ") for line in lines if line.startswith("#")]
     said = dict(part.strip().split("=", 1) for note in notes[:1] for part in note.split(";") if "=" in part)
@@ -229,10 +223,7 @@ def placed_points(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Where the points lie on a blank: u [m], depth fraction, height over the pitch cone [m], azimuth [rad]; each (n,).
 
-    Raises
-    ------
-    InputError
-        The points are those of another flank, do not lie on this blank, or do not span it.
+    `InputError` where they belong to another flank, do not lie on this blank, or do not span it.
     """
     if grid.flank and grid.flank != side:
         raise InputError(f"{grid.path}: flank", grid.flank, side)
@@ -259,23 +250,9 @@ def placed_points(
 
 
 def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand) -> GridFlank:
-    """Smooth flank through a grid of points.
+    """Smooth flank through a grid of points on a blank of a member of that hand.
 
-    Parameters
-    ----------
-    grid : PointGrid
-        Points.
-    side : str
-        Flank they belong to.
-    blank : Blank
-        Of the member.
-    hand : str
-        Of the member.
-
-    Raises
-    ------
-    InputError
-        The points do not lie on this blank, do not span it, or do not make one surface.
+    `InputError` where the points do not lie on this blank, do not span it, or do not make one surface.
     """
     u, v, h, azimuth = placed_points(grid, side, blank)
     samples = _Samples(u, v, azimuth, (float(u.min()), float(u.max())), (float(v.min()), float(v.max())), None)

@@ -20,9 +20,8 @@ from efficiency.contact.chebyshev import Patch, PointFit
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off, pinion_phase
 from efficiency.contact.flank_grid import SHAPE, FlankGrid, flank_grid, last_point, regular_part
 from efficiency.contact.relief import PairRelief
-from efficiency.contact.surface_lay import mark_angles
 from efficiency.cutting.flank import CutFlank, Flank
-from efficiency.cutting.rotation import dot, turn
+from efficiency.cutting.rotation import cross, dot, turn, unit
 from ehl.common.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
@@ -63,6 +62,33 @@ def line_frame(patch: Patch, u: FloatArray, v: FloatArray) -> LineFrame:
     gradient = ru * up + rv * vp
     size = np.sqrt(dot(gradient, gradient))
     return LineFrame(along / stretch, gradient, np.stack([up, vp]) / size, rates_along)
+
+
+_AXIS = np.array([[0.0], [0.0], [1.0]])  # of a member in its work frame
+
+
+def tangent_angle(axis: FloatArray, normal: FloatArray, direction: FloatArray) -> FloatArray:
+    """Angle of tangents d (3, n) of a flank with outward normals n (3, n) and axis (3, 1) [rad].
+
+    ``atan2(d . (n x e1), d . e1)`` with ``e1 = axis x n``: no rotation about the axis changes it, so marks known on the
+    flank serve in the mesh.
+    """
+    first = unit(cross(np.broadcast_to(axis, normal.shape), normal))
+    return np.asarray(np.arctan2(dot(direction, cross(normal, first)), dot(direction, first)))
+
+
+def undirected(angle: FloatArray) -> FloatArray:
+    """An angle between lines, which have no sense, from -pi/2 to pi/2 [rad]."""
+    return np.asarray((angle + 0.5 * np.pi) % np.pi - 0.5 * np.pi)
+
+
+def mark_angles(flank: Flank, u: FloatArray, h: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Angle of the cutter's marks at blank coordinates u, h (n,) [m], [rad], and where the flank exists."""
+    points, found = flank.solve(u, h)
+    angle = tangent_angle(_AXIS, points.normal, flank.marks(points))
+    # lines have no sense: none may jump by pi against the first that exists
+    first = angle[int(np.argmax(found))]
+    return first + undirected(angle - first), found
 
 
 BoolArray = NDArray[np.bool_]
@@ -260,14 +286,12 @@ def mesh_surface(
     shape: tuple[int, int] = SHAPE,
     grid: FlankGrid | None = None,
 ) -> MeshSurface:
-    """Build the map of the mesh of two real flanks.
+    """Map of the mesh of two real flanks in an assembly, misalignments included.
 
     Parameters
     ----------
-    gear, pinion : Flank
-        Mating flanks.
-    assembly : Assembly
-        Their position, misalignments included.
+    gear, pinion, assembly
+        Mating flanks and their position.
     overhang_root : float
         How far the map goes below the deepest contact with the pinion's face cone, as a fraction of the whole depth.
     shape : (int, int)

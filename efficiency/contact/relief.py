@@ -163,16 +163,10 @@ class ReliefSection:
 def relief_section(
     depth: Callable[[FloatArray], FloatArray], curvature: FloatArray, centre: FloatArray
 ) -> ReliefSection:
-    """Least of ``curvature (x - centre)^2/2 + depth(x)`` in n sections.
+    """Least of ``curvature (x - centre)^2/2 + depth(x)`` in n sections across the lines.
 
-    Parameters
-    ----------
-    depth : callable
-        Relief [m] at places (n, m) across the lines [m].
-    curvature : (n,) array
-        Of the flanks without relief, positive [1/m].
-    centre : (n,) array
-        Their closest approach [m].
+    `depth` is the relief [m] at places (n, m) [m]; `curvature` (positive) and `centre` (n,) belong to the flanks
+    without relief [1/m], [m].
     """
     at_centre = depth(centre[:, None])[:, 0]
     # farther away the parabola alone is higher than relief makes the centre

@@ -77,17 +77,10 @@ class RootProfile:
 
 
 def root_profile(flank: Flank, stations: int, clearance: float) -> RootProfile | None:
-    """Fillet and root of a cut flank; None where the settings say nothing sensible of them.
+    """Fillet and root of a flank at equally spaced stations; None where the settings give no sensible ones.
 
-    Parameters
-    ----------
-    flank : Flank
-        Any flank; only one given by cutter and machine has a fillet.
-    stations : int
-        Equally spaced from toe to heel.
-    clearance : float
-        Between root and mating tip [m]. A cutter that stays farther above the root cone of the blank would let the
-        mating tip run into the root: such settings are meant for the flank alone.
+    Only a flank given by cutter and machine has a fillet. A cutter that stays farther above the root cone of the blank
+    than the clearance [m] would let the mating tip run into the root: such settings are meant for the flank alone.
     """
     if not isinstance(flank, CutFlank):
         return None
@@ -199,20 +192,11 @@ def _pinion_turns(flanks: GearFlanks) -> dict[FlankSide, float]:
 
 
 def tooth_grid(pair: GearFlanks, member: Member, rows: int = 15, columns: int = 31) -> ToothGrid:
-    """Both flanks of one tooth of a member.
+    """Both flanks of one tooth of a member: levels of the depth from root to tip, sections from toe to heel.
 
     Between flanks and root lies the fillet the cutter leaves, down to the root it cuts (`root_profile`).
     The gear flanks bound one slot, as the cutter leaves it; the pinion flanks are turned until both touch the slot of
-    the gear, and the backlash is taken off the pinion tooth.
-
-    Parameters
-    ----------
-    pair : GearFlanks
-        The pair; its misalignments do not matter here.
-    member : {"pinion", "gear"}
-        Which member.
-    rows, columns : int
-        Levels of the depth from root to tip, sections from toe to heel.
+    the gear, and the backlash is taken off the pinion tooth. Misalignments of the pair do not matter.
 
     Raises
     ------
@@ -350,12 +334,8 @@ def _filled(width: FloatArray, face: FloatArray) -> FloatArray:
 def tooth_shapes(flanks: GearFlanks, stations: int = 7) -> tuple[ToothShape, ToothShape]:
     """Depth and thickness of one tooth of the pinion and of the gear, toe to heel.
 
-    Where a flank is undercut the thickness is that of the tooth continued from the rest.
-
-    Raises
-    ------
-    InputError
-        The flanks of a member cross: its tooth has no thickness left at the tip or at the root.
+    Where a flank is undercut the thickness is that of the tooth continued from the rest. `InputError` where the flanks
+    of a member cross: its tooth has no thickness left at the tip or at the root.
     """
     shapes = {member: tooth_shape(flanks, member, stations) for member in MEMBERS}
     for name, shape in shapes.items():

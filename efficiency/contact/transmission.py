@@ -126,15 +126,7 @@ class Transmission:
 
 
 def contact_path(surface: MeshSurface, angle: FloatArray) -> ContactPath:
-    """Contact point and transmission error of one tooth pair at pinion angles.
-
-    Parameters
-    ----------
-    surface : MeshSurface
-        Map of the mesh.
-    angle : (n,) array
-        Pinion angles from the design point, driving direction [rad].
-    """
+    """Contact and transmission error of one tooth pair at pinion angles from the design point [rad]."""
     found = contact_search(surface, angle)
     at = point_contact(surface, angle, found.u, found.v)
     u, v = np.real(at.gear_u), np.real(at.gear_v)
@@ -157,10 +149,8 @@ def contact_path(surface: MeshSurface, angle: FloatArray) -> ContactPath:
 def transmission(surface: MeshSurface) -> Transmission:
     """Transmission error of the unloaded mesh over one pitch, all tooth pairs together.
 
-    Raises
-    ------
-    ConvergenceError
-        The blanks share no part of the flank, or the transmission error is out of proportion with the ease-off.
+    `ConvergenceError` where the blanks share no part of the flank, or the transmission error is out of proportion with
+    the ease-off.
     """
     pitch, centre = surface.pitch, surface.error_maximum_roll
     first, last = surface.roll_range

@@ -10,8 +10,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import AliasChoices, Field, model_validator
 
-from efficiency.contact.assembly import Assembly
-from efficiency.contact.displaced_axes import DisplacedAxes
+from efficiency.contact.assembly import Assembly, DisplacedAxes
 from efficiency.contact.gear_flanks import MEMBERS, GearFlanks, Member
 from efficiency.contact.relief import MemberRelief, PairRelief
 from efficiency.cutting.blank import Blank, Depth, Length

@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from efficiency.contact.flank_grid import FlankGrid
-from efficiency.contact.flank_pair import FlankPair, flank_pair
+from efficiency.contact.flank_pair import MARKING, FlankPair, flank_pair
 from efficiency.contact.gear_flanks import Side
-from efficiency.contact.pattern import MARKING
 from efficiency.design.design import Design
 from efficiency.loss.efficiency_result import Output, Presented
 from ehl.common.errors import ConvergenceError, InputError

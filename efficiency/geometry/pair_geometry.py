@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
-from efficiency.contact.flank_pair import FlankPair, flank_pair
+from efficiency.contact.flank_pair import MARKING, ContactPattern, FlankPair, flank_pair
 from efficiency.contact.gear_flanks import MEMBERS, SIDES, Member, Side
-from efficiency.contact.pattern import MARKING, ContactPattern
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import flank_limits
@@ -236,13 +235,7 @@ def geometry_notes(design: Design, side: Side) -> tuple[str, ...]:
 
 
 def side_geometry(design: Design, side: Side, marking: float = MARKING) -> SideGeometry:
-    """Unloaded contact of one side.
-
-    Raises
-    ------
-    ConvergenceError
-        The flanks do not exist where they should meet, or do not mesh.
-    """
+    """Unloaded contact of one side; `ConvergenceError` where the flanks do not exist or do not mesh."""
     start = time.perf_counter()
     pair = flank_pair(design.flanks(), side)
     cycle = mesh_cycle(pair.surface)

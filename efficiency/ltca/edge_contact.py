@@ -140,18 +140,10 @@ def free_edge_compliance(
 
         (1 - nu^2)/(pi E) (pi^2 + 4)/(pi^2 - 4) ln(1 + (h/(6 c))^2),
 
-    the 6 from finite elements of the end of a strip of thickness 2h, a tooth end (`tests/twins/free_edge.py`).
-    For c/h from 0.03 to 2 and Poisson's ratios from 0.25 to 0.35 it is within 3 % of the whole approach of the body to
-    the depth h. Side face square to the flank.
-
-    Parameters
-    ----------
-    distance : array_like
-        c, from the load to the face [m].
-    depth : array_like
-        Depth to which the local approach is counted [m].
-    youngs_modulus, poisson_ratio : float
-        Of the body [Pa], [-].
+    the 6 from finite elements of the end of a strip of thickness 2h, a tooth end (`tests/twins/free_edge.py`); c the
+    distance from the load to the face, square to the flank, h the depth to which the local approach is counted [m]. For
+    c/h from 0.03 to 2 and Poisson's ratios from 0.25 to 0.35 it is within 3 % of the whole approach of the body to the
+    depth h.
     """
     ratio = np.asarray(depth, float) / (_CORNER * np.asarray(distance, float))
     rate = (np.pi**2 + 4.0) / (np.pi**2 - 4.0)

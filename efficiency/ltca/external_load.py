@@ -71,15 +71,7 @@ _EVEN = 0.02
 
 
 def write_load(load: LoadDistribution, path: Path) -> None:
-    """Write a load distribution in the format `read_load` reads; points without load are left out.
-
-    Parameters
-    ----------
-    load : LoadDistribution
-        Of any torque.
-    path : Path
-        File to be written.
-    """
+    """Write a load distribution in the format `read_load` reads; points without load are left out."""
     with path.open("w", newline="", encoding="utf-8") as file:
         file.write(f"# torque = {load.torque!r} N m\n")
         writer = csv.writer(file)
@@ -100,21 +92,8 @@ def write_load(load: LoadDistribution, path: Path) -> None:
 def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: float | None = None) -> LoadedGrids:
     """Load distribution of another program on the flanks of a pair, in place of the own one.
 
-    Parameters
-    ----------
-    path : Path
-        CSV file, see above.
-    contact : FlankPair
-        Flanks that carry the load.
-    teeth : TeethElasticity
-        Materials and edges; their compliance is not asked.
-    torque : float, optional
-        Stands against that of the file [N m].
-
-    Returns
-    -------
-    LoadedGrids
-        Ready for friction and loss. Its transmission error and compatibility are not known (nan).
+    Materials and edges of the teeth are used, their compliance is not. A torque given has to be that of the file [N m].
+    Transmission error and compatibility of the result are unknown (nan).
 
     Raises
     ------

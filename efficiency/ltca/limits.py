@@ -13,6 +13,7 @@ from efficiency.ltca.edge_contact import EdgeSection
 from efficiency.ltca.load_distribution import LoadDistribution, TeethElasticity
 from efficiency.ltca.solid_tooth import SolidTooth
 from ehl.common.units import ARCSEC
+from ehl.line_contact import half_width_of_pressure
 
 FloatArray = NDArray[np.float64]
 
@@ -100,7 +101,8 @@ def edge_load(load: LoadDistribution, teeth: TeethElasticity) -> EdgeLoad:
         radius = teeth.rounding(near)[at]
         ratio = p.position.radius_equivalent[at] / radius
         flank = p.pressure_hertz[at]
-        distance = near.distance[at] / (4.0 * p.position.radius_equivalent[at] * flank / teeth.effective_modulus)
+        width = half_width_of_pressure(flank, p.position.radius_equivalent[at], teeth.effective_modulus)
+        distance = near.distance[at] / width
         sections.append(np.stack([distance, ratio, flank]))
     if not shares:
         return EdgeLoad()

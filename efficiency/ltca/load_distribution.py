@@ -21,6 +21,7 @@ from efficiency.ltca.equilibrium import ContactProblem, Equilibrium, solve_equil
 from efficiency.ltca.local_compliance import LocalApproach, LocalCompliance
 from efficiency.ltca.solid_tooth import SolidTooth
 from ehl.common.errors import InputError
+from ehl.line_contact import hertz_pressure
 from ehl.material import Material, effective_modulus
 
 FloatArray = NDArray[np.float64]
@@ -92,12 +93,7 @@ class TeethElasticity:
     def free_edge(self, edge: EdgeProximity, depths: Sequence[FloatArray]) -> FloatArray:
         """Additional local compliance of the tooth whose edge is next to each point, per load per length [m2/N].
 
-        Parameters
-        ----------
-        edge : EdgeProximity
-            The edges next to the points.
-        depths : sequence of two (n,) arrays
-            Distance from the flank to the middle of pinion and gear tooth [m].
+        `depths`: from the flank to the middle of pinion and gear tooth [m].
         """
         inside = np.maximum(edge.distance, 0.0) * np.sqrt(edge.crossing)
         radii, materials = (
@@ -402,7 +398,7 @@ _Contact = tuple[FloatArray, FloatArray, FloatArray, FloatArray, BoolArray]
 def _contact(law: LocalApproach, force: FloatArray) -> _Contact:
     """Load per length, Hertz pressure, pressure and half-width with the edges, and which points reach an edge."""
     flanks, load = law.flanks, force / law.length
-    hertz = np.sqrt(load * flanks.effective_modulus / (2.0 * np.pi * flanks.radius_equivalent))
+    hertz = hertz_pressure(load, flanks.radius_equivalent, flanks.effective_modulus)
     pressure, half_width = hertz.copy(), law.half_width(load)
     at, section = law.sections(load)
     at_edge = np.zeros(load.size, bool)
@@ -420,20 +416,10 @@ def loads_of_forces(
     transmission_error: FloatArray,
     equilibria: Sequence[Equilibrium],
 ) -> tuple[PositionLoad, ...]:
-    """Load per length, pressure and width of the contacts from the normal forces at the points of all positions.
+    """Load per length, pressure and width of the contacts from the normal forces.
 
-    Parameters
-    ----------
-    cycle : sequence of ElasticPosition
-        Positions.
-    law : LocalApproach
-        Of all their points, one position after the other.
-    force : (n,) array
-        At these points [N].
-    approach, transmission_error : (positions,) arrays
-        Approach of the pinion [rad], loaded transmission error [rad of the gear].
-    equilibria : sequence of Equilibrium
-        Of each position.
+    `law` and `force` [N] are of the points of all positions, one position after the other; `approach` of the pinion
+    [rad] and `transmission_error` [rad of the gear] of each position.
     """
     ends = np.cumsum([e.position.pair.size for e in cycle])[:-1]
     load, hertz, pressure, half_width, at_edge = _contact(law, force)

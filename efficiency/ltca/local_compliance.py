@@ -23,24 +23,14 @@ def weber_local(
     youngs_modulus: float,
     poisson_ratio: float,
 ) -> FloatArray:
-    """Approach of a Hertz line contact to a point under it, one body [m].
+    """Approach of a Hertz line contact of half-width b to a point at the depth h under it, one body [m].
 
-    Plane strain of the Hertz stresses on the axis of symmetry, integrated from the surface to a depth h
-    (ours):
+    Plane strain of the Hertz stresses on the axis of symmetry, integrated from the surface to the depth (ours):
 
         d = 2 w'(1 - nu^2)/(pi E) [asinh(h/b) - nu/(1 - nu) (H sqrt(1 + H^2) - H^2)],  H = h/b.
 
     For h >> b it is the formula of Weber (1949), ``ln(2 h/b) - nu/(2 (1 - nu))`` in the bracket; unlike
     that it never turns negative.
-
-    Parameters
-    ----------
-    load_per_length : array_like
-        w' [N/m].
-    half_width, depth : array_like
-        b and h [m].
-    youngs_modulus, poisson_ratio : float
-        Of the body [Pa], [-].
     """
     ratio = np.asarray(depth, float) / np.asarray(half_width, float)
     scale = 2.0 * np.asarray(load_per_length, float) * (1.0 - poisson_ratio**2) / (np.pi * youngs_modulus)
@@ -71,13 +61,7 @@ class LocalCompliance:
     effective_modulus: float
 
     def approach(self, load_per_length: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Approach of both middle planes [m] and its derivative by the load per length [m2/N].
-
-        Parameters
-        ----------
-        load_per_length : (n,) array
-            w' [N/m]; must be positive.
-        """
+        """Approach of both middle planes [m] and its derivative by the load per length [m2/N], loads above 0."""
         b = hertz_half_width(load_per_length, self.radius_equivalent, self.effective_modulus)
         total, slope = np.zeros_like(b), np.zeros_like(b)
         for depth, material in zip(self.depths, self.materials, strict=True):

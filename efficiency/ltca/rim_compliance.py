@@ -40,25 +40,10 @@ class RingResponse:
 
 
 def ring_response(solid: RitzSolid, pitch: float, cells: int, functionals: FloatArray, loads: int) -> RingResponse:
-    """Solve the ring.
+    """Solve a ring of cells, at least three, a pitch [rad] apart; `ConvergenceError` where the member is not held.
 
-    Parameters
-    ----------
-    solid : RitzSolid
-        Of one cell, in its own frame.
-    pitch : float
-        Angle from one cell to the next [rad].
-    cells : int
-        Cells in the ring, at least three.
-    functionals : (k, 3 n) array
-        Displacement at the points of interest, of all components of all functions.
-    loads : int
-        So many of the first of them are the places of unit forces as well, each the displacement its force works on.
-
-    Raises
-    ------
-    ConvergenceError
-        The member is not held.
+    `functionals` (k, 3 n): displacement at the points of interest, of all components of all functions. The first
+    `loads` of them are the places of unit forces as well, each the displacement its force works on.
     """
     count, side = solid.count, 3 * solid.left.size
 

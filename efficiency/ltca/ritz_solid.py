@@ -88,13 +88,7 @@ class BlockFunctions:
         return across[:, ia] * over[:, ib] * along[:, ic]
 
     def stiffness(self, youngs_modulus: float, poisson_ratio: float) -> FloatArray:
-        """Stiffness (3, n, 3, n) of the block [N/m].
-
-        Raises
-        ------
-        ConvergenceError
-            The block is folded: flanks or root line cross.
-        """
+        """Stiffness (3, n, 3, n) of the block [N/m]; `ConvergenceError` where it is folded."""
         highest = self.degrees.max(axis=0)
         rules = [gauss_rule(int(k) + _EXTRA) for k in highest]
         x, y, z = (rule[0] for rule in rules)
@@ -168,21 +162,7 @@ def ritz_solid(
     held: frozenset[str],
     orders: Orders,
 ) -> RitzSolid:
-    """Assemble the cell.
-
-    Parameters
-    ----------
-    cell : ToothCell
-        Geometry.
-    moduli : dict
-        Young's modulus of each part [Pa].
-    poisson_ratio : float
-        Of all parts [-].
-    held : set of {"base", "toe", "heel"}
-        Surfaces of the body without displacement.
-    orders : Orders
-        Polynomial orders.
-    """
+    """Assemble a cell of parts with Young's moduli [Pa], held without displacement at "base", "toe" or "heel"."""
     number: dict[Key, int] = {}
     functions = {
         block.part: _functions(block, orders, number, "base" in held) for block in (cell.foot, cell.slot, cell.tooth)

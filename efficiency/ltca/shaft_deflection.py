@@ -16,8 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.contact.assembly import Assembly
-from efficiency.contact.displaced_axes import DisplacedAxes, RigidMove, displaced_axes
+from efficiency.contact.assembly import Assembly, DisplacedAxes, RigidMove, displaced_axes
 from efficiency.ltca.load_distribution import LoadDistribution
 from efficiency.ltca.mesh_grids import MeshGrids, ShaftDeflection, load_grids
 from ehl.common.errors import ConvergenceError
@@ -65,18 +64,9 @@ def shaft_compliance(
 ) -> FloatArray:
     """Displacement of a point of a shaft under unit forces and moments there, (6, 6) [m/N], [rad/N], [rad/(N m)].
 
+    Timoshenko beam elements between bearings and point, springs at the bearings. The point is at a place [m] on the
+    axis z; bearings are (place, radial and axial stiffness) [m], [N/m], at two places at least, one of them axial.
     Rotation about the axis is held at the bearing farthest from the point.
-
-    Parameters
-    ----------
-    at : float
-        Place of the point along the axis z [m].
-    bearings : list of tuple
-        Place [m], radial and axial stiffness [N/m] of each: at least two places, and one with axial stiffness.
-    diameter, bore : float
-        Of the shaft [m].
-    youngs_modulus, poisson_ratio : float
-        Of the shaft [Pa], [-].
     """
     places = np.unique([at, *(place for place, _, _ in bearings)])
     area = math.pi / 4.0 * (diameter**2 - bore**2)
@@ -121,18 +111,9 @@ def axes_under_load(
     load: LoadDistribution,
     now: DisplacedAxes,
 ) -> DisplacedAxes:
-    """Where a load moves the axes.
+    """Where a load moves the axes of members placed without load; a member without compliance (None) is rigid.
 
-    Parameters
-    ----------
-    placed : Assembly
-        Without load.
-    compliances : tuple
-        Of pinion and gear; None does not give way.
-    load : LoadDistribution
-        In the mesh frame of `now`.
-    now : DisplacedAxes
-        Where the axes stood for this load.
+    The load is in the mesh frame of `now`, where the axes stood for it.
     """
     forces = np.concatenate([p.force[:, None] * p.position.normal for p in load.positions])
     points = np.concatenate([p.position.position for p in load.positions])
@@ -221,12 +202,8 @@ def _moved(axes: DisplacedAxes, vector: FloatArray) -> DisplacedAxes:
 def _secant(steps: list[tuple[FloatArray, FloatArray]], left: FloatArray) -> FloatArray:
     """What the plain round goes too far, after the answers to earlier steps: their mix that leaves least (Anderson).
 
-    Parameters
-    ----------
-    steps : list
-        Change of the displacement put in, and of what the load left of it, of earlier rounds.
-    left : (4,) array
-        Displacement under the load less that put in.
+    `steps`: change of the displacement put in, and of what the load left of it, of earlier rounds; `left` (4,):
+    displacement under the load less that put in.
     """
     if not steps:
         return np.zeros(4)

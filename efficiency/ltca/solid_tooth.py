@@ -120,12 +120,7 @@ class SolidTooth:
     def influence(self, face: ArrayLike, height: ArrayLike, tooth: ArrayLike = 0) -> FloatArray:
         """Deflection along the contact normal per unit normal force [m/N], (n, n).
 
-        Parameters
-        ----------
-        face, height : (n,) array_like
-            Contact points: distance from the toe along the pitch cone and over the root cone [m].
-        tooth : (n,) array_like
-            Number of the tooth each lies on, rising to the side that the loaded flanks look to.
+        `tooth` is the number of the tooth each point lies on, rising to the side that the loaded flanks look to.
         """
         return self.influences([(np.asarray(face, float), np.asarray(height, float), np.asarray(tooth))])[0]
 
@@ -174,12 +169,8 @@ class SolidTooth:
 def elastic_teeth(flanks: GearFlanks, bodies: Bodies, side: Side) -> tuple[SolidTooth, SolidTooth]:
     """Pinion and gear tooth, loaded on the flanks of a side.
 
-    Raises
-    ------
-    InputError
-        The flanks of a member cross, or its rim reaches the axis.
-    ConvergenceError
-        A flank does not span its blank, or a tooth is pointed.
+    `InputError` where the flanks of a member cross; `ConvergenceError` where a flank does not span its blank or a tooth
+    is pointed.
     """
     return solid_tooth_of(flanks, bodies[0], "pinion", side), solid_tooth_of(flanks, bodies[1], "gear", side)
 

@@ -28,6 +28,7 @@ from efficiency.ltca.load_distribution import (
     loads_of_forces,
 )
 from efficiency.ltca.local_compliance import LocalApproach
+from ehl.line_contact import half_width_of_pressure, hertz_pressure
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -246,8 +247,8 @@ class TangentLoad(LoadDistribution):
         """Fields of the points that carry load, of all positions one after the other, by their names."""
         at, flanks = self.at, self.loads.law.flanks
         force, radius, modulus = self.force[at], flanks.radius_equivalent[at], flanks.effective_modulus
-        pressure = np.sqrt(force / self.loads.law.length[at] * modulus / (2.0 * np.pi * radius))
-        at_edge = self.loads.law.edge_distance[at] < 4.0 * radius * pressure / modulus
+        pressure = hertz_pressure(force / self.loads.law.length[at], radius, modulus)
+        at_edge = self.loads.law.edge_distance[at] < half_width_of_pressure(pressure, radius, modulus)
         of_load = {"force": force, "pressure_hertz": pressure, "at_edge": at_edge}
         return of_load | {name: values[at] for name, values in self.loads.fields.items()}
 

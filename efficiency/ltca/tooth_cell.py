@@ -169,16 +169,10 @@ class ToothCell:
 
 
 def tooth_cell(grid: ToothGrid, rim_thickness: float, from_root: bool = False) -> ToothCell:
-    """Blocks of one tooth.
+    """Blocks of one tooth from its flanks with fillets or root corners, at least five stations.
 
-    Parameters
-    ----------
-    grid : ToothGrid
-        Both flanks with fillets or root corners, at least five stations.
-    rim_thickness : float
-        Distance of the base from the root cone, square to the pitch cone [m].
-    from_root : bool
-        Whether the tooth block begins at the root; else half way round the fillets.
+    The base lies at a distance `rim_thickness` from the root cone, square to the pitch cone [m]. The tooth block begins
+    half way round the fillets, or at the root.
     """
     u = grid.u[0]
     width = float(u[-1] - u[0])

@@ -21,8 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from efficiency.contact.contact_lines import MeshPosition
-    from efficiency.contact.flank_pair import FlankPair
-    from efficiency.contact.pattern import ContactPattern
+    from efficiency.contact.flank_pair import ContactPattern, FlankPair
     from efficiency.contact.transmission import ContactPath
     from efficiency.cutting.blank import Blank
     from efficiency.design.design import Design

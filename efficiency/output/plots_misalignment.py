@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from efficiency.contact.pattern import ContactPattern
+    from efficiency.contact.flank_pair import ContactPattern
     from efficiency.design.design import Design
     from efficiency.geometry.misalignment import MisalignmentPoint, MisalignmentStudy
 

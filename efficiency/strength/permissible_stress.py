@@ -119,12 +119,7 @@ def _greatest_shear() -> FloatArray:
 def shakedown_pressure(stress: float, friction: ArrayLike = 0.0) -> FloatArray:
     """Hertz pressure above which a line contact flows at every pass [Pa].
 
-    Parameters
-    ----------
-    stress : float
-        Yield stress in tension [Pa].
-    friction : array_like
-        Friction coefficient [-]; beyond 0.5 that of 0.5.
+    `stress` is the yield stress in tension [Pa]; a friction coefficient beyond 0.5 counts as 0.5.
     """
     shear = np.interp(np.abs(np.asarray(friction, float)), _FRICTIONS, _greatest_shear())
     return np.asarray(stress / np.sqrt(3.0) / shear)

@@ -77,27 +77,10 @@ def rate_strength(
     local: LocalConditions,
     pitch: float,
 ) -> Strength:
-    """Strength at one operating point.
+    """Strength at one operating point: pressures, root stress, safety factors, scuffing and micropitting numbers.
 
-    Parameters
-    ----------
-    load : LoadDistribution
-        Over the mesh cycle.
-    teeth : TeethElasticity
-        Materials and edges.
-    edges : EdgeLoad
-        Load at the edges.
-    roots : (RootTooth or str, RootTooth or str)
-        Of pinion and gear; a text says why there is none.
-    local : LocalConditions
-        At the loaded points of `load`.
-    pitch : float
-        Angular pitch of the pinion [rad].
-
-    Raises
-    ------
-    InputError
-        Arrays of other than the loaded points.
+    `roots` of pinion and gear; a text states why there is none. `local` is of the loaded points of `load`; `pitch` is
+    that of the pinion [rad].
     """
     loaded = load.loaded
     count = loaded["force"].size

@@ -68,10 +68,7 @@ class RootSection:
 def arc_outline(flank: FloatArray, root: float, radius: float) -> Outline:
     """Outline of a flank (n, 2), tip first, that goes over into a level root by an arc [m].
 
-    Raises
-    ------
-    ConvergenceError
-        The flank stays away from the root, or the arc does not fit.
+    `ConvergenceError` where the flank stays away from the root, or the arc does not fit.
     """
     # straight on below its last point
     slope = flank[-1] - flank[-2]
@@ -97,17 +94,8 @@ def arc_outline(flank: FloatArray, root: float, radius: float) -> Outline:
 def solve_section(loaded: Outline, far: Outline, poisson_ratio: float) -> RootSection:
     """Stress at both fillets of a section under unit forces and a unit moment.
 
-    Parameters
-    ----------
-    loaded, far : Outline
-        Loaded side and other side, each with its own side as positive.
-    poisson_ratio : float
-        Of the material [-].
-
-    Raises
-    ------
-    ConvergenceError
-        The section is folded.
+    Outlines of loaded and other side, each with its own side as positive. `ConvergenceError` where the section is
+    folded.
     """
     half = 0.5 * (loaded.fillet[0, 0] + far.fillet[0, 0])
     right = _side(loaded, _WIDTH * half)

@@ -123,25 +123,10 @@ class RootStress:
 def root_tooth(
     flanks: GearFlanks, member: Member, tooth: SolidTooth, module: float, cells: int | None = None
 ) -> RootTooth:
-    """Fillets, sections and root forces of one member.
+    """Fillets, sections and root forces of the solid tooth of one member; `ConvergenceError` where no fillet fits.
 
-    Parameters
-    ----------
-    flanks : GearFlanks
-        The pair.
-    member : {"pinion", "gear"}
-        Which member.
-    tooth : SolidTooth
-        Of that member.
-    module : float
-        Mean normal module, for the edge radius of a cutter that states none [m].
-    cells : int, optional
-        Teeth in the ring, all if not given.
-
-    Raises
-    ------
-    ConvergenceError
-        No fillet fits.
+    `module` is the mean normal module, for the edge radius of a cutter that states none [m]; `cells` the teeth in the
+    ring, all if not given.
     """
     if not (np.isfinite(module) and module > 0.0):
         raise InputError("module", module, "a finite length above 0 m")
@@ -185,17 +170,7 @@ def root_tooth(
 
 
 def root_stress(tooth: RootTooth, loads: Sequence[PositionLoad], pitch: float) -> RootStress:
-    """Stress of a tooth over the mesh cycle.
-
-    Parameters
-    ----------
-    tooth : RootTooth
-        From `root_tooth`.
-    loads : sequence of PositionLoad
-        Over one pitch of the pinion.
-    pitch : float
-        Of the pinion [rad].
-    """
+    """Stress of a tooth over the mesh cycle: loads over one pitch of the pinion [rad]."""
     rolls, resultants = [], []
     for load in loads:
         p = load.position

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import efficiency
-from efficiency.contact.surface_lay import tangent_angle, undirected
+from efficiency.contact.mesh_surface import tangent_angle, undirected
 from efficiency.cutting.rotation import turn
 from efficiency.design.design import Design
 from efficiency.loss.kinematics import Operation

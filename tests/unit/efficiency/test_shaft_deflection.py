@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from efficiency.contact.assembly import Assembly
-from efficiency.contact.displaced_axes import RigidMove, displaced_axes
+from efficiency.contact.assembly import Assembly, RigidMove, displaced_axes
 from efficiency.design.design import Design, load_design
 from efficiency.design.stiffness_input import MemberStiffnessInput, StiffnessInput
 from efficiency.ltca import shaft_deflection

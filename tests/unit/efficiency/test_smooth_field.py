@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import multivariate_normal
 
-from efficiency.contact import measured_deviation as module
-from efficiency.contact.measured_deviation import Sizes, SmoothField, smooth_field
+from efficiency.contact import measured_flank as module
+from efficiency.contact.measured_flank import Sizes, SmoothField, smooth_field
 
 X, Y = np.meshgrid(np.linspace(-0.92, 0.92, 15), np.linspace(-0.92, 0.92, 9))
 PLACE = np.stack([X.ravel(), Y.ravel()])

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from efficiency.contact.contact_lines import conjugate_fields, line_points, line_spans, sectioned_fields
+from efficiency.contact.contact_lines import conjugate_fields, sectioned_fields
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.gear_flanks import Side
+from efficiency.contact.line_tracing import line_points, line_spans
 from efficiency.contact.relief import EdgeRelief, MemberRelief
 from efficiency.design.design import Design, load_design
 from efficiency.geometry.pair_geometry import geometry_notes
