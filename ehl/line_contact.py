@@ -38,7 +38,9 @@ def hertz_half_width(load_per_length: Values, radius_equivalent: Values, effecti
     return half_width
 
 
-def half_width_of_pressure(pressure_hertz: Values, radius_equivalent: Values, effective_modulus: Values) -> Values:
+def half_width_of_pressure(
+    pressure_hertz: Values, radius_equivalent: Values, effective_modulus: Values | float
+) -> Values:
     """Hertz half-width b = 4 R p_h/E' [m]; arguments as in `hertz_load`."""
     return 4.0 * radius_equivalent * pressure_hertz / effective_modulus
 

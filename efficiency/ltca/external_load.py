@@ -44,23 +44,20 @@ from efficiency.ltca.load_distribution import (
 )
 from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids
 from ehl.common.errors import InputError
-from ehl.common.files import read_text, split_row
-from ehl.common.units import parse_quantity
+from ehl.common.files import read_text
+from ehl.common.table_reader import numbered_table
+from ehl.common.units import ValueRange, parse_quantity
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-UNITS = {
-    "pinion_angle": "rad",
-    "face_gear": "m",
-    "height_gear": "m",
-    "x": "m",
-    "y": "m",
-    "z": "m",
-    "force": "N",
-    "load_per_length": "N/m",
-    "length": "m",
-    "pair": "",
+_COLUMNS = {
+    "pinion_angle": ValueRange("rad"),
+    **dict.fromkeys(("face_gear", "height_gear", "x", "y", "z"), ValueRange("m")),
+    "force": ValueRange("N", ge=0.0),
+    "load_per_length": ValueRange("N/m", ge=0.0),
+    "length": ValueRange("m", ge=0.0),
+    "pair": ValueRange(""),
 }
 # how far beyond an edge a point may lie, for the rounding of another mesh [m]
 _BEYOND = 2e-4
@@ -146,76 +143,25 @@ def _carried(load: LoadDistribution) -> float:
     return float(np.mean([p.force @ p.position.lever_pinion for p in load.positions])) / load.torque
 
 
-def _table(path: Path) -> tuple[float, dict[str, FloatArray], list[int]]:
+def _table(path: Path) -> tuple[float, dict[str, FloatArray], tuple[int, ...]]:
     """Torque stated [N m], columns in SI units, and the line of the file each row stands in."""
-    lines = read_text(path, "load_from", "a CSV file with a load distribution").splitlines()
     torque: float | None = None
-    header: list[str] | None = None
-    rows: list[int] = []
-    values: list[list[float]] = []
-    factors: list[float] = []
+    lines = read_text(path, "load_from", "a CSV file with a load distribution").splitlines()
     for number, line in enumerate(lines, 1):
-        if not line.strip():
-            continue
-        if line.lstrip().startswith("#"):
-            name, _, value = line.lstrip("# \t").partition("=")
-            if name.strip() == "torque":
-                torque = parse_quantity(value.strip(), "N*m", field=f"{path.name} line {number}: torque", bare=False)
-            continue
-        entries = [entry.strip() for entry in split_row(line, f"{path.name} line {number}")]
-        if header is None:
-            header, factors = _header(path, number, entries)
-            continue
-        if len(entries) != len(header):
-            raise InputError(f"{path.name} line {number}", line, f"{len(header)} values, as in the header")
-        values.append([_number(path, number, name, entry) for name, entry in zip(header, entries, strict=True)])
-        rows.append(number)
+        name, _, value = line.lstrip("# \t").partition("=")
+        if line.lstrip().startswith("#") and name.strip() == "torque":
+            torque = parse_quantity(value.strip(), "N*m", field=f"{path.name} line {number}: torque", bare=False)
     if torque is None:
         raise InputError(f"{path.name}: torque", None, "a first line such as '# torque = 300 N m'")
     require_torque(torque)
-    if header is None or not values:
-        raise InputError(str(path), "no rows", "a header with units and one row per point and mesh position")
-    table = np.array(values) * np.array(factors)
-    columns = {name: table[:, k] for k, name in enumerate(header)}
-    for name in ("force", "load_per_length", "length"):
-        if name in columns and (columns[name] < 0.0).any():
-            row = rows[int(np.argmax(columns[name] < 0.0))]
-            raise InputError(f"{path.name} line {row}: {name}", "negative", "at least 0: flanks only push")
-    return torque, columns, rows
-
-
-def _header(path: Path, number: int, entries: list[str]) -> tuple[list[str], list[float]]:
-    names, factors = [], []
-    for entry in entries:
-        name, _, unit = entry.partition("[")
-        name, unit = name.strip(), unit.rstrip("] ").strip()
-        if name not in UNITS:
-            raise InputError(f"{path.name} line {number}: column", name, ", ".join(UNITS))
-        if UNITS[name] and not unit:
-            raise InputError(
-                f"{path.name} line {number}: {name}", entry, f"a unit in the header: '{name} [mm]' or such"
-            )
-        names.append(name)
-        factors.append(parse_quantity(f"1 {unit}" if unit else "1", UNITS[name], field=f"{path.name}: {name}"))
-    if "pinion_angle" not in names:
-        raise InputError(f"{path.name}: pinion_angle", None, "a column 'pinion_angle [deg]'")
-    if not ({"face_gear", "height_gear"} <= set(names) or {"x", "y", "z"} <= set(names)):
+    columns, rows = numbered_table(path, _COLUMNS, ("pinion_angle",), bare=False)
+    if not ({"face_gear", "height_gear"} <= columns.keys() or {"x", "y", "z"} <= columns.keys()):
         raise InputError(f"{path.name}: place of the points", None, "columns face_gear and height_gear, or x, y and z")
-    return names, factors
-
-
-def _number(path: Path, number: int, name: str, entry: str) -> float:
-    try:
-        value = float(entry)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(f"{path.name} line {number}: {name}", entry, "a finite number")
-    return value
+    return torque, {name: np.array(column, float) for name, column in columns.items()}, rows
 
 
 def _places(
-    path: Path, surface: MeshSurface, columns: dict[str, FloatArray], rows: list[int]
+    path: Path, surface: MeshSurface, columns: dict[str, FloatArray], rows: tuple[int, ...]
 ) -> tuple[FloatArray, FloatArray, IntArray]:
     """Map coordinates and tooth pair of each point; `InputError` with the row for one that is off the tooth."""
     blank, angle = surface.gear.blank, columns["pinion_angle"]
@@ -232,7 +178,7 @@ def _places(
         worst = int(np.argmin(margin))
         face, over = u[worst] + 0.5 * blank.face_width, height[worst] - float(blank.root(u[worst : worst + 1])[0])
         raise InputError(
-            f"{path.name} line {rows[worst]}",
+            f"{path.name}, row {rows[worst]}",
             f"{face * 1e3:.4g} mm from the toe, {over * 1e3:.4g} mm over the root of the gear",
             f"a point of the common flank; this one is {-margin[worst] * 1e3:.3g} mm outside of it",
             "Check units, frame and that the file belongs to this pair.",
