@@ -184,7 +184,7 @@ def _filled(text: str, name: str, answers: Mapping[str, str]) -> str:
 
 def _oil(name: str, answers: Mapping[str, str], given: Mapping[str, str]) -> str:
     from ehl.fluid.oil import Oil
-    from ehl.fluid.oil_file import card_text
+    from ehl.fluid.oil_sheet import card_text
 
     viscosities = {"nu40", "nu100"} & set(given)
     if viscosities and "vg" in given:

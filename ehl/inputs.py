@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import Field, model_validator
 
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 from ehl.fluid.lubricant import Lubricant
-from ehl.fluid.oil_laws import Temperature
+from ehl.fluid.viscosity import Temperature
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.surface.finish import (
@@ -123,14 +123,6 @@ class SurfaceInput(InputModel):
     running_in: Literal["none", "plastic"] = "none"
     seed: Annotated[int, Field(ge=0)] = 1
 
-    @model_serializer(mode="wrap")
-    def _without_default_running_in(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        # as of the unit scale of load sharing: the keys of cases stay
-        content: dict[str, Any] = handler(self)
-        if self.running_in == "none":
-            content.pop("running_in", None)
-        return content
-
     @model_validator(mode="after")
     def _one_description(self) -> Self:
         for rms, path in (("roughness_rms_1", self.profile_1), ("roughness_rms_2", self.profile_2)):
@@ -216,14 +208,6 @@ class ModelInput(InputModel):
     shortcuts: Literal["auto", "off"] = "auto"
     load_sharing: Literal["arana_2019", "doleschel_2002"] = "arana_2019"
     load_sharing_scale: Annotated[float, ValueRange("", ge=0.05, le=20.0)] = 1.0
-
-    @model_serializer(mode="wrap")
-    def _without_unit_scale(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        # the key of a case is the hash of its text: cases of the published law keep theirs
-        content: dict[str, Any] = handler(self)
-        if self.load_sharing_scale == 1.0:
-            content.pop("load_sharing_scale", None)
-        return content
 
 
 @dataclass(frozen=True)

@@ -33,12 +33,12 @@ from mixed_scenes import (
 )
 from scipy.optimize import brentq
 
-from ehl.fluid.density import Tait
+from ehl.fluid.density import Tait, TaitCompression
 from ehl.fluid.free_volume import Doolittle, McEwenPaluch
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.rheology import RisingStress
-from ehl.fluid.yasutomi import Yasutomi
+from ehl.fluid.yasutomi import ImprovedYasutomi, OriginalYasutomi
 from ehl.rough._kernels.march import FILM_MEAN, ITERATIONS, STAGE
 from ehl.rough._kernels.newton import PLAIN
 from ehl.rough.run import Run
@@ -106,7 +106,10 @@ def laws(out: Path) -> None:
     oils = {
         "eyring": plain,
         "newtonian": replace(plain, rheology="newtonian"),
-        "eyring, tau0(p)": replace(plain, eyring_stress=RisingStress(5e6, 0.035, 0.5e9, 3.5e9)),
+        "eyring, tau0(p)": replace(
+            plain,
+            eyring_stress=RisingStress(stress_low=5e6, stress_slope=0.035, pressure_start=0.5e9, pressure_end=3.5e9),
+        ),
         "carreau": replace(plain, **carreau),  # type: ignore[arg-type]
         "eyring, smooth limit": replace(plain, **smooth),  # type: ignore[arg-type]
         "carreau, smooth limit": replace(plain, **carreau, **smooth),  # type: ignore[arg-type]
@@ -128,16 +131,30 @@ def laws(out: Path) -> None:
 def by_law(law: str, **changes: object) -> Lubricant:
     """An Eyring oil of 90 degC with its viscosity by a law; constants of published oils."""
     absolute: dict[str, object] = {
-        "yasutomi_improved": Yasutomi(1e12, -71.70, 210.6, 0.455e-9, 7.606e-9, -0.4193, 16.372, 29.99),
-        "yasutomi_original": Yasutomi(1e12, -28.2, 134.2, 1.929e-9, 4.815, 0.160e-9, 16.01, 20.69, original=True),
-        "doolittle": Doolittle(15.6e-3, 313.15, 4.710, 0.6568, -9.599e-4, 8.36e-4, Tait(8.658e9, 6.33e-3, 11.74)),
-        "mcewen_paluch": McEwenPaluch((6e-5, 900.0, 95.0), 20e-9, 5e-3, 3.0, 6.0, 2.5e9, 8e6),
+        "yasutomi_improved": ImprovedYasutomi(
+            viscosity_glass=1e12, Tg0=201.45, A1=210.6, A2=0.455e-9, b1=7.606e-9, b2=-0.4193, C1=16.372, C2=29.99
+        ),
+        "yasutomi_original": OriginalYasutomi(
+            viscosity_glass=1e12, Tg0=244.95, A1=134.2, A2=1.929e-9, B1=4.815, B2=0.160e-9, C1=16.01, C2=20.69
+        ),
+        "doolittle": Doolittle(
+            viscosity_reference=15.6e-3,
+            temperature_reference=313.15,
+            B=4.710,
+            R0=0.6568,
+            epsilon=-9.599e-4,
+            volume_expansion=8.36e-4,
+            state=Tait(K00=8.658e9, betaK=6.33e-3, K0_rate=11.74),
+        ),
+        "mcewen_paluch": McEwenPaluch(
+            K=6e-5, B=900.0, C=95.0, a0=20e-9, a0_fall=5e-3, q=3.0, CF=6.0, pinf=2.5e9, pinf_rise=8e6
+        ),
     }
     if law == "modulus":
         return replace(Oil.load("fva3").at(363.15), rheology="eyring", **changes)  # type: ignore[arg-type]
     plain = eyring_oil(0.02, temperature=363.15, temperature_viscosity=0.035)
     if law in absolute:
-        density = {"density_law": "tait", "density_coefficients": (1e9, 11.0)}
+        density = {"compression": TaitCompression(1e9, 11.0)}
         return replace(plain, viscosity_law=law, absolute_law=absolute[law], **density, **changes)  # type: ignore[arg-type]
     return replace(plain, viscosity_law=law, **changes)  # type: ignore[arg-type]
 

@@ -27,7 +27,7 @@ from ehl.common.table import Table
 from ehl.common.units import KELVIN, ValueRange
 from ehl.common.validation import InputModel
 from ehl.fluid.lubricant import Lubricant
-from ehl.fluid.oil_laws import TEMPERATURE_RANGE
+from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from ehl.material import Material
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, value_range_of
 from ehl.fluid.oil import Oil
-from ehl.fluid.oil_laws import TEMPERATURE_RANGE, Temperature
+from ehl.fluid.viscosity import TEMPERATURE_RANGE, Temperature
 from ehl.inputs import SurfaceInput
 from ehl.state import ContactState
 from ehl.surface.finish import Finish, default_correlation_length, lay_seen

@@ -1,18 +1,20 @@
 """Density over temperature and pressure: every law once, as functions of arrays with their derivatives.
 
-A law under pressure is an object with `ratio` and `slope`: the solvers read their tables of it, and a new law is one
-more class here.
+The law at one temperature is an object with `ratio` and `slope`, of which the solvers read their tables. A law is one
+class: the table of a card or of the input file, which gives that object `at` a temperature; `ehl.fluid.oil_laws` lists
+them.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import Annotated, Any, Literal, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.common.units import KELVIN
+from ehl.common.units import KELVIN, ValueRange
+from ehl.common.validation import InputModel
 
 Array = NDArray[np.float64]
 Values = TypeVar("Values", float, Array)
@@ -120,43 +122,58 @@ class MurnaghanCompression:
         return np.asarray(self.ratio(pressure) / (self.modulus + self.rate * pressure))
 
 
-@dataclass(frozen=True)
-class _State:
-    """Bulk modulus K0 = K00 exp(-betaK T), T in K (Fakhreddine & Zoller; Bair).
+DOWSON_HIGGINSON_LAW, INCOMPRESSIBLE = DowsonHigginson(), DowsonHigginson(0.0, 0.0)
 
-    Parameters
-    ----------
-    modulus_cold : float
-        K00 [Pa].
-    softening : float
-        betaK [1/K].
-    rate : float
-        K0' [-].
-    """
 
-    modulus_cold: float
-    softening: float
-    rate: float
+class DowsonHigginsonDensity(InputModel):
+    """rho/rho0 = 1 + a p/(1 + b p) at every temperature."""
 
-    def modulus(self, temperature: Values) -> Values:
+    law: Literal["dowson_higginson"] = "dowson_higginson"
+    a: Annotated[float, ValueRange("1/Pa", ge=0.0, le=1e-8)] = DOWSON_HIGGINSON[0]
+    b: Annotated[float, ValueRange("1/Pa", ge=0.0, le=1e-7)] = DOWSON_HIGGINSON[1]
+
+    def at(self, temperature: Any) -> Compression:
+        """The law at a temperature in K."""
+        return DowsonHigginson(self.a, self.b)
+
+
+class IncompressibleDensity(InputModel):
+    """rho = rho0 at every pressure."""
+
+    law: Literal["incompressible"] = "incompressible"
+
+    def at(self, temperature: Any) -> Compression:
+        """The law at a temperature in K."""
+        return INCOMPRESSIBLE
+
+
+class _State(InputModel):
+    """Bulk modulus K0 = K00 exp(-betaK T), T in K (Fakhreddine & Zoller; Bair), and its rate K0'."""
+
+    K00: Annotated[float, ValueRange("Pa", ge=1e8, le=1e12)]
+    betaK: Annotated[float, ValueRange("1/K", ge=0.0, le=0.05)]
+    K0_rate: Annotated[float, ValueRange("", ge=2.0, le=30.0)]
+
+    def modulus(self, temperature: Any) -> Any:
         """K0 at a temperature in K [Pa]."""
-        value: Values = self.modulus_cold * np.exp(-self.softening * temperature)
-        return value
+        return self.K00 * np.exp(-self.betaK * temperature)
 
 
-@dataclass(frozen=True)
 class Tait(_State):
     """Tait's equation over temperature."""
 
-    def at(self, temperature: Values) -> TaitCompression:
+    law: Literal["tait"] = "tait"
+
+    def at(self, temperature: Any) -> Compression:
         """The law at a temperature in K."""
-        return TaitCompression(self.modulus(temperature), self.rate)  # type: ignore[arg-type]
+        return TaitCompression(self.modulus(temperature), self.K0_rate)
 
 
-@dataclass(frozen=True)
 class Murnaghan(_State):
     """Murnaghan's equation over temperature."""
 
-    def at(self, temperature: Values) -> MurnaghanCompression:
+    law: Literal["murnaghan"] = "murnaghan"
+
+    def at(self, temperature: Any) -> Compression:
         """The law at a temperature in K."""
-        return MurnaghanCompression(self.modulus(temperature), self.rate)  # type: ignore[arg-type]
+        return MurnaghanCompression(self.modulus(temperature), self.K0_rate)

@@ -8,19 +8,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.fluid.conductivity import FilmConductivity
-from ehl.fluid.density import (
-    DOWSON_HIGGINSON,
-    Compression,
-    DowsonHigginson,
-    MurnaghanCompression,
-    TaitCompression,
-)
+from ehl.fluid.conductivity import PAO, FilmConductivity
+from ehl.fluid.density import DOWSON_HIGGINSON_LAW, Compression
 from ehl.fluid.pressure_viscosity import alpha_of
 from ehl.fluid.rheology import Limit, Rheology, RisingStress, ShearLaw
 from ehl.fluid.viscosity import (
@@ -35,11 +29,6 @@ from ehl.fluid.viscosity import (
 
 Array = NDArray[np.float64]
 
-ViscosityLaw = Literal[
-    "barus", "roelands", "modulus", "yasutomi_improved", "yasutomi_original", "doolittle", "mcewen_paluch"
-]
-DensityLaw = Literal["incompressible", "dowson_higginson", "tait", "murnaghan"]
-
 
 @dataclass(frozen=True)
 class Lubricant:
@@ -52,15 +41,12 @@ class Lubricant:
     pressure_viscosity : float
         alpha = d ln eta/dp at p = 0 [1/Pa], before `pressure_rise_factor`.
     viscosity_law : str
-        Pressure dependence: "barus", "roelands", "modulus", "yasutomi_improved", "yasutomi_original", "doolittle" or
-        "mcewen_paluch".
+        Pressure dependence: "barus", "roelands", "modulus" or the name of `absolute_law`.
     modulus_constants : tuple of float
         (a1 [Pa], a2 [Pa/K], b1 [-], b2 [1/K]) of ln(eta/eta0) = p/(a1 + a2 T + (b1 + b2 T) p), T in degC;
         needed by the modulus law only.
-    density_law : {"incompressible", "dowson_higginson", "tait", "murnaghan"}
-        Pressure dependence of the density.
-    density_coefficients : tuple of float
-        (a, b) of Dowson & Higginson [1/Pa]; (K0 at the inlet temperature [Pa], K0' [-]) of Tait and Murnaghan.
+    compression : Compression
+        rho/rho0 over pressure at the inlet temperature; that of Dowson & Higginson where not given.
     rheology : {"newtonian", "eyring", "carreau"}
         Shear law.
     eyring_stress : float or RisingStress
@@ -90,7 +76,7 @@ class Lubricant:
     limiting_shear : {"cut", "smooth"}
         Whether the limit only cuts off the traction, or is approached smoothly and acts on the pressure flow as well.
     absolute_law : AbsoluteLaw
-        The law by its constants, needed by those after "modulus".
+        A law of eta itself by its constants, in place of those above.
     pressure_rise_factor : float
         Factor on ln(eta(p, T)/eta(0, T)) of any law [-]: its uncertainty is studied with it.
     pressure_valid : float
@@ -110,10 +96,9 @@ class Lubricant:
 
     viscosity_inlet: float
     pressure_viscosity: float
-    viscosity_law: ViscosityLaw = "roelands"
+    viscosity_law: str = "roelands"
     modulus_constants: tuple[float, ...] = ()
-    density_law: DensityLaw = "dowson_higginson"
-    density_coefficients: tuple[float, ...] = DOWSON_HIGGINSON
+    compression: Compression = DOWSON_HIGGINSON_LAW
     rheology: Rheology = "newtonian"
     eyring_stress: float | RisingStress = 5e6
     limiting_shear_coefficient: float = math.inf
@@ -132,7 +117,7 @@ class Lubricant:
     pressure_rise_factor: float = 1.0
     pressure_valid: float = math.inf
     shear_modulus: float = math.inf
-    film_conductivity: FilmConductivity = field(default_factory=FilmConductivity)
+    film_conductivity: FilmConductivity = PAO
     # known beforehand for a card; gone in what dataclasses.replace makes, whose law may be another
     _alpha_film: Any = field(init=False, default=None, repr=False, compare=False)
 
@@ -213,15 +198,6 @@ class Lubricant:
     def dlog_viscosity_dtemperature(self, pressure: Array, temperature: Array) -> Array:
         """d ln eta/dT [1/K] at (p, T), elementwise; the derivative of `log_viscosity`."""
         return self.pressure_law.by_temperature(pressure, temperature)
-
-    @property
-    def compression(self) -> Compression:
-        """rho/rho0 over pressure at the inlet temperature."""
-        if self.density_law == "tait":
-            return TaitCompression(*self.density_coefficients)
-        if self.density_law == "murnaghan":
-            return MurnaghanCompression(*self.density_coefficients)
-        return DowsonHigginson(*(self.density_coefficients if self.density_law == "dowson_higginson" else (0.0, 0.0)))
 
     def density_ratio(self, pressure: Array) -> Array:
         """rho/rho0, elementwise."""

@@ -7,37 +7,28 @@ from dataclasses import replace
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import (
-    Discriminator,
-    Field,
-    SerializerFunctionWrapHandler,
-    Tag,
-    model_serializer,
-    model_validator,
-)
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
-from ehl.fluid.density import DOWSON_HIGGINSON
+from ehl.fluid.conductivity import PAO, FilmConductivity
+from ehl.fluid.density import DOWSON_HIGGINSON, INCOMPRESSIBLE, Compression, DowsonHigginson
+from ehl.fluid.free_volume import Doolittle
 from ehl.fluid.lubricant import Lubricant
-from ehl.fluid.oil import Oil, RisingStressInput
+from ehl.fluid.oil import Oil
 from ehl.fluid.oil_laws import (
     NO_DEFINITION,
-    ConductivityInput,
     DensityInput,
-    DoolittleViscosity,
-    Temperature,
     ViscosityByConstants,
     check_rising,
-    conductivity_figures,
-    density_figures,
+    compression_of,
     figures_by_constants,
     scale_of_law,
 )
 from ehl.fluid.pressure_viscosity import AlphaDefinition, roelands_slope, solve_constant
-from ehl.fluid.rheology import Limit, Rheology
-from ehl.fluid.viscosity import RoelandsLaw
+from ehl.fluid.rheology import Limit, Rheology, RisingStress
+from ehl.fluid.viscosity import RoelandsLaw, Temperature
 
 Viscosity = Annotated[float, ValueRange("Pa*s", ge=1e-4, le=100.0)]
 PressureViscosity = Annotated[float, ValueRange("1/Pa", ge=1e-10, le=5e-8)]
@@ -53,7 +44,7 @@ class ShearInput(InputModel):
 
     rheology: Rheology = "eyring"
     eyring_stress_law: Literal["constant", "pressure"] = "constant"
-    eyring_stress_pressure: RisingStressInput | None = None
+    eyring_stress_pressure: RisingStress | None = None
     carreau_stress: Stress | None = None
     carreau_exponent: Annotated[float, ValueRange("", ge=0.1, le=1.0)] | None = None
     limiting_shear: Limit = "cut"
@@ -82,7 +73,7 @@ class ShearInput(InputModel):
             if getattr(self, name) is not None:
                 given[name] = getattr(self, name)
         if self.eyring_stress_law == "pressure" and self.eyring_stress_pressure is not None:
-            given["eyring_stress"] = self.eyring_stress_pressure.law()
+            given["eyring_stress"] = self.eyring_stress_pressure
         return given
 
     def unused_inputs(self) -> list[tuple[str, str]]:
@@ -125,7 +116,7 @@ class DirectLubricant(ShearInput):
     temperature_viscosity: Annotated[float, ValueRange("1/K", ge=0.0, le=0.2)] = 0.03
     density: Annotated[float, ValueRange("kg/m^3", ge=500.0, le=2000.0)] = 850.0
     thermal_conductivity: Conductivity = 0.14
-    conductivity_pressure: ConductivityInput | None = None
+    conductivity_pressure: FilmConductivity | None = None
     heat_capacity: HeatCapacity = 2000.0
 
     @model_validator(mode="before")
@@ -154,8 +145,13 @@ class DirectLubricant(ShearInput):
     def lubricant(self) -> Lubricant:
         """The numbers the solvers take."""
         limit = self.limiting_shear_coefficient
-        density = {"density_law": self.density_law, "density_coefficients": self.density_coefficients}
-        plain = Lubricant(
+        plain: Compression = DowsonHigginson(*self.density_coefficients)
+        if self.density_law == "incompressible":
+            plain = INCOMPRESSIBLE
+        density: dict[str, Any] = {"compression": plain} | compression_of(
+            self.density_pressure, self.viscosity, self.temperature_oil
+        )
+        found = Lubricant(
             **self._viscosity_figures(),
             pressure_rise_factor=self.pressure_rise_factor,
             pressure_valid=self.pressure_valid or math.inf,
@@ -165,10 +161,10 @@ class DirectLubricant(ShearInput):
             density=self.density,
             thermal_conductivity=self.thermal_conductivity,
             heat_capacity=self.heat_capacity,
-            **(density | density_figures(self.density_pressure, self.viscosity, self.temperature_oil)),
-            **conductivity_figures(self.conductivity_pressure),
+            film_conductivity=self.conductivity_pressure or PAO,
+            **density,
         )
-        return replace(plain, **self.shear_figures())
+        return replace(found, **self.shear_figures())
 
     def _viscosity_figures(self) -> dict[str, Any]:
         law, definition = self.viscosity, self.alpha_definition or "slope"
@@ -202,7 +198,7 @@ class DirectLubricant(ShearInput):
         if self.viscosity is not None:
             own = {"viscosity_law", "temperature_viscosity"} & self.model_fields_set
             idle += [(name, f"viscosity.law is {self.viscosity.law}") for name in sorted(own)]
-        if self.density_pressure is not None or isinstance(self.viscosity, DoolittleViscosity):
+        if self.density_pressure is not None or isinstance(self.viscosity, Doolittle):
             own = {"density_law", "density_coefficients"} & self.model_fields_set
             idle += [(name, "another density law is given") for name in sorted(own)]
         elif self.density_law == "incompressible" and "density_coefficients" in self.model_fields_set:
@@ -213,17 +209,6 @@ class DirectLubricant(ShearInput):
         """What a reader of the result must know of these inputs."""
         silent = self.pressure_viscosity is not None and self.alpha_definition is None and self.viscosity_law != "barus"
         return (NO_DEFINITION.format(where="lubricant.pressure_viscosity"),) if silent else ()
-
-    @model_serializer(mode="wrap")
-    def _without_defaults(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        # the key of a case is the hash of its text: cases without these keys keep theirs
-        content: dict[str, Any] = handler(self)
-        for name in ("alpha_definition", "viscosity", "pressure_valid", "density_pressure", "conductivity_pressure"):
-            if content.get(name) is None:
-                content.pop(name, None)
-        if self.pressure_rise_factor == 1.0:
-            content.pop("pressure_rise_factor", None)
-        return content
 
 
 class OilLubricant(ShearInput):
@@ -247,7 +232,7 @@ class OilLubricant(ShearInput):
         """What a reader of the result must know of the card."""
         return Oil.load(self.oil).remarks()
 
-    def _rising_stress(self, card: Oil) -> RisingStressInput | None:
+    def _rising_stress(self, card: Oil) -> RisingStress | None:
         return self.eyring_stress_pressure or card.eyring_stress_pressure
 
     def lubricant(self, temperature: Any = None) -> Lubricant:
@@ -259,7 +244,7 @@ class OilLubricant(ShearInput):
             given["limiting_shear_ambient"] = 0.0  # that of the card belongs to the card's coefficient
         rising = self._rising_stress(card)
         if self.eyring_stress_law == "pressure" and rising is not None:
-            given["eyring_stress"] = rising.law()
+            given["eyring_stress"] = rising
         found = card.at(self.temperature_oil if temperature is None else temperature)
         # the viscosity is that of the card
         return replace(found, **(given | self.shear_figures())).with_alpha_film(found.pressure_viscosity_film)

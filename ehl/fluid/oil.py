@@ -27,31 +27,25 @@ from ehl.common.figures import interactive
 from ehl.common.units import KELVIN, ValueRange
 from ehl.common.validation import InputModel, read_toml, validate
 from ehl.fluid import oil_alpha, oil_sheet
+from ehl.fluid.conductivity import PAO, FilmConductivity
 from ehl.fluid.density import density_at
 from ehl.fluid.lubricant import Lubricant
-from ehl.fluid.oil_family import check_viscosities, generic_card, generic_name
-from ehl.fluid.oil_file import write_card
+from ehl.fluid.oil_family import FAMILIES, SHEAR_MODULUS, check_viscosities, generic_card, generic_name
 from ehl.fluid.oil_laws import (
     NO_DEFINITION,
-    TEMPERATURE_RANGE,
     AlphaInput,
-    ConductivityInput,
     DensityInput,
     GoldAlpha,
     ModulusAlpha,
-    Temperature,
     ViscosityInput,
-    WaltherViscosity,
     check_rising,
-    conductivity_figures,
-    density_figures,
+    compression_of,
     figures_by_constants,
 )
 from ehl.fluid.oil_uncertainty import VARIABLES, CardUncertainty, InputFactors, standard_uncertainty
 from ehl.fluid.pressure_viscosity import AlphaDefinition
 from ehl.fluid.rheology import RisingStress
-from ehl.fluid.shear_family import FAMILIES, SHEAR_MODULUS
-from ehl.fluid.viscosity import walther_1931, walther_slope
+from ehl.fluid.viscosity import TEMPERATURE_RANGE, Temperature, WaltherViscosity, walther_1931, walther_slope
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -61,25 +55,6 @@ Array = NDArray[np.float64]
 Values = TypeVar("Values", float, Array)
 
 KinematicViscosity = Annotated[float, ValueRange("m^2/s", gt=1e-7, le=1.0)]
-
-
-class RisingStressInput(InputModel):
-    """Eyring stress that rises with pressure (`ehl.fluid.rheology.RisingStress`)."""
-
-    stress_low: Annotated[float, ValueRange("Pa", ge=1e4, le=1e9)]
-    stress_slope: Annotated[float, ValueRange("", gt=0.0, le=0.5)]
-    pressure_start: Annotated[float, ValueRange("Pa", ge=0.0, le=1e10)]
-    pressure_end: Annotated[float, ValueRange("Pa", gt=0.0, le=1e11)]
-
-    @model_validator(mode="after")
-    def _rises(self) -> Self:
-        if not self.pressure_end > self.pressure_start:
-            raise InputError("pressure_end", f"{self.pressure_end:.6g} Pa", "above pressure_start")
-        return self
-
-    def law(self) -> RisingStress:
-        """tau0 as a function of pressure."""
-        return RisingStress(self.stress_low, self.stress_slope, self.pressure_start, self.pressure_end)
 
 
 class CalibratedValue(InputModel):
@@ -136,16 +111,16 @@ class Oil(InputModel):
     viscosity: ViscosityInput
     pressure_viscosity: AlphaInput
     density_pressure: DensityInput | None = None
-    # of the base oil where the card has none (`ehl.fluid.shear_family`)
+    # of the base oil where the card has none (`ehl.fluid.oil_family`)
     limiting_shear_coefficient: Annotated[float, ValueRange("", gt=0.0, le=1.0)] | None = None
     limiting_shear_ambient: Annotated[float, ValueRange("Pa", ge=0.0, le=1e8)] | None = None
     eyring_stress: Annotated[float, ValueRange("Pa", ge=1e4, le=1e9)] | None = None
     # without effect on formulas, whose slip is never so small
     shear_modulus: Annotated[float, ValueRange("Pa", ge=1e5, le=1e11)] | None = Field(default=None, exclude=True)
     # left out of the card's hash: formulas fitted with the constant stress stay valid
-    eyring_stress_pressure: RisingStressInput | None = Field(default=None, exclude=True)
+    eyring_stress_pressure: RisingStress | None = Field(default=None, exclude=True)
     thermal_conductivity: Annotated[float, ValueRange("W/(m*K)", gt=0.0, le=10.0)] = 0.14
-    conductivity_pressure: ConductivityInput | None = None
+    conductivity_pressure: FilmConductivity | None = None
     heat_capacity: Annotated[float, ValueRange("J/(kg*K)", gt=0.0, le=10000.0)] = 2000.0
     temperature_valid: tuple[Temperature, Temperature] = (20.0 + KELVIN, 150.0 + KELVIN)
     # where figures come from, and how far, does not change them
@@ -163,9 +138,9 @@ class Oil(InputModel):
         if not isinstance(given, dict) or not {"viscosity", "pressure_viscosity"} <= info.data.keys():
             return given
         viscosity, alpha = info.data["viscosity"], info.data["pressure_viscosity"]
-        anchored = isinstance(alpha, GoldAlpha) and alpha.anchor_value is not None
         base, certainty = info.data.get("base", "mineral"), info.data.get("certainty", "mixed")
-        return standard_uncertainty(viscosity.law, alpha.law, base, anchored, certainty) | given
+        by_gold = isinstance(alpha, GoldAlpha) and alpha.anchor_value is None
+        return standard_uncertainty(viscosity, base if by_gold else None, certainty) | given
 
     @classmethod
     def load(cls, name: str) -> Oil:
@@ -336,8 +311,7 @@ class Oil(InputModel):
         changes: dict[str, Any] = {"factors": self.factors.model_copy(update=factors)}
         rising, scale = self.eyring_stress_pressure, factor.get("eyring_stress", 1.0)
         if rising is not None and scale != 1.0:
-            scaled = {name: scale * getattr(rising, name) for name in ("stress_low", "stress_slope")}
-            changes["eyring_stress_pressure"] = rising.model_copy(update=scaled)
+            changes["eyring_stress_pressure"] = rising.scaled(scale)
         return self.model_copy(update=changes)
 
     def at(self, temperature: float | Array) -> Lubricant:
@@ -422,8 +396,8 @@ class Oil(InputModel):
             thermal_conductivity=factors.thermal_conductivity * self.thermal_conductivity,
             heat_capacity=self.heat_capacity,
             **figures,
-            **density_figures(self.density_pressure, law, temperature),
-            **conductivity_figures(self.conductivity_pressure),
+            film_conductivity=self.conductivity_pressure or PAO,
+            **compression_of(self.density_pressure, law, temperature),
         )
 
     def to_dict(self, temperatures: str | Sequence[float | str] | None = None) -> dict[str, Any]:
@@ -451,7 +425,7 @@ class Oil(InputModel):
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the card as TOML, numbers in SI; `InputError` where the path does not end in .toml."""
-        write_card(self, Path(path), "Oil card written by mixed-ehl")
+        oil_sheet.write_card(self, Path(path), "Oil card written by mixed-ehl")
 
     def _repr_html_(self) -> str:
         return str(self.to_frame().T.to_html(header=False, float_format="{:.4g}".format))

@@ -10,15 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.fluid.oil_laws import (
-    TEMPERATURE_RANGE,
-    GoldAlpha,
-    ModulusAlpha,
-    TabulatedAlpha,
-    WaltherViscosity,
-    figures_by_constants,
-    scale_of_law,
-)
+from ehl.fluid.oil_laws import GoldAlpha, ModulusAlpha, TabulatedAlpha, figures_by_constants, scale_of_law
 from ehl.fluid.pressure_viscosity import (
     TemperatureFit,
     alpha_film,
@@ -26,7 +18,7 @@ from ehl.fluid.pressure_viscosity import (
     solve_constant,
     temperature_fit,
 )
-from ehl.fluid.viscosity import GOLD_COEFFICIENTS, RoelandsLaw, gold_2001
+from ehl.fluid.viscosity import GOLD_COEFFICIENTS, TEMPERATURE_RANGE, RoelandsLaw, WaltherViscosity, gold_2001
 
 if TYPE_CHECKING:
     from ehl.fluid.oil import Oil

@@ -1,4 +1,4 @@
-"""Laws of the oil as tables of a card or of the input file: viscosity, its pressure coefficient, density."""
+"""The laws of an oil that a card or the input file names: viscosity, its pressure coefficient, density."""
 
 from __future__ import annotations
 
@@ -8,196 +8,37 @@ import numpy as np
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from ehl.common.errors import InputError
-from ehl.common.units import KELVIN, ValueRange
+from ehl.common.units import KELVIN
 from ehl.common.validation import InputModel
-from ehl.fluid.conductivity import CONDUCTIVITY_FAMILIES, FilmConductivity
-from ehl.fluid.density import Murnaghan, Tait
+from ehl.fluid.density import DowsonHigginsonDensity, IncompressibleDensity, Murnaghan, Tait
 from ehl.fluid.free_volume import Doolittle, McEwenPaluch
 from ehl.fluid.pressure_viscosity import AlphaDefinition, solve_constant
 from ehl.fluid.viscosity import (
     AbsoluteLaw,
+    AlphaValue,
     ModulusLaw,
+    ModulusViscosity,
     RelativeLaw,
     ScaledAbsoluteRise,
     ScaledRise,
+    Temperature,
+    WaltherViscosity,
     vogel_1921,
     vogel_slope,
 )
-from ehl.fluid.yasutomi import Yasutomi
+from ehl.fluid.yasutomi import ImprovedYasutomi, OriginalYasutomi
 
-TEMPERATURE_RANGE = (-40.0 + KELVIN, 200.0 + KELVIN)
-
-Temperature = Annotated[
-    float,
-    ValueRange("K", ge=TEMPERATURE_RANGE[0], le=TEMPERATURE_RANGE[1], hint="Write degrees Celsius as '80 degC'."),
-]
-AlphaValue = Annotated[float, ValueRange("1/Pa", ge=1e-10, le=1e-7)]
-GlassTemperature = Annotated[float, ValueRange("K", ge=100.0, le=400.0, hint="Write degrees Celsius as '-72 degC'.")]
-PerPressure = Annotated[float, ValueRange("1/Pa", gt=0.0, le=1e-6)]
-DynamicViscosity = Annotated[float, ValueRange("Pa*s", gt=0.0)]
-Positive = Annotated[float, ValueRange("", gt=0.0, le=1e3)]
-Difference = Annotated[float, ValueRange("K", gt=0.0, le=1e4)]
-Expansion = Annotated[float, ValueRange("1/K", ge=-0.1, le=0.1)]
-
-
-class ModulusViscosity(InputModel):
-    """eta = K exp(B/(T + C)) exp(p/(a1 + a2 T + (b1 + b2 T) p)), T in degC (modulus law)."""
-
-    law: Literal["modulus"]
-    K: Annotated[float, ValueRange("Pa*s", gt=0.0)]
-    B: Annotated[float, ValueRange("K", ge=-1e6, le=1e6)]
-    C: Annotated[float, ValueRange("K", ge=-1e4, le=1e4)]
-    a1: Annotated[float, ValueRange("Pa", gt=0.0)]
-    a2: float  # [Pa/K]
-    b1: float
-    b2: float  # [1/K]
-
-
-class WaltherViscosity(InputModel):
-    """Walther in temperature, Roelands (or Barus) in pressure."""
-
-    law: Literal["roelands", "barus"]
-
-
-class ImprovedYasutomi(InputModel):
-    """`ehl.fluid.yasutomi.Yasutomi`, improved form: F = (1 + b1 p)^b2."""
-
-    law: Literal["yasutomi_improved"]
-    viscosity_glass: DynamicViscosity = 1e12
-    Tg0: GlassTemperature
-    A1: Difference
-    A2: PerPressure
-    b1: PerPressure
-    b2: Annotated[float, ValueRange("", ge=-2.0, lt=0.0)]
-    C1: Positive
-    C2: Difference
-
-    def absolute(self) -> AbsoluteLaw:
-        """The law."""
-        glass = self.Tg0 - KELVIN
-        return Yasutomi(self.viscosity_glass, glass, self.A1, self.A2, self.b1, self.b2, self.C1, self.C2)
-
-
-class OriginalYasutomi(InputModel):
-    """`ehl.fluid.yasutomi.Yasutomi`, original form: F = 1 - B1 ln(1 + B2 p)."""
-
-    law: Literal["yasutomi_original"]
-    viscosity_glass: DynamicViscosity = 1e12
-    Tg0: GlassTemperature
-    A1: Difference
-    A2: PerPressure
-    B1: Positive
-    B2: PerPressure
-    C1: Positive
-    C2: Difference
-
-    def absolute(self) -> AbsoluteLaw:
-        """The law."""
-        glass = self.Tg0 - KELVIN
-        return Yasutomi(self.viscosity_glass, glass, self.A1, self.A2, self.B1, self.B2, self.C1, self.C2, True)
-
-
-class StateEquation(InputModel):
-    """Density under pressure by Tait or Murnaghan, K0 = K00 exp(-betaK T), T in K."""
-
-    law: Literal["tait", "murnaghan"]
-    K00: Annotated[float, ValueRange("Pa", ge=1e8, le=1e12)]
-    betaK: Annotated[float, ValueRange("1/K", ge=0.0, le=0.05)]
-    K0_rate: Annotated[float, ValueRange("", ge=2.0, le=30.0)]
-
-    def state(self) -> Tait | Murnaghan:
-        """The law over temperature."""
-        return (Tait if self.law == "tait" else Murnaghan)(self.K00, self.betaK, self.K0_rate)
-
-
-class DowsonHigginsonDensity(InputModel):
-    """rho/rho0 = 1 + a p/(1 + b p)."""
-
-    law: Literal["dowson_higginson"]
-    a: Annotated[float, ValueRange("1/Pa", ge=0.0, le=1e-8)] = 0.6e-9
-    b: Annotated[float, ValueRange("1/Pa", ge=0.0, le=1e-7)] = 1.7e-9
-
-
-class IncompressibleDensity(InputModel):
-    """rho = rho0 at every pressure."""
-
-    law: Literal["incompressible"]
-
-
-class DoolittleViscosity(InputModel):
-    """`ehl.fluid.free_volume.Doolittle` with its equation of state."""
-
-    law: Literal["doolittle"]
-    viscosity_reference: DynamicViscosity
-    temperature_reference: Temperature
-    B: Positive
-    R0: Annotated[float, ValueRange("", gt=0.0, lt=0.9)]
-    epsilon: Expansion
-    volume_expansion: Expansion
-    state: StateEquation
-
-    def absolute(self) -> AbsoluteLaw:
-        """The law."""
-        return Doolittle(
-            self.viscosity_reference,
-            self.temperature_reference,
-            self.B,
-            self.R0,
-            self.epsilon,
-            self.volume_expansion,
-            self.state.state(),
-        )
-
-
-class McEwenPaluchViscosity(InputModel):
-    """`ehl.fluid.free_volume.McEwenPaluch`; temperatures in degC, a0 and pinf at 40 degC."""
-
-    law: Literal["mcewen_paluch"]
-    K: DynamicViscosity
-    B: float
-    C: float
-    a0: AlphaValue
-    a0_fall: Expansion = 0.0
-    q: Positive
-    CF: Annotated[float, ValueRange("", ge=0.0, le=1e3)]
-    pinf: Annotated[float, ValueRange("Pa", ge=1e8, le=1e12)]
-    pinf_rise: Annotated[float, ValueRange("Pa/K", ge=0.0, le=1e9)] = 0.0
-
-    def absolute(self) -> AbsoluteLaw:
-        """The law."""
-        return McEwenPaluch((self.K, self.B, self.C), self.a0, self.a0_fall, self.q, self.CF, self.pinf, self.pinf_rise)
-
-
-AbsoluteViscosity = ImprovedYasutomi | OriginalYasutomi | DoolittleViscosity | McEwenPaluchViscosity
+# a new law is one class in a file of its own and its name here
+AbsoluteViscosity = ImprovedYasutomi | OriginalYasutomi | Doolittle | McEwenPaluch
 ViscosityByConstants = ModulusViscosity | AbsoluteViscosity
 ViscosityInput = Annotated[ViscosityByConstants | WaltherViscosity, Field(discriminator="law")]
-DensityInput = Annotated[StateEquation | DowsonHigginsonDensity | IncompressibleDensity, Field(discriminator="law")]
+DensityInput = Annotated[Tait | Murnaghan | DowsonHigginsonDensity | IncompressibleDensity, Field(discriminator="law")]
 
 
-class ConductivityInput(InputModel):
-    """`FilmConductivity` by its constants, or by the name of a family of oils."""
-
-    c1: Annotated[float, ValueRange("1/Pa", ge=0.0, le=1e-8)]
-    c2: Annotated[float, ValueRange("1/Pa", ge=0.0, le=1e-8)]
-
-    @model_validator(mode="before")
-    @classmethod
-    def _of_a_family(cls, values: Any) -> Any:
-        if not isinstance(values, str):
-            return values
-        if values not in CONDUCTIVITY_FAMILIES:
-            allowed = "one of " + ", ".join(CONDUCTIVITY_FAMILIES) + "; or a table with c1 and c2"
-            raise InputError("conductivity_pressure", values, allowed)
-        return vars(CONDUCTIVITY_FAMILIES[values])
-
-    def law(self) -> FilmConductivity:
-        """k/k0 over pressure."""
-        return FilmConductivity(self.c1, self.c2)
-
-
-def conductivity_figures(given: ConductivityInput | None) -> dict[str, Any]:
-    """The field of `Lubricant` for the growth of the conductivity, where it is given."""
-    return {} if given is None else {"film_conductivity": given.law()}
+def compression_of(density: Any, viscosity: Any, temperature: Any) -> dict[str, Any]:
+    """The field of `Lubricant` for a density law, where one is given; that of a free-volume law is its own."""
+    law = viscosity.state if density is None and isinstance(viscosity, Doolittle) else density
+    return {} if law is None else {"compression": law.at(temperature)}
 
 
 class StatedAlpha(InputModel):
@@ -269,29 +110,11 @@ NO_DEFINITION = (
 )
 
 
-def density_figures(
-    density: StateEquation | DowsonHigginsonDensity | IncompressibleDensity | None,
-    viscosity: ViscosityByConstants | WaltherViscosity | None,
-    temperature: Any,
-) -> dict[str, Any]:
-    """The fields of `Lubricant` for a density law; that of a free-volume law is its equation of state."""
-    if density is None and isinstance(viscosity, DoolittleViscosity):
-        density = viscosity.state
-    if density is None:
-        return {}
-    if isinstance(density, StateEquation):
-        coefficients = (density.state().modulus(temperature), density.K0_rate)
-        return {"density_law": density.law, "density_coefficients": coefficients}
-    if isinstance(density, DowsonHigginsonDensity):
-        return {"density_law": density.law, "density_coefficients": (density.a, density.b)}
-    return {"density_law": density.law}
-
-
 def law_by_constants(law: ViscosityByConstants, temperature: Any) -> ModulusLaw | RelativeLaw:
     """The law under pressure at an inlet temperature [K]."""
     if isinstance(law, ModulusViscosity):
         return ModulusLaw((law.a1, law.a2, law.b1, law.b2), temperature, (law.B, law.C))
-    return RelativeLaw(law.absolute(), temperature)
+    return RelativeLaw(law, temperature)
 
 
 KNOWN_PRESSURE = 0.5e9  # up to here at least a law must hold where the card does not say [Pa]
@@ -345,8 +168,7 @@ def figures_by_constants(law: ViscosityByConstants, temperature: Any, scale: flo
             "modulus_constants": moduli,
             "temperature_constants": (law.B, law.C),
         }
-    own = law.absolute()
-    absolute = own if scale == 1.0 else ScaledAbsoluteRise(own, scale)
+    absolute: AbsoluteLaw = law if scale == 1.0 else ScaledAbsoluteRise(law, scale)
     ambient = 0.0 * temperature
     return {
         "viscosity_law": law.law,

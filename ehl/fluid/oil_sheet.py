@@ -1,16 +1,20 @@
-"""What a card says at a glance: figures over temperature and pressure, as numbers, frame and figure."""
+"""Oil cards as files, and their figures over temperature and pressure as numbers and as a figure."""
 
 from __future__ import annotations
 
 import csv
 from collections.abc import Sequence
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pydantic import BaseModel
 
 from ehl.common.data import data_path
+from ehl.common.errors import InputError
 from ehl.common.figures import axes_or_new
+from ehl.common.files import toml_text, write_file
 from ehl.common.quantities import axis_label, to_display
 from ehl.common.units import KELVIN, ValueRange
 from ehl.fluid.pressure_viscosity import DEFINITIONS, alpha_of
@@ -122,3 +126,34 @@ def plot_oil(oil: Oil, temperatures: Sequence[float], ax: Axes | None = None) ->
     axes.set_title(f"{oil.name}: viscosity, band: one standard deviation of ln(eta/eta0)", fontsize=10)
     axes.legend(frameon=False)
     return axes
+
+
+def card_text(card: Oil, head: str) -> str:
+    """The card as TOML, numbers in SI.
+
+    Parameters
+    ----------
+    card : Oil
+    head : str
+        First line, a comment.
+    """
+    content: dict[str, Any] = card.model_dump(exclude_none=True)
+    for name, field in type(card).model_fields.items():  # what the hash of a card leaves out belongs to its file
+        value = getattr(card, name)
+        if field.exclude and value is not None and value != field.default:
+            content[name] = value.model_dump() if isinstance(value, BaseModel) else value
+    return f"# {head}; numbers in SI units.\n" + toml_text(content)
+
+
+def write_card(card: Oil, path: Path, head: str) -> None:
+    """Write the card, and make sure that it reads back as it is; `head` as of `card_text`.
+
+    Raises
+    ------
+    InputError
+        The path does not end in .toml or cannot be written.
+    """
+    if path.suffix != ".toml":
+        raise InputError("path", str(path), "a file name ending in .toml")
+    write_file(path, card_text(card, head))
+    type(card).load(str(path))

@@ -7,6 +7,8 @@ from typing import Annotated, Any
 
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
+from ehl.fluid.oil_laws import ViscosityByConstants
+from ehl.fluid.viscosity import WaltherViscosity
 
 Deviation = Annotated[float, ValueRange("", ge=0.0, le=1.0, hint="One standard deviation, relative: 0.08 is 8 %.")]
 Factor = Annotated[float, ValueRange("", gt=0.0, le=100.0)]
@@ -15,13 +17,6 @@ VARIABLES = ("pressure_viscosity", "viscosity", "eyring_stress", "limiting_shear
 
 # of ln(eta/eta0) of FVA 400 oils about Gold's formula in its own sense, the secant at 0.2 GPa (computed by us)
 GOLD_DEVIATION = {"mineral": 0.07, "hydrocracked": 0.08, "pao": 0.17, "polyglycol": 0.17, "ester": 0.12}
-# of ln(eta/eta0) by Roelands through a true slope or secant: it bends alike for all oils, and they do not (ours:
-# -19 to +13 % at 0.8 GPa over seven oils)
-ROELANDS_DEVIATION = 0.12
-# of two published sets of the modulus law for one oil, FVA 3: 6 to 9 % at 0.8 GPa
-MODULUS_DEVIATION = 0.08
-# fits of viscometers up to 1 GPa by free volume or glass transition (ours)
-MEASURED_DEVIATION = 0.05
 MEMORY_DEVIATION = 0.15
 
 
@@ -46,26 +41,23 @@ class InputFactors(InputModel):
     thermal_conductivity: Factor = 1.0
 
 
-def standard_uncertainty(law: str, alpha_law: str, base: str, anchored: bool, certainty: str) -> dict[str, Any]:
-    """What is assumed of a card that does not say it, by its law and certainty (ours).
+def standard_uncertainty(
+    law: ViscosityByConstants | WaltherViscosity, gold: str | None, certainty: str
+) -> dict[str, Any]:
+    """What is assumed of a card that does not say it (ours).
 
     Parameters
     ----------
-    law, alpha_law : str
-        Viscosity over pressure and pressure-viscosity coefficient of the card.
-    base : str
-        Base oil.
-    anchored : bool
-        Whether Gold's formula goes through a measured point.
+    law : ViscosityInput
+        Viscosity over pressure.
+    gold : str or None
+        Base oil where Gold's formula gives the pressure-viscosity coefficient, through no measured point.
     certainty : str
         Of the card.
     """
-    memory = certainty == "from memory"
-    if law in ("roelands", "barus"):
-        level = GOLD_DEVIATION.get(base, 0.17) if alpha_law == "gold" and not anchored else 0.0
-        spread = math.hypot(ROELANDS_DEVIATION, level)
-    else:
-        spread = MODULUS_DEVIATION if law == "modulus" else MEASURED_DEVIATION
+    memory, spread = certainty == "from memory", law.deviation
+    if isinstance(law, WaltherViscosity):
+        spread = math.hypot(spread, 0.0 if gold is None else GOLD_DEVIATION.get(gold, 0.17))
     if memory:
         spread = math.hypot(spread, MEMORY_DEVIATION)
     return {
@@ -74,5 +66,5 @@ def standard_uncertainty(law: str, alpha_law: str, base: str, anchored: bool, ce
         "eyring_stress": 0.30,
         "limiting_shear": 0.25 if memory else 0.15,
         "thermal_conductivity": 0.10,
-        "source": f"ours, by the law of the card ({law}) and its certainty ({certainty})",
+        "source": f"ours, by the law of the card ({law.law}) and its certainty ({certainty})",
     }

@@ -14,10 +14,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import model_validator
+
+from ehl.common.errors import InputError
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel
 
 Array = NDArray[np.float64]
 
@@ -53,47 +58,50 @@ class ShearNumbers(NamedTuple):
 PLAIN = ShearNumbers(NEWTONIAN, True, 1.0, 1.0, 0.0, 1.0, 1.0, math.inf, 0.0, False, math.inf)
 
 
-@dataclass(frozen=True)
-class RisingStress:
+class RisingStress(InputModel):
     """Eyring stress that rises with pressure between two levels.
 
     tau0(p) = low + (te/2) (1 + tanh(Th (2 p/(start + end) - 1))), te = low + slope (end - start),
     Th = slope (end - start)/te: the form published for a 75W-90 axle oil (low 5 MPa, slope 0.035, 0.5 and 3.5 GPa:
     36, 47, 60 MPa at 1, 1.5, 2 GPa), which does not say how tau0 depends on temperature.
-
-    Parameters
-    ----------
-    low : float
-        [Pa].
-    slope : float
-        d tau0/dp between start and end [-].
-    start, end : float
-        [Pa].
     """
 
-    low: float
-    slope: float
-    start: float
-    end: float
+    stress_low: Annotated[float, ValueRange("Pa", ge=1e4, le=1e9)]
+    stress_slope: Annotated[float, ValueRange("", gt=0.0, le=0.5)]
+    pressure_start: Annotated[float, ValueRange("Pa", ge=0.0, le=1e10)]
+    pressure_end: Annotated[float, ValueRange("Pa", gt=0.0, le=1e11)]
+
+    @model_validator(mode="after")
+    def _rises(self) -> Self:
+        if not self.pressure_end > self.pressure_start:
+            raise InputError("pressure_end", f"{self.pressure_end:.6g} Pa", "above pressure_start")
+        return self
+
+    def scaled(self, factor: float) -> RisingStress:
+        """All stresses times a factor."""
+        return self.model_copy(
+            update={"stress_low": factor * self.stress_low, "stress_slope": factor * self.stress_slope}
+        )
 
     @property
     def rise(self) -> float:
         """Height of the step [Pa]."""
-        return self.low + self.slope * (self.end - self.start)
+        return self.stress_low + self.stress_slope * (self.pressure_end - self.pressure_start)
 
     @property
     def steepness(self) -> float:
         """Th [-]."""
-        return self.slope * (self.end - self.start) / self.rise
+        return self.stress_slope * (self.pressure_end - self.pressure_start) / self.rise
 
     @property
     def centre(self) -> float:
         """Pressure in the middle of the step [Pa]."""
-        return 0.5 * (self.start + self.end)
+        return 0.5 * (self.pressure_start + self.pressure_end)
 
     def __call__(self, pressure: Array) -> Array:
         """tau0 at a pressure [Pa]."""
-        return np.asarray(self.low + 0.5 * self.rise * (1.0 + np.tanh(self.steepness * (pressure / self.centre - 1.0))))
+        bend = np.tanh(self.steepness * (pressure / self.centre - 1.0))
+        return np.asarray(self.stress_low + 0.5 * self.rise * (1.0 + bend))
 
 
 @dataclass(frozen=True)
@@ -210,7 +218,7 @@ class ShearLaw:
         if self.rheology == "newtonian":
             low = reference
         elif isinstance(self.stress, RisingStress):
-            low, rise = self.stress.low, self.stress.rise
+            low, rise = self.stress.stress_low, self.stress.rise
             steepness, centre = self.stress.steepness, self.stress.centre
         else:
             low = self.stress

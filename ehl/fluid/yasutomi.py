@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.common.units import KELVIN
-from ehl.fluid.poles import pole_growth
+from ehl.common.units import KELVIN, ValueRange
+from ehl.common.validation import InputModel
+from ehl.fluid.viscosity import MEASURED_DEVIATION, DynamicViscosity, pole_growth
 
 Array = NDArray[np.float64]
 
@@ -19,56 +20,41 @@ _REST = 2e-13  # slope where the original form would fall: no viscosity is the s
 _GRID = np.linspace(0.0, 6e9, 301)  # where the original form's largest viscosity is looked for [Pa]
 _TEMPERATURES = np.linspace(200.0, 700.0, 4001)  # [K]
 
+GlassTemperature = Annotated[float, ValueRange("K", ge=100.0, le=400.0, hint="Write degrees Celsius as '-72 degC'.")]
+PerPressure = Annotated[float, ValueRange("1/Pa", gt=0.0, le=1e-6)]
+Difference = Annotated[float, ValueRange("K", gt=0.0, le=1e4)]
+Positive = Annotated[float, ValueRange("", gt=0.0, le=1e3)]
 
-@dataclass(frozen=True)
-class Yasutomi:
+
+class _Yasutomi(InputModel):
     """log10 eta = log10 etaG - C1 X/(C2 + X), X = (T - Tg) F, Tg = Tg0 + A1 ln(1 + A2 p), T and Tg in degC.
 
-    Improved: F = (1 + b1 p)^b2. Original: F = 1 - b1 ln(1 + b2 p), which turns negative at high pressure; from the
-    pressure where its viscosity would start to fall, it stays but for 2e-4 of ln eta per GPa (ours). Nearer than C2/2
-    to the pole X = -C2, where eta is above etaG 10^C1, log10 eta goes on along its tangent in X (ours).
-
-    Parameters
-    ----------
-    viscosity_glass : float
-        etaG [Pa s].
-    temperature_glass : float
-        Tg0 [degC].
-    rise, rise_rate : float
-        A1 [K] and A2 [1/Pa].
-    expansion, exponent : float
-        b1 and b2: [1/Pa] and [-] improved, [-] and [1/Pa] original.
-    c1, c2 : float
-        C1 [-] and C2 [K].
-    original : bool
-        The form of F.
+    Nearer than C2/2 to the pole X = -C2, where eta is above etaG 10^C1, log10 eta follows its tangent in X (ours).
     """
 
-    viscosity_glass: float
-    temperature_glass: float
-    rise: float
-    rise_rate: float
-    expansion: float
-    exponent: float
-    c1: float
-    c2: float
-    original: bool = False
+    deviation: ClassVar[float] = MEASURED_DEVIATION
+    viscosity_glass: DynamicViscosity = 1e12
+    Tg0: GlassTemperature
+    A1: Difference
+    A2: PerPressure
+    C1: Positive
+    C2: Difference
 
     def log_viscosity(self, pressure: Array, temperature: Array) -> Array:
         """ln eta, eta in Pa s, at pressures [Pa] and temperatures [K]."""
         held = self._held(pressure, temperature)
-        growth, _ = pole_growth(-self._distance(held, temperature) / self.c2, LAST_DEPTH)
+        growth, _ = pole_growth(-self._distance(held, temperature) / self.C2, LAST_DEPTH)
         rest = _REST * (pressure - held)
-        return np.asarray(np.log(self.viscosity_glass) + math.log(10.0) * self.c1 * growth + rest)
+        return np.asarray(np.log(self.viscosity_glass) + math.log(10.0) * self.C1 * growth + rest)
 
     def by_pressure(self, pressure: Array, temperature: Array) -> Array:
         """d ln eta/dp [1/Pa]."""
         held = self._held(pressure, temperature)
         factor, factor_p = self._factor(held)
-        glass_p = self.rise * self.rise_rate / (1.0 + self.rise_rate * held)
+        glass_p = self.A1 * self.A2 / (1.0 + self.A2 * held)
         distance_p = self._above_glass(held, temperature) * factor_p - glass_p * factor
         slope = self._by_distance(held, temperature) * distance_p
-        return np.where(pressure > held, _REST, slope) if self.original else np.asarray(slope)
+        return np.where(pressure > held, _REST, slope)
 
     def by_temperature(self, pressure: Array, temperature: Array) -> Array:
         """d ln eta/dT [1/K]."""
@@ -76,42 +62,68 @@ class Yasutomi:
         return np.asarray(self._by_distance(pressure, temperature) * self._factor(pressure)[0])
 
     def _by_distance(self, pressure: Array, temperature: Array) -> Array:
-        _, slope = pole_growth(-self._distance(pressure, temperature) / self.c2, LAST_DEPTH)
-        return np.asarray(-math.log(10.0) * self.c1 / self.c2 * slope)
+        _, slope = pole_growth(-self._distance(pressure, temperature) / self.C2, LAST_DEPTH)
+        return np.asarray(-math.log(10.0) * self.C1 / self.C2 * slope)
 
     def _above_glass(self, pressure: Array, temperature: Array) -> Array:
-        glass = self.temperature_glass + self.rise * np.log(1.0 + self.rise_rate * pressure)
+        glass = (self.Tg0 - KELVIN) + self.A1 * np.log(1.0 + self.A2 * pressure)
         return np.asarray(temperature - KELVIN - glass)
-
-    def _factor(self, pressure: Array) -> tuple[Array, Array]:
-        """F and dF/dp."""
-        if self.original:
-            inside = 1.0 + self.exponent * pressure
-            return 1.0 - self.expansion * np.log(inside), -self.expansion * self.exponent / inside
-        inside = 1.0 + self.expansion * pressure
-        factor = inside**self.exponent
-        return factor, self.exponent * self.expansion * factor / inside
 
     def _distance(self, pressure: Array, temperature: Array) -> Array:
         return np.asarray(self._above_glass(pressure, temperature) * self._factor(pressure)[0])
 
+    def _factor(self, pressure: Array) -> tuple[Array, Array]:
+        """F and dF/dp."""
+        raise NotImplementedError
+
     def _held(self, pressure: Array, temperature: Array) -> Array:
-        """The pressure, or that of the largest viscosity where the original form would fall."""
-        return np.minimum(pressure, pressure_of_largest(self, temperature)) if self.original else pressure
+        """The pressure, or that from which on the viscosity stays."""
+        return pressure
 
 
-def pressure_of_largest(law: Yasutomi, temperature: Array) -> Array:
+class ImprovedYasutomi(_Yasutomi):
+    """Improved form: F = (1 + b1 p)^b2; equation and pole as of `_Yasutomi`."""
+
+    law: Literal["yasutomi_improved"] = "yasutomi_improved"
+    b1: PerPressure
+    b2: Annotated[float, ValueRange("", ge=-2.0, lt=0.0)]
+
+    def _factor(self, pressure: Array) -> tuple[Array, Array]:
+        inside = 1.0 + self.b1 * pressure
+        factor = inside**self.b2
+        return factor, self.b2 * self.b1 * factor / inside
+
+
+class OriginalYasutomi(_Yasutomi):
+    """Original form: F = 1 - B1 ln(1 + B2 p), which turns negative at high pressure.
+
+    From the pressure where its viscosity would start to fall, it stays but for 2e-4 of ln eta per GPa (ours).
+    """
+
+    law: Literal["yasutomi_original"] = "yasutomi_original"
+    B1: Positive
+    B2: PerPressure
+
+    def _factor(self, pressure: Array) -> tuple[Array, Array]:
+        inside = 1.0 + self.B2 * pressure
+        return 1.0 - self.B1 * np.log(inside), -self.B1 * self.B2 / inside
+
+    def _held(self, pressure: Array, temperature: Array) -> Array:
+        return np.minimum(pressure, pressure_of_largest(self, temperature))
+
+
+def pressure_of_largest(law: OriginalYasutomi, temperature: Array) -> Array:
     """Pressure up to which the viscosity of the original form rises [Pa]; `temperature` in K."""
     return np.asarray(np.interp(temperature, _TEMPERATURES, _largest(law)))
 
 
 @lru_cache(maxsize=32)
-def _largest(law: Yasutomi) -> Array:
+def _largest(law: OriginalYasutomi) -> Array:
     """dX/dp = 0 by bisection, at `_TEMPERATURES`."""
 
     def falls(pressure: Array) -> NDArray[np.bool_]:
         factor, factor_p = law._factor(pressure)
-        glass_p = law.rise * law.rise_rate / (1.0 + law.rise_rate * pressure)
+        glass_p = law.A1 * law.A2 / (1.0 + law.A2 * pressure)
         return np.asarray(law._above_glass(pressure, _TEMPERATURES) * factor_p - glass_p * factor >= 0.0, dtype=bool)
 
     rising = np.logical_and.accumulate(~falls(_GRID[:, None]), axis=0)

@@ -157,8 +157,8 @@ def solve_smooth(
             break
     if reason:
         # no thermal friction: zero with infinite error, never the isothermal number in its place
-        lost = {"friction_fluid": 0.0, "friction_error": math.inf, "film_error": math.inf}
-        return replace(base, status="failed", reason=reason, rounds=rounds, iterations=iterations, **lost)
+        base = replace(base, friction_fluid=0.0, friction_error=math.inf, film_error=math.inf)
+        return replace(base, status="failed", reason=reason, rounds=rounds, iterations=iterations)
 
     assert hot.found is not None
     heat = traction_of(hot.found, hot.x * contact.half_width, contact, lubricant, bodies)

@@ -27,10 +27,7 @@ _ROUGH = ("roughness_rms", "correlation_length", "peklenik_number", "boundary_fr
 def varied_lubricant(lubricant: Lubricant, name: str, factor: float) -> Lubricant:
     """The lubricant with one figure of `ehl.fluid.oil_uncertainty.VARIABLES` times a factor."""
     stress = lubricant.eyring_stress
-    if isinstance(stress, RisingStress):
-        scaled: Any = replace(stress, low=factor * stress.low, slope=factor * stress.slope)
-    else:
-        scaled = factor * stress
+    scaled = stress.scaled(factor) if isinstance(stress, RisingStress) else factor * stress
     changes: dict[str, dict[str, Any]] = {
         "pressure_viscosity": {"pressure_rise_factor": factor * lubricant.pressure_rise_factor},
         "viscosity": {"viscosity_inlet": factor * lubricant.viscosity_inlet},

@@ -225,7 +225,7 @@ class Calibration(Reportable):
         MisfitTooLarge
             As of `card`.
         """
-        from ehl.fluid.oil_file import write_card
+        from ehl.fluid.oil_sheet import write_card
 
         card = self.card(Path(path).stem, force=force)
         write_card(card, Path(path), "Written by mixed-ehl calibrate")

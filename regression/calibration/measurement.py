@@ -16,7 +16,7 @@ from ehl.common.errors import InputError
 from ehl.common.files import read_bytes
 from ehl.common.table_reader import numbered_table
 from ehl.common.units import ValueRange
-from ehl.fluid.oil_laws import Temperature
+from ehl.fluid.viscosity import Temperature
 
 Array = NDArray[np.float64]
 

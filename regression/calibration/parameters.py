@@ -9,8 +9,10 @@ from typing import Literal
 from ehl.common.errors import InputError
 from ehl.common.units import KELVIN
 from ehl.fluid.lubricant import Lubricant
-from ehl.fluid.oil import Oil, RisingStressInput
-from ehl.fluid.oil_laws import GoldAlpha, ModulusAlpha, ModulusViscosity, TabulatedAlpha
+from ehl.fluid.oil import Oil
+from ehl.fluid.oil_laws import GoldAlpha, ModulusAlpha, TabulatedAlpha
+from ehl.fluid.rheology import RisingStress
+from ehl.fluid.viscosity import ModulusViscosity
 
 GOLD_ANCHOR = 100.0 + KELVIN  # where a formula without measured point is anchored [K]
 # pressures between which a stress rises, where the card has none: those of the published 75W-90 law [Pa]
@@ -98,13 +100,11 @@ def start_values(card: Oil, temperature: float, *, rising: bool) -> dict[str, fl
     return values | {"eyring_stress": lubricant.eyring_stress}
 
 
-def _rising(card: Oil) -> RisingStressInput:
+def _rising(card: Oil) -> RisingStress:
     if card.eyring_stress_pressure is not None:
         return card.eyring_stress_pressure
     start, end = RISE_BETWEEN
-    return RisingStressInput(
-        stress_low=card.eyring_stress or 5e6, stress_slope=0.02, pressure_start=start, pressure_end=end
-    )
+    return RisingStress(stress_low=card.eyring_stress or 5e6, stress_slope=0.02, pressure_start=start, pressure_end=end)
 
 
 def card_with(card: Oil, values: Mapping[str, float], temperature: float) -> Oil:
@@ -153,4 +153,4 @@ def _as_slope(law: TabulatedAlpha | GoldAlpha) -> dict[str, object]:
 def lubricant_of(card: Oil, temperature: float, *, rising: bool) -> Lubricant:
     """The lubricant of a card at a temperature [K], with the Eyring stress that rises with pressure if asked for."""
     lubricant = card.at(temperature)
-    return replace(lubricant, eyring_stress=_rising(card).law()) if rising else lubricant
+    return replace(lubricant, eyring_stress=_rising(card)) if rising else lubricant

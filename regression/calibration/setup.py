@@ -12,7 +12,7 @@ from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, read_toml, validate
 from ehl.fluid.oil import Oil
-from ehl.fluid.oil_laws import Temperature
+from ehl.fluid.viscosity import Temperature
 from ehl.inputs import ModelInput, SolidInput, SurfaceInput
 from regression.calibration.parameters import RISING, check_parameters
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.fluid.oil_laws import TEMPERATURE_RANGE
+from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from regression.export import record
 from regression.export.data_functions import (
     DataFunction,

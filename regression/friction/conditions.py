@@ -19,8 +19,8 @@ from ehl.fluid.density import dowson_higginson_1966
 from ehl.fluid.film_formulas import moes_film
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
-from ehl.fluid.oil_laws import Temperature
 from ehl.fluid.rheology import RisingStress
+from ehl.fluid.viscosity import Temperature
 from ehl.line_contact import half_width_of_pressure, hertz_load
 from ehl.material import Material, effective_modulus
 from ehl.state import ContactState

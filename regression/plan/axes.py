@@ -13,7 +13,7 @@ from ehl.common.errors import InputError, near
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 from ehl.fluid.lubricant_inputs import PressureViscosity, Stress, Viscosity
-from ehl.fluid.oil_laws import Temperature
+from ehl.fluid.viscosity import Temperature
 from ehl.inputs import SurfaceInput
 
 MAX_LEVELS = 1000

@@ -16,7 +16,7 @@ from pydantic import BeforeValidator
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
-from ehl.fluid.oil_laws import TEMPERATURE_RANGE
+from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from ehl.inputs import LoadPerLength, SlidingSpeed
 from ehl.line_contact import half_width_of_pressure, hertz_load
 from ehl.material import Material

@@ -11,6 +11,7 @@ from scipy.sparse.linalg import spsolve
 from twins.rough_scenes import Scene, gaussian_pair, line
 
 from ehl.compile.compiler import FAST_KERNEL, kernel
+from ehl.fluid.density import INCOMPRESSIBLE
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.rough._kernels.motion import move_surfaces
@@ -68,7 +69,7 @@ def flow_factor_model(mean: float, gamma: float, correlation: float = 24.0, seed
     """
     contact = line(1.0, 0.0)
     rms = 1e-6
-    thin = Lubricant(1e-3, 1e-13, density_law="incompressible", rheology="newtonian")
+    thin = Lubricant(1e-3, 1e-13, compression=INCOMPRESSIBLE, rheology="newtonian")
     nodes_per_b = 2000.0
     lc = correlation / nodes_per_b
     scene = Scene(contact, thin, gaussian_pair(contact, rms, lc, seed, 8.0), 2e-8, gamma)

@@ -21,14 +21,28 @@ from ehl.fluid.oil import Oil
 from ehl.fluid.oil_laws import GoldAlpha
 from ehl.fluid.pressure_viscosity import DEFINITIONS, AlphaDefinition, alpha_of, roelands_slope, solve_constant
 from ehl.fluid.viscosity import AbsoluteLaw, BarusLaw, ModulusLaw, PressureLaw, RelativeLaw, RoelandsLaw, ScaledRise
-from ehl.fluid.yasutomi import Yasutomi
+from ehl.fluid.yasutomi import ImprovedYasutomi, OriginalYasutomi
 
 # Bair's 80W-90 gear oil and Shell T9 (improved form), 5P4E (original form), squalane (Doolittle with Tait)
-GEAR_OIL = Yasutomi(1e12, -71.70, 210.6, 0.455e-9, 7.606e-9, -0.4193, 16.372, 29.99)
-T9 = Yasutomi(1e12, -83.2, 188.95, 0.719e-9, 8.20e-9, -0.538, 16.09, 17.38)
-POLYPHENYL_ETHER = Yasutomi(1e12, -28.2, 134.2, 1.929e-9, 4.815, 0.160e-9, 16.01, 20.69, original=True)
-SQUALANE = Doolittle(15.6e-3, 313.15, 4.710, 0.6568, -9.599e-4, 8.36e-4, Tait(8.658e9, 6.33e-3, 11.74))
-HYBRID = McEwenPaluch((6e-5, 900.0, 95.0), 20e-9, 5e-3, 3.0, 6.0, 2.5e9, 8e6)
+GEAR_OIL = ImprovedYasutomi(
+    viscosity_glass=1e12, Tg0=201.45, A1=210.6, A2=0.455e-9, b1=7.606e-9, b2=-0.4193, C1=16.372, C2=29.99
+)
+T9 = ImprovedYasutomi(
+    viscosity_glass=1e12, Tg0=189.95, A1=188.95, A2=0.719e-9, b1=8.20e-9, b2=-0.538, C1=16.09, C2=17.38
+)
+POLYPHENYL_ETHER = OriginalYasutomi(
+    viscosity_glass=1e12, Tg0=244.95, A1=134.2, A2=1.929e-9, B1=4.815, B2=0.160e-9, C1=16.01, C2=20.69
+)
+SQUALANE = Doolittle(
+    viscosity_reference=15.6e-3,
+    temperature_reference=313.15,
+    B=4.710,
+    R0=0.6568,
+    epsilon=-9.599e-4,
+    volume_expansion=8.36e-4,
+    state=Tait(K00=8.658e9, betaK=6.33e-3, K0_rate=11.74),
+)
+HYBRID = McEwenPaluch(K=6e-5, B=900.0, C=95.0, a0=20e-9, a0_fall=5e-3, q=3.0, CF=6.0, pinf=2.5e9, pinf_rise=8e6)
 ABSOLUTE: dict[str, AbsoluteLaw] = {
     "80W-90": GEAR_OIL,
     "T9": T9,
@@ -278,15 +292,20 @@ def test_rise_under_pressure_alone_is_multiplied(law: BarusLaw | RelativeLaw | M
 
 @pytest.mark.parametrize(
     ("state", "power"),
-    [(Tait(8.658e9, 6.33e-3, 11.74), False), (Murnaghan(9.234e9, 6.09e-3, 10.545), True)],
+    [
+        (Tait(K00=8.658e9, betaK=6.33e-3, K0_rate=11.74), False),
+        (Murnaghan(K00=9.234e9, betaK=6.09e-3, K0_rate=10.545), True),
+    ],
 )
 def test_equations_of_state_by_their_bulk_modulus(state: Tait | Murnaghan, power: bool) -> None:
     """K = rho dp/drho is K0 at p = 0 and grows with K0'; Murnaghan's grows linearly, Tait's as (K0 + (1 + K0') p) V."""
     at = state.at(333.15)
     pressure = np.linspace(0.0, 3e9, 31)
     bulk = at.ratio(pressure) / at.slope(pressure)
-    zero = state.modulus_cold * math.exp(-state.softening * 333.15)
-    wanted = zero + state.rate * pressure if power else (zero + (1.0 + state.rate) * pressure) / at.ratio(pressure)
+    zero = state.K00 * math.exp(-state.betaK * 333.15)
+    wanted = (
+        zero + state.K0_rate * pressure if power else (zero + (1.0 + state.K0_rate) * pressure) / at.ratio(pressure)
+    )
     np.testing.assert_allclose(bulk, wanted, rtol=1e-12)
     # the density by integrating its slope
     wanted_ratio = [1.0 + quad(lambda p: float(at.slope(p)), 0.0, end, epsrel=1e-12)[0] for end in pressure[1::10]]

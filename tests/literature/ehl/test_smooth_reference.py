@@ -11,6 +11,7 @@ import json
 import pytest
 
 from ehl.common.data import data_path
+from ehl.fluid.density import INCOMPRESSIBLE, DowsonHigginson
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.smooth import solve_steady
@@ -25,8 +26,9 @@ def contact_of(inputs):
         inputs["eta0"],
         inputs["alpha"],
         inputs["viscosity"],
-        density_law=inputs["density"].replace("-", "_"),
-        density_coefficients=(inputs["rho_a"], inputs["rho_b"]),
+        compression=INCOMPRESSIBLE
+        if inputs["density"] == "incompressible"
+        else DowsonHigginson(inputs["rho_a"], inputs["rho_b"]),
         rheology=inputs["rheology"],
         eyring_stress=inputs["tau0"] or 5e6,
     )

@@ -15,6 +15,7 @@ from samples import contact_case as case
 
 from ehl.common.errors import InputError
 from ehl.contact import Contact
+from ehl.fluid.density import INCOMPRESSIBLE
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.estimate import carried_shear_heat
 from ehl.line_contact import LineContact
@@ -73,7 +74,7 @@ def test_newtonian_film_beyond_any_shear_strength_fails() -> None:
 def test_limiting_stress_far_below_the_newtonian_stress(pressure: float) -> None:
     """mu is the integral of the limited stress, to the accuracy of the trapezoid, however large the free stress."""
     lubricant = Lubricant(
-        0.02344, 25e-9, density_law="incompressible", rheology="newtonian", limiting_shear_coefficient=0.08
+        0.02344, 25e-9, compression=INCOMPRESSIBLE, rheology="newtonian", limiting_shear_coefficient=0.08
     )
     contact = LineContact.from_pressure(
         radius_equivalent=0.08,

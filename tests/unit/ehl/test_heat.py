@@ -141,7 +141,7 @@ def test_film_balance_against_a_scalar_root_finder(law, rheology):
     lubricant = oil(viscosity_law=law, rheology=rheology)
     line = contact(slide_to_roll=1.0)
     result = solve(line, lubricant, (body, body))
-    k_film = FilmConductivity()(line.pressure_hertz * np.sqrt(1.0 - UNIT**2), 0.14)
+    k_film = PAO(line.pressure_hertz * np.sqrt(1.0 - UNIT**2), 0.14)
     for i in (20, 60, 95):
         p = line.pressure_hertz * math.sqrt(1.0 - UNIT[i] ** 2)
 
@@ -162,7 +162,7 @@ def test_film_temperature_against_the_exact_couette_flow():
     # shear gathers in the hot middle and the parabola overrates the stress (13 % at s = 10).
     body = STEEL.model_copy(update={"thermal_conductivity": 1e12})
     line = contact(speed_entrainment=10.0, slide_to_roll=1.0)
-    lubricant = oil(viscosity_law="barus", rheology="newtonian", film_conductivity=FilmConductivity(0.0, 0.0))
+    lubricant = oil(viscosity_law="barus", rheology="newtonian", film_conductivity=FilmConductivity(c1=0.0, c2=0.0))
     result = solve(line, lubricant, (body, body))
     pressure = line.pressure_hertz * np.sqrt(np.maximum(1.0 - UNIT**2, 0.0))
     eta = np.exp(lubricant.log_viscosity(pressure, np.full_like(pressure, 373.15)))
@@ -178,7 +178,7 @@ def test_film_temperature_against_the_exact_couette_flow():
 def lagged(line: LineContact, lubricant: Lubricant, rounds: int) -> list[float]:
     """Friction when the film temperature of one round gives the stress of the next; bodies conduct perfectly."""
     pressure = line.pressure_hertz * np.sqrt(np.maximum(1.0 - UNIT**2, 0.0))
-    k_film = FilmConductivity()(pressure, lubricant.thermal_conductivity)
+    k_film = PAO(pressure, lubricant.thermal_conductivity)
     temperature, history = np.full_like(UNIT, lubricant.temperature), []
     for _ in range(rounds):
         eta = np.exp(lubricant.log_viscosity(pressure, temperature))
@@ -359,7 +359,7 @@ def test_viscosity_derivative_with_temperature(lubricant):
 
 
 def test_film_conductivity_doubles_at_one_gigapascal():
-    ratio = FilmConductivity()(np.array([0.0, 1e9]), 0.14) / 0.14
+    ratio = PAO(np.array([0.0, 1e9]), 0.14) / 0.14
     assert_allclose(ratio, [1.0, 2.0448], rtol=1e-4)
     assert_allclose(PARAFFINIC(np.array([0.0, 1e9]), 1.0), [1.0, 2.117], rtol=1e-3)
 
@@ -444,7 +444,7 @@ def test_estimate_of_heat_by_hand():
     found = estimate_thermal_effect(line, lubricant, (steel, steel), film_central=film)
     stress = 0.01 * math.exp(4.0) * 0.2 / film
     heat = 0.2 * stress
-    k_film = float(FilmConductivity()(np.array([0.4e9]), 0.14)[0])
+    k_film = float(PAO(np.array([0.4e9]), 0.14)[0])
     assert found.rise_film == pytest.approx(heat * film / (8.0 * k_film), rel=1e-9)
     # 2 q sqrt(2 b/(pi u))/e at the end of a band, for each body alone; half the heat would go to equal bodies
     alone = [
@@ -494,7 +494,7 @@ def test_heat_carried_along_by_the_film_by_hand():
     """0.05 loss + 0.03 Pe + 0.002 of friction and 0.18 loss + 0.002 of film, loss = (-ln reduction)^1.4."""
     line, lubricant = contact(), oil()
     found = carried_shear_heat(line, lubricant, 1e-6, 0.6)
-    k_film = float(FilmConductivity()(np.array([line.pressure_hertz]), lubricant.thermal_conductivity)[0])
+    k_film = float(PAO(np.array([line.pressure_hertz]), lubricant.thermal_conductivity)[0])
     peclet = lubricant.density * lubricant.heat_capacity * line.speed_entrainment * 1e-12 / (k_film * line.half_width)
     loss = math.log(1.0 / 0.6) ** 1.4
     assert found.peclet_film == pytest.approx(peclet, rel=1e-12)

@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.special import k0e, k1e
 
-from ehl.fluid.conductivity import FilmConductivity
+from ehl.fluid.conductivity import PAO
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import _kernels, conduction
 from ehl.heat.traction import Conducted, film_temperature, flux_to_surface_1
@@ -127,7 +127,7 @@ def test_stress_and_temperature_fit_each_other(speeds, law):
     """The balance by dense matrices and the laws themselves."""
     found, oil, matrices = balanced(speeds[0] - speeds[1], speeds, law=law)
     assert found.converged
-    k_film = FilmConductivity()(found.pressure, oil.thermal_conductivity)
+    k_film = PAO(found.pressure, oil.thermal_conductivity)
     division, constant = flux_to_surface_1(k_film / found.film, *matrices, 20.0)
     heat = (speeds[0] - speeds[1]) * found.stress + found.surface_heat
     into_1 = division @ heat + constant

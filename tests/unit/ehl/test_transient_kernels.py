@@ -11,11 +11,11 @@ from twins.exact_elasticity import LogConvolution
 
 from ehl.common.data import data_names
 from ehl.fluid._kernels import inlet_laws
-from ehl.fluid.density import Tait
+from ehl.fluid.density import Tait, TaitCompression
 from ehl.fluid.free_volume import Doolittle, McEwenPaluch
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
-from ehl.fluid.yasutomi import Yasutomi
+from ehl.fluid.yasutomi import ImprovedYasutomi, OriginalYasutomi
 from ehl.line_contact import LineContact
 from ehl.rough._kernels.fluid import balanced_shear_row, fluidity_rows, isothermal_shear_row, temperature_place
 from ehl.rough._kernels.motion import sample_profile
@@ -253,13 +253,27 @@ BOXES = {
     "modulus": replace(BOX, viscosity_law="modulus", modulus_constants=MODULUS, temperature_constants=(800.0, 95.0)),
 } | {name: replace(Oil.load(name).at(353.15), rheology="newtonian") for name in data_names("oils")}
 BY_CONSTANTS = {
-    "yasutomi_improved": Yasutomi(1e12, -71.70, 210.6, 0.455e-9, 7.606e-9, -0.4193, 16.372, 29.99),
-    "yasutomi_original": Yasutomi(1e12, -28.2, 134.2, 1.929e-9, 4.815, 0.160e-9, 16.01, 20.69, original=True),
-    "doolittle": Doolittle(15.6e-3, 313.15, 4.710, 0.6568, -9.599e-4, 8.36e-4, Tait(8.658e9, 6.33e-3, 11.74)),
-    "mcewen_paluch": McEwenPaluch((6e-5, 900.0, 95.0), 20e-9, 5e-3, 3.0, 6.0, 2.5e9, 8e6),
+    "yasutomi_improved": ImprovedYasutomi(
+        viscosity_glass=1e12, Tg0=201.45, A1=210.6, A2=0.455e-9, b1=7.606e-9, b2=-0.4193, C1=16.372, C2=29.99
+    ),
+    "yasutomi_original": OriginalYasutomi(
+        viscosity_glass=1e12, Tg0=244.95, A1=134.2, A2=1.929e-9, B1=4.815, B2=0.160e-9, C1=16.01, C2=20.69
+    ),
+    "doolittle": Doolittle(
+        viscosity_reference=15.6e-3,
+        temperature_reference=313.15,
+        B=4.710,
+        R0=0.6568,
+        epsilon=-9.599e-4,
+        volume_expansion=8.36e-4,
+        state=Tait(K00=8.658e9, betaK=6.33e-3, K0_rate=11.74),
+    ),
+    "mcewen_paluch": McEwenPaluch(
+        K=6e-5, B=900.0, C=95.0, a0=20e-9, a0_fall=5e-3, q=3.0, CF=6.0, pinf=2.5e9, pinf_rise=8e6
+    ),
 }
 BOXES |= {
-    name: replace(BOX, viscosity_law=name, absolute_law=law, density_law="tait", density_coefficients=(1e9, 11.0))
+    name: replace(BOX, viscosity_law=name, absolute_law=law, compression=TaitCompression(1e9, 11.0))
     for name, law in BY_CONSTANTS.items()
 }
 # what the table is worth for laws near a pole or kink there: of ln(eta/eta0)

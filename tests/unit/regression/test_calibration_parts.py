@@ -13,7 +13,7 @@ from calibration_stub import OneLineSolver
 from ehl.common.quantities import si_unit
 from ehl.fluid.lubricant_inputs import OilLubricant
 from ehl.fluid.oil import Oil
-from ehl.fluid.oil_file import write_card
+from ehl.fluid.oil_sheet import write_card
 from regression.calibration import robust
 from regression.calibration.calibrate import Calibration, ParameterEstimate, solver_of
 from regression.calibration.card import calibrated_card, use_lines
@@ -131,7 +131,7 @@ def test_rising_stress_takes_both_figures() -> None:
     card = card_with(Oil.load("75w90"), {"stress_low": 3e6, "stress_slope": 0.05}, WARM)
     law = lubricant_of(card, WARM, rising=True).eyring_stress
     assert not isinstance(law, float)
-    assert (law.low, law.slope, law.start, law.end) == (3e6, 0.05, 0.5e9, 3.5e9)
+    assert (law.stress_low, law.stress_slope, law.pressure_start, law.pressure_end) == (3e6, 0.05, 0.5e9, 3.5e9)
 
 
 def test_huber_constants_are_gaussian_integrals() -> None:
@@ -249,7 +249,7 @@ def test_card_is_written_read_and_used(tmp_path: Path, monkeypatch: pytest.Monke
     # the card by its path in an input file
     oil = OilLubricant(oil="mine.toml", temperature_oil=WARM, eyring_stress_law="pressure").lubricant()
     assert not isinstance(oil.eyring_stress, float)
-    assert oil.eyring_stress.slope == 0.03
+    assert oil.eyring_stress.stress_slope == 0.03
     words = "\n".join(use_lines(Path("mine.toml"), setup, result))
     assert 'oil = "mine.toml"' in words
     assert 'eyring_stress_law = "pressure"' in words

@@ -52,7 +52,7 @@ def run(alpha: float, pressure: float, speed: float, slide: float):
         eyring_stress=5e6,
         temperature=373.15,
         temperature_viscosity=0.04,
-        film_conductivity=FilmConductivity(0.0, 0.0),
+        film_conductivity=FilmConductivity(c1=0.0, c2=0.0),
     )
     film = 1.15 * dowson_higginson_1968(*line.dowson_groups(oil)) * line.radius_equivalent
     x, pressure = UNIT * line.half_width, line.pressure_hertz * np.sqrt(np.maximum(1.0 - UNIT**2, 0.0))

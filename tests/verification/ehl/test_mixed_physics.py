@@ -136,7 +136,7 @@ def test_friction_rises_peaks_and_falls_with_slip(
     alpha: float, pressure: float, speed: float, peak: float, ratio: float
 ) -> None:
     # isothermal over thermal friction at SR 1.5: our prototype's table (constant film conductivity), to two digits
-    oil = replace(eyring_oil(0.0106, alpha), film_conductivity=FilmConductivity(0.0, 0.0))
+    oil = replace(eyring_oil(0.0106, alpha), film_conductivity=FilmConductivity(c1=0.0, c2=0.0))
     slips = (0.03, 0.1, 1.0, 1.5)
     hot = [solve_transient(line(speed, s, pressure), oil, nodes=128, thermal=True) for s in slips]
     cold = [solve_transient(line(speed, s, pressure), oil, nodes=128).friction_coefficient for s in slips]

@@ -12,7 +12,7 @@ from ehl.fluid._kernels import limited_stress, log_mobility
 from ehl.fluid.rheology import RisingStress, ShearLaw
 
 PRESSURE, HALF_WIDTH, FILM_UNIT = 1e9, 2.6e-4, 1e-6
-RISING = RisingStress(5e6, 0.035, 0.5e9, 3.5e9)
+RISING = RisingStress(stress_low=5e6, stress_slope=0.035, pressure_start=0.5e9, pressure_end=3.5e9)
 LAWS = {
     "newtonian": ShearLaw("newtonian"),
     "eyring": ShearLaw("eyring", 5e6),

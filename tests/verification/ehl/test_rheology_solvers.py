@@ -37,7 +37,11 @@ CARREAU = {"rheology": "carreau", "carreau_stress": 5e6, "carreau_exponent": 0.5
 OILS = {
     "newtonian": OIL,
     "eyring": replace(OIL, rheology="eyring", eyring_stress=5e6),
-    "rising": replace(OIL, rheology="eyring", eyring_stress=RisingStress(5e6, 0.035, 0.5e9, 3.5e9)),
+    "rising": replace(
+        OIL,
+        rheology="eyring",
+        eyring_stress=RisingStress(stress_low=5e6, stress_slope=0.035, pressure_start=0.5e9, pressure_end=3.5e9),
+    ),
     "carreau": replace(OIL, **CARREAU),
     "cut": replace(OIL, rheology="eyring", limiting_shear_coefficient=0.03, limiting_shear_ambient=1e6),
     "smooth eyring": replace(OIL, rheology="eyring", **SMOOTH),

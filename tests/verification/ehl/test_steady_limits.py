@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import cumulative_simpson, simpson
 from scipy.optimize import brentq
 
+from ehl.fluid.density import INCOMPRESSIBLE
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.smooth import solve_steady
@@ -28,7 +29,7 @@ def from_moes(load, material, *, pressure=1e9, radius=0.01, **options):
     twice_speed = (weight / load) ** 2
     alpha = material / twice_speed**0.25 / MODULUS
     viscosity = 0.5 * twice_speed * MODULUS * radius
-    oil = Lubricant(viscosity, alpha, "barus", density_law="incompressible", **options)
+    oil = Lubricant(viscosity, alpha, "barus", compression=INCOMPRESSIBLE, **options)
     return contact, oil
 
 

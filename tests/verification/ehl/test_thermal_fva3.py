@@ -40,7 +40,7 @@ def test_isothermal_over_thermal_friction(pressure, speed, slide, ratio, frictio
         slide_to_roll=slide,
     )
     oil = replace(Oil.load("fva3").at(353.15), rheology="eyring", eyring_stress=5e6)
-    oil = replace(oil, film_conductivity=FilmConductivity(0.8e-9, 0.0))
+    oil = replace(oil, film_conductivity=FilmConductivity(c1=0.8e-9, c2=0.0))
     steel = Material.load("steel")
     result = solve_smooth(contact, oil, (steel, steel), thermal="on")
     assert result.status == "converged"

@@ -75,7 +75,7 @@ def test_against_an_independent_transient_program_run_to_steady_state(monkeypatc
     line = contact(pressure_hertz=pressure * 1e9, speed_entrainment=speed, slide_to_roll=slide)
     result = solve_smooth(
         line,
-        oil(pressure_viscosity=alpha * 1e-9, film_conductivity=FilmConductivity(0.0, 0.0)),
+        oil(pressure_viscosity=alpha * 1e-9, film_conductivity=FilmConductivity(c1=0.0, c2=0.0)),
         BODIES,
         thermal="on",
     )
@@ -92,7 +92,7 @@ def test_against_an_independent_transient_program_run_to_steady_state(monkeypatc
 def test_inlet_heating_in_pure_rolling_against_murch_and_wilson(speed):
     line, lubricant = (
         contact(speed_entrainment=speed, slide_to_roll=0.0),
-        oil(film_conductivity=FilmConductivity(0.0, 0.0)),
+        oil(film_conductivity=FilmConductivity(c1=0.0, c2=0.0)),
     )
     result = solve_smooth(line, lubricant, BODIES, thermal="on")
     assert result.friction_fluid == 0.0

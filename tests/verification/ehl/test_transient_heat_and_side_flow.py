@@ -12,6 +12,7 @@ from scipy.sparse.linalg import spsolve
 from twins.material_points import material_point_matrix
 
 from ehl.fluid.conductivity import FilmConductivity
+from ehl.fluid.density import INCOMPRESSIBLE
 from ehl.fluid.lookup import law_table
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
@@ -37,7 +38,7 @@ def contact(speed: float = 10.0, slide_to_roll: float = 0.3) -> LineContact:
     )
 
 
-CONSTANT = FilmConductivity(0.0, 0.0)
+CONSTANT = FilmConductivity(c1=0.0, c2=0.0)
 OIL = Lubricant(0.0106, 12e-9, rheology="eyring", eyring_stress=5e6, temperature=373.15, temperature_viscosity=0.04)
 
 
@@ -174,7 +175,7 @@ def flow_factor_of_slices(gaps: np.ndarray, length: float, typical: float) -> fl
     settings = Settings(max(n, 64), 20e-9, 0.1, math.inf, False, 8e9)
     run = Run(build_problem(contact(), OIL, RoughSurfaces(), (STEEL, STEEL), settings))
     n = min(n, run.problem.x.size)
-    constant = replace(OIL, viscosity_law="barus", pressure_viscosity=0.0, density_law="incompressible")
+    constant = replace(OIL, viscosity_law="barus", pressure_viscosity=0.0, compression=INCOMPRESSIBLE)
     table = law_table(constant, 1e9, False)
     fluid = Fluid(table, False, False, 0.0, 1.0, 1.0, 2.0 / length**2, 1.0, 1e9, 373.15)
     model = run.problem.model

@@ -73,7 +73,7 @@ def test_mesh_reaches_as_far_as_asperities_touch() -> None:
 def test_bulk_temperatures_of_both_bodies(monkeypatch: pytest.MonkeyPatch, slide_to_roll: float) -> None:
     conducts_like_the_transient_solver(monkeypatch)
     contact = line(5.0, slide_to_roll)
-    oil = replace(OIL, temperature=353.15, film_conductivity=FilmConductivity(0.0, 0.0))
+    oil = replace(OIL, temperature=353.15, film_conductivity=FilmConductivity(c1=0.0, c2=0.0))
     bulk = (383.15, 343.15)
     steady = solve_smooth(contact, oil, (STEEL, STEEL), temperature_bulk=bulk, thermal="on")
     assert steady.status == "converged"
