@@ -22,7 +22,7 @@ import regression
 from regression.data.dataset import columns, load_dataset
 from regression.fitting.noise import expected_rows
 from regression.fitting.rows import checkable_rows
-from regression.friction.formula import FittedFormula
+from regression.formula import Formula
 
 KINDS = ("short", "", "gp")
 FILE = "gear_paths.csv"
@@ -43,12 +43,12 @@ def mesh_contacts(paths: str) -> pd.DataFrame:
     return means.assign(**{name: table[f"# {name}"].to_numpy()[row] for name in ("design", "state", "loss")})
 
 
-def fitted(name: str) -> FittedFormula:
+def fitted(name: str) -> Formula:
     """A shipped formula or that of a file."""
     model = regression.friction_model(name)
     if not isinstance(model, regression.Formula):
         raise SystemExit(f"{name} is no fitted formula")
-    return model.formula
+    return model
 
 
 def errors(paths: str, formulas: Sequence[str]) -> list[dict[str, object]]:
@@ -57,7 +57,7 @@ def errors(paths: str, formulas: Sequence[str]) -> list[dict[str, object]]:
     rows: list[dict[str, object]] = []
     for formula in formulas:
         value = fitted(formula).evaluate(columns(contacts))
-        told = contacts.assign(told=value.mu, inside=value.extrapolation == 0)
+        told = contacts.assign(told=value.mu, inside=fitted(formula).extrapolation(columns(contacts)) == 0)
         told["covered"] = (value.lower <= told["friction_coefficient"]) & (told["friction_coefficient"] <= value.upper)
         for (design, state), mesh in told.groupby(["design", "state"], sort=False):
             solved, share = mesh["friction_coefficient"].mean(), mesh["loss"].iloc[0]

@@ -53,7 +53,7 @@ def chosen(formula: Formula, oil: Oil, count: int, outside: bool) -> list[dict[s
     """Contacts within the data of the formula, or outside its range."""
     flag = FrictionFlag.OUTSIDE_RANGE if outside else FrictionFlag.OK
     found = states(4 * count, oil.name)
-    return [state for state in found if int(formula.evaluate(contact_points(**state), oil).flag) == flag][:count]
+    return [state for state in found if int(formula.mu(contact_points(**state), oil=oil).flag) == flag][:count]
 
 
 def contacts(count: int, formula: Formula, oil: Oil, outside: bool) -> Iterator[tuple[object, ...]]:

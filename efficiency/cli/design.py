@@ -118,7 +118,7 @@ def export(
     units: UnitsOption = "metric",
     language: Annotated[
         str | None,
-        typer.Option(help="Formula: python, c, fortran, matlab, latex, spreadsheet; by the suffix if not given."),
+        typer.Option(help="Formula: python, c, fortran, matlab; by the suffix if not given."),
     ] = None,
     oil: Annotated[str | None, typer.Option(help="Formula: oil card to write in, if fitted to several.")] = None,
     oil_arguments: Annotated[
@@ -140,8 +140,7 @@ def export(
 ) -> None:
     """Write solids (STL), flank grids (CSV) and the machine summary (CSV) of a design, or a formula as code.
 
-    A formula becomes one function with its range, interval and flag: .py, .c, .f90, .m, .tex, .xlsx (live cells), .txt
-    (formula for one cell).
+    A formula becomes one function with its range, interval and flag: .py, .c, .f90 or .m.
     """
     of_designs = {"rim": rim, "bore": bore, "member": member != "both" and member, "what": what != WHAT and what}
     if design in shipped("formulas") or Path(design).suffix == ".json":
@@ -149,7 +148,7 @@ def export(
         formula = regression.Formula.load(design)
         formula.export(output, language, oil=oil, oil_arguments=oil_arguments, guard=guard)
         laws = "oil properties as arguments" if oil_arguments else oil or formula.default_oil()
-        print(f"{output}: {formula.formula.name}, {laws}")
+        print(f"{output}: {formula.name}, {laws}")
         return
     refuse("a design", {"language": language, "oil": oil, "oil_arguments": oil_arguments})
     if member not in ("pinion", "gear", "both"):

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance, Reason
 from efficiency.loss.friction_equilibrium import balance_error, balance_friction, closed
-from efficiency.loss.kinematics import LoadedPoints, Operation, join_states, loaded_points
+from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
 from efficiency.loss.line_values import values_on_lines
 from efficiency.loss.lubrication import SolvedFriction, local_lubrication
 from efficiency.loss.power_loss import efficiency_of, position_losses, rolling_losses
@@ -250,23 +250,16 @@ def _friction(
 
     The coarse grid, which is for the error alone, needs no interval and no guard of the range.
     """
-    if getattr(model, "solves_contacts", False):
-        estimate = model.evaluate(fine.state, oil)
+    if model.solves_contacts:
+        estimate = model.evaluate(table, oil)
         grids = (loaded.fine, fine), (loaded.coarse, coarse)
         mu = values_on_lines(estimate.mu, *grids)
         flag = np.where(np.isfinite(mu), FrictionFlag.OK, FrictionFlag.NOT_CONVERGED).astype(np.int8)
         return estimate, FrictionEstimate(mu, mu, mu, flag)
-    if isinstance(model, Formula):
-        mu = model.coefficient(coarse.state, oil)
-        unknown = np.full_like(mu, np.nan)
-        flag = np.where(np.isfinite(mu), FrictionFlag.OK, FrictionFlag.UNDEFINED).astype(np.int8)
-        return model.at_conditions(table, oil), FrictionEstimate(mu, unknown, unknown, flag)
-    both = model.evaluate(join_states(fine.state, coarse.state), oil)
-
-    def part(at: slice) -> FrictionEstimate:
-        return FrictionEstimate(both.mu[at], both.lower[at], both.upper[at], both.flag[at])
-
-    return part(slice(None, fine.force.size)), part(slice(fine.force.size, None))
+    mu = model.coefficient(conditions_of(coarse.state, oil), oil)
+    unknown = np.full_like(mu, np.nan)
+    flag = np.where(np.isfinite(mu), FrictionFlag.OK, FrictionFlag.UNDEFINED).astype(np.int8)
+    return model.evaluate(table, oil), FrictionEstimate(mu, unknown, unknown, flag)
 
 
 def _reason(loaded: LoadedGrids, *frictions: FrictionEstimate) -> Reason:
@@ -317,7 +310,7 @@ def _notes(
         share = _flag_shares(points, friction)[FrictionFlag.PREDICTED.name.lower()]
         how = f"predicted by the others, {100.0 * share:.2g} % of the loss" if share > 0.0 else "left out"
         notes += (f"{sum(friction.failed.values())} of {friction.contacts} contacts not solved ({reasons}): {how}",)
-    blind = not getattr(model, "uses_texture", False) and not isinstance(model, ConstantFriction)
+    blind = not model.uses_texture and not isinstance(model, ConstantFriction)
     if blind and np.any(points.state.peklenik_number != 1.0):
         notes += ("the friction model takes the roughness as isotropic: the Peklenik number has no effect",)
     return notes

@@ -28,8 +28,8 @@ from ehl.material import Material
 from ehl.solve import solve_contact
 from ehl.state import ContactState
 from ehl.warmup import prepare_workers
-from regression.friction.conditions import conditions_of
-from regression.friction.models import FrictionFlag
+from regression.friction.conditions import Conditions, conditions_of, state_of
+from regression.friction.models import FrictionFlag, FrictionModel
 from regression.plan.cost import contact_seconds
 
 FloatArray = NDArray[np.float64]
@@ -80,7 +80,7 @@ class Solved:
 
 
 @dataclass(frozen=True)
-class EhlFriction:
+class EhlFriction(FrictionModel):
     """The contact solver as a friction model.
 
     Parameters
@@ -130,7 +130,7 @@ class EhlFriction:
         """Whether the Peklenik number has an effect: it steers the oil between rolling asperities."""
         return not self.smooth and self.model.roughness == "deterministic"
 
-    def evaluate(self, state: ContactState, oil: Oil) -> SolvedFriction:
+    def evaluate(self, conditions: Conditions, oil: Oil) -> SolvedFriction:
         """Friction at every point.
 
         `lower` and `upper` are two RMS errors of contacts predicted by the others away, weighted with their sliding
@@ -140,6 +140,7 @@ class EhlFriction:
         Where those points hold more than a tenth of the sliding power, or too few contacts are left to predict with,
         they have no friction. A contact that is only unsettled counts with its error.
         """
+        state = state_of(conditions)
         place = coordinates(state)
         power = state.load_per_length * state.speed_sliding
         if self.points is None or state.size <= (self.points if self.tolerance == 0.0 else FIRST):

@@ -21,7 +21,7 @@ from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.formula import Formula
 from regression.friction.models import COLEMAN_FRICTION, FrictionModel
-from regression.friction.uncertainty import core_of
+from regression.friction.uncertainty import core_of, friction_of
 
 FloatArray = NDArray[np.float64]
 
@@ -70,7 +70,7 @@ def balance_friction(
     ConvergenceError
         ``self_locking`` where friction takes the whole torque, ``load_balance_limit`` where the torques do not settle.
     """
-    model = stand_in(friction, oil)[0] if getattr(friction, "solves_contacts", False) else friction
+    model = stand_in(friction, oil)[0] if friction.solves_contacts else friction
     torque, modulus = loaded.coarse.torque, loaded.mesh.teeth.effective_modulus
     # where the gear drives, everything slides the other way
     way = 1.0 if operation.driver == "pinion" else -1.0
@@ -107,12 +107,12 @@ def balance_friction(
 
 def form_of(model: FrictionModel) -> FrictionModel:
     """The form of a formula that Gaussian processes correct; any other model as it is."""
-    return core_of(model) if isinstance(model, Formula) and model.formula.processes else model
+    return core_of(model) if isinstance(model, Formula) and model.processes else model
 
 
 def friction_only(model: FrictionModel, state: ContactState, oil: Oil) -> FloatArray:
     """Friction coefficients, without what a model says of its interval and range where that costs time [-]."""
-    return np.asarray(model.coefficient(state, oil) if isinstance(model, Formula) else model.evaluate(state, oil).mu)
+    return friction_of(model, state, oil)
 
 
 def carried_share(load: TangentLoad, force: FloatArray, mu: FloatArray, way: float) -> FloatArray:

@@ -23,7 +23,15 @@ from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, Together
 from ehl.uncertainty.spread import UncertaintyInput
 from regression.formula import Formula, shipped_formulas
 from regression.friction.models import FrictionEstimate, FrictionModel
-from regression.friction.uncertainty import FORMULA, Case, FrictionChanges, core_of, friction_changes, missing
+from regression.friction.uncertainty import (
+    FORMULA,
+    Case,
+    FrictionChanges,
+    core_of,
+    friction_changes,
+    friction_of,
+    missing,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -89,10 +97,7 @@ def stand_in(model: FrictionModel, oil: Oil) -> tuple[FrictionModel, str]:
     sharing = [name for name in names if name.endswith("_load_share")]
     plain = [name for name in names if name not in sharing]
     name = (sharing or plain)[0] if "load_sharing" in model.name else (plain or sharing)[0]
-    found: Any = Formula.load(name)
-    friction = getattr(model, "boundary_friction", None)
-    if friction is not None:
-        found = replace(found, boundary_friction=friction)
+    found = Formula.load(name, boundary_friction=getattr(model, "boundary_friction", None))
     other = "" if shipped_formulas(oil.name) else ", of another oil"
     return found, f"by the formula {name}{other}"
 
@@ -108,7 +113,7 @@ def loss_changes(
 ) -> LossChanges:
     """Changes of ln(loss) with the inputs at the ends of their intervals."""
     state = sample.state
-    if not getattr(model, "solves_contacts", False):
+    if not model.solves_contacts:
         return sample.changes(friction_changes(model, state, oil, spreads, level, warm_inlet=warm_inlet))
     formula, note = stand_in(model, oil)
     if getattr(model, "smooth", False):
@@ -151,7 +156,7 @@ def solved_changes(
 
         jobs = changed.jobs or -1
         with parallel_config(backend="loky", inner_max_num_threads=1):
-            found = Parallel(n_jobs=jobs)(delayed(_friction)(*case) for case in cases)
+            found = Parallel(n_jobs=jobs)(delayed(friction_of)(*case) for case in cases)
         nominal.append(found[0])
         return list(found)
 
@@ -159,10 +164,6 @@ def solved_changes(
     mu = nominal[0]
     sample = LossSample(state, FrictionEstimate(mu, mu, mu, np.zeros(mu.shape, np.int8)), shares)
     return sample.changes(found, f"; {chosen.size} contacts solved at both ends")
-
-
-def _friction(model: FrictionModel, state: ContactState, oil: Oil) -> FloatArray:
-    return model.evaluate(state, oil).mu
 
 
 def efficiency_uncertainty(
@@ -199,7 +200,7 @@ def efficiency_uncertainty(
         The level is no share.
     """
     warm, spreads = operation.temperature_inlet is not None, spreads or operation.uncertainty
-    if solved and getattr(model, "solves_contacts", False):
+    if solved and model.solves_contacts:
         changes = solved_changes(model, points, oil, spreads, level, warm_inlet=warm)
     else:
         changes = loss_changes(model, LossSample.of(points, friction), oil, spreads, level, warm_inlet=warm)

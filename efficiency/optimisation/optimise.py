@@ -321,7 +321,7 @@ def _begin(
     made = settings_of(problem, {})
     pair = GearPair(made.design)
     model = resolve_friction(problem.friction, made.design)
-    if getattr(model, "solves_contacts", False):
+    if model.solves_contacts:
         hint = "Search with a formula; `solved` (--check-friction) checks the gain with solved contacts."
         raise InputError("friction", problem.friction, "a formula, a constant, or a published model", hint)
     notes = [] if made.status == "converged" else [f"start: {made.status}: {'; '.join(made.warnings)}"]

@@ -13,7 +13,7 @@ from ehl.common.files import make_folder
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from regression.data.dataset import Dataset
 from regression.formula import fit
-from regression.friction.formula import FittedFormula
+from regression.friction.fitted import FittedFormula
 from regression.plan.cost import checked_jobs
 from regression.sweeping.run import Run, sweep
 

@@ -409,7 +409,7 @@ class StudyTask:
         """Hash of all that the result depends on, the version of the program included."""
         model: object = self.friction
         if isinstance(model, Formula):
-            model = model.formula.model_dump_json()
+            model = model.model_dump_json()
         design = self.design.model_dump_json()
         run = (self.states, self.grid, self.load_balance, self.strength)
         content = (__version__, design, self.side, self.oil, model, *run, asdict(self.blank))

@@ -12,6 +12,7 @@ import regression
 from ehl import InputError
 from ehl.common.console import ADVANCED, FORMULA, App, check_outputs, check_suffix, print_json, working
 from regression.cli.sweep import sweep_app
+from regression.friction.published_registry import PublishedFriction, model_label
 
 
 def fit(
@@ -50,7 +51,7 @@ def fit(
     formula.save(output)
     formula.write(plot=plot, report=report)
     if json_output:
-        typer.echo(formula.formula.to_json(), nl=False)
+        typer.echo(formula.to_json(), nl=False)
         return
     formula.show()
     typer.echo(f"written: {output}")
@@ -118,7 +119,7 @@ def mu(
     content: dict[str, Any] = friction.mu(oil=name, **point).to_dict()
     other = friction.oil_note(ehl.Oil.load(name)) if isinstance(friction, regression.Formula) else ""
     content |= {"friction_model": friction.name, "oil": name}
-    if friction.certainty is not None:
+    if isinstance(friction, PublishedFriction):
         content["certainty"] = friction.certainty
     if hull and isinstance(friction, regression.Formula):
         content["in_convex_hull"] = bool(friction.in_convex_hull(hull, oil=name, **point))
@@ -126,7 +127,7 @@ def mu(
     if json_output:
         print_json(content | ({} if spread is None else {"uncertainty": spread.to_dict()}))
     else:
-        _print_friction(content, friction.label)
+        _print_friction(content, model_label(friction.name))
         if spread is not None and spread.low < spread.high:
             typer.echo(f"inputs: mu = {'; '.join((spread.headline(), *spread.notes))}")
     outside = friction.range_note(oil=name, **point) if isinstance(friction, regression.Formula) else ""

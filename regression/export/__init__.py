@@ -1,1 +1,1 @@
-"""A fitted formula as a program text: Python, C, Fortran, MATLAB, LaTeX, spreadsheet."""
+"""A fitted formula as a program text: Python, C, Fortran, MATLAB."""

@@ -141,8 +141,8 @@ def description(program: Program) -> list[str]:
     scores, data = formula.validation, formula.data
     wide = 100.0 * formula.interval.level
     oil = program.oil or "any: its properties are arguments"
-    if program.oil is None and formula.oil.name is not None:
-        oil = f"its properties are arguments; the formula was fitted to {formula.oil.name}"
+    if program.oil is None and len(formula.oils) == 1 and formula.oils[0].name is not None:
+        oil = f"its properties are arguments; the formula was fitted to {formula.oils[0].name}"
     lines = [
         f"Friction coefficient of a lubricated line contact: {formula.family}, {formula.form.title}.",
         f"Written by mixed-ehl {__version__} from a fit of {data.used} contacts (plan {data.plan}, solver "

@@ -31,9 +31,9 @@ from regression.friction.conditions import (
     lubricant_columns,
 )
 from regression.friction.data_cloud import DataCloud
-from regression.friction.formula import FittedFormula, corrected_form
-from regression.friction.models import FrictionFlag, flags_of
-from regression.friction.oil_cards import card_hash, names_card
+from regression.friction.fitted import FittedFormula, flags_of
+from regression.friction.gaussian_process import corrected_form
+from regression.friction.models import FrictionFlag
 
 MEANING: dict[str, str] = {
     "pressure_hertz": "maximum Hertz pressure",
@@ -110,7 +110,6 @@ def program_of(
     *,
     oil: str | None = None,
     oil_arguments: bool = False,
-    loops: bool = True,
     guard: bool = True,
 ) -> Program:
     """Record a formula.
@@ -123,10 +122,6 @@ def program_of(
         The card whose laws are written into the program; that of the formula if not given.
     oil_arguments : bool
         Take the oil's properties as arguments in place of the laws of a card.
-    loops : bool
-        Whether the language can loop over stored numbers. Without, the guard is left out (the range remains) and a
-        formula with a Gaussian process refused.
-
     guard : bool
         Whether points within the range, but far from all cases of the fit, are to be flagged (a loop over these).
 
@@ -135,13 +130,10 @@ def program_of(
     InputError
         The oil is not one of the formula's, or not clear, or the formula does something that cannot be recorded.
     """
-    if formula.residual is not None and not loops:
-        hint = "Its Gaussian process is a sum over stored points: export Python, C, Fortran or MATLAB."
-        raise InputError("language", "latex or spreadsheet", f"a language with loops for {formula.name}", hint)
     card = None if oil_arguments else _card(formula, oil)
     try:
         with record.local_names(_RECORDED):
-            outputs = _outputs(formula, card, loops and guard)
+            outputs = _outputs(formula, card, guard)
     except (NotRecordable, KeyError) as error:
         hint = f"It cannot be exported: {error}."
         raise InputError("family", formula.family, "a family of ufuncs and arithmetic", hint) from None
@@ -167,7 +159,7 @@ def _card(formula: FittedFormula, oil: str | None) -> Oil:
 
 
 def _outputs(formula: FittedFormula, oil: Oil | None, guard: bool) -> tuple[Value, ...]:
-    """Friction, interval and flag as `FittedFormula.evaluate` and `regression.formula.Formula` compute them."""
+    """Friction, interval and flag as `FittedFormula.evaluate` computes them."""
     table, within_laws = _conditions(oil)
     outside = formula.outside(table)
     floored, ramp = formula.with_minimum_sliding(table)
@@ -183,7 +175,7 @@ def _outputs(formula: FittedFormula, oil: Oil | None, guard: bool) -> tuple[Valu
     if formula.cloud is not None and guard:
         near, far = _near_and_far(formula.cloud, dict(formula.with_roughness_in_range(table)))
     width = formula.log_width(table["film_ratio_formula"], deviation, outside, formula.excess(table), near, far)
-    start = record.constant(FrictionFlag.OK if oil is None else _card_flag(formula, oil))
+    start = record.constant(FrictionFlag.OK if oil is None else formula.oil_flag(oil))
     defined = np.isfinite(friction) & (friction > 0.0) & within_laws
     mu = np.where(defined, friction * ramp, np.nan)
     flag = flags_of(start, near, far, outside, ~defined)
@@ -192,12 +184,6 @@ def _outputs(formula: FittedFormula, oil: Oil | None, guard: bool) -> tuple[Valu
     for name, value in zip(OUTPUTS, values, strict=True):
         value.name = name
     return values
-
-
-def _card_flag(formula: FittedFormula, oil: Oil) -> FrictionFlag:
-    hashes = [o.card_hash for o in formula.oils if names_card(o.name, o.card_hash, oil)]
-    same = not hashes or hashes[0] in (None, card_hash(oil))
-    return FrictionFlag.OK if same else FrictionFlag.OTHER_CARD
 
 
 def _near_and_far(cloud: DataCloud, table: dict[str, Any]) -> tuple[Any, Any]:
@@ -255,7 +241,7 @@ def reached(outputs: tuple[Value, ...]) -> set[Value]:
 def _named_steps(used: list[Value], outputs: tuple[Value, ...]) -> tuple[Value, ...]:
     """The values that get a line of their own: those with a name, and those that are used more than once."""
     uses = Counter(operand for value in used for operand in value.operands)
-    # Fortran and spreadsheets do not tell capitals from small letters
+    # Fortran does not distinguish capitals from small letters
     taken = {value.name.lower() for value in used if not value.operands} | set(OUTPUTS)
     ends = set(outputs)
     steps = []

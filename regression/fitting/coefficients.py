@@ -16,18 +16,17 @@ import pandas as pd
 from ehl.common.errors import ConvergenceError, InputError
 from regression.data.dataset import columns
 from regression.fitting.rows import boundary_friction_of, computed_friction
-from regression.friction.conditions import Array
+from regression.friction.conditions import GROUPS, Array
 from regression.friction.families import Family
-from regression.friction.formula import corrected_form
 from regression.friction.gaussian_process import (
     ASPERITY_ODDS,
     FILM_POWER,
     ODDS_LIMIT,
     GpResidual,
     asperity_odds,
+    corrected_form,
     fit_residual,
 )
-from regression.friction.groups import GROUPS
 
 _OUTLIER = 0.05  # residual of ln mu from which the loss grows linearly
 _FORM_ERROR = 0.05  # of ln mu, of a form in the mean

@@ -15,9 +15,9 @@ from regression.data.dataset import Dataset, columns
 from regression.fitting.coefficients import FittedForm, fit_form
 from regression.fitting.rows import box_of, computed_friction, fitted_rows
 from regression.friction.conditions import Array
-from regression.friction.data_cloud import Extrapolation, data_cloud
+from regression.friction.data_cloud import CloudDistance, data_cloud
 from regression.friction.families import FAMILIES, Family
-from regression.friction.formula import FittedFormula
+from regression.friction.fitted import FittedFormula
 from regression.friction.gaussian_process import GpResidual
 
 FOLDS = 10
@@ -109,7 +109,7 @@ def cross_validate(
             deviation[held] = spread
         cloud = data_cloud(columns(rest), box_of(family, rest))
         if cloud is not None:
-            extrapolated[held] = cloud.extrapolation(columns(frame[held])) >= Extrapolation.NEAR
+            extrapolated[held] = cloud.extrapolation(columns(frame[held])) >= CloudDistance.NEAR
     held_out = HeldOut(mu, deviation if gaussian_process else None, folds, extrapolated)
     if identity is not None:
         while len(_KEPT) >= _MAX_KEPT:

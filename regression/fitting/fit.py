@@ -16,13 +16,20 @@ from regression.data.dataset import Dataset, columns
 from regression.fitting.coefficients import fit_form
 from regression.fitting.cross_validation import cross_validate, nested_cross_validate
 from regression.fitting.noise import expected_rows, measured_noise, realisation_scatter
-from regression.fitting.rows import box_of, checkable_rows, computed_friction, kept_rows, usable_rows
+from regression.fitting.rows import (
+    box_of,
+    checkable_rows,
+    computed_friction,
+    kept_rows,
+    usable_rows,
+)
 from regression.fitting.scores import bands, covered_by_other_folds, interval_of, noise_floor, scores
 from regression.friction.conditions import UNITS, Array
-from regression.friction.data_cloud import Extrapolation, data_cloud
+from regression.friction.data_cloud import CloudDistance, data_cloud
 from regression.friction.error_tables import NoiseFloor, Scores
 from regression.friction.families import FAMILIES, family_named
-from regression.friction.formula import FORMULA_SCHEMA, DataIdentity, FittedFormula, OilIdentity
+from regression.friction.fitted import FORMULA_SCHEMA, DataIdentity, FittedFormula
+from regression.friction.oil_cards import OilIdentity
 
 
 def fit_formula(
@@ -154,17 +161,12 @@ def fit_families(
     nested: bool = False,
     paths: Dataset | None = None,
     noise: Dataset | None = None,
-) -> dict[str, FittedFormula]:
+) -> tuple[FittedFormula, ...]:
     """Every family fitted to the same rows, best first: smallest RMS of the held-out error of ln mu.
 
     A family that these data cannot fit is left out. With `gaussian_process` the best of them comes a second time, with
     its residual; with `nested` the best one states what the choice of the family itself costs. The rest as of
     `fit_formula`.
-
-    Returns
-    -------
-    dict
-        Name (`FittedFormula.name`) to formula.
 
     Raises
     ------
@@ -173,28 +175,27 @@ def fit_families(
     """
     from threadpoolctl import threadpool_limits
 
-    fitted: dict[str, FittedFormula] = {}
+    fitted: list[FittedFormula] = []
     refused: dict[str, MixedEhlError] = {}
     for name in FAMILIES:
         try:
-            fitted[name] = fit_formula(dataset, name, corners=corners, paths=paths, noise=noise)
+            fitted.append(fit_formula(dataset, name, corners=corners, paths=paths, noise=noise))
         except (InputError, ConvergenceError) as error:
             refused[name] = error
     if not fitted:
         # the family that asks for the least says best what the data lack
         raise refused[min(refused, key=lambda name: len(FAMILIES[name].terms))]
-    ordered = dict(sorted(fitted.items(), key=lambda item: -item[1].validation.r2_log))
-    best = next(iter(ordered))
+    ordered = sorted(fitted, key=lambda formula: -formula.validation.r2_log)
     if nested:
         frame, _ = usable_rows(dataset, corners=corners)
         with threadpool_limits(1):
-            mu, _ = nested_cross_validate([FAMILIES[name] for name in ordered], frame)
-        ordered[best] = ordered[best].model_copy(update={"nested": scores(frame, mu)})
+            mu, _ = nested_cross_validate([formula.form for formula in ordered], frame)
+        ordered[0] = ordered[0].model_copy(update={"nested": scores(frame, mu)})
     if gaussian_process:
-        formula = fit_formula(dataset, best, corners=corners, gaussian_process=True, paths=paths, noise=noise)
-        ordered[formula.name] = formula
-        ordered = dict(sorted(ordered.items(), key=lambda item: -item[1].validation.r2_log))
-    return ordered
+        best = ordered[0].family
+        ordered.append(fit_formula(dataset, best, corners=corners, gaussian_process=True, paths=paths, noise=noise))
+        ordered.sort(key=lambda formula: -formula.validation.r2_log)
+    return tuple(ordered)
 
 
 def checked_scores(formula: FittedFormula, frame: pd.DataFrame) -> Scores | None:
@@ -205,11 +206,11 @@ def checked_scores(formula: FittedFormula, frame: pd.DataFrame) -> Scores | None
     if frame.empty:
         return None
     value = formula.evaluate(columns(frame))
-    if value.undefined.any():
+    if np.isnan(value.mu).any():
         return None
     mu = computed_friction(frame)
     covered = (value.lower <= mu) & (mu <= value.upper)
-    extrapolated = value.extrapolation >= Extrapolation.NEAR
+    extrapolated = formula.extrapolation(columns(frame)) >= CloudDistance.NEAR
     return scores(frame, value.mu).model_copy(
         update={"coverage": float(covered.mean()), "extrapolated": float(extrapolated.mean())}
     )

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from os import PathLike
+
 import numpy as np
 import pandas as pd
 
-from regression.data.dataset import Dataset
+from regression.data.dataset import Dataset, load_dataset
 from regression.fitting.noise import expected_rows
 from regression.friction.conditions import Array
 from regression.friction.families import Family
-from regression.friction.formula import FittedFormula
+from regression.friction.fitted import FittedFormula
+
+Results = Dataset | str | PathLike[str] | Sequence[Dataset | str | PathLike[str]]
 
 # a case whose own error exceeds mu says nothing of it. A narrower mark would pick cases by their outcome: of several
 # profiles those that rub more have the smaller relative error (a mark of 0.1 made gear meshes rub 20 % too much)
@@ -18,6 +23,11 @@ MAX_ERROR = 1.0
 MAX_POINTS = 100_000
 # origins that are kept for checking, and why a row of them is not fitted
 _KEPT = {"corner": "corner kept for checking", "path": "gear path kept for checking"}
+
+
+def dataset_of(results: Results) -> Dataset:
+    """Results as one dataset; several are joined. Errors as of `regression.load_dataset`."""
+    return load_dataset(results) if isinstance(results, (Dataset, str, PathLike)) else load_dataset(*results)
 
 
 def usable_rows(dataset: Dataset, *, corners: bool) -> tuple[pd.DataFrame, dict[str, int]]:

@@ -13,7 +13,7 @@ from ehl.common.numbers import finite_or_none
 from regression.fitting.noise import BANDS, band_noise
 from regression.fitting.rows import computed_friction
 from regression.friction.conditions import Array
-from regression.friction.error_tables import Band, Interval, NoiseFloor, Scores, WidthBand, WorstCase
+from regression.friction.error_tables import Band, ErrorInterval, NoiseFloor, Scores, WidthBand, WorstCase
 
 INTERVAL_LEVEL = 0.9
 _MIN_IN_BAND = 20  # held-out cases a band needs for an interval of its own
@@ -107,8 +107,8 @@ def interval_of(
     *,
     deviation: Array | None = None,
     extrapolated: NDArray[np.bool_] | None = None,
-) -> Interval:
-    """Interval from the held-out errors of ln mu, by bands of lambda (Mondrian): the film decides how hard mu is.
+) -> ErrorInterval:
+    """ErrorInterval from the held-out errors of ln mu, by bands of lambda (Mondrian): the film decides how hard mu is.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def interval_of(
             band.model_copy(update={"coverage": float(covered[_inside(band, ratio)].mean())}) for band in widths
         )
     outer = error if extrapolated is None or extrapolated.sum() < _MIN_IN_BAND else error[extrapolated]
-    return Interval(
+    return ErrorInterval(
         level=INTERVAL_LEVEL,
         log_width=conformal_width(score, INTERVAL_LEVEL),
         largest=float(error.max()),

@@ -18,7 +18,7 @@ from ehl.fluid.oil import Oil
 from ehl.material import Material, effective_modulus
 from ehl.state import ContactState
 from regression.friction.conditions import Array, conditions_of
-from regression.friction.formula import FittedFormula
+from regression.friction.fitted import FittedFormula
 
 SIZE = 4096
 _RESAMPLES = 200

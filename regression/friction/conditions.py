@@ -5,8 +5,9 @@ The sweep stores the same names for each case, so that a formula sees one table 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, get_args
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from typing import Any, TypedDict, Unpack, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +25,7 @@ from ehl.fluid.viscosity import Temperature
 from ehl.line_contact import half_width_of_pressure, hertz_load
 from ehl.material import Material, effective_modulus
 from ehl.state import ContactState
+from ehl.surface.roughness import EP_FILM, TIP_LENGTH
 
 Array = NDArray[np.float64]
 Conditions = Mapping[str, Array]
@@ -129,7 +131,23 @@ POINT: dict[str, ValueRange] = {
 _NEEDED = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil")
 
 
-def contact_points(**values: Any) -> ContactState:
+class PointConditions(TypedDict, total=False):
+    """Keywords of contact points: SI numbers, strings with a unit, or arrays of either that broadcast."""
+
+    pressure_hertz: ArrayLike
+    radius_equivalent: ArrayLike
+    speed_entrainment: ArrayLike
+    slide_to_roll: ArrayLike
+    temperature: ArrayLike
+    temperature_oil: ArrayLike
+    roughness_rms: ArrayLike
+    speed_sliding_lengthwise: ArrayLike
+    correlation_length: ArrayLike
+    peklenik_number: ArrayLike
+    effective_modulus: ArrayLike
+
+
+def contact_points(**conditions: Unpack[PointConditions]) -> ContactState:
     """Contact points from SI numbers, strings with a unit, or arrays of either, by the names of `POINT`.
 
     `temperature` may stand for `temperature_oil`; the composite roughness is shared equally by both surfaces; both
@@ -140,7 +158,7 @@ def contact_points(**values: Any) -> ContactState:
     InputError
         A value is missing, unknown, without unit, or out of range.
     """
-    values = {"temperature_oil" if name == "temperature" else name: value for name, value in values.items()}
+    values = {"temperature_oil" if name == "temperature" else name: value for name, value in conditions.items()}
     for name in values:
         if name not in POINT:
             raise InputError(name, values[name], "one of " + ", ".join(POINT))
@@ -161,7 +179,7 @@ def _checked(name: str, value: Any) -> Array:
 
 
 def conditions_of(state: ContactState, oil: Oil) -> dict[str, Array]:
-    """All variables of `UNITS` at every contact point of a state, in the shape of the state."""
+    """All variables of `UNITS`, and the bulk temperatures, at every contact point, in the shape of the state."""
     columns = {name: np.asarray(getattr(state, name), dtype=float) for name in STATE_UNITS}
     temperature = columns["temperature_oil"]
     shape = temperature.shape
@@ -169,7 +187,16 @@ def conditions_of(state: ContactState, oil: Oil) -> dict[str, Array]:
         # the laws of the oil cost more than all that follows
         temperature = temperature.reshape(-1)[:1]
     figures = lubricant_columns(oil.at(temperature), columns["pressure_hertz"])
-    return derive(columns | {name: np.broadcast_to(value, shape) for name, value in figures.items()})
+    bulk = {name: np.asarray(getattr(state, name)) for name in _BULK}
+    return derive(columns | {name: np.broadcast_to(value, shape) for name, value in figures.items()}) | bulk
+
+
+_BULK = ("temperature_bulk_1", "temperature_bulk_2")
+
+
+def state_of(conditions: Conditions) -> ContactState:
+    """The contact points of `conditions_of`."""
+    return ContactState(**{field.name: conditions[field.name] for field in fields(ContactState)})
 
 
 def derive(columns: Mapping[str, ArrayLike]) -> dict[str, Array]:
@@ -203,3 +230,41 @@ def derived_conditions(table: Conditions) -> dict[str, Array]:
         "film_formula": film,
         "film_ratio_formula": np.divide(film, rough, out=np.full_like(film, np.inf), where=rough > 0.0),
     }
+
+
+# dimensionless groups of a rough, heated line contact, in which friction varies more smoothly than in its inputs: each
+# a function by ufuncs, so that `regression.export` records it, and greater than 0
+MIN_ROUGHNESS = 1e-12  # [m]
+_LEAST_ACROSS = 0.01  # no friction differs between less sliding across the line and none
+
+
+def boundary_film(c: Conditions) -> Array:
+    """h_b = 30 nm + (2.1 nm Rq)^1/2, the default rule of `ehl.surface.roughness.boundary_film` [m]."""
+    return np.asarray(EP_FILM + np.sqrt(TIP_LENGTH * _rough(c)))
+
+
+def flattening(c: Conditions) -> Array:
+    """P = p_h lc/(0.5 E' Rq): the pressure over the one that flattens the roughness."""
+    return np.asarray(c["pressure_hertz"] * c["correlation_length"] / (0.5 * c["effective_modulus"] * _rough(c)))
+
+
+def _rough(c: Conditions) -> Array:
+    return np.maximum(c["roughness_rms"], MIN_ROUGHNESS)
+
+
+GROUPS: dict[str, Callable[[Conditions], Array]] = {
+    "film_over_boundary_film": lambda c: c["film_formula"] / boundary_film(c),
+    "flattening": flattening,
+    "correlation_over_width": lambda c: c["correlation_length"] / c["half_width"],
+    "pressure_over_modulus": lambda c: c["pressure_hertz"] / c["effective_modulus"],
+    "viscosity_exponent": lambda c: c["pressure_viscosity"] * c["pressure_hertz"],
+    "shear_over_eyring": lambda c: c["viscosity_inlet"] * c["speed_sliding"] / (c["eyring_stress"] * _rough(c)),
+    # rise of the surfaces by the Eyring stress, times the temperature coefficient of viscosity and their effusivity
+    "flash": lambda c: (
+        c["temperature_viscosity"]
+        * c["eyring_stress"]
+        * c["speed_sliding"]
+        * np.sqrt(c["half_width"] / np.abs(c["speed_entrainment"]))
+    ),
+    "slide_across": lambda c: _LEAST_ACROSS + np.abs(c["slide_to_roll"]),
+}

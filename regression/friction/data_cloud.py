@@ -1,4 +1,4 @@
-"""Extrapolation guard: where the fitted cases lie, and whether a point lies among them.
+"""CloudDistance guard: where the fitted cases lie, and whether a point lies among them.
 
 Three tests, from coarse to fine: the convex hull of every pair of variables (what no gear has was cut off there), the
 Mahalanobis distance from the mean, and the distance to the nearest of a few cases that stand for all. Variables enter
@@ -34,7 +34,7 @@ _DIGITS = 5
 _BLOCK = 256  # points at a time: their products stay in the cache
 
 
-class Extrapolation(IntEnum):
+class CloudDistance(IntEnum):
     """How far from the fitted cases a point lies."""
 
     INSIDE = 0
@@ -151,7 +151,7 @@ class DataCloud(InputModel):
         return normals
 
     def extrapolation(self, conditions: Conditions) -> NDArray[np.int8]:
-        """`Extrapolation` of every point, in the shape of the conditions."""
+        """`CloudDistance` of every point, in the shape of the conditions."""
         shape = np.shape(conditions["pressure_hertz"])
         logarithms = _logarithms(conditions, self.variables)
         z = self._whitened(logarithms)

@@ -112,7 +112,7 @@ class WidthBand(InputModel):
         return self
 
 
-class Interval(InputModel):
+class ErrorInterval(InputModel):
     """Interval of the cross-validated error of ln mu: mu exp(-w) to mu exp(+w).
 
     `log_width` covers the share `level` of all held-out cases, that of a band the same share of the cases in it.

@@ -15,7 +15,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 import numpy as np
 from pydantic import model_validator
@@ -23,9 +23,9 @@ from pydantic import model_validator
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
-from regression.friction.conditions import UNITS, Array, Conditions
+from regression.friction.conditions import GROUPS, UNITS, Array, Conditions
 from regression.friction.data_cloud import covering_points
-from regression.friction.groups import GROUPS
+from regression.friction.families import Family
 
 Finite = Annotated[float, ValueRange("")]
 Positive = Annotated[float, ValueRange("", gt=0.0)]
@@ -54,7 +54,7 @@ class GpResidual(InputModel):
     Parameters
     ----------
     variables : tuple of str
-        Names of `regression.friction.conditions.UNITS` or `regression.friction.groups.GROUPS`, or `ASPERITY_ODDS`;
+        Names of `regression.friction.conditions.UNITS` or `regression.friction.conditions.GROUPS`, or `ASPERITY_ODDS`;
         x = (ln |v| - mean)/scale.
     mean, scale : tuple of float
         Of ln v over the cases.
@@ -201,6 +201,56 @@ def matern(x: Array, z: Array, variance: float) -> Array:
 
     a = np.sqrt(5.0) * cdist(x, z)
     return np.asarray(variance * (1.0 + a + a**2 / 3.0) * np.exp(-a))
+
+
+# what processes do, by how many there are
+PROCESS_WORDS: dict[int, tuple[str, ...]] = {
+    0: (),
+    1: ("mu times exp(r)",),
+    2: ("X/(1 - X) times exp(r)", "friction of the film over (1 - X)^1.5 times exp(r)"),
+}
+
+
+def corrected_form(
+    form: Family,
+    coefficients: Mapping[str, float],
+    processes: tuple[GpResidual, ...],
+    table: Conditions,
+    boundary_friction: float | Array,
+    sums: tuple[Sums | None, ...] = (None, None),
+) -> tuple[Array, Array | None]:
+    """Friction of a form corrected by its Gaussian processes, and the standard deviation of ln mu.
+
+    The correction raises no friction above the greater of boundary friction and limiting shear: the bound of the
+    physics holds by construction wherever the form keeps it.
+
+    Parameters
+    ----------
+    form, coefficients
+        The family and its numbers.
+    processes : tuple of GpResidual
+        As of `FittedFormula.processes`.
+    table, boundary_friction
+        As of `FittedFormula.friction`.
+    sums : tuple of callable, optional
+        As of `GpResidual.correction`, of each process.
+    """
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
+        if len(processes) == 2 and form.parts is not None:
+            # [()] gives what is recorded for an export, and of arrays the array
+            share, film = (np.asarray(part)[()] for part in form.parts(table, coefficients))
+            mu = share * boundary_friction + film
+            found, variance = corrected_parts(
+                share, film, (processes[0], processes[1]), table, boundary_friction, (sums[0], sums[1])
+            )
+        else:
+            mu = np.exp(form.log_mu(table, coefficients, cast("float", boundary_friction)))
+            if not processes:
+                return mu, None
+            correction, variance = processes[0].correction(table, sums[0])
+            found, variance = mu * np.exp(correction), variance + processes[0].noise
+        bound = np.maximum(np.maximum(boundary_friction, table["limiting_shear_coefficient"]), mu)
+        return np.minimum(found, bound), np.sqrt(variance)
 
 
 def corrected_parts(

@@ -1,21 +1,24 @@
-"""Friction models behind one interface: constant and published ones here, fitted ones in `regression.formula`."""
+"""The interface of all friction models, what they return, and the constant friction coefficient.
+
+Published formulas are in `published_registry`, fitted ones in `formula`, solved contacts in the package `efficiency`.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any, Protocol, cast, runtime_checkable
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ehl.common.data import data_names
 from ehl.common.errors import InputError
+from ehl.common.numbers import finite_or_none
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
-from regression.friction.conditions import Array, Conditions, conditions_of, contact_points
-from regression.friction.published_registry import PublishedFormula, evaluate_published, model_label
+from regression.friction.conditions import Array, Conditions, PointConditions, conditions_of, contact_points
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,14 +41,6 @@ class FrictionFlag(IntEnum):
     PREDICTED = 6  # the contact next to it could not be solved and is predicted by the others
     NOT_CONVERGED = 7  # a solver was asked and did not converge
     UNDEFINED = 8  # the formula has no positive value here; mu is nan
-
-
-def flags_of(start: Any, near: Any, far: Any, outside: Any, undefined: Any) -> Any:
-    """`FrictionFlag` of points: `start`, or the worst of what follows that holds there."""
-    warning = np.where(near, float(FrictionFlag.EXTRAPOLATED_NEAR), start)
-    warning = np.where(far, float(FrictionFlag.EXTRAPOLATED_FAR), warning)
-    warning = np.where(outside, float(FrictionFlag.OUTSIDE_RANGE), warning)
-    return np.where(undefined, float(FrictionFlag.UNDEFINED), warning)
 
 
 @dataclass(frozen=True)
@@ -76,10 +71,7 @@ class FrictionEstimate:
             ``friction_coefficient``, ``friction_lower``, ``friction_upper`` [-] and ``flag``, in words.
         """
         numbers = {"friction_coefficient": self.mu, "friction_lower": self.lower, "friction_upper": self.upper}
-        plain = {
-            name: np.where(np.isfinite(values), values.astype(object), np.array(None)).tolist()
-            for name, values in numbers.items()
-        }
+        plain = {name: finite_or_none(np.asarray(values).tolist()) for name, values in numbers.items()}
         words = np.array([flag.name.lower() for flag in FrictionFlag], dtype=object)
         return {**plain, "flag": words[self.flag].tolist() if np.ndim(self.flag) else words[int(self.flag)]}
 
@@ -107,36 +99,44 @@ class FrictionEstimate:
         return f"mu of {np.size(self.mu)} points: {ends}; {flags}"
 
 
-@runtime_checkable
-class FrictionModel(Protocol):
-    """A friction coefficient at every contact point."""
+class FrictionModel(ABC):
+    """A friction coefficient at every contact point, with its interval and a flag."""
+
+    if TYPE_CHECKING:  # a field in some models, computed in others
+
+        @property
+        def name(self) -> str:
+            """The specification of the model, for tables and reports."""
 
     @property
-    def name(self) -> str:
-        """What the user asked for, for tables and reports."""
-        ...
-
-    def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
-        """Friction at every point of `state` lubricated by `oil`."""
-        ...
-
-
-class PointFriction(ABC):
-    """Friction at contact points that are given by a state or by keywords; base of the models of this package."""
+    def solves_contacts(self) -> bool:
+        """Whether each value is the solution of a contact, which takes seconds."""
+        return False
 
     @property
-    def label(self) -> str:
-        """The model as pages and figures name it: by author and year, "constant 0.05", or "formula 75w90"."""
-        return model_label(cast("FrictionModel", self).name)
-
-    @property
-    def certainty(self) -> str | None:
-        """Of the digits of a published formula: "found", "mixed", "from memory"; None for other models."""
-        return None
+    def uses_texture(self) -> bool:
+        """Whether mu depends on the Peklenik number of the roughness."""
+        return False
 
     @abstractmethod
-    def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
-        """Friction at every point of `state` lubricated by `oil`."""
+    def evaluate(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:
+        """Friction at contact points.
+
+        Parameters
+        ----------
+        conditions : mapping
+            `regression.friction.conditions.conditions_of` the contact points.
+        oil : Oil
+            Oil card.
+
+        Returns
+        -------
+        FrictionEstimate
+        """
+
+    def coefficient(self, conditions: Conditions, oil: Oil) -> Array:
+        """mu as in `evaluate`; models whose interval and flag cost time compute mu alone [-]."""
+        return self.evaluate(conditions, oil).mu
 
     def default_oil(self) -> str:
         """Name of the oil card that is used where none is given.
@@ -149,7 +149,7 @@ class PointFriction(ABC):
         raise InputError("oil", None, "one of " + ", ".join(data_names("oils")))
 
     def mu(
-        self, state: ContactState | None = None, *, oil: Oil | str | None = None, **conditions: Any
+        self, state: ContactState | None = None, *, oil: Oil | str | None = None, **conditions: Unpack[PointConditions]
     ) -> FrictionEstimate:
         """Friction coefficient at contact points.
 
@@ -183,12 +183,19 @@ class PointFriction(ABC):
         >>> model.mu(**point, slide_to_roll=0.2, temperature="90 degC", roughness_rms="0.4 um", oil="75w90")
         mu = 0.01874, ok
         """
+        state, card = self._points(state, oil, conditions)
+        return self.evaluate(conditions_of(state, card), card)
+
+    def _points(
+        self, state: ContactState | None, oil: Oil | str | None, conditions: PointConditions
+    ) -> tuple[ContactState, Oil]:
+        """Contact points and oil card of the arguments of `mu`."""
         if state is None:
             state = contact_points(**conditions)
         elif conditions:
             raise InputError("conditions", ", ".join(conditions), "either a state or keywords")
         name = self.default_oil() if oil is None else oil
-        return self.evaluate(state, Oil.load(name) if isinstance(name, str) else name)
+        return state, Oil.load(name) if isinstance(name, str) else name
 
     def uncertainty(
         self,
@@ -197,7 +204,7 @@ class PointFriction(ABC):
         oil: Oil | str | None = None,
         spreads: UncertaintyInput | None = None,
         level: float = 0.90,
-        **conditions: Any,
+        **conditions: Unpack[PointConditions],
     ) -> InputUncertainty:
         """Interval of the friction coefficient of one contact point by what is not known of the inputs.
 
@@ -235,16 +242,14 @@ class PointFriction(ABC):
         from ehl.uncertainty.spread import DEFAULT
         from regression.friction.uncertainty import point_uncertainty
 
-        state = contact_points(**conditions) if state is None else state
+        state, card = self._points(state, oil, conditions)
         if state.size != 1:
             raise InputError("state", f"{state.size} points", "one contact point")
-        name = self.default_oil() if oil is None else oil
-        card = Oil.load(name) if isinstance(name, str) else name
-        return point_uncertainty(cast("FrictionModel", self), state, card, spreads or DEFAULT, level)
+        return point_uncertainty(self, state, card, spreads or DEFAULT, level)
 
 
 @dataclass(frozen=True)
-class ConstantFriction(PointFriction):
+class ConstantFriction(FrictionModel):
     """The same friction coefficient everywhere; 0.05 is Coleman's."""
 
     value: float
@@ -258,45 +263,7 @@ class ConstantFriction(PointFriction):
         """Any oil: the constant does not depend on it."""
         return "fva3"
 
-    def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
+    def evaluate(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:
         """The constant, exactly, at every point."""
-        shape = np.shape(state.pressure_hertz)
-        mu = np.full(shape, self.value)
-        return FrictionEstimate(mu, mu.copy(), mu.copy(), np.zeros(shape, dtype=np.int8))
-
-
-@dataclass(frozen=True)
-class PublishedFriction(PointFriction):
-    """A formula of the registry, applied with the local conditions."""
-
-    formula: PublishedFormula
-
-    @property
-    def name(self) -> str:
-        """Registry name."""
-        return self.formula.name
-
-    @property
-    def certainty(self) -> str:
-        """Of its digits: "found", "mixed" or "from memory"."""
-        return self.formula.certainty
-
-    def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
-        """Friction with the formula's own range as flag; no interval, the authors state none."""
-        return self.at_conditions(conditions_of(state, oil), oil)
-
-    def at_conditions(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:
-        """`evaluate` where the conditions are known.
-
-        Parameters
-        ----------
-        conditions : mapping
-            `regression.friction.conditions.conditions_of` the contact points.
-        oil : Oil
-            Oil card.
-        """
-        mu, outside, undefined = evaluate_published(self.formula, conditions, oil.base)
-        flag = np.where(outside, FrictionFlag.OUTSIDE_RANGE, FrictionFlag.OK)
-        flag = np.where(undefined, FrictionFlag.UNDEFINED, flag)
-        unknown = np.full_like(mu, np.nan)
-        return FrictionEstimate(mu, unknown, unknown.copy(), flag.astype(np.int8))
+        mu = np.full(np.shape(conditions["pressure_hertz"]), self.value)
+        return FrictionEstimate(mu, mu.copy(), mu.copy(), np.zeros(mu.shape, dtype=np.int8))

@@ -6,6 +6,7 @@ import hashlib
 from functools import lru_cache
 
 from ehl.common.errors import InputError
+from ehl.common.validation import InputModel
 from ehl.fluid.oil import Oil
 
 
@@ -15,16 +16,27 @@ def card_hash(oil: Oil) -> str:
     return hashlib.sha256(oil.model_dump_json(exclude={"description", "source"}).encode()).hexdigest()
 
 
-def names_card(name: str | None, known_hash: str | None, oil: Oil) -> bool:
-    """Whether data that name their oil `name`, or the path of its card, were computed for this oil."""
-    if name is None or name == oil.name or known_hash == card_hash(oil):
-        return name is not None
-    if not name.endswith(".toml"):
-        return False
-    try:
-        return Oil.load(name).name == oil.name
-    except InputError:  # the file is elsewhere now, and its figures are others than they were
-        return False
+class OilIdentity(InputModel):
+    """An oil that data were computed for: its name or the path of its card; `card_hash` is None where not known."""
+
+    name: str | None = None
+    card_hash: str | None = None
+
+    def compared(self, oil: Oil) -> bool | None:
+        """Whether the data were computed with the same figures of this oil; None where they are of another oil."""
+        if not self._names(oil):
+            return None
+        return self.card_hash in (None, card_hash(oil))
+
+    def _names(self, oil: Oil) -> bool:
+        if self.name is None or self.name == oil.name or self.card_hash == card_hash(oil):
+            return self.name is not None
+        if not self.name.endswith(".toml"):
+            return False
+        try:
+            return Oil.load(self.name).name == oil.name
+        except InputError:  # the file is elsewhere now, and its figures are others than they were
+            return False
 
 
 def cards_hash(hashes: list[str]) -> str:

@@ -15,8 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl.fluid.film_formulas import pan_hamrock_1989_minimum
+from ehl.fluid.oil import Oil
 from regression.friction import published as p
 from regression.friction.conditions import Array, Conditions
+from regression.friction.models import FrictionEstimate, FrictionFlag, FrictionModel
 
 Mask = NDArray[np.bool_]
 Certainty = Literal["found", "mixed", "from memory"]
@@ -30,7 +32,7 @@ HARDNESS = 8e9  # of the shipped steel [Pa]; a contact state carries none
 
 
 @dataclass(frozen=True)
-class PublishedFormula:
+class PublishedFriction(FrictionModel):
     """One published formula as a local friction model.
 
     Parameters
@@ -83,6 +85,35 @@ class PublishedFormula:
         """The same in words; empty where all digits were found."""
         which = {"found": "", "mixed": "in part ", "from memory": ""}[self.certainty]
         return "" if self.certainty == "found" else f"(M): the equation is {which}from memory, to be checked in print"
+
+    def evaluate(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:
+        """Friction with the formula's own range as flag; no interval, the authors state none."""
+        mu, outside = self.values(conditions, oil.base)
+        flag = np.where(outside, FrictionFlag.OUTSIDE_RANGE, FrictionFlag.OK)
+        flag = np.where(np.isnan(mu), FrictionFlag.UNDEFINED, flag)
+        unknown = np.full_like(mu, np.nan)
+        return FrictionEstimate(mu, unknown, unknown.copy(), flag.astype(np.int8))
+
+    def values(self, conditions: Conditions, base: str) -> tuple[Array, Mask]:
+        """Friction coefficient, nan where the formula gives no positive value, and where its range is left.
+
+        Parameters
+        ----------
+        conditions : mapping
+            As of `evaluate`.
+        base : {"mineral", "hydrocracked", "pao", "polyglycol", "ester"}
+            Base oil.
+        """
+        outside = np.zeros(np.shape(conditions["pressure_hertz"]), dtype=bool)
+        for name, (low, high) in self.ranges.items():
+            outside |= (conditions[name] < low) | (conditions[name] > high)
+        table = dict(conditions)
+        if self.diverges:
+            outside |= table["speed_sliding"] < SLIDING_FLOOR
+            table["speed_sliding"] = np.maximum(table["speed_sliding"], SLIDING_FLOOR)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            mu = self.local(table, base)
+        return np.asarray(np.where(np.isfinite(mu) & (mu >= 0.0), mu, np.nan)), outside
 
 
 def _xu(c: Conditions, base: str) -> Array:
@@ -206,7 +237,7 @@ _LOCAL_LOAD = "a mesh mean with the figures of the pitch point, applied with loc
 _SHARE = "film of Moes (1992) with the inlet-heating factor of Murch & Wilson; mu_b = 0.10"
 
 _ENTRIES = (
-    PublishedFormula(
+    PublishedFriction(
         "xu_kahraman_2007",
         "Xu, Kahraman, Anderson & Maddock 2007, J. Mech. Des. 129; regression of EHL results, 75W90",
         "found",
@@ -222,7 +253,7 @@ _ENTRIES = (
         "from memory; the least viscosity is where the equation loses its sense",
         "|SR| is the length of the sliding vector over the entrainment speed",
     ),
-    PublishedFormula(
+    PublishedFriction(
         "benedict_kelley_1961",
         "Benedict & Kelley 1961, ASLE Trans. 4; disc tests, mineral oils",
         "mixed",
@@ -232,7 +263,7 @@ _ENTRIES = (
         applied="roughness factor (from memory) with the composite Rq",
         diverges=True,
     ),
-    PublishedFormula(
+    PublishedFriction(
         "schlenk_1994",
         "Schlenk; Niemann, Hoehn & Michaelis; FZG gear tests",
         "found",
@@ -241,7 +272,7 @@ _ENTRIES = (
         {"load_per_length": (150e3, np.inf)},
         applied=_LOCAL_LOAD + "; XL of the standard (from memory) by base oil",
     ),
-    PublishedFormula(
+    PublishedFriction(
         "iso_tr_14179_1",
         "ISO/TR 14179-1, mesh coefficient of friction",
         "from memory",
@@ -249,7 +280,7 @@ _ENTRIES = (
         p.iso_tr_14179_1,
         applied="K and V from w', R and u_r at the pitch point of a pair with 20 deg pressure angle (ours)",
     ),
-    PublishedFormula(
+    PublishedFriction(
         "iso_tr_14179_2",
         "ISO/TR 14179-2, mesh coefficient of friction",
         "from memory",
@@ -259,7 +290,7 @@ _ENTRIES = (
         applied=_LOCAL_LOAD
         + "; d1 = 2 R (1 + 1/3)/sin 20 deg, a pair of ratio 3 (ours; ratio 1 gives 10 % less, a rack 7 % more)",
     ),
-    PublishedFormula(
+    PublishedFriction(
         "misharin_1958",
         "Misharin 1958; disc tests",
         "from memory",
@@ -268,7 +299,7 @@ _ENTRIES = (
         {"pressure_hertz": (2500.0 * p.KGF_PER_CM2, np.inf), "slide_to_roll_total": (0.4, 1.3)},
         diverges=True,
     ),
-    PublishedFormula(
+    PublishedFriction(
         "drozdov_gavrikov_1967",
         "Drozdov & Gavrikov 1967; disc tests",
         "from memory",
@@ -281,7 +312,7 @@ _ENTRIES = (
             "speed_sum": (3.0, 20.0),
         },
     ),
-    PublishedFormula(
+    PublishedFriction(
         "odonoghue_cameron_1966",
         "O'Donoghue & Cameron 1966; disc tests",
         "from memory",
@@ -290,7 +321,7 @@ _ENTRIES = (
         applied="Ra = 0.798 Rq, mean of both; mu of the original's viscosity unit unknown to 2 %",
         diverges=True,
     ),
-    PublishedFormula(
+    PublishedFriction(
         "arana_2019",
         "Arana, Larranaga & Ulacia 2019; load sharing 1 - erf(lambda), Eyring stress 2 Lam/alpha",
         "found",
@@ -298,7 +329,7 @@ _ENTRIES = (
         p.arana_2019_fluid,
         applied=_SHARE,
     ),
-    PublishedFormula(
+    PublishedFriction(
         "doleschel_2002",
         "Doleschel; load sharing (1 - lambda/2)^2, lambda on the mean Ra",
         "found",
@@ -306,7 +337,7 @@ _ENTRIES = (
         p.share_doleschel_2002,
         applied=_SHARE + "; film friction of Arana et al. in place of the author's measured reference values",
     ),
-    PublishedFormula(
+    PublishedFriction(
         "matsumoto_morikawa_2014",
         "Matsumoto & Morikawa; load sharing 0.5 log10 D, D = (Rz1 + Rz2)/h_min",
         "found",
@@ -314,7 +345,7 @@ _ENTRIES = (
         p.share_matsumoto_2014,
         applied=_SHARE + "; film friction of Arana et al., h_min of Pan & Hamrock, Rz = 5 Rq (ours)",
     ),
-    PublishedFormula(
+    PublishedFriction(
         "masjedi_khonsari_2012",
         "Masjedi & Khonsari 2012, J. Tribol. 134; load share of rough line contacts, fit to a statistical model",
         "from memory",
@@ -327,41 +358,7 @@ _ENTRIES = (
     ),
 )
 
-PUBLISHED: dict[str, PublishedFormula] = {entry.name: entry for entry in _ENTRIES}
-
-
-def evaluate_published(formula: PublishedFormula, conditions: Conditions, base: str) -> tuple[Array, Mask, Mask]:
-    """Evaluate a published formula at every point.
-
-    Parameters
-    ----------
-    formula : PublishedFormula
-        An entry of `PUBLISHED`.
-    conditions : mapping
-        As of `regression.friction.conditions.conditions_of`.
-    base : {"mineral", "pao", "polyglycol", "ester"}
-        Base oil.
-
-    Returns
-    -------
-    mu : array
-        Friction coefficient [-]; nan where the formula gives no positive value.
-    outside : array of bool
-        Outside the stated range of at least one variable.
-    undefined : array of bool
-        The formula gave no finite positive value.
-    """
-    outside = np.zeros(np.shape(conditions["pressure_hertz"]), dtype=bool)
-    for name, (low, high) in formula.ranges.items():
-        outside |= (conditions[name] < low) | (conditions[name] > high)
-    table = dict(conditions)
-    if formula.diverges:
-        outside |= table["speed_sliding"] < SLIDING_FLOOR
-        table["speed_sliding"] = np.maximum(table["speed_sliding"], SLIDING_FLOOR)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        mu = formula.local(table, base)
-    undefined = ~(np.isfinite(mu) & (mu >= 0.0))
-    return np.asarray(np.where(undefined, np.nan, mu)), outside, np.asarray(undefined)
+PUBLISHED: dict[str, PublishedFriction] = {entry.name: entry for entry in _ENTRIES}
 
 
 def model_label(name: str) -> str:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, score_of
 from ehl.uncertainty.spread import DEFAULT, GROUPS, Spread, UncertaintyInput
 from ehl.uncertainty.stated import stated_change
 from regression.friction.conditions import Array, conditions_of
+from regression.friction.fitted import FittedFormula
 from regression.friction.models import ConstantFriction, FrictionModel
 
 STATED = "slopes of solved contacts over the film ratio, not of this model"
@@ -39,31 +40,28 @@ ROUGH = ("roughness_rms", "correlation_length", "peklenik_number", "boundary_fri
 
 def boundary_friction_of(model: FrictionModel) -> float:
     """mu_b of a friction model [-]; nan where it has none."""
-    own = getattr(model, "boundary_friction", None)
-    held = getattr(getattr(model, "formula", None), "boundary_friction", None)
-    value = held if own is None else own
-    return math.nan if value is None else float(value)
+    return float(getattr(model, "boundary_friction", math.nan))
 
 
 def _with(model: FrictionModel, field: str, value: float) -> FrictionModel:
     """The same model with another value of a field."""
+    if isinstance(model, FittedFormula):
+        return model.model_copy(update={field: value})
     held: Any = model
     changed: FrictionModel = replace(held, **{field: value})
     return changed
 
 
-def is_fitted(model: FrictionModel) -> bool:
-    """Whether the model is a formula fitted to solved contacts."""
-    return hasattr(getattr(model, "formula", None), "interval")
+def friction_of(model: FrictionModel, state: ContactState, oil: Oil) -> Array:
+    """Friction coefficients at contact points, without interval and flag [-]."""
+    return model.coefficient(conditions_of(state, oil), oil)
 
 
 def core_of(model: FrictionModel) -> FrictionModel:
     """The form of a fitted formula alone: its Gaussian process and its cloud of cases cost much and do not answer."""
-    if not is_fitted(model):
+    if not isinstance(model, FittedFormula):
         return model
-    held: Any = model
-    core: FrictionModel = replace(held, formula=held.formula.model_copy(update={"residual": None, "cloud": None}))
-    return core
+    return model.model_copy(update={"residual": None, "film_residual": None, "cloud": None})
 
 
 Case = tuple[FrictionModel, ContactState, Oil]
@@ -202,14 +200,14 @@ def friction_changes(
     score, core = score_of(level), core_of(model)
     if isinstance(model, ConstantFriction):
         return FrictionChanges([], lambda scores: [])
-    fitted, solving = is_fitted(model), getattr(model, "solves_contacts", False)
+    fitted, solving = isinstance(model, FittedFormula), model.solves_contacts
     ratio = conditions_of(state, oil)["film_ratio_formula"]
     inputs = uncertain_inputs(core, state, oil, spreads, warm_inlet=warm_inlet)
     if solving and np.all(ratio > THICK):
         inputs = [entry for entry in inputs if entry.input not in ROUGH]
 
     def friction(cases: list[Case]) -> list[Array]:
-        return evaluate(cases) if evaluate else [one.evaluate(at, card).mu for one, at, card in cases]
+        return evaluate(cases) if evaluate else [friction_of(*case) for case in cases]
 
     nominal: Case = (core, state, oil)
     start, *ends = friction([nominal, *(entry.moved(nominal, z) for entry in inputs for z in (-score, score))])
@@ -271,10 +269,10 @@ def _log_ratio(changed: Array, start: Array) -> Array:
 
 def _formula_error(model: FrictionModel, state: ContactState, oil: Oil, score: float) -> list[Change]:
     """The model's own interval, from its level to that of the score; nothing of models that solve or state none."""
-    if getattr(model, "solves_contacts", False):
+    if model.solves_contacts:
         return []
-    given, held = model.evaluate(state, oil), cast("Any", model)
-    level = held.formula.interval.level if is_fitted(model) else TWO_SIGMA
+    given = model.evaluate(conditions_of(state, oil), oil)
+    level = model.interval.level if isinstance(model, FittedFormula) else TWO_SIGMA
     scale = score / score_of(level)
     below, above = (scale * _log_ratio(end, given.mu) for end in (given.lower, given.upper))
     if not (np.any(below) or np.any(above)):
@@ -296,7 +294,7 @@ def point_uncertainty(
     model, state, oil, spreads, level
         As of `friction_changes`; the state holds one point.
     """
-    mu = float(np.ravel(model.evaluate(state, oil).mu)[0])
+    mu = float(np.ravel(friction_of(model, state, oil))[0])
     found = friction_changes(model, state, oil, spreads, level)
     changes = [
         replace(change, below=float(np.ravel(change.below)[0]), above=float(np.ravel(change.above)[0]))
@@ -315,6 +313,6 @@ def point_uncertainty(
 
 def missing(model: FrictionModel) -> tuple[str, ...]:
     """What the interval of a model leaves out."""
-    if is_fitted(model) or getattr(model, "solves_contacts", False):
+    if isinstance(model, FittedFormula) or model.solves_contacts:
         return ()
     return (f"the error of {model.name} itself is not known and not in the interval",)

@@ -14,7 +14,7 @@ from ehl.fluid.lubricant_inputs import OilLubricant
 from ehl.inputs import Accuracy
 from regression.data.row_format import OUTPUT_UNITS, SURFACE_UNITS
 from regression.friction.conditions import UNITS, derive, lubricant_row
-from regression.friction.published_registry import PUBLISHED, evaluate_published
+from regression.friction.published_registry import PUBLISHED
 
 Outputs = Mapping[str, float | str]
 Evaluator = Callable[[Contact], Outputs]
@@ -86,8 +86,8 @@ def published_outputs(case: Contact, name: str) -> Outputs:
         from ehl.fluid.oil import Oil
 
         base = Oil.load(case.lubricant.oil).base
-    mu, _, undefined = evaluate_published(PUBLISHED[name], columns, base)
-    if undefined[0]:
+    mu, _ = PUBLISHED[name].values(columns, base)
+    if np.isnan(mu[0]):
         raise ConvergenceError("undefined")
     return {"friction_coefficient": float(mu[0]), "film_ratio": float(columns["film_ratio_formula"][0])}
 

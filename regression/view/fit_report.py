@@ -39,8 +39,9 @@ from regression.fitting.rows import computed_friction, fitted_rows
 from regression.fitting.sensitivity import formula_sensitivity
 from regression.friction.conditions import Array
 from regression.friction.families import FAMILIES
-from regression.friction.formula import PROCESS_WORDS, FittedFormula
-from regression.friction.published_registry import PUBLISHED, evaluate_published
+from regression.friction.fitted import FittedFormula
+from regression.friction.gaussian_process import PROCESS_WORDS
+from regression.friction.published_registry import PUBLISHED
 from regression.view.plots import (
     AXES,
     checked_rows,
@@ -121,7 +122,7 @@ def formula_sections(
     intervals = [interval_table(best, spread)] if best.interval.bands else []
     if medium == "files":
         tables = [*ranking, band_table(best), check_table(best), *intervals, coefficient_table(best)]
-        return [Section("", [Head(f"Fit of a friction formula: {best.name}"), *tables])]
+        return [Section("", [Head(f"Fit of a friction formula: {best.label}"), *tables])]
     return [Section("", [*ranking, Code(best.to_text()), band_table(best), *intervals, *_remarks(best, dataset)])]
 
 
@@ -190,7 +191,7 @@ def _summary(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterabl
     own = best.data.used <= len(dataset.frame)
     fitted = (f"{best.data.used} of {len(dataset.frame)}", "cases fitted")
     tiles = [
-        (best.name, "formula with the smallest held-out error"),
+        (best.label, "formula with the smallest held-out error"),
         fitted if own else (f"{best.data.used}", f"cases fitted, of {dataset.plan_name} and other datasets"),
         (_percent(errors.bias), "mean deviation"),
         (f"{errors.r2_log:.4f}", "R² of ln µ"),
@@ -320,7 +321,7 @@ def _published_rows(dataset: Dataset) -> list[tuple[object, ...]]:
         for base in np.unique(bases):
             here = bases == base
             part = {variable: values[here] for variable, values in table.items()}
-            value[here], outside[here], _ = evaluate_published(published, part, str(base))
+            value[here], outside[here] = published.values(part, str(base))
         rows.append(_published_row(published.label + published.mark, value, mu, outside))
     return rows
 
@@ -359,7 +360,7 @@ def _residuals(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Section:
             ),
             Picture(
                 partial(plot_residuals, dataset, best),
-                f"{best.name}: held-out over computed friction, over every variable. Line: running "
+                f"{best.label}: held-out over computed friction, over every variable. Line: running "
                 "median; band: 5 to 95 %. Points beyond the frame are drawn at its edge.",
             ),
         ],
@@ -383,7 +384,7 @@ def _curves(dataset: Dataset, formulas: Sequence[FittedFormula], oil: str) -> Se
     blocks.append(Picture(partial(plot_traction, middle, formulas), f"Traction curves. {drawn}{near}"))
     if varies(middle, "pressure_hertz") and varies(middle, "speed_entrainment"):
         caption = (
-            f"{best.name}: friction over pressure and speed. Dots: computed cases near, in the same colours. Hatched: "
+            f"{best.label}: friction over pressure and speed. Dots: computed cases near, in the same colours. Hatched: "
             "outside the range, or extrapolated."
         )
         blocks.append(Picture(partial(plot_maps, middle, best), caption))
@@ -425,7 +426,7 @@ def _formula(best: FittedFormula) -> Section:
         scales = ", ".join(f"{name} {x:.3g}" for name, x in zip(process.variables, process.length_scales, strict=True))
         text = f"{what}, r a Gaussian process of {len(process.points)} points; length scales in standard deviations of"
         blocks.insert(place, Text(f"{text} the logarithm: {scales}."))
-    return Section("The formula", [Folded(f"Equation and coefficients of {best.name}", blocks)])
+    return Section("The formula", [Folded(f"Equation and coefficients of {best.label}", blocks)])
 
 
 def _sensitivity(dataset: Dataset, best: FittedFormula) -> Section:
@@ -439,8 +440,8 @@ def _sensitivity(dataset: Dataset, best: FittedFormula) -> Section:
         "Sensitivity",
         [
             Text(
-                f"Sobol indices of ln µ by {best.name} over the box of the data, {found[0][1].evaluations} evaluations "
-                "each; the marks are 90 % intervals. The share a variable takes depends on how far it ranges."
+                f"Sobol indices of ln µ by {best.label} over the box of the data, {found[0][1].evaluations} "
+                "evaluations each; the marks are 90 % intervals. The share of a variable depends on its range."
             ),
             Row([Picture(partial(plot_sensitivity, indices), oil) for oil, indices in found]),
         ],
@@ -483,7 +484,7 @@ def _failures(dataset: Dataset, best: FittedFormula) -> Section:
         "friction_error",
         *_CONDITION_COLUMNS,
     )
-    caption = f"The fitted cases {best.name} misses most, with the error the solver states for them."
+    caption = f"The fitted cases {best.label} misses most, with the error the solver states for them."
     blocks.append(Table(header, shown, caption))
     return Section("What failed, and the worst cases", blocks)
 

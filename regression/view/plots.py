@@ -16,7 +16,7 @@ from regression.fitting.cross_validation import held_out_friction
 from regression.fitting.noise import BANDS
 from regression.fitting.rows import boundary_friction_of, computed_friction, fitted_rows
 from regression.friction.conditions import Array
-from regression.friction.formula import FittedFormula
+from regression.friction.fitted import FittedFormula
 from regression.view.tables import region_text
 
 if TYPE_CHECKING:
@@ -66,10 +66,10 @@ def plot_regimes(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Figure:
     frame = checked_rows(dataset)
     mu, ratio = computed_friction(frame), frame["film_ratio"].to_numpy(dtype=float)
     used = frame["key"].isin(fitted_rows(dataset, formulas[0])["key"]).to_numpy(dtype=bool)
-    shown = {formula.name: friction_of_rows(formula, frame) for formula in formulas}
+    shown = {formula.label: friction_of_rows(formula, frame) for formula in formulas}
     for formula in formulas:
         # both tables are sorted by key
-        shown[formula.name][used] = held_out_friction(dataset, formula).mu
+        shown[formula.label][used] = held_out_friction(dataset, formula).mu
     limits = list(itertools.pairwise((0.0, *BANDS["film_ratio"], math.inf)))
     bands = [(low, high) for low, high in limits if ((ratio >= low) & (ratio < high)).any()]
     if np.isinf(ratio).any():
@@ -235,7 +235,7 @@ def plot_parity(dataset: Dataset, formulas: Sequence[FittedFormula], ax: Axes | 
     axes = axes_or_new(ax, 6.0, 4.6)
     lines = []
     for formula, colour in reversed(list(zip(formulas, (BLUE, ORANGE, GREY), strict=False))):
-        label = f"{formula.name} (MAPE {100.0 * formula.validation.mape:.2g} %)"
+        label = f"{formula.label} (MAPE {100.0 * formula.validation.mape:.2g} %)"
         held_out = held_out_friction(dataset, formula).mu
         lines += axes.plot(mu, held_out, ".", color=colour, ms=5, alpha=0.8, label=label)
     ends = np.array([0.8 * mu.min(), 1.15 * mu.max()])

@@ -15,8 +15,9 @@ from ehl.state import ContactState
 from regression.data.dataset import Dataset
 from regression.fitting.rows import fitted_rows
 from regression.friction.conditions import Array, Conditions, conditions_of
-from regression.friction.formula import FittedFormula
-from regression.friction.published_registry import PUBLISHED, evaluate_published
+from regression.friction.fitted import FittedFormula
+from regression.friction.models import FrictionFlag
+from regression.friction.published_registry import PUBLISHED
 from regression.view.plots import AXES, COLOURS, RASTER_DPI, plain_ticks
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ _NEAR = 0.22  # a case is near where no variable is farther than this share of i
 _POINTS = 121
 _MAP = 41
 COLEMAN = 0.05
+_EXTRAPOLATED = (FrictionFlag.EXTRAPOLATED_NEAR, FrictionFlag.EXTRAPOLATED_FAR, FrictionFlag.OUTSIDE_RANGE)
 
 
 @dataclass(frozen=True)
@@ -186,7 +188,7 @@ def plot_maps(middle: CurveConditions, formula: FittedFormula) -> Figure:
     norm = LogNorm(levels[0], levels[-1])
     for axes, here, value in zip(panels, panels_at, maps, strict=True):
         filled = axes.contourf(speed, up, value.mu, levels=levels, cmap="viridis", norm=norm)
-        extrapolated = value.outside | (value.extrapolation > 0)
+        extrapolated = np.isin(value.flag, _EXTRAPOLATED)
         if extrapolated.any():
             axes.contourf(speed, up, extrapolated, levels=(0.5, 1.5), colors="none", hatches=["///"])
         mu, near = here.near("pressure_hertz", "speed_entrainment")
@@ -223,14 +225,14 @@ def _curves(axes: Axes, x: Array, table: Conditions, formulas: Sequence[FittedFo
 
     shades = colormaps["tab20"]
     for number, published in enumerate(PUBLISHED.values()):
-        mu, _, _ = evaluate_published(published, table, base)
+        mu, _ = published.values(table, base)
         dash = ("-", "--", ":")[number % 3]
         axes.plot(x, mu, color=shades(number / 20.0), ls=dash, lw=1.0, label=f"{published.label}{published.mark}")
     axes.axhline(COLEMAN, color=GREY, lw=1.0, label="constant 0.05 (Coleman)")
     for number, formula in reversed(list(enumerate(formulas))):
         value = formula.evaluate(table)
         colour = COLOURS[number % len(COLOURS)]
-        axes.plot(x, value.mu, color=colour, lw=2.4 if number == 0 else 1.6, label=formula.name)
+        axes.plot(x, value.mu, color=colour, lw=2.4 if number == 0 else 1.6, label=formula.label)
         if number == 0:
             axes.fill_between(x, value.lower, value.upper, color=colour, alpha=0.15, lw=0.0)
 

@@ -11,7 +11,7 @@ from ehl.common.table import Column, Table
 
 if TYPE_CHECKING:
     from regression.friction.error_tables import Band, Scores
-    from regression.friction.formula import FittedFormula
+    from regression.friction.fitted import FittedFormula
 
 _ERRORS = ("mape", "p95", "largest", "bias")
 
@@ -27,7 +27,7 @@ def family_table(formulas: Sequence[FittedFormula], tried: Iterable[str] = ()) -
     for formula in formulas:
         v = formula.validation
         terms = len(formula.coefficients) - len(formula.dropped)
-        rows.append((formula.name, terms, v.r2_log, v.r2, *(getattr(v, name) for name in _ERRORS)))
+        rows.append((formula.label, terms, v.r2_log, v.r2, *(getattr(v, name) for name in _ERRORS)))
     columns = ("family", "terms", Column("r2_log", label="R² ln µ"), Column("r2", label="R² µ"), *_ERRORS)
     title = "Fitted formulas: errors of held-out cases, whole (p, R) cells left out at a time"
     missing = sorted(set(tried) - {formula.family for formula in formulas})
@@ -57,7 +57,7 @@ def band_table(formula: FittedFormula) -> Table:
         "Noise floor: scatter of one roughness realisation about the mean of several, where repeated points were "
         "computed. Covered: cases in their interval."
     )
-    return Table(columns, rows, title=f"{formula.name}: errors of held-out cases by region", notes=(note,))
+    return Table(columns, rows, title=f"{formula.label}: errors of held-out cases by region", notes=(note,))
 
 
 def not_fitted(formula: FittedFormula) -> tuple[tuple[str, Scores], ...]:
@@ -127,7 +127,7 @@ def interval_table(formula: FittedFormula, spread: Sequence[tuple[float, float, 
     return Table(
         [column for column, kept in zip(columns, keep, strict=True) if kept],
         [[value for value, kept in zip(row, keep, strict=True) if kept] for row in rows],
-        title=f"{formula.name}: interval of {100 * level:g} % by film ratio: µ over and times the factor",
+        title=f"{formula.label}: interval of {100 * level:g} % by film ratio: µ over and times the factor",
         notes=("exp(w s), w the deviations of the table and s the one stated at the point",) if spread else (),
     )
 

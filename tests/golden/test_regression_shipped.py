@@ -12,23 +12,23 @@ from ehl.state import ContactState
 from regression.formula import Formula, friction_model, shipped_formulas
 from regression.friction.conditions import conditions_of
 from regression.friction.families import ROUGH_SHARE, rough_share_parts
-from regression.friction.formula import FittedFormula
 from regression.friction.models import FrictionFlag
 from regression.sweeping.sweep import oil_hash
 
 
-def shipped(name: str) -> FittedFormula:
+def shipped(name: str) -> Formula:
     model = friction_model(name)
     assert isinstance(model, Formula)
     assert model.name == name
-    return model.formula
+    return model
 
 
 @pytest.mark.parametrize("name", shipped_formulas())
 def test_formula_belongs_to_the_oil_card(name: str) -> None:
     formula = shipped(name)
-    assert formula.oil.name is not None
-    assert formula.oil.card_hash == oil_hash(formula.oil.name), "the card changed: sweep and fit again"
+    (oil,) = formula.oils
+    assert oil.name is not None
+    assert oil.card_hash == oil_hash(oil.name), "the card changed: sweep and fit again"
     assert formula.data.plan.startswith("gear_")
     assert formula.data.used >= 700
     # what docs/friction_formula.md says of it
@@ -63,7 +63,7 @@ def test_values_are_those_of_the_release() -> None:
     found = {}
     for name in shipped_formulas():
         formula = shipped(name)
-        estimate = friction_model(name).evaluate(state, Oil.load(formula.oil.name or ""))
+        estimate = formula.mu(state)
         assert (estimate.flag == FrictionFlag.OK).all()
         found[name] = estimate.mu
     assert set(found) == set(EXPECTED)

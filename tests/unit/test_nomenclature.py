@@ -30,8 +30,8 @@ from regression.calibration.calibrate import Calibration, ParameterEstimate
 from regression.calibration.measurement import COLUMNS
 from regression.calibration.setup import CalibrationSetup
 from regression.data.store import NUMBER_UNITS
+from regression.formula import Formula
 from regression.friction.conditions import UNITS
-from regression.friction.formula import FittedFormula
 from regression.plan.plan import Plan
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "nomenclature.md"
@@ -55,7 +55,7 @@ def keys(model: type[BaseModel], seen: set[type[BaseModel]]) -> Iterator[str]:
 
 
 @pytest.mark.parametrize(
-    "model", [Contact, Oil, Material, Plan, Design, PairBlankInput, SettingsInput, FittedFormula, CalibrationSetup]
+    "model", [Contact, Oil, Material, Plan, Design, PairBlankInput, SettingsInput, Formula, CalibrationSetup]
 )
 def test_every_key_of_an_input_is_listed(model: type[BaseModel]) -> None:
     assert set(keys(model, set())) <= NAMES

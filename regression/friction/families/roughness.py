@@ -6,8 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from regression.friction.conditions import Array, Conditions
-from regression.friction.groups import MIN_ROUGHNESS, boundary_film, flattening
+from regression.friction.conditions import MIN_ROUGHNESS, Array, Conditions, boundary_film, flattening
 
 _MAX_EXPONENT = 300.0  # of an exponent
 _THICK = 3.0  # lambda from which the roughness leaves no trace in the film's friction

@@ -1,4 +1,4 @@
-"""Family `short`: fifteen coefficients for a spreadsheet; asperities that reach through a heated film (ours).
+"""Family `short`: fifteen coefficients; asperities that reach through a heated film (ours).
 
 `rough_share` with the film's friction at the mean pressure in place of three, and two exponents fixed where they came
 out alike for both shipped oils.

@@ -74,7 +74,7 @@ def test_interpolation_is_within_its_stated_interval(monkeypatch: pytest.MonkeyP
     solver = Solver()
     monkeypatch.setattr(module, "solve_contact", solver)
     state = states(1500)
-    estimate = EhlFriction("ehl", points=module.SAMPLED, jobs=1).evaluate(state, OIL)
+    estimate = EhlFriction("ehl", points=module.SAMPLED, jobs=1).mu(state, oil=OIL)
     assert len(solver.asked) == module.SAMPLED
     assert all(estimate.flag == FrictionFlag.OK)
     wrong = np.abs(estimate.mu - exact(state))
@@ -93,7 +93,7 @@ def test_few_points_are_all_solved_once(monkeypatch: pytest.MonkeyPatch) -> None
     solver = Solver()
     monkeypatch.setattr(module, "solve_contact", solver)
     state = states(30)
-    estimate = EhlFriction("ehl", points=module.SAMPLED, jobs=1).evaluate(state, OIL)
+    estimate = EhlFriction("ehl", points=module.SAMPLED, jobs=1).mu(state, oil=OIL)
     np.testing.assert_allclose(estimate.mu, exact(state), rtol=1e-9)
     np.testing.assert_allclose(estimate.upper - estimate.mu, 0.01 * estimate.mu, rtol=1e-9)
     assert sorted(c.pressure_hertz for c in solver.asked) == pytest.approx(sorted(state.pressure_hertz))
@@ -104,7 +104,7 @@ def test_all_solves_every_point(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "solve_contact", solver)
     state = states(150)
     model = replace(ehl_friction("ehl:all"), jobs=1)
-    np.testing.assert_allclose(model.evaluate(state, OIL).mu, exact(state), rtol=1e-9)
+    np.testing.assert_allclose(model.mu(state, oil=OIL).mu, exact(state), rtol=1e-9)
     assert len(solver.asked) == 150
 
 
@@ -112,9 +112,9 @@ def test_smooth_leaves_the_roughness_out(monkeypatch: pytest.MonkeyPatch) -> Non
     for spec, rough in (("ehl:smooth", 0.0), ("ehl:load_sharing", 0.3e-6), ("ehl", 0.3e-6)):
         solver = Solver()
         monkeypatch.setattr(module, "solve_contact", solver)
-        ehl_friction(spec).evaluate(states(5), OIL)  # too few for worker processes
+        ehl_friction(spec).mu(states(5), oil=OIL)  # too few for worker processes
         assert set(solver.rough) == {rough}
-    assert np.all(np.isinf(ehl_friction("ehl:smooth").evaluate(states(5), OIL).film_ratio))
+    assert np.all(np.isinf(ehl_friction("ehl:smooth").mu(states(5), oil=OIL).film_ratio))
 
 
 def test_each_contact_has_its_own_roughness(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -125,11 +125,11 @@ def test_each_contact_has_its_own_roughness(monkeypatch: pytest.MonkeyPatch) -> 
         return Solver()(contact, lubricant, surface, *rest)
 
     monkeypatch.setattr(module, "solve_contact", solver)
-    EhlFriction("ehl", points=40, jobs=1, seed=7).evaluate(states(200), OIL)
+    EhlFriction("ehl", points=40, jobs=1, seed=7).mu(states(200), oil=OIL)
     assert seeds == list(range(7, 47))
     seeds.clear()
     # those that are added count on
-    EhlFriction("ehl", points=40, tolerance=1e-9, jobs=1, seed=7).evaluate(states(200), OIL)
+    EhlFriction("ehl", points=40, tolerance=1e-9, jobs=1, seed=7).mu(states(200), oil=OIL)
     assert seeds == list(range(7, 47))
 
 
@@ -150,7 +150,7 @@ def test_bulk_temperatures_reach_the_solver(monkeypatch: pytest.MonkeyPatch) -> 
         temperature_bulk_1=370.0,
         temperature_bulk_2=360.0,
     )
-    EhlFriction("ehl", jobs=1).evaluate(state, OIL)
+    EhlFriction("ehl", jobs=1).mu(state, oil=OIL)
     assert seen == [(350.0, (370.0, 360.0))]
 
 
@@ -159,7 +159,7 @@ def test_failed_contacts_are_predicted_by_the_others(monkeypatch: pytest.MonkeyP
     power = state.load_per_length * state.speed_sliding
     hard = float(np.quantile(state.pressure_hertz, 0.97))
     monkeypatch.setattr(module, "solve_contact", Solver(lambda contact: contact.pressure_hertz > hard))
-    estimate = EhlFriction("ehl", points=module.SAMPLED, jobs=1).evaluate(state, OIL)
+    estimate = EhlFriction("ehl", points=module.SAMPLED, jobs=1).mu(state, oil=OIL)
     guessed = estimate.flag == FrictionFlag.PREDICTED
     assert set(estimate.failed) == {"film_jump"}
     assert 0 < estimate.failed["film_jump"] < 10
@@ -171,7 +171,7 @@ def test_failed_contacts_are_predicted_by_the_others(monkeypatch: pytest.MonkeyP
     wrong = np.abs(estimate.mu - exact(state))
     assert np.average((wrong < half)[guessed], weights=power[guessed]) > 0.98
     monkeypatch.setattr(module, "solve_contact", Solver())
-    sound = EhlFriction("ehl", points=module.SAMPLED, jobs=1).evaluate(state, OIL)
+    sound = EhlFriction("ehl", points=module.SAMPLED, jobs=1).mu(state, oil=OIL)
     assert sound.failed == {}
     assert sound.contacts == module.SAMPLED
     assert estimate.mean_error > 1.2 * sound.mean_error
@@ -183,7 +183,7 @@ def test_too_many_failed_contacts_leave_their_neighbourhood_unknown(monkeypatch:
     monkeypatch.setattr(module, "solve_contact", Solver(lambda contact: contact.pressure_hertz > 1.4e9))
     state = states(1000)
     power = state.load_per_length * state.speed_sliding
-    estimate = EhlFriction("ehl", points=module.SAMPLED, jobs=1).evaluate(state, OIL)
+    estimate = EhlFriction("ehl", points=module.SAMPLED, jobs=1).mu(state, oil=OIL)
     unknown = estimate.flag == FrictionFlag.NOT_CONVERGED
     assert power[unknown].sum() > module.MAX_FAILED * power.sum()
     assert np.count_nonzero(unknown) < 250
@@ -197,7 +197,7 @@ def test_a_failed_contact_among_all_points_is_predicted_too(monkeypatch: pytest.
     failed = int(np.argsort(state.load_per_length * state.speed_sliding)[30])
     bad = float(state.pressure_hertz[failed])
     monkeypatch.setattr(module, "solve_contact", Solver(lambda contact: contact.pressure_hertz == pytest.approx(bad)))
-    estimate = replace(ehl_friction("ehl:all"), jobs=1).evaluate(state, OIL)
+    estimate = replace(ehl_friction("ehl:all"), jobs=1).mu(state, oil=OIL)
     np.testing.assert_array_equal(np.flatnonzero(estimate.flag == FrictionFlag.PREDICTED), [failed])
     others = np.arange(60) != failed
     np.testing.assert_allclose(estimate.mu[others], exact(state)[others], rtol=1e-9)
@@ -214,7 +214,7 @@ def test_error_of_the_mean(monkeypatch: pytest.MonkeyPatch) -> None:
         noise = np.random.default_rng(seed)
 
         monkeypatch.setattr(module, "solve_contact", scattered(noise, 0.1))
-        estimate = EhlFriction("ehl", points=module.SAMPLED, jobs=1).evaluate(state, OIL)
+        estimate = EhlFriction("ehl", points=module.SAMPLED, jobs=1).mu(state, oil=OIL)
         stated.append(estimate.mean_error)
         inside += abs(np.average(estimate.mu, weights=power) / mean - 1.0) < estimate.mean_error
     assert inside >= 10
@@ -241,7 +241,7 @@ def test_contacts_are_added_until_chance_leaves_what_was_asked(monkeypatch: pyte
     for asked, counted in counts.items():
         for seed in range(runs):
             monkeypatch.setattr(module, "solve_contact", scattered(np.random.default_rng(seed), 0.06))
-            estimate = EhlFriction("ehl", points=200, tolerance=asked, jobs=1).evaluate(state, OIL)
+            estimate = EhlFriction("ehl", points=200, tolerance=asked, jobs=1).mu(state, oil=OIL)
             counted.append(estimate.contacts)
             assert estimate.mean_error <= 1.001 * asked or estimate.contacts == 200
             inside += abs(np.average(estimate.mu, weights=power) / mean - 1.0) < estimate.mean_error
@@ -256,7 +256,7 @@ def test_growth_ends_at_the_most_contacts_and_where_it_is_met_at_once(monkeypatc
         monkeypatch.setattr(module, "solve_contact", scattered(np.random.default_rng(1), 0.1))
         heard.clear()
         with progress_to(heard.append):
-            estimate = EhlFriction("ehl", points=40, tolerance=tolerance, jobs=1).evaluate(state, OIL)
+            estimate = EhlFriction("ehl", points=40, tolerance=tolerance, jobs=1).mu(state, oil=OIL)
         assert estimate.contacts == wanted
         # the estimated time is reported before the first contact, and the progress after each
         assert (heard[0].step, heard[0].done, heard[0].total) == ("contacts", 0, module.FIRST)
@@ -279,7 +279,7 @@ def test_growth_goes_where_the_others_are_missed(monkeypatch: pytest.MonkeyPatch
         return found
 
     monkeypatch.setattr(module, "solve_contact", solver)
-    EhlFriction("ehl", points=80, tolerance=1e-3, jobs=1).evaluate(states(1000), OIL)
+    EhlFriction("ehl", points=80, tolerance=1e-3, jobs=1).mu(states(1000), oil=OIL)
     first, added = np.array(asked[: module.FIRST]), np.array(asked[module.FIRST :])
     assert 0.3 < np.mean(first > 0.0) < 0.7
     assert np.mean(added > 0.0) > 0.65
@@ -287,7 +287,7 @@ def test_growth_goes_where_the_others_are_missed(monkeypatch: pytest.MonkeyPatch
 
 def test_hopeless_solver_gives_no_friction_at_all(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "solve_contact", Solver(lambda contact: True))
-    estimate = EhlFriction("ehl", points=module.SAMPLED, jobs=1).evaluate(states(200), OIL)
+    estimate = EhlFriction("ehl", points=module.SAMPLED, jobs=1).mu(states(200), oil=OIL)
     assert np.all(np.isnan(estimate.mu))
     assert np.all(estimate.flag == FrictionFlag.NOT_CONVERGED)
 
@@ -297,7 +297,7 @@ def test_equal_points(monkeypatch: pytest.MonkeyPatch) -> None:
     state = ContactState.of(
         pressure_hertz=np.full(4, 1e9), radius_equivalent=0.01, effective_modulus=226e9, speed_entrainment=3.0
     )
-    estimate = EhlFriction("ehl", jobs=1).evaluate(state, OIL)
+    estimate = EhlFriction("ehl", jobs=1).mu(state, oil=OIL)
     assert np.ptp(estimate.mu) == 0.0
 
 
@@ -310,7 +310,7 @@ def test_real_solver_at_two_points() -> None:
         slide_to_roll=[0.1, 0.2],
         roughness_rms_1=0.4e-6,
     )
-    smooth, rough = (ehl_friction(spec).evaluate(state, OIL) for spec in ("ehl:smooth", "ehl:load_sharing"))
+    smooth, rough = (ehl_friction(spec).mu(state, oil=OIL) for spec in ("ehl:smooth", "ehl:load_sharing"))
     assert np.all(smooth.flag == FrictionFlag.OK)
     assert np.all((smooth.lower > 0.0) & (smooth.lower < smooth.mu) & (smooth.mu < smooth.upper))
     assert np.all(rough.mu > smooth.mu)
@@ -321,7 +321,7 @@ def test_worker_processes_give_the_same_friction(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(module, "MIN_SECONDS", 0.1)
     monkeypatch.setattr(module, "_cores", lambda: 2)
     state = states(24, 4)
-    one, two = (replace(ehl_friction("ehl:load_sharing"), jobs=jobs).evaluate(state, OIL) for jobs in (1, 2))
+    one, two = (replace(ehl_friction("ehl:load_sharing"), jobs=jobs).mu(state, oil=OIL) for jobs in (1, 2))
     np.testing.assert_array_equal(two.mu, one.mu)
     assert np.all(two.flag == FrictionFlag.OK)
 
@@ -335,7 +335,7 @@ def test_deterministic_roughness_at_two_points() -> None:
         slide_to_roll=[0.1, 0.2],
         roughness_rms_1=0.4e-6,
     )
-    smooth, rough = (ehl_friction(spec).evaluate(state, OIL) for spec in ("ehl:smooth", "ehl"))
+    smooth, rough = (ehl_friction(spec).mu(state, oil=OIL) for spec in ("ehl:smooth", "ehl"))
     assert np.all(rough.flag == FrictionFlag.OK)
     assert np.all((rough.mu > 0.8 * smooth.mu) & (rough.mu < 0.1))
     assert np.all(rough.upper - rough.mu > smooth.upper - smooth.mu)

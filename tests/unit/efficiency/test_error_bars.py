@@ -91,7 +91,7 @@ def test_a_contact_keeps_chance_and_bias_apart(monkeypatch: pytest.MonkeyPatch) 
         pressure_hertz=[1e9, 1e9], radius_equivalent=0.01, effective_modulus=226e9, speed_entrainment=3.0,
         slide_to_roll=0.2,
     )  # fmt: skip
-    found = EhlFriction("ehl", jobs=1).evaluate(state, OIL)
+    found = EhlFriction("ehl", jobs=1).mu(state, oil=OIL)
     np.testing.assert_allclose(found.upper - found.mu, 0.05 * 0.03, rtol=1e-12)
     # two equal contacts: chance over the root of two
     assert found.mean_error == pytest.approx(0.02 / math.sqrt(2.0) + 0.01, rel=1e-9)

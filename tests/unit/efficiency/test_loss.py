@@ -36,23 +36,23 @@ from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from ehl.uncertainty.spread import UncertaintyInput
 from regression.formula import Formula
-from regression.friction.formula import load_formula
-from regression.friction.models import ConstantFriction, FrictionEstimate, FrictionFlag
+from regression.friction.conditions import Conditions
+from regression.friction.models import ConstantFriction, FrictionEstimate, FrictionFlag, FrictionModel
 
 PAIR, COARSE = GearPair(DESIGN), (4, 9)
 
 
 @dataclass(frozen=True)
-class FromPressure:
+class FromPressure(FrictionModel):
     """mu proportional to pressure, with an interval of 10 % and flags above a pressure."""
 
     name: str = "test"
     limit: float = 1e9
     worse: FrictionFlag = FrictionFlag.OUTSIDE_RANGE
 
-    def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
-        mu = 0.05 * state.pressure_hertz / 1e9
-        beyond = state.pressure_hertz > self.limit
+    def evaluate(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:
+        mu = 0.05 * conditions["pressure_hertz"] / 1e9
+        beyond = conditions["pressure_hertz"] > self.limit
         if self.worse >= FrictionFlag.NOT_CONVERGED:
             mu = np.where(beyond, np.nan, mu)
         return FrictionEstimate(mu, 0.9 * mu, 1.1 * mu, np.where(beyond, self.worse, 0).astype(np.int8))
@@ -118,7 +118,7 @@ def test_missing_friction_is_a_failure_not_a_number(loaded: LoadedGrids, flag: F
 
 
 def test_a_formula_without_a_value_fails_the_run() -> None:
-    formula = load_formula(data_path("formulas", "75w90_load_share.json"))
+    formula = Formula.load(data_path("formulas", "75w90_load_share.json"))
     huge = formula.model_copy(update={"coefficients": formula.coefficients | {"strain": math.inf}})
     result = PAIR.at(Formula(huge, "huge"), COARSE)
     assert (result.status, result.reason) == ("failed", "friction_undefined")

@@ -90,7 +90,7 @@ def test_solved_contacts_bring_their_own_lubrication() -> None:
     given = SolvedFriction(mu, mu, mu, np.zeros(1, np.int8), 1e-7 * one, 0.5 * one, 400.0 * one, 1e-4 * one)
     own = local_lubrication(loaded(state), given, conditions_of(state, OIL), BODIES)
     assert (own.source, own.film_central[0], own.film_ratio[0]) == ("ehl", 1e-7, 0.5)
-    plain = ConstantFriction(0.05).evaluate(state, OIL)
+    plain = ConstantFriction(0.05).mu(state, oil=OIL)
     formula = local_lubrication(loaded(state), plain, conditions_of(state, OIL), BODIES)
     assert formula.source == "formula"
     # the film ratio is that of the isothermal film, the film itself thinner by the heat of the inlet

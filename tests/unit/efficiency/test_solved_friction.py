@@ -26,8 +26,8 @@ from ehl.common.errors import InputError
 from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from ehl.line_contact import LineContact
-from ehl.state import ContactState
 from regression.formula import friction_model
+from regression.friction.conditions import Conditions
 from regression.friction.models import ConstantFriction, FrictionEstimate
 
 DESIGN = load_design("fm_spiral_bevel_14x39")
@@ -183,11 +183,13 @@ def test_texture_in_the_design_file_and_its_limits() -> None:
 class Witness(ConstantFriction):
     """Notes the texture it is asked with."""
 
-    seen: ClassVar[list[tuple[float, float]]] = []
+    seen: ClassVar[list[tuple[float, ...]]] = []
 
-    def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
-        self.seen.append((np.unique(state.correlation_length).item(), np.unique(state.peklenik_number).item()))
-        return super().evaluate(state, oil)
+    def evaluate(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:
+        self.seen.append(
+            (np.unique(conditions["correlation_length"]).item(), np.unique(conditions["peklenik_number"]).item())
+        )
+        return super().evaluate(conditions, oil)
 
 
 def test_texture_reaches_points_maps_duty_and_study() -> None:

@@ -19,10 +19,10 @@ from efficiency.loss.kinematics import Operation
 from efficiency.loss.uncertainty import LossSample, stand_in
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.state import ContactState
 from ehl.uncertainty.result import score_of
 from ehl.uncertainty.spread import UncertaintyInput
 from regression.formula import friction_model
+from regression.friction.conditions import Conditions
 from regression.friction.models import FrictionEstimate, FrictionModel
 from regression.friction.uncertainty import boundary_friction_of, core_of, uncertain_inputs
 
@@ -31,15 +31,16 @@ Z = score_of(0.9)
 
 
 @dataclass(frozen=True)
-class Product:
+class Product(FrictionModel):
     """mu = mu_b Rq1 sqrt(lc), without an error of its own."""
 
     boundary_friction: float = 0.1
     error: float = 0.0
     name: str = "product"
 
-    def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
-        mu = self.boundary_friction * state.roughness_rms_1 / 1e-6 * np.sqrt(state.correlation_length / 30e-6)
+    def evaluate(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:
+        mu = self.boundary_friction * conditions["roughness_rms_1"] / 1e-6
+        mu = mu * np.sqrt(conditions["correlation_length"] / 30e-6)
         width = 2.0 * self.error
         return FrictionEstimate(mu, mu * np.exp(-width), mu * np.exp(width), np.zeros(mu.shape, np.int8))
 
@@ -73,11 +74,11 @@ def test_one_finish_makes_both_surfaces_wrong_the_same_way() -> None:
     """Of a sum of both Rq, two independent ones leave 1/sqrt(2) of what one cause leaves."""
 
     @dataclass(frozen=True)
-    class Sum:
+    class Sum(FrictionModel):
         name: str = "sum"
 
-        def evaluate(self, state: ContactState, oil: Oil) -> FrictionEstimate:
-            mu = 0.1 * (state.roughness_rms_1 + state.roughness_rms_2) / 1e-6
+        def evaluate(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:
+            mu = 0.1 * (conditions["roughness_rms_1"] + conditions["roughness_rms_2"]) / 1e-6
             return FrictionEstimate(mu, mu, mu, np.zeros(mu.shape, np.int8))
 
     at = replace(OPERATION, roughness_rms_gear=OPERATION.roughness_rms_pinion)
@@ -126,7 +127,7 @@ def test_interval_on_the_formula_holds_what_random_inputs_give() -> None:
             case = entry.moved(case, float(rng.normal()))
         friction, state, oil = case
         width = math.log((1.0 - formula[0].below) / (1.0 - result.efficiency)) / Z
-        drawn = float(friction.evaluate(state, oil).mu @ sample.power) / loss * math.exp(width * rng.normal())
+        drawn = float(friction.mu(state, oil=oil).mu @ sample.power) / loss * math.exp(width * rng.normal())
         eta = 1.0 - (1.0 - result.efficiency) * drawn
         inside += low <= eta <= high
         below += eta < low

@@ -12,7 +12,7 @@ from ehl.contact import Contact
 from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
 from ehl.inputs import ContactInput
 from ehl.material import Material
-from regression.friction.formula import FittedFormula
+from regression.formula import Formula
 
 
 @pytest.mark.parametrize(
@@ -28,12 +28,12 @@ from regression.friction.formula import FittedFormula
             "face_milling",
         ),
         (Material, ("E",), "E", "at least 1e+06 Pa"),
-        (FittedFormula, ("schema",), "schema", "a whole number"),
-        (FittedFormula, ("ranges", "pressure_hertz", 1), "ranges.pressure_hertz.1", "a number without unit"),
-        (FittedFormula, ("bands", 3, "count"), "bands.3.count", "a whole number"),
-        (FittedFormula, ("bands",), "bands", "a list"),
-        (FittedFormula, ("corners",), "corners", "a table [corners] with count"),
-        (FittedFormula, ("units",), "units", "a table [units]"),
+        (Formula, ("schema",), "schema", "a whole number"),
+        (Formula, ("ranges", "pressure_hertz", 1), "ranges.pressure_hertz.1", "a number without unit"),
+        (Formula, ("bands", 3, "count"), "bands.3.count", "a whole number"),
+        (Formula, ("bands",), "bands", "a list"),
+        (Formula, ("corners",), "corners", "a table [corners] with count"),
+        (Formula, ("units",), "units", "a table [units]"),
     ],
 )
 def test_place_and_words(model: type[BaseModel], loc: tuple[str | int, ...], path: str, words: str) -> None:

@@ -14,7 +14,7 @@ import pytest
 
 from ehl.common.data import data_path
 from regression.fitting.scores import interval_of
-from regression.friction.formula import load_formula
+from regression.formula import Formula
 
 SCALES = (0.005, 0.02, 0.04, 0.1)
 
@@ -79,8 +79,8 @@ def test_files_without_coverage_are_read_and_coverage_is_kept(tmp_path: Path) ->
         band.pop("coverage", None)
     path = tmp_path / "formula.json"
     write_with_checksum(path, content)
-    assert {band.coverage for band in load_formula(path).interval.bands} == {None}
+    assert {band.coverage for band in Formula.load(path).interval.bands} == {None}
     content["interval"]["bands"][0]["coverage"] = 0.91
     write_with_checksum(path, content)
-    load_formula(path).save(path)
-    assert load_formula(path).interval.bands[0].coverage == 0.91
+    Formula.load(path).save(path)
+    assert Formula.load(path).interval.bands[0].coverage == 0.91

@@ -22,9 +22,8 @@ from regression.fitting.fit import fit_families, fit_formula
 from regression.fitting.rows import computed_friction, usable_rows
 from regression.formula import Formula
 from regression.friction.conditions import conditions_of
-from regression.friction.data_cloud import Extrapolation
+from regression.friction.data_cloud import CloudDistance
 from regression.friction.families import FAMILIES
-from regression.friction.formula import FittedFormula, load_formula
 from regression.friction.models import FrictionFlag
 from regression.friction.oil_cards import hashes_of_cards
 from regression.plan.plan import Plan
@@ -54,7 +53,7 @@ def two_oils(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
 
 
 @pytest.fixture(scope="module")
-def with_process(dataset: Dataset) -> FittedFormula:
+def with_process(dataset: Dataset) -> Formula:
     return fit_formula(dataset, "power_law", gaussian_process=True)
 
 
@@ -73,19 +72,19 @@ def state(**changes: Any) -> ContactState:
 
 
 def test_process_halves_the_held_out_error_and_survives_the_file(
-    dataset: Dataset, with_process: FittedFormula, tmp_path: Path
+    dataset: Dataset, with_process: Formula, tmp_path: Path
 ) -> None:
     plain = fit_formula(dataset, "power_law")
     assert with_process.validation.mape < 0.5 * plain.validation.mape
     assert with_process.interval.normalised
     assert with_process.name == "power_law + GP"
     with_process.save(tmp_path / "f.json")
-    again = load_formula(tmp_path / "f.json")
+    again = Formula.load(tmp_path / "f.json")
     conditions = columns(dataset.frame)
     np.testing.assert_allclose(again.evaluate(conditions).upper, with_process.evaluate(conditions).upper, rtol=1e-9)
 
 
-def test_process_of_same_data_is_bit_identical(dataset: Dataset, with_process: FittedFormula) -> None:
+def test_process_of_same_data_is_bit_identical(dataset: Dataset, with_process: Formula) -> None:
     assert fit_formula(dataset, "power_law", gaussian_process=True).to_json() == with_process.to_json()
 
 
@@ -113,10 +112,10 @@ def test_process_keeps_limits_and_bounds(dataset: Dataset) -> None:
 def test_families_with_process_come_in_order(dataset: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("regression.fitting.fit.FAMILIES", LINEAR)
     formulas = fit_families(dataset, gaussian_process=True, nested=True)
-    assert [formula.residual is None for formula in formulas.values()] == [False, True, True]
-    held_out = [formula.validation.r2_log for formula in formulas.values()]
+    assert [formula.residual is None for formula in formulas] == [False, True, True]
+    held_out = [formula.validation.r2_log for formula in formulas]
     assert held_out == sorted(held_out, reverse=True)
-    best = list(formulas.values())[1]
+    best = formulas[1]
     assert best.nested is not None
     # the choice of the family among these two is not always the same, and costs something
     assert best.validation.mape <= best.nested.mape < 1.3 * best.validation.mape
@@ -161,7 +160,7 @@ def test_corners_lie_beside_the_cloud_and_state_their_coverage(dataset: Dataset)
     # extrapolated, the interval is at least that of the held-out cases that were extrapolated
     corner = dataset.frame[dataset.frame["origin"] == "corner"]
     value = formula.evaluate(columns(corner))
-    extrapolated = value.extrapolation >= Extrapolation.NEAR
+    extrapolated = formula.extrapolation(columns(corner)) >= CloudDistance.NEAR
     assert (np.log(value.upper / value.mu)[extrapolated] >= formula.interval.near - 1e-12).all()
 
 
@@ -192,10 +191,8 @@ def test_band_table_is_that_of_plain_numpy(dataset: Dataset) -> None:
 def test_several_oils_are_all_recorded_and_all_known(two_oils: Dataset) -> None:
     formula = fit_formula(two_oils, "load_share")
     assert {o.name: o.card_hash for o in formula.oils} == {name: oil_hash(name) for name in ("75w90", "fva3")}
-    assert formula.oil.name is None
     assert formula.validation.mape < 0.1
-    model = Formula(formula, "two")
-    flags = {name: int(model.evaluate(state(), Oil.load(name)).flag) for name in ("fva3", "75w90", "pao100")}
+    flags = {name: int(formula.mu(state(), oil=name).flag) for name in ("fva3", "75w90", "pao100")}
     assert flags["fva3"] == flags["75w90"] == FrictionFlag.OK
     assert flags["pao100"] >= FrictionFlag.OTHER_OIL
     # each row carries the figures of its own oil
@@ -212,11 +209,10 @@ def test_an_oil_whose_card_changed_is_said(dataset: Dataset) -> None:
     formula = fit_formula(dataset, "load_share")
     oil = Oil.load("fva3")
     changed = oil.model_copy(update={"limiting_shear_coefficient": 0.9 * oil.limiting_shear_coefficient})
-    model = Formula(formula, "one")
-    assert int(model.evaluate(state(), oil).flag) == FrictionFlag.OK
-    assert int(model.evaluate(state(), changed).flag) == FrictionFlag.OTHER_CARD
+    assert int(formula.mu(state(), oil=oil).flag) == FrictionFlag.OK
+    assert int(formula.mu(state(), oil=changed).flag) == FrictionFlag.OTHER_CARD
     reworded = oil.model_copy(update={"description": "the same oil"})
-    assert int(model.evaluate(state(), reworded).flag) == FrictionFlag.OK
+    assert int(formula.mu(state(), oil=reworded).flag) == FrictionFlag.OK
 
 
 def test_cards_of_several_oils_cannot_be_told_apart_once_one_changed() -> None:
@@ -235,21 +231,22 @@ def test_several_boundary_frictions_serve_a_family_that_takes_them(tmp_path: Pat
     assert formula.validation.mape < 0.1
     conditions = conditions_of(state(speed_entrainment=1e-3), Oil.load("fva3"))
     for mu_b in (0.08, 0.12):
-        assert float(formula.evaluate(conditions, mu_b).mu) == pytest.approx(mu_b, rel=0.03)
+        assert float(formula.with_options(mu_b).evaluate(conditions).mu) == pytest.approx(mu_b, rel=0.03)
     with pytest.raises(InputError, match="one value for all cases of family xu"):
         fit_formula(data, "xu")
-    families = fit_families(data)
+    families = {formula.family for formula in fit_families(data)}
     assert "load_share" in families
     assert "xu" not in families
 
 
 def test_refusing_formula_names_what_lies_outside(dataset: Dataset) -> None:
     formula = fit_formula(dataset, "load_share")
-    strict = Formula(formula, "f", refuse=True)
+    strict = formula.with_options(refuse=True)
     oil = Oil.load("fva3")
-    assert int(strict.evaluate(state(), oil).flag) == FrictionFlag.OK
-    with pytest.raises(InputError, match=r"pressure_hertz = 3000000000.*1 of 2 points"):
-        strict.evaluate(state(pressure_hertz=np.array([1e9, 3e9])), oil)
+    assert int(strict.mu(state(), oil=oil).flag) == FrictionFlag.OK
+    with pytest.raises(InputError) as error:
+        strict.mu(state(pressure_hertz=np.array([1e9, 3e9])), oil=oil)
+    assert (error.value.field, error.value.value) == ("pressure_hertz", 3e9)
 
 
 def test_flags_sort_from_harmless_to_none() -> None:

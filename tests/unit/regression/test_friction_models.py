@@ -34,7 +34,7 @@ def state(**changes: object) -> ContactState:
 
 def test_constant_is_exact_in_any_shape() -> None:
     shape = (3, 4)
-    estimate = friction_model("constant:0.05").evaluate(state(slide_to_roll=np.zeros(shape)), OIL)
+    estimate = friction_model("constant:0.05").mu(state(slide_to_roll=np.zeros(shape)), oil=OIL)
     for values in (estimate.mu, estimate.lower, estimate.upper):
         np.testing.assert_array_equal(values, np.full(shape, 0.05))
     assert (estimate.flag == FrictionFlag.OK).all()
@@ -48,7 +48,7 @@ def test_colemans_constant_has_a_name() -> None:
 def test_published_are_plausible_and_keep_the_shape(name: str) -> None:
     model = friction_model(name)
     assert isinstance(model, FrictionModel)
-    estimate = model.evaluate(state(speed_entrainment=np.array([[2.0, 5.0, 9.0]])), OIL)
+    estimate = model.mu(state(speed_entrainment=np.array([[2.0, 5.0, 9.0]])), oil=OIL)
     assert estimate.mu.shape == (1, 3)
     assert ((estimate.mu > 0.005) & (estimate.mu < 0.15)).all()
     assert np.isnan(estimate.lower).all()
@@ -63,7 +63,7 @@ def test_points_of_a_gear_give_numbers_or_a_flag(name: str) -> None:
         roughness_rms_1=np.array([3e-7, 3e-7, 0.0, 3e-7]),
         roughness_rms_2=np.array([3e-7, 3e-7, 0.0, 3e-7]),
     )
-    estimate = friction_model(name).evaluate(points, OIL)
+    estimate = friction_model(name).mu(points, oil=OIL)
     defined = estimate.flag != FrictionFlag.UNDEFINED
     assert defined[[0, 2, 3]].all()
     assert np.isfinite(estimate.mu[defined]).all()
@@ -74,7 +74,7 @@ def test_points_of_a_gear_give_numbers_or_a_flag(name: str) -> None:
 @given(ratio=st.floats(0.01, 1.5), along=st.floats(0.0, 5.0), name=st.sampled_from(sorted(PUBLISHED)))
 def test_friction_does_not_depend_on_the_sign_of_sliding(ratio: float, along: float, name: str) -> None:
     both = state(slide_to_roll=np.array([ratio, -ratio]), speed_sliding_lengthwise=np.array([along, -along]))
-    mu = friction_model(name).evaluate(both, OIL).mu
+    mu = friction_model(name).mu(both, oil=OIL).mu
     assert mu[0] == mu[1]
 
 
@@ -83,7 +83,7 @@ def test_friction_does_not_depend_on_the_sign_of_sliding(ratio: float, along: fl
 def test_fluid_friction_of_arana_rises_with_sliding(low: float, factor: float) -> None:
     # smooth: no asperities; at fixed inlet factor it would be strictly rising, the thinner film adds to it
     pair = state(slide_to_roll=np.array([low, low * factor]), roughness_rms_1=0.0, roughness_rms_2=0.0)
-    mu = friction_model("arana_2019").evaluate(pair, OIL).mu
+    mu = friction_model("arana_2019").mu(pair, oil=OIL).mu
     assert mu[1] >= mu[0]
     assert mu[1] <= OIL.limiting_shear_coefficient
 
@@ -91,15 +91,15 @@ def test_fluid_friction_of_arana_rises_with_sliding(low: float, factor: float) -
 def test_load_sharing_reaches_the_boundary_value() -> None:
     slow = state(speed_entrainment=1e-4, roughness_rms_1=2e-6, roughness_rms_2=2e-6)
     for name in ("arana_2019", "doleschel_2002", "matsumoto_morikawa_2014"):
-        assert float(friction_model(name).evaluate(slow, OIL).mu) == pytest.approx(0.10, rel=0.02)
+        assert float(friction_model(name).mu(slow, oil=OIL).mu) == pytest.approx(0.10, rel=0.02)
 
 
 def test_flags_of_range_and_of_undefined_values() -> None:
-    xu = friction_model("xu_kahraman_2007").evaluate(state(pressure_hertz=np.array([1e9, 0.1e9])), OIL)
+    xu = friction_model("xu_kahraman_2007").mu(state(pressure_hertz=np.array([1e9, 0.1e9])), oil=OIL)
     assert xu.flag.tolist() == [FrictionFlag.OK, FrictionFlag.OUTSIDE_RANGE]
     # a nearly unloaded point at speed: the logarithm turns negative
-    kelley = friction_model("benedict_kelley_1961").evaluate(
-        state(pressure_hertz=np.array([1e9, 1e6]), speed_entrainment=15.0), OIL
+    kelley = friction_model("benedict_kelley_1961").mu(
+        state(pressure_hertz=np.array([1e9, 1e6]), speed_entrainment=15.0), oil=OIL
     )
     assert kelley.flag.tolist() == [FrictionFlag.OK, FrictionFlag.UNDEFINED]
     assert np.isnan([kelley.mu[1], kelley.lower[1], kelley.upper[1]]).all()
@@ -107,21 +107,21 @@ def test_flags_of_range_and_of_undefined_values() -> None:
 
 def test_diverging_formulas_are_held_at_the_sliding_floor() -> None:
     ratio = np.array([0.0, SLIDING_FLOOR / 5.0])
-    estimate = friction_model("benedict_kelley_1961").evaluate(state(slide_to_roll=ratio), OIL)
+    estimate = friction_model("benedict_kelley_1961").mu(state(slide_to_roll=ratio), oil=OIL)
     assert estimate.mu[0] == estimate.mu[1]
     assert estimate.flag[0] == FrictionFlag.OUTSIDE_RANGE
 
 
 def test_base_oil_enters_the_lubricant_factor() -> None:
-    mineral = friction_model("schlenk_1994").evaluate(state(), OIL)
-    pao = friction_model("schlenk_1994").evaluate(state(), Oil.load("pao100"))
+    mineral = friction_model("schlenk_1994").mu(state(), oil=OIL)
+    pao = friction_model("schlenk_1994").mu(state(), oil="pao100")
     viscosity = OIL.at(363.15).viscosity_inlet / Oil.load("pao100").at(363.15).viscosity_inlet
     assert float(pao.mu / mineral.mu) == pytest.approx(0.8 * viscosity**0.05, rel=1e-12)
 
 
 def test_conditions_use_each_points_own_temperature() -> None:
     table = conditions_of(state(temperature_oil=np.array([333.15, 373.15, 333.15])), OIL)
-    assert set(table) == set(UNITS)
+    assert set(table) == {*UNITS, "temperature_bulk_1", "temperature_bulk_2"}
     assert table["viscosity_inlet"][0] == table["viscosity_inlet"][2] == OIL.at(333.15).viscosity_inlet
     assert table["viscosity_inlet"][1] == OIL.at(373.15).viscosity_inlet
     mean = np.pi / 4 * np.array([1.2e9])

@@ -153,7 +153,7 @@ def iterated(mesh: Mesh, torque: float, model: FrictionModel, operation: Operati
     for _ in range(12):
         load = distribute_load(grids.elastic_fine, grids.teeth, torque, normal_torques=wanted)
         points = loaded_points(load, grids.teeth.effective_modulus, operation)
-        friction = with_everywhere(load, model.evaluate(points.state, OIL).mu)
+        friction = with_everywhere(load, model.mu(points.state, oil=OIL).mu)
         sums = [flank_forces(mesh, p, mu, operation.driver) for p, mu in zip(load.positions, friction, strict=True)]
         carried, _, lost = (np.array(part) for part in zip(*sums, strict=True))
         wanted = wanted * torque / carried

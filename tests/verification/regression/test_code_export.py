@@ -15,26 +15,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import openpyxl
 import pytest
 from numpy.typing import NDArray
 from scipy.stats import qmc
-from spreadsheet_evaluator import evaluate_cell
 
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.export.export import export_formula
-from regression.export.latex_text import equations
 from regression.export.matlab_text import matlab_text
 from regression.export.program import Program, program_of
 from regression.formula import Formula, shipped_formulas
 from regression.friction.conditions import LUBRICANT_UNITS, conditions_of
 from regression.friction.data_cloud import data_cloud
-from regression.friction.error_tables import Interval
-from regression.friction.formula import FittedFormula, OilIdentity
+from regression.friction.error_tables import ErrorInterval
 from regression.friction.gaussian_process import GpResidual
 from regression.friction.models import FrictionFlag
+from regression.friction.oil_cards import OilIdentity
 
 Array = NDArray[np.float64]
 INPUTS = (
@@ -53,7 +50,7 @@ LOW = np.array([0.1e9, 2e-3, 2.0e11, 0.1, 1e-4, 1e-3, 270.0, 10e-6, 0.1, 0.01e-6
 HIGH = np.array([4e9, 0.2, 2.4e11, 50.0, 3.0, 5.0, 450.0, 100e-6, 20.0, 3e-6])
 
 
-# of a formula whose guard is left out: a workbook and statements one by one have no loops over cases
+# of a formula whose guard is left out: statements that run one by one have no loops over cases
 WITHOUT_GUARD = " without guard"
 
 
@@ -80,7 +77,7 @@ def state(table: dict[str, Array]) -> ContactState:
     return ContactState.of(**rest, roughness_rms_1=single, roughness_rms_2=single)
 
 
-def with_process(name: str) -> FittedFormula:
+def with_process(name: str) -> Formula:
     """A shipped formula with a made-up Gaussian process and a guard around 40 of the points."""
     formula = formula_of(name)
     table = conditions_of(state(points(name)), Oil.load(formula.oils[0].name or ""))
@@ -102,16 +99,16 @@ def with_process(name: str) -> FittedFormula:
         alpha=tuple(np.full(12, 1e-4).tolist()),
     )
     cases = {variable: values[:40] for variable, values in table.items()}
-    interval = Interval(level=0.9, log_width=1.7, largest=0.6, near=0.2, normalised=True)
+    interval = ErrorInterval(level=0.9, log_width=1.7, largest=0.6, near=0.2, normalised=True)
     cloud = data_cloud(cases, tuple(formula.ranges), count=16)
     return formula.model_copy(update={"residual": process, "cloud": cloud, "interval": interval})
 
 
 @cache
-def formula_of(name: str) -> FittedFormula:
+def formula_of(name: str) -> Formula:
     if name.endswith("+gp"):
         return with_process(name.removesuffix("+gp"))
-    formula = Formula.load(name.removesuffix(WITHOUT_GUARD)).formula
+    formula = Formula.load(name.removesuffix(WITHOUT_GUARD))
     return formula.model_copy(update={"cloud": None}) if name.endswith(WITHOUT_GUARD) else formula
 
 
@@ -119,7 +116,7 @@ def expected(name: str) -> Array:
     """mu, lower, upper, flag of the formula itself, shape (1000, 4)."""
     formula = formula_of(name)
     oil = Oil.load(formula.oils[0].name or "")
-    found = Formula(formula, name).evaluate(state(points(name)), oil)
+    found = formula.mu(state(points(name)), oil=oil)
     return np.column_stack([found.mu, found.lower, found.upper, found.flag])
 
 
@@ -140,7 +137,6 @@ def agree(found: Array, name: str, tolerance: float = 1e-12, interval: float | N
 
 
 NAMES = (*shipped_formulas(), "fva3_load_share+gp")
-WITHOUT_PROCESS = tuple(name for name in shipped_formulas() if not name.endswith("_gp"))
 
 
 def test_points_see_every_flag_a_formula_has() -> None:
@@ -309,88 +305,6 @@ def test_matlab_file_in_octave(name: str, tmp_path: Path) -> None:
     )
     subprocess.run([octave, "--norc", "--quiet", "--eval", script], cwd=tmp_path, check=False, timeout=300)
     agree(np.loadtxt(tmp_path / "found.txt"), name, 1e-12, 1e-9 if name.endswith("+gp") else None)
-
-
-@pytest.mark.parametrize("name", WITHOUT_PROCESS)
-def test_cells_of_the_workbook(name: str, tmp_path: Path) -> None:
-    program = export_formula(formula_of(name), tmp_path / "friction.xlsx")
-    book = openpyxl.load_workbook(tmp_path / "friction.xlsx")
-    sheet, numbers = book["friction"], book["coefficients"]
-    names = [cell.value for cell in sheet[2]]
-    cells: dict[str, Any] = {row[0].value: row[1].value for row in numbers.iter_rows(min_row=2)}
-    assert set(cells) <= set(book.defined_names)
-    letters = [cell.column_letter for cell in sheet[2]]
-    for letter, values in zip(letters, columns(program, name).T, strict=False):
-        cells[f"${letter}4"] = values
-    for step in program.steps:
-        letter = letters[names.index(step.name)]
-        text = sheet[f"{letter}4"].value
-        cells[f"${letter}4"] = evaluate_cell(text, cells)
-        # the other rows hold the same formula
-        assert re.sub(r"(\$[A-Z]+)4\b", r"\g<1>9", text) == sheet[f"{letter}9"].value
-    found = np.column_stack([np.broadcast_to(cells[f"${letters[names.index(n)]}4"], 1000) for n in OUTPUTS])
-    agree(found, name + WITHOUT_GUARD)
-    # the rows to start from lie within the range
-    start = np.array([[cell.value for cell in row[: len(program.arguments)]] for row in sheet.iter_rows(4, 23)])
-    first = {f"${letter}4": column for letter, column in zip(letters, start.T.astype(float), strict=False)}
-    cells |= first
-    for step in program.steps:
-        letter = letters[names.index(step.name)]
-        cells[f"${letter}4"] = evaluate_cell(sheet[f"{letter}4"].value, cells)
-    assert not np.any(cells[f"${letters[names.index('flag')]}4"])
-
-
-OUTPUTS = ("mu", "lower", "upper", "flag")
-
-
-@pytest.mark.parametrize("name", WITHOUT_PROCESS)
-def test_formula_for_one_cell(name: str, tmp_path: Path) -> None:
-    program = export_formula(formula_of(name), tmp_path / "friction.txt")
-    text = (tmp_path / "friction.txt").read_text().strip().splitlines()[-1]
-    assert text.startswith("=LET(")
-    assert len(text) < 8192
-    given = dict(zip((a.name for a in program.arguments), columns(program, name).T, strict=True))
-    np.testing.assert_allclose(evaluate_cell(text, given), expected(name)[:, 0], rtol=1e-12)
-
-
-def test_latex_sets(tmp_path: Path) -> None:
-    """Every equation passes the parser of matplotlib; the document compiles where LaTeX is installed."""
-    from matplotlib.mathtext import MathTextParser
-
-    program = export_formula(formula_of("75w90_load_share"), tmp_path / "friction.tex")
-    text = (tmp_path / "friction.tex").read_text()
-    parser = MathTextParser("agg")
-    shown = equations(program)
-    film = r"\left( 1 - \mathrm{share} \right) \, \mathrm{capped}"
-    assert shown[-1] == (r"\mu", rf"\mathrm{{share}} \, \mu_{{\mathrm{{b}}}} + {film}")
-    for symbol, expression in shown:
-        parser.parse(f"${symbol} = {expression}$")
-        assert f"{symbol} = {expression}" in text
-    assert text.count("{") == text.count("}")
-    assert text.count(r"\begin") == text.count(r"\end")
-    for value in program.coefficients:
-        assert repr(value.number) in text
-    if shutil.which("pdflatex") is not None:
-        command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "friction.tex"]
-        subprocess.run(command, cwd=tmp_path, check=True, timeout=120, capture_output=True)
-
-
-@pytest.mark.parametrize("language", ["latex", "spreadsheet"])
-def test_process_is_refused_where_there_are_no_loops(language: str, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="Python, C, Fortran or MATLAB"):
-        export_formula(formula_of("fva3_load_share+gp"), tmp_path / "friction.txt", language)
-
-
-def test_spreadsheet_says_that_the_guard_is_left_out(tmp_path: Path) -> None:
-    guarded = formula_of("fva3_load_share+gp").model_copy(
-        update={"residual": None, "interval": formula_of("fva3_load_share").interval}
-    )
-    export_formula(guarded, tmp_path / "friction.txt")
-    assert "far from all cases of the fit, are not flagged" in (tmp_path / "friction.txt").read_text()
-    export_formula(guarded, tmp_path / "friction.c")
-    text = (tmp_path / "friction.c").read_text()
-    assert "static double case_distance" in text
-    assert "not flagged" not in text
 
 
 def python_function(path: Path) -> Callable[..., Any]:

@@ -12,7 +12,7 @@ from scipy.spatial import Delaunay
 
 from ehl.common.errors import InputError
 from ehl.common.validation import validate
-from regression.friction.data_cloud import DataCloud, Extrapolation, covering_points, data_cloud, in_convex_hull
+from regression.friction.data_cloud import CloudDistance, DataCloud, covering_points, data_cloud, in_convex_hull
 
 NAMES = ("pressure_hertz", "radius_equivalent", "speed_entrainment")
 
@@ -35,20 +35,20 @@ def at(*u: float) -> dict[str, np.ndarray]:
 
 
 def test_fitted_cases_are_inside_and_new_ones_nearly_all() -> None:
-    assert (CLOUD.extrapolation(TABLE) == Extrapolation.INSIDE).all()
+    assert (CLOUD.extrapolation(TABLE) == CloudDistance.INSIDE).all()
     assert CLOUD.distance(TABLE).max() <= 1.0 + 1e-9
     new = CLOUD.extrapolation(cases(2000, 2))
-    assert np.mean(new != Extrapolation.INSIDE) < 0.03
-    assert not (new == Extrapolation.FAR).any()
+    assert np.mean(new != CloudDistance.INSIDE) < 0.03
+    assert not (new == CloudDistance.FAR).any()
 
 
 def test_the_cut_corner_is_outside_though_it_lies_in_the_box() -> None:
     corner = at(0.95, 0.95, 0.0)
     for name in NAMES:
         assert TABLE[name].min() < corner[name][0] < TABLE[name].max()
-    assert CLOUD.extrapolation(corner)[0] > Extrapolation.INSIDE
-    assert CLOUD.extrapolation(at(0.3, 0.3, 0.0))[0] == Extrapolation.INSIDE
-    assert CLOUD.extrapolation(at(3.0, 3.0, 0.0))[0] == Extrapolation.FAR
+    assert CLOUD.extrapolation(corner)[0] > CloudDistance.INSIDE
+    assert CLOUD.extrapolation(at(0.3, 0.3, 0.0))[0] == CloudDistance.INSIDE
+    assert CLOUD.extrapolation(at(3.0, 3.0, 0.0))[0] == CloudDistance.FAR
 
 
 @settings(max_examples=50, deadline=None)
@@ -56,10 +56,10 @@ def test_the_cut_corner_is_outside_though_it_lies_in_the_box() -> None:
 def test_every_way_out_leads_from_inside_to_far(direction: list[float]) -> None:
     unit = np.array(direction) / max(map(abs, direction))
     levels = [int(CLOUD.extrapolation(at(*(unit * f)))[0]) for f in (0.0, 1.2, 1.6, 4.0)]
-    assert levels[0] == Extrapolation.INSIDE
-    assert levels[1] >= Extrapolation.NEAR
+    assert levels[0] == CloudDistance.INSIDE
+    assert levels[1] >= CloudDistance.NEAR
     assert levels == sorted(levels)
-    assert levels[-1] == Extrapolation.FAR
+    assert levels[-1] == CloudDistance.FAR
 
 
 def test_hulls_are_those_of_each_pair_with_the_slack() -> None:
@@ -81,7 +81,7 @@ def test_hulls_are_those_of_each_pair_with_the_slack() -> None:
 def test_nothing_and_infinity_are_far() -> None:
     for value in (0.0, np.inf):
         assert CLOUD.extrapolation({**at(0.0, 0.0, 0.0), "speed_entrainment": np.array([value])})[0] == (
-            Extrapolation.FAR
+            CloudDistance.FAR
         )
 
 

@@ -13,8 +13,9 @@ from ehl.common.validation import validate
 from regression.data.dataset import columns, load_dataset
 from regression.fitting.coefficients import fit_form
 from regression.fitting.rows import computed_friction, usable_rows
+from regression.formula import Formula
 from regression.friction.families import ROUGH_SHARE
-from regression.friction.formula import corrected_form, load_formula
+from regression.friction.fitted import corrected_form
 from regression.friction.gaussian_process import ASPERITY_ODDS, GpResidual, corrected_parts, fit_residual, matern
 from regression.friction.gaussian_process import _unlikelihood as unlikelihood
 
@@ -139,7 +140,7 @@ def test_damaged_numbers_are_refused() -> None:
 @pytest.mark.parametrize("name", ["75w90_gp", "fva3_gp"])
 def test_compiled_sums_are_those_of_the_covariances(name: str) -> None:
     """At gear contacts, against the libraries' distances and exponentials; far off, at stored points, at no number."""
-    formula = load_formula(data_path("formulas", f"{name}.json"))
+    formula = Formula.load(data_path("formulas", f"{name}.json"))
     contacts = columns(load_dataset(f"gear_{name.removesuffix('_gp')}_paths").frame)
     odds = np.geomspace(1e-3, 1e3, len(contacts["pressure_hertz"]))
     for process in formula.processes:

@@ -15,7 +15,7 @@ from small_plans import GEAR_VARIABLES, sweep_plan
 
 from ehl.common.validation import validate
 from regression.data.dataset import load_dataset
-from regression.friction.formula import load_formula
+from regression.formula import Formula
 from regression.plan.plan import Plan
 from regression.sweeping.dask_workers import DaskCluster
 from regression.sweeping.evaluators import published_outputs
@@ -98,7 +98,7 @@ def test_array_merge_and_fit_give_what_a_local_run_gives(
     }
     assert mixed_ehl("sweep", "my plan.toml", "-o", "local", "--jobs", "1", *options).code == 0
     assert load_dataset(tmp_path / "all.h5").data_hash == load_dataset(tmp_path / "local").data_hash
-    assert load_formula(tmp_path / "array.json").data.hash == load_dataset(tmp_path / "local").data_hash
+    assert Formula.load(tmp_path / "array.json").data.hash == load_dataset(tmp_path / "local").data_hash
 
 
 def test_a_task_that_was_killed_leaves_nothing_merged(

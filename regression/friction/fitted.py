@@ -1,0 +1,510 @@
+"""A fitted friction formula: its equation and numbers, its errors and its range, and its JSON file."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+from functools import lru_cache
+from os import PathLike
+from pathlib import Path
+from typing import Annotated, Any, Self, TypeVar, Unpack, cast
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, PrivateAttr, model_validator
+
+from ehl.common.data import data_names, data_path
+from ehl.common.errors import InputError
+from ehl.common.files import parse_json, read_text, write_file
+from ehl.common.quantities import quantity
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel, validate
+from ehl.fluid.oil import Oil
+from ehl.state import ContactState
+from regression.friction.conditions import UNITS, Array, Conditions, PointConditions, conditions_of
+from regression.friction.data_cloud import CloudDistance, DataCloud
+from regression.friction.error_tables import Band, ErrorInterval, Finite, NoiseFloor, Scores
+from regression.friction.families import Family, family_named
+from regression.friction.gaussian_process import PROCESS_WORDS, GpResidual, Sums, corrected_form
+from regression.friction.models import FrictionEstimate, FrictionFlag, FrictionModel
+from regression.friction.oil_cards import OilIdentity
+
+_ALLOWED = "a formula file as `mixed-ehl fit RUN -o FILE.json` writes it"
+FORMULA_SCHEMA = 3
+_SMALLEST = 1e-300  # below any value a variable can have
+RANGE_TOLERANCE = 1e-3  # of either end: the cases of a plan end a little inside of its box
+THICK_FILM = 2.0  # lambda from which mu is that of the film, whatever the roughness
+_FRICTION = ValueRange("", ge=0.0, le=1.0)
+Friction = Annotated[float, _FRICTION]
+_Fitted = TypeVar("_Fitted", bound="FittedFormula")
+
+
+class DataIdentity(InputModel):
+    """Where the numbers come from."""
+
+    hash: str
+    plan: str
+    plan_hash: str
+    solver_version: str
+    count: int
+    used: int
+    excluded: dict[str, int]
+
+
+class FittedFormula(FrictionModel, InputModel):
+    """A fitted friction formula with its errors, its range and its origin: the content of a formula file.
+
+    What was not measured or not fitted is None: `residual`, `cloud`, `corners`, `paths`, `unseen`, `nested`, `noise`.
+    With `film_residual` the first process corrects the logit of the asperity load share, the second ln of the friction
+    of the film.
+    """
+
+    schema_version: int = Field(alias="schema")
+    writer: str
+    family: str
+    equation: str
+    coefficients: dict[str, Finite]
+    standard_errors: dict[str, Finite]
+    dropped: dict[str, str]
+    variance_inflation: dict[str, Finite]
+    condition_number: Finite
+    boundary_friction: Friction
+    boundary_friction_range: tuple[Friction, Friction] | None = None
+    ranges: dict[str, tuple[Finite, Finite]]
+    units: dict[str, str]
+    oils: tuple[OilIdentity, ...]
+    fit: Scores
+    validation: Scores
+    corners: Scores | None
+    paths: Scores | None = None
+    unseen: Scores | None = None
+    unseen_bands: tuple[Band, ...] = ()
+    nested: Scores | None = None
+    folds: int
+    bands: tuple[Band, ...]
+    interval: ErrorInterval
+    noise_floor: Finite
+    noise: NoiseFloor | None = None
+    data: DataIdentity
+    cloud: DataCloud | None = None
+    residual: GpResidual | None = None
+    film_residual: GpResidual | None = None
+
+    _name: str = PrivateAttr("")
+    _refuse: bool = PrivateAttr(False)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        family = family_named(self.family)
+        for term in family.terms:
+            if term not in self.coefficients:
+                raise InputError(f"coefficients.{term}", None, "a number")
+        for term in self.coefficients:
+            if term not in family.terms:
+                raise InputError(f"coefficients.{term}", term, "one of " + ", ".join(family.terms))
+        if self.equation != family.equation:
+            hint = "The program computes its own equation whatever the file says: fit the formula again."
+            raise InputError("equation", self.equation, f"that of family {family.name}: {family.equation}", hint)
+        for name, (low, high) in self.ranges.items():
+            if name not in UNITS:
+                raise InputError(f"ranges.{name}", name, "one of " + ", ".join(UNITS))
+            if low > high:
+                unit = UNITS[name] or "1"
+                raise InputError(f"ranges.{name}", [low, high], f"the lower end first, then the upper one, in {unit}")
+        for name, unit in self.units.items():
+            if unit != UNITS.get(name):
+                allowed = repr(UNITS[name]) if name in UNITS else "a unit of one of " + ", ".join(UNITS)
+                raise InputError(f"units.{name}", unit, allowed, "The numbers of the file are in SI units.")
+        if self.interval.normalised and self.residual is None:
+            raise InputError("interval.normalised", True, "false where there is no Gaussian-process residual")
+        if self.film_residual is not None and (self.residual is None or family.parts is None):
+            allowed = "a second process only beside the first, of a family that gives both parts of mu"
+            raise InputError("film_residual", self.family, allowed)
+        return self
+
+    @classmethod
+    def load(cls, name: str | PathLike[str], *, boundary_friction: float | None = None, refuse: bool = False) -> Self:
+        """A shipped formula, or the one of a formula file.
+
+        Parameters
+        ----------
+        name : str or path
+            One of ``ehl.shipped("formulas")``, or the path of a file.
+        boundary_friction : float, optional
+            Of the asperities [-], in place of the one of the data.
+        refuse : bool
+            Refuse points outside the range or extrapolated points, in place of flagging them.
+
+        Raises
+        ------
+        InputError
+            There is no such formula, the file is none, was edited or damaged, or was written by another version, or
+            the family does not take boundary friction as an input.
+
+        Examples
+        --------
+        >>> from regression import Formula
+        >>> Formula.load("75w90").family
+        'rough_share'
+        """
+        shipped = data_names("formulas", ".json")
+        if str(name) in shipped:
+            path, shown = data_path("formulas", f"{name}.json"), str(name)
+        else:
+            path = Path(name)
+            shown = path.name
+            if path.suffix != ".json" and not os.path.exists(path):
+                allowed = f"one of {', '.join(shipped)}, or the path of a formula file (.json)"
+                raise InputError("formula", str(name), allowed, "Check the name or the path.")
+        formula: Self = _read(cls, str(path), read_text(path, "formula file", _ALLOWED))
+        return formula.with_options(boundary_friction, refuse=refuse, name=shown)
+
+    def with_options(
+        self, boundary_friction: float | None = None, *, refuse: bool = False, name: str | None = None
+    ) -> Self:
+        """The same formula with another boundary friction or name, or one that refuses what lies outside its data.
+
+        Parameters
+        ----------
+        boundary_friction : float, optional
+            Of the asperities [-].
+        refuse : bool
+            Refuse points outside the range or extrapolated points.
+        name : str, optional
+            What tables and reports call it.
+
+        Raises
+        ------
+        InputError
+            The family does not take boundary friction as an input, or it is out of range.
+        """
+        changes: dict[str, float] = {}
+        if boundary_friction is not None:
+            if self.form.design is not None:
+                hint = "Its boundary friction is that of its data."
+                raise InputError("boundary_friction", boundary_friction, "a family that takes it as an input", hint)
+            changes["boundary_friction"] = _FRICTION.check(boundary_friction, "boundary_friction")
+        formula = self.model_copy(update=changes)
+        formula._refuse = refuse or self._refuse
+        formula._name = self._name if name is None else name
+        return formula
+
+    @property
+    def name(self) -> str:
+        """The shipped name or the name of the file it was loaded by; of a formula just fitted its `label`."""
+        return self._name or self.label
+
+    @property
+    def label(self) -> str:
+        """The family, with the Gaussian process if there is one, for tables."""
+        return self.family if self.residual is None else f"{self.family} + GP"
+
+    @property
+    def form(self) -> Family:
+        """The family this formula belongs to."""
+        return family_named(self.family)
+
+    @property
+    def uses_texture(self) -> bool:
+        """Whether mu depends on the lay of the roughness: the data must hold more than one Peklenik number."""
+        return "peklenik_number" in self.ranges
+
+    @property
+    def processes(self) -> tuple[GpResidual, ...]:
+        """The Gaussian processes: none, one of ln mu, or those of the share and of the film."""
+        if self.residual is None:
+            return ()
+        return (self.residual,) if self.film_residual is None else (self.residual, self.film_residual)
+
+    def with_roughness_in_range(self, conditions: Conditions) -> Conditions:
+        """Conditions with the roughness moved into its range where films are so thick that it leaves friction alone.
+
+        So smooth contacts (Rq = 0) are within the range: above lambda 2 mu is that of the film.
+        """
+        # here and below ufuncs only: `regression.export` records them
+        thick = conditions["film_ratio_formula"] >= THICK_FILM
+        moved = dict(conditions)
+        for name, (low, high) in self.ranges.items():
+            if name == "roughness_rms":
+                moved[name] = np.where(thick, np.maximum(conditions[name], low), conditions[name])
+            elif name in ("correlation_length", "peklenik_number"):
+                moved[name] = np.where(thick, np.minimum(np.maximum(conditions[name], low), high), conditions[name])
+        return moved
+
+    def beyond(self, conditions: Conditions) -> list[tuple[str, float, float]]:
+        """Variables that lie outside their ranges at one point: name, value and the limit it passes, SI units."""
+        moved, found = self.with_roughness_in_range(conditions), []
+        for name, (low, high) in self.ranges.items():
+            value = float(np.ravel(moved[name])[0])
+            if not low - RANGE_TOLERANCE * abs(low) <= value <= high + RANGE_TOLERANCE * abs(high):
+                found.append((name, value, low if value < low else high))
+        return found
+
+    def outside(self, conditions: Conditions) -> NDArray[np.bool_]:
+        """Where at least one variable lies outside its range."""
+        conditions = self.with_roughness_in_range(conditions)
+        result = np.zeros_like(conditions["pressure_hertz"], dtype=bool)
+        for name, (low, high) in self.ranges.items():
+            below, above = low - RANGE_TOLERANCE * abs(low), high + RANGE_TOLERANCE * abs(high)
+            result = result | (conditions[name] < below) | (conditions[name] > above)
+        return result
+
+    def excess(self, conditions: Conditions) -> Array:
+        """ln of the factor by which variables leave their ranges, all factors together; 0 inside."""
+        result: Any = 0.0
+        conditions = self.with_roughness_in_range(conditions)
+        for name, (low, high) in self.ranges.items():
+            value = np.maximum(conditions[name], _SMALLEST)
+            if low > 0.0:
+                result = result + np.maximum(np.log(low / value), 0.0)
+            if high > 0.0:
+                result = result + np.maximum(np.log(value / high), 0.0)
+        return np.asarray(result) if isinstance(result, float) else cast("Array", result)
+
+    def with_minimum_sliding(self, conditions: Conditions) -> tuple[Conditions, Array]:
+        """Conditions with at least the smallest sliding of the data, and the factor mu falls to 0 with below it."""
+        smallest = self.ranges.get("slide_to_roll_total", (0.0, 0.0))[0]
+        total = conditions["slide_to_roll_total"]
+        if smallest <= 0.0:
+            return conditions, np.ones_like(total)
+        sliding_ratio = np.maximum(total, smallest)
+        sliding = sliding_ratio * np.absolute(conditions["speed_entrainment"])
+        table = {**conditions, "slide_to_roll_total": sliding_ratio, "speed_sliding": sliding}
+        return table, np.minimum(total / smallest, 1.0)
+
+    def log_width(
+        self,
+        film_ratio: Array,
+        deviation: Array | None,
+        outside: NDArray[np.bool_],
+        excess: Array,
+        near: NDArray[np.bool_],
+        far: NDArray[np.bool_],
+    ) -> Array:
+        """Half width of the interval of ln mu, widened where a point is extrapolated or outside the range.
+
+        Outside the range the interval is as wide as near the data, times the factor by which variables leave their
+        ranges, up to the greatest error of all cases (ours; checked by `validation/input_uncertainty.py --outside`).
+        """
+        width = self.interval.width(film_ratio, deviation)
+        width = np.where(near | outside, np.maximum(width, self.interval.near), width)
+        largest = np.maximum(width, self.interval.largest)
+        return np.where(far, largest, np.where(outside, np.minimum(width + excess, largest), width))
+
+    def extrapolation(self, conditions: Conditions) -> NDArray[np.int8]:
+        """`regression.friction.data_cloud.CloudDistance` of every point; all inside where the file holds no cloud."""
+        if self.cloud is None:
+            return np.zeros(np.shape(conditions["pressure_hertz"]), dtype=np.int8)
+        return self.cloud.extrapolation(self.with_roughness_in_range(conditions))
+
+    def evaluate(self, conditions: Conditions, oil: Oil | None = None) -> FrictionEstimate:
+        """Friction with the interval of the fit; outside its range and with another oil the largest error seen.
+
+        Below the least sliding of the data mu falls linearly to 0 with it: the form itself may be infinite there.
+
+        Parameters
+        ----------
+        conditions : mapping
+            `regression.friction.conditions.conditions_of` the contact points.
+        oil : Oil, optional
+            Oil card, which is compared with those of the data.
+
+        Returns
+        -------
+        FrictionEstimate
+
+        Raises
+        ------
+        InputError
+            The formula was loaded with `refuse`, and a point is outside the range or extrapolated.
+        """
+        outside, extrapolation = self.outside(conditions), self.extrapolation(conditions)
+        near, far = extrapolation >= CloudDistance.NEAR, extrapolation == CloudDistance.FAR
+        if self._refuse and np.any(outside | near):
+            raise self._refused(conditions, outside | near)
+        mu, deviation = self._values(conditions, (None, None))
+        width = self.log_width(conditions["film_ratio_formula"], deviation, outside, self.excess(conditions), near, far)
+        lower, upper = mu * np.exp(-width), mu * np.exp(width)
+        oil_flag = FrictionFlag.OK if oil is None else self.oil_flag(oil)
+        if oil_flag == FrictionFlag.OTHER_OIL:
+            widest = self.interval.largest
+            lower, upper = np.minimum(lower, mu * np.exp(-widest)), np.maximum(upper, mu * np.exp(widest))
+        flag = flags_of(oil_flag, near, far, outside, np.isnan(mu))
+        return FrictionEstimate(mu, lower, upper, np.asarray(flag).astype(np.int8))
+
+    def coefficient(self, conditions: Conditions, oil: Oil | None = None) -> Array:
+        """mu as in `evaluate`, without its interval and the guard of its range [-]."""
+        means = tuple(process.mean_alone for process in self.processes)
+        return self._values(conditions, (*means, None, None)[:2])[0]
+
+    def _values(self, conditions: Conditions, sums: tuple[Sums | None, ...]) -> tuple[Array, Array | None]:
+        """mu, and the deviation of its logarithm by the processes."""
+        table, ramp = self.with_minimum_sliding(conditions)
+        shape = np.shape(ramp)
+        flat = {name: np.ravel(values) for name, values in table.items()}
+        mu, deviation = self.friction(flat, self.boundary_friction, sums)
+        mu = mu.reshape(shape)
+        # 0 is an exponential that fell below the range of numbers
+        undefined = ~(np.isfinite(mu) & (mu > 0.0))
+        mu = np.where(undefined, np.nan, mu * ramp)
+        return mu, None if deviation is None else deviation.reshape(shape)
+
+    def friction(
+        self, table: Conditions, boundary_friction: float | Array, sums: tuple[Sums | None, ...] = (None, None)
+    ) -> tuple[Array, Array | None]:
+        """mu by the form and its residual, and the residual's standard deviation of ln mu (None without residual).
+
+        Parameters
+        ----------
+        table : mapping
+            Columns of shape (n,), with sliding.
+        boundary_friction : float or array of shape (n,)
+        sums : tuple of callable, optional
+            As of `GpResidual.correction`, of each process.
+        """
+        return corrected_form(self.form, self.coefficients, self.processes, table, boundary_friction, sums)
+
+    def to_text(self) -> str:
+        """The equation and its coefficients, to read and to type in."""
+        lines = [f"{self.family}: {self.form.title}", self.equation, ""]
+        for term in self.form.terms:
+            note = f"  ({self.dropped[term]})" if term in self.dropped else ""
+            error = self.standard_errors.get(term)
+            spread = f" +- {error:.3g}" if error is not None and not note else ""
+            lines.append(f"  {term} = {self.coefficients[term]:.9g}{spread}{note}")
+        for process, what in zip(self.processes, PROCESS_WORDS[len(self.processes)], strict=True):
+            inputs = ", ".join(process.variables)
+            lines += ["", f"{what}, r a Gaussian process of {len(process.points)} points in {inputs}"]
+        lines += ["", "range:"]
+        lines += [f"  {name}: {low:.6g} to {high:.6g} {UNITS[name]}" for name, (low, high) in self.ranges.items()]
+        return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of the formula file with its checksum; SI units, names of docs/nomenclature.md."""
+        content = self.model_dump(mode="json", by_alias=True)
+        return {**content, "checksum": _checksum(content)}
+
+    def to_json(self) -> str:
+        """The text of the formula file; numbers keep all their digits, rows of numbers stand on one line."""
+        text = json.dumps(self.to_dict(), indent=2, allow_nan=False)
+        numbers = re.compile(r"\[\s+((?:-?[\d.][\w.+-]*,\s+)*-?[\d.][\w.+-]*)\s+\]")
+        return numbers.sub(lambda found: "[" + re.sub(r"\s+", " ", found[1]) + "]", text) + "\n"
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the formula file (JSON).
+
+        Parameters
+        ----------
+        path : str or path
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
+        write_file(Path(path), self.to_json(), "formula file")
+
+    def default_oil(self) -> str:
+        """Name of the oil it was fitted to.
+
+        Raises
+        ------
+        InputError
+            It was fitted to several oils, or to none of a name.
+        """
+        names = [str(identity.name) for identity in self.oils if identity.name is not None]
+        if len(names) == 1:
+            return names[0]
+        raise InputError("oil", None, "one of " + ", ".join(names or data_names("oils")))
+
+    def range_note(
+        self, state: ContactState | None = None, *, oil: Oil | str | None = None, **conditions: Unpack[PointConditions]
+    ) -> str:
+        """One sentence with every variable that lies outside the range of the data, its value and limit; else empty.
+
+        Parameters
+        ----------
+        state : ContactState, optional
+            One contact point; in its place the keywords of `mu`.
+        oil : Oil or str, optional
+            Oil card or its name; the one of the formula if not given.
+        **conditions : float or str
+            As of `mu`.
+        """
+        parts = []
+        for variable, value, limit in self.beyond(conditions_of(*self._points(state, oil, conditions))):
+            entry, side = quantity(variable), "at least" if value < limit else "at most"
+            parts.append(f"{entry.label} {entry.text(value, 3)} ({side} {entry.text(limit, 3)})")
+        if not parts:
+            return ""
+        return f"outside the data of {self.name}: {', '.join(parts)}; the interval is wider by the distance"
+
+    def oil_note(self, oil: Oil) -> str:
+        """One sentence where the formula was fitted to another oil or to another card of it; else empty.
+
+        Parameters
+        ----------
+        oil : Oil
+            Oil card the formula is used with.
+        """
+        flag = self.oil_flag(oil)
+        if flag == FrictionFlag.OTHER_CARD:
+            return f"the card of {oil.name} has other figures now than when the data of {self.name} were computed"
+        if flag == FrictionFlag.OK:
+            return ""
+        names = ", ".join(str(identity.name or "a lubricant by numbers") for identity in self.oils)
+        return (
+            f"friction model {self.name} was fitted to {names}, not to {oil.name}: its interval is at least its "
+            f"largest error seen, and nothing says how far {oil.name} differs; fit a formula to it, or use ehl"
+        )
+
+    def oil_flag(self, oil: Oil) -> FrictionFlag:
+        """Whether the formula was fitted to this oil, to another card of it, or to another oil."""
+        found = [same for same in (identity.compared(oil) for identity in self.oils) if same is not None]
+        if found or not self.oils:
+            return FrictionFlag.OK if all(found[:1]) else FrictionFlag.OTHER_CARD
+        return FrictionFlag.OTHER_OIL
+
+    def _refused(self, conditions: Conditions, wrong: NDArray[np.bool_]) -> InputError:
+        count = f"{int(np.sum(wrong))} of {wrong.size} points"
+        for name, (low, high) in self.ranges.items():
+            there = np.ravel(conditions[name])[np.ravel(wrong)]
+            if there.min() < low or there.max() > high:
+                value = float(there.min() if there.min() < low else there.max())
+                where = f"{low:.6g} to {high:.6g} {UNITS[name]}".strip()
+                return InputError(name, value, where, f"{count} lie outside the data of {self.name}.")
+        hint = f"Each variable is within its range, but no case of {self.name} has them together."
+        return InputError("conditions", count, "points among the data", hint)
+
+
+def flags_of(start: Any, near: Any, far: Any, outside: Any, undefined: Any) -> Any:
+    """`FrictionFlag` of points: `start`, or the worst of what follows that holds there."""
+    warning = np.where(near, float(FrictionFlag.EXTRAPOLATED_NEAR), start)
+    warning = np.where(far, float(FrictionFlag.EXTRAPOLATED_FAR), warning)
+    warning = np.where(outside, float(FrictionFlag.OUTSIDE_RANGE), warning)
+    return np.where(undefined, float(FrictionFlag.UNDEFINED), warning)
+
+
+@lru_cache(maxsize=8)
+def _read(model: type[_Fitted], name: str, text: str) -> _Fitted:
+    """Formula of a file's text; kept, since checks and checksum cost more than an evaluation."""
+    path = Path(name)
+    content = parse_json(text, "formula file", name, _ALLOWED)
+    if not isinstance(content, dict) or not isinstance(content.get("schema"), int):
+        raise InputError("formula file", name, _ALLOWED, "It holds no schema number.")
+    if content["schema"] != FORMULA_SCHEMA:
+        advice = "update mixed-ehl" if content["schema"] > FORMULA_SCHEMA else "fit it again"
+        hint = f"Version {content.get('writer', 'unknown')} wrote it: {advice}."
+        raise InputError(f"{path.name}.schema", content["schema"], f"{FORMULA_SCHEMA}", hint)
+    stated = content.pop("checksum", None)
+    formula = validate(model, content, path.name)
+    if stated != _checksum(content):
+        hint = "It was edited by hand or damaged, and its stated errors belong to other numbers: fit it again."
+        raise InputError(f"{path.name}.checksum", stated, "the checksum of the file's content", hint)
+    return formula
+
+
+def _checksum(content: dict[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
