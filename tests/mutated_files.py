@@ -47,7 +47,7 @@ from ehl.surface.measured_profile import load_profile
 from regression.calibration.measurement import read_measurement
 from regression.calibration.setup import load_setup
 from regression.data.store import read_file
-from regression.friction.formula import _checksum
+from regression.friction.fitted import _checksum
 from regression.friction.models import FrictionFlag
 from regression.plan.plan import Plan
 
