@@ -12,7 +12,6 @@ import regression
 from ehl import InputError
 from ehl.common.console import ADVANCED, FORMULA, App, check_outputs, check_suffix, print_json, working
 from regression.cli.sweep import sweep_app
-from regression.friction.published_registry import PublishedFriction, model_label
 
 
 def fit(
@@ -119,15 +118,15 @@ def mu(
     content: dict[str, Any] = friction.mu(oil=name, **point).to_dict()
     other = friction.oil_note(ehl.Oil.load(name)) if isinstance(friction, regression.Formula) else ""
     content |= {"friction_model": friction.name, "oil": name}
-    if isinstance(friction, PublishedFriction):
-        content["certainty"] = friction.certainty
+    if certainty := getattr(friction, "certainty", None):
+        content["certainty"] = certainty
     if hull and isinstance(friction, regression.Formula):
         content["in_convex_hull"] = bool(friction.in_convex_hull(hull, oil=name, **point))
     spread = None if content["friction_coefficient"] is None else friction.uncertainty(oil=name, **point)
     if json_output:
         print_json(content | ({} if spread is None else {"uncertainty": spread.to_dict()}))
     else:
-        _print_friction(content, model_label(friction.name))
+        _print_friction(content, friction.title)
         if spread is not None and spread.low < spread.high:
             typer.echo(f"inputs: mu = {'; '.join((spread.headline(), *spread.notes))}")
     outside = friction.range_note(oil=name, **point) if isinstance(friction, regression.Formula) else ""

@@ -109,6 +109,13 @@ class FrictionModel(ABC):
             """The specification of the model, for tables and reports."""
 
     @property
+    def title(self) -> str:
+        """The model as pages and figures name it: by author and year, "constant 0.05", or "formula 75w90"."""
+        from regression.friction.published_registry import model_label
+
+        return model_label(self.name)
+
+    @property
     def solves_contacts(self) -> bool:
         """Whether each value is the solution of a contact, which takes seconds."""
         return False

@@ -23,7 +23,7 @@ from regression.data.dataset import Dataset, load_dataset
 from regression.fitting.fit import fit_formula
 from regression.fitting.rows import fitted_rows, usable_rows
 from regression.fitting.sensitivity import formula_sensitivity
-from regression.formula import Formula
+from regression.friction.fitted import FittedFormula
 from regression.friction.published_registry import PUBLISHED
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs
@@ -60,7 +60,7 @@ def dataset(run: Path) -> Dataset:
 
 
 @pytest.fixture(scope="module")
-def formulas(dataset: Dataset) -> list[Formula]:
+def formulas(dataset: Dataset) -> list[FittedFormula]:
     return [fit_formula(dataset, name) for name in ("load_share", "power_law")]
 
 
@@ -77,7 +77,7 @@ def named_axes(figure: Figure) -> int:
     return len(panels)
 
 
-def test_every_figure_names_its_axes(dataset: Dataset, formulas: list[Formula]) -> None:
+def test_every_figure_names_its_axes(dataset: Dataset, formulas: list[FittedFormula]) -> None:
     scene = middle_conditions(dataset, "fva3")
     assert named_axes(plot_residuals(dataset, formulas[0])) >= 8
     assert named_axes(plot_stribeck(scene, formulas)) == 3
@@ -86,7 +86,7 @@ def test_every_figure_names_its_axes(dataset: Dataset, formulas: list[Formula]) 
     assert named_axes(plot_regimes(dataset, formulas)) >= 2
 
 
-def test_all_formulas_lie_over_the_data(dataset: Dataset, formulas: list[Formula]) -> None:
+def test_all_formulas_lie_over_the_data(dataset: Dataset, formulas: list[FittedFormula]) -> None:
     scene = middle_conditions(dataset, "fva3")
     for figure in (plot_stribeck(scene, formulas), plot_traction(scene, formulas)):
         labels = {str(text.get_text()).removesuffix(" (M)") for text in figure.legends[0].get_texts()}
@@ -112,13 +112,13 @@ def test_near_cases_are_near(dataset: Dataset) -> None:
     assert np.abs(table["pressure_hertz"] - scene.held["pressure_hertz"]).max() <= 0.22 * (high - low)
 
 
-def test_parity_counts_the_fitted_cases(dataset: Dataset, formulas: list[Formula]) -> None:
+def test_parity_counts_the_fitted_cases(dataset: Dataset, formulas: list[FittedFormula]) -> None:
     figure = plot_regimes(dataset, formulas)
     counts = [int(found[1]) for axes in figure.axes if (found := re.search(r"(\d+) cases fitted", axes.get_title()))]
     assert sum(counts) == formulas[0].data.used == len(usable_rows(dataset, corners=False)[0])
 
 
-def test_bars_are_the_indices(formulas: list[Formula], dataset: Dataset) -> None:
+def test_bars_are_the_indices(formulas: list[FittedFormula], dataset: Dataset) -> None:
     from ehl.fluid.oil import Oil
 
     indices = formula_sensitivity(formulas[0], Oil.load("fva3"), size=256)
@@ -132,7 +132,7 @@ def cells(page: str) -> list[list[str]]:
     return [[re.sub(r"<[^>]+>", "", cell).strip() for cell in re.findall(r"<t[dh][^>]*>.*?</t[dh]>", r)] for r in rows]
 
 
-def test_page(dataset: Dataset, formulas: list[Formula], tmp_path: Path) -> None:
+def test_page(dataset: Dataset, formulas: list[FittedFormula], tmp_path: Path) -> None:
     path = write_page(tmp_path / "fit.html", fit_sections(dataset, formulas, ["xu", "not_there"]))
     page, seen = path.read_text(encoding="utf-8"), read_page(path)
     rows = {row[0]: row for row in cells(page) if row}
@@ -202,11 +202,10 @@ def test_an_oil_named_by_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     middle = middle_conditions(dataset, str(card))
     assert len(middle.near(*middle.held)[0]) == len(fitted_rows(dataset))
     # the formula knows its own oil, by whatever path it is read, and names any other
-    model = Formula(formula, "own")
-    assert model.oil_note(Oil.load(str(card))) == ""
+    assert formula.oil_note(Oil.load(str(card))) == ""
     copy = card.rename("moved.toml")
-    assert model.oil_note(Oil.load(str(copy))) == ""
-    assert "not to fva3" in model.oil_note(Oil.load("fva3"))
+    assert formula.oil_note(Oil.load(str(copy))) == ""
+    assert "not to fva3" in formula.oil_note(Oil.load("fva3"))
 
 
 @pytest.mark.parametrize("name", ["folder/" * 8 + "oil.toml", "öl.toml", "a, b.toml"])
