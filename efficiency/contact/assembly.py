@@ -138,24 +138,15 @@ class Axis:
 
 @dataclass(frozen=True)
 class DisplacedAxes:
-    """Where the axes of both members went.
+    """Where the axes of both members went."""
 
-    Attributes
-    ----------
-    E, P, G, shaft_angle_error : float
-        Misalignments [m], shaft_angle_error [rad]; E positive along y of the mesh frame.
-    frame : (3, 3) array
-        Columns x, y, z of the displaced mesh frame in the frame of the assembly.
-    origin : (3,) array
-        Its origin there [m].
-    """
-
+    # misalignments [m], [rad]; E positive along y of the mesh frame
     E: float
     P: float
     G: float
     shaft_angle_error: float
-    frame: FloatArray
-    origin: FloatArray
+    frame: FloatArray  # (3, 3) columns x, y, z of the displaced mesh frame in the frame of the assembly
+    origin: FloatArray  # (3,) its origin there [m]
 
     def distance(self, other: DisplacedAxes) -> tuple[float, float]:
         """Largest change of E, P, G [m], and of shaft_angle_error [rad]."""
@@ -165,21 +156,11 @@ class DisplacedAxes:
 
 @dataclass(frozen=True)
 class RigidMove:
-    """Small displacement of a member: of a reference point, and the rotation about it.
+    """Small displacement of a member: of a reference point, and the rotation about it."""
 
-    Attributes
-    ----------
-    reference : (3,) array
-        Point on the axis, mesh frame [m].
-    shift : (3,) array
-        [m].
-    rotation : (3,) array
-        Rotation vector [rad].
-    """
-
-    reference: FloatArray
-    shift: FloatArray
-    rotation: FloatArray
+    reference: FloatArray  # (3,) point on the axis, mesh frame [m]
+    shift: FloatArray  # (3,) [m]
+    rotation: FloatArray  # (3,) rotation vector [rad]
 
     def turned(self, vector: FloatArray) -> FloatArray:
         """A vector after the rotation (Rodrigues)."""

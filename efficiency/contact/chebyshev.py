@@ -57,22 +57,13 @@ def _polynomials(x: Array, count: int) -> Array:
 
 @dataclass(frozen=True)
 class Patch:
-    """Several scalar fields over ``u_range x v_range``.
+    """Several scalar fields over ``u_range x v_range``."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        Names of the fields, in the order of the last axis of `coefficients`.
-    u_range, v_range : (float, float)
-        The rectangle.
-    coefficients : (nu, nv, k) array
-        Tensor Chebyshev coefficients.
-    """
-
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # names of the fields, in the order of the last axis of `coefficients`
+    # u_range, v_range: the rectangle
     u_range: tuple[float, float]
     v_range: tuple[float, float]
-    coefficients: FloatArray
+    coefficients: FloatArray  # (nu, nv, k) tensor Chebyshev coefficients
 
     @staticmethod
     def nodes(

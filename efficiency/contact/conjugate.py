@@ -134,39 +134,19 @@ class ConjugateFlank(Flank):
     """Conjugate flank with ease-off; built by `conjugate_flank`.
 
     The surface parameters are u [m] and depth fraction v of the gear flank and the rotation of the gear [rad].
-
-    Attributes
-    ----------
-    side : str
-        ``"concave"`` or ``"convex"``.
-    blank : Blank
-        Of the pinion.
-    assembly : Assembly
-        Position of the members for which the flank is conjugate.
-    patch : Patch
-        Gear flank: position, normal, and ``relief`` [m].
-    sense : float
-        +1 or -1: turns the product of the tangents out of the tooth.
-    start : (3, 1) array
-        Parameters near `place`.
-    place : (float, float)
-        Blank coordinates (u, h) [m] where the search for points starts: in the middle of the face, halfway up the
-        addendum, as the mean point may lie at the limit of undercut.
-    origin : str
-        What the flank is, in words for results.
-    error : float
-        Interpolation error of the gear flank [m].
     """
 
-    side: FlankSide
-    blank: Blank
-    assembly: Assembly
-    patch: Patch
-    sense: float
-    start: FloatArray
+    side: FlankSide  # ``"concave"`` or ``"convex"``
+    blank: Blank  # of the pinion
+    assembly: Assembly  # position of the members for which the flank is conjugate
+    patch: Patch  # gear flank: position, normal, and ``relief`` [m]
+    sense: float  # +1 or -1: turns the product of the tangents out of the tooth
+    start: FloatArray  # (3, 1) parameters near `place`
+    # blank coordinates (u, h) [m] where the search for points starts: in the middle of the face, halfway up the
+    # addendum, as the mean point may lie at the limit of undercut
     place: tuple[float, float]
-    origin: str
-    error: float
+    origin: str  # what the flank is, in words for results
+    error: float  # interpolation error of the gear flank [m]
 
     def sweep(self, x: Array) -> tuple[Array, Array, Array]:
         """Point, unit normal out of the tooth and equation of meshing at (u, v, gear rotation)."""
@@ -262,18 +242,10 @@ _MIN_POINTS, _HIGHEST = 6, 10
 
 @dataclass(frozen=True)
 class EaseOffMap:
-    """Smooth ease-off through a table.
+    """Smooth ease-off through a table."""
 
-    Attributes
-    ----------
-    coefficients : (n, m) array
-        Chebyshev coefficients over length and depth [m].
-    error : float
-        Maximum distance by which the surface through all other points misses a point [m].
-    """
-
-    coefficients: FloatArray
-    error: float
+    coefficients: FloatArray  # (n, m) Chebyshev coefficients over length and depth [m]
+    error: float  # maximum distance by which the surface through all other points misses a point [m]
 
     def __call__(self, length: FloatArray, depth: FloatArray) -> FloatArray:
         """Relief [m] at points of the gear flank."""

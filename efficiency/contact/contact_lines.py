@@ -33,26 +33,17 @@ MAX_RADIUS = 10.0
 
 @dataclass(frozen=True)
 class EdgeProximity:
-    """The tip, toe or heel edge next to each point, in the section in which its contact is plane.
+    """The tip, toe or heel edge next to each point, in the section in which its contact is plane."""
 
-    Attributes
-    ----------
-    index : (n,) int array
-        Of the nearest free edge in `EDGES`.
-    distance : (n,) array
-        From the place of closest approach of the unlimited flanks to the edge [m]: positive where it lies inside the
-        flank, negative where the edge itself is next to touch.
-    crossing : (n,) array
-        Radius of the edge over that of its section in the plane of contact [-]: cosine squared of the angle between
-        line and edge, 1 where the section is square to the edge.
-    touching : (n,) bool array
-        Points that belong to an edge, not to a line of contact; on a relieved flank the relief next to the edge may
-        touch in its place.
-    """
-
-    index: IntArray
+    index: IntArray  # (n,) of the nearest free edge in `EDGES`
+    # (n,) from the place of closest approach of the unlimited flanks to the edge [m]: positive where it lies inside the
+    # flank, negative where the edge itself is next to touch
     distance: FloatArray
+    # (n,) radius of the edge over that of its section in the plane of contact [-]: cosine squared of the angle between
+    # line and edge, 1 where the section is square to the edge
     crossing: FloatArray
+    # (n,) points that belong to an edge, not to a line of contact; on a relieved flank the relief next to the edge may
+    # touch in its place
     touching: NDArray[np.bool_]
 
     def at(self, points: IntArray) -> EdgeProximity:
@@ -144,31 +135,16 @@ class MeshPosition:
 
 @dataclass(frozen=True)
 class CycleLines:
-    """Lines of contact of all tooth pairs at the positions of a pinion pitch, before they are divided into points.
+    """Lines of contact of all tooth pairs at the positions of a pinion pitch, before they are divided into points."""
 
-    Attributes
-    ----------
-    surface : MeshSurface
-        Map of the mesh.
-    angles : (positions,) array
-        Pinion angles [rad].
-    roll : (k,) array
-        Roll angles of all tooth pairs at all positions [rad].
-    tooth, owner : (k,) int arrays
-        Tooth pair and position they belong to.
-    on_path : (m,) int array
-        Those that have a line of contact.
-    spans : Spans
-        Their lines.
-    """
-
-    surface: MeshSurface
-    angles: FloatArray
-    roll: FloatArray
+    surface: MeshSurface  # map of the mesh
+    angles: FloatArray  # (positions,) pinion angles [rad]
+    roll: FloatArray  # (k,) roll angles of all tooth pairs at all positions [rad]
+    # tooth, owner: (k,) tooth pair and position they belong to
     tooth: IntArray
     owner: IntArray
-    on_path: IntArray
-    spans: Spans
+    on_path: IntArray  # (m,) those that have a line of contact
+    spans: Spans  # their lines
 
     @cached_property
     def edges(self) -> tuple[EdgePiece, ...]:
@@ -302,30 +278,18 @@ def _lowest(closing: FloatArray) -> float:
 
 @dataclass(frozen=True)
 class Across:
-    """Sections across lines of contact, through points of the map.
+    """Sections across lines of contact, through points of the map."""
 
-    Attributes
-    ----------
-    surface : MeshSurface
-        Map of the mesh.
-    u, v : (n,) arrays
-        The points.
-    on_gear, on_pinion : (2, n) arrays
-        Change of the map coordinates along the section [1], [1/m]: of the gear point, and of that conjugate to
-        the pinion point there.
-    centre : (n,) array
-        Closest approach of the flanks without relief [m].
-    curvature : (n,) array
-        Their relative curvature [1/m].
-    """
-
-    surface: MeshSurface
+    surface: MeshSurface  # map of the mesh
+    # u, v: (n,) the points
     u: FloatArray
     v: FloatArray
+    # on_gear, on_pinion: (2, n) change of the map coordinates along the section [1], [1/m]: of the gear point, and of
+    # that conjugate to the pinion point there
     on_gear: FloatArray
     on_pinion: FloatArray
-    centre: FloatArray
-    curvature: FloatArray
+    centre: FloatArray  # (n,) closest approach of the flanks without relief [m]
+    curvature: FloatArray  # (n,) their relative curvature [1/m]
 
     def at(self, points: NDArray[np.bool_]) -> Across:
         """Some of the sections."""

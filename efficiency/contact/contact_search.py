@@ -26,29 +26,18 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class PointContact:
-    """Points of the pinion brought to the gear.
+    """Points of the pinion brought to the gear."""
 
-    Attributes
-    ----------
-    slope : (2, n) array
-        Derivatives along u and v of the rotation the gear is short of the constant ratio [rad/m, rad].
-    limits : (k, n) array
-        Distance inside each of `EDGES` [m], each member in its own coordinates; the last one only where the pinion is
-        undercut.
-    limit_slopes : (k, 2, n) array
-        Their derivatives.
-    gear_u, gear_v : (n,) arrays
-        Where the point touches the gear.
-    gear_rotation : (n,) array
-        Rotation f2 of the gear at which it touches, from -pi to pi [rad]; real.
-    """
-
+    # (2, n) derivatives along u and v of the rotation the gear is short of the constant ratio [rad/m, rad]
     slope: Array
+    # (k, n) distance inside each of `EDGES` [m], each member in its own coordinates; the last one only where the pinion
+    # is undercut
     limits: Array
-    limit_slopes: Array
+    limit_slopes: Array  # (k, 2, n) their derivatives
+    # gear_u, gear_v: (n,) where the point touches the gear
     gear_u: Array
     gear_v: Array
-    gear_rotation: FloatArray
+    gear_rotation: FloatArray  # (n,) rotation f2 of the gear at which it touches, from -pi to pi [rad]; real
 
 
 def _axial(point: Array, slopes: tuple[Array, Array]) -> tuple[Array, list[Array]]:
@@ -130,31 +119,17 @@ _NEAR = 0.08
 
 @dataclass(frozen=True)
 class PairContact:
-    """Contact of one tooth pair at n pinion angles.
+    """Contact of one tooth pair at n pinion angles."""
 
-    Attributes
-    ----------
-    u, v : (n,) arrays
-        Map coordinates whose real pinion point touches.
-    back : (n,) array
-        Rotation the gear is short of the constant ratio when they touch [rad].
-    edge : (n,) int array
-        Index in `EDGES` of the active edge, -1 inside the flanks.
-    corner : (n,) bool array
-        Where a second edge is active: a corner touches.
-    settled : (n,) bool array
-        False where no minimum was found and the best sample stands in for it.
-    expected : (n,) array
-        `back` as the ease-off of the best sample near its line of contact has it [rad]: coarse, and independent of the
-        search.
-    """
-
+    # u, v: (n,) map coordinates whose real pinion point touches
     u: FloatArray
     v: FloatArray
-    back: FloatArray
-    edge: IntArray
-    corner: BoolArray
-    settled: BoolArray
+    back: FloatArray  # (n,) rotation the gear is short of the constant ratio when they touch [rad]
+    edge: IntArray  # (n,) index in `EDGES` of the active edge, -1 inside the flanks
+    corner: BoolArray  # (n,) where a second edge is active: a corner touches
+    settled: BoolArray  # (n,) false where no minimum was found and the best sample stands in for it
+    # (n,) `back` as the ease-off of the best sample near its line of contact has it [rad]: coarse, and independent of
+    # the search
     expected: FloatArray
 
 

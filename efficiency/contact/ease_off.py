@@ -23,20 +23,14 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ConjugatePoints:
-    """Points of the pinion flank conjugate to given gear points, in the frame of the unturned pinion.
+    """Points of the pinion flank conjugate to given gear points, in the frame of the unturned pinion."""
 
-    Attributes
-    ----------
-    gear_roll : (n,) array
-        Gear rotation at which the gear point touches it [rad]; the pinion's is ``gear_roll/ratio``.
-    rate : (n,) array
-        Derivative of the normal relative velocity with pinion rotation [m/rad^2], see `Assembly.roll`.
-    position, normal : (3, n) arrays
-        Point [m]; unit normal out of the gear tooth, hence into the pinion tooth's side of the flank.
-    """
-
+    # (n,) gear rotation at which the gear point touches it [rad]; the pinion's is ``gear_roll/ratio``
     gear_roll: FloatArray
+    # (n,) derivative of the normal relative velocity with pinion rotation [m/rad^2], see `Assembly.roll`
     rate: FloatArray
+    # position, normal: (3, n) point [m]; unit normal out of the gear tooth, hence into the pinion tooth's side of the
+    # flank
     position: FloatArray
     normal: FloatArray
 

@@ -32,31 +32,16 @@ _BEYOND = 0.02
 
 @dataclass(frozen=True)
 class EdgePiece:
-    """Part of an edge inside all other edges along which the roll angle rises or falls throughout.
+    """Part of an edge inside all other edges along which the roll angle rises or falls throughout."""
 
-    Attributes
-    ----------
-    edge : int
-        Index in `EDGES`.
-    roll : (m,) array
-        Roll angle at which each vertex touches its conjugate point, increasing [rad].
-    u, v : (m,) arrays
-        Map coordinates of the vertices.
-    arc : (m,) array
-        Distance along the edge [m].
-    inwards : float
-        +1 where a larger roll angle lies further inside the flank, -1 where it lies outside.
-    bend : float
-        Mean of the field ``bend`` [1/rad].
-    """
-
-    edge: int
-    roll: FloatArray
+    edge: int  # index in `EDGES`
+    roll: FloatArray  # (m,) roll angle at which each vertex touches its conjugate point, increasing [rad]
+    # u, v: (m,) map coordinates of the vertices
     u: FloatArray
     v: FloatArray
-    arc: FloatArray
-    inwards: float
-    bend: float
+    arc: FloatArray  # (m,) distance along the edge [m]
+    inwards: float  # +1 where a larger roll angle lies further inside the flank, -1 where it lies outside
+    bend: float  # mean of the field ``bend`` [1/rad]
 
 
 def limit_slopes(surface: MeshSurface, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -155,30 +140,16 @@ def _to_the_rim(
 
 @dataclass(frozen=True)
 class EdgePoints:
-    """Points of edges that may touch at given pinion angles.
+    """Points of edges that may touch at given pinion angles."""
 
-    Attributes
-    ----------
-    owner : (n,) int array
-        Which of the given roll angles each belongs to.
-    edge : (n,) int array
-        Index in `EDGES`.
-    u, v : (n,) arrays
-        Map coordinates.
-    length : (n,) array
-        Length of edge each stands for [m].
-    closing : (n,) array
-        Gear rotation that brings the sharp edge to the mating flank [rad].
-    distance : (n,) array
-        How far across the line the edge lies from the line of contact, which is outside the flank [m], positive.
-    """
-
-    owner: IntArray
-    edge: IntArray
+    owner: IntArray  # (n,) which of the given roll angles each belongs to
+    edge: IntArray  # (n,) index in `EDGES`
+    # u, v: (n,) map coordinates
     u: FloatArray
     v: FloatArray
-    length: FloatArray
-    closing: FloatArray
+    length: FloatArray  # (n,) length of edge each stands for [m]
+    closing: FloatArray  # (n,) gear rotation that brings the sharp edge to the mating flank [rad]
+    # (n,) how far across the line the edge lies from the line of contact, which is outside the flank [m], positive
     distance: FloatArray
 
     def at(self, points: BoolArray) -> EdgePoints:

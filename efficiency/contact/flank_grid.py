@@ -32,42 +32,24 @@ _LEAD = (7, 6)
 
 @dataclass(frozen=True)
 class FlankGrid:
-    """Solved flank points at the nodes of a map, the design point last; shared by all misaligned states.
+    """Solved flank points at the nodes of a map, the design point last; shared by all misaligned states."""
 
-    Attributes
-    ----------
-    gear, pinion : Flank
-        The two flanks.
-    u_range, v_range : (float, float)
-        Extent of the map.
-    shape : (int, int)
-        Coefficients along u and v.
-    dense : bool
-        More nodes than coefficients: undercut points are allowed.
-    u, v : (n + 1,) arrays
-        Nodes.
-    points : FlankPoints
-        Of the gear.
-    found : (n + 1,) bool array
-        Where the gear flank exists and is regular.
-    regular : (n + 1,) array
-        Regularity of the gear flank as a share of that at the design point, -1 where it was not found.
-    start : (3, n + 1) array
-        Surface parameters of pinion points nearby.
-    """
-
+    # gear, pinion: the two flanks
     gear: Flank
     pinion: Flank
+    # u_range, v_range: extent of the map
     u_range: tuple[float, float]
     v_range: tuple[float, float]
-    shape: tuple[int, int]
-    dense: bool
+    shape: tuple[int, int]  # coefficients along u and v
+    dense: bool  # more nodes than coefficients: undercut points are allowed
+    # u, v: (n + 1,) nodes
     u: FloatArray
     v: FloatArray
-    points: FlankPoints
-    found: BoolArray
+    points: FlankPoints  # of the gear
+    found: BoolArray  # (n + 1,) where the gear flank exists and is regular
+    # (n + 1,) regularity of the gear flank as a share of that at the design point, -1 where it was not found
     regular: FloatArray
-    start: FloatArray
+    start: FloatArray  # (3, n + 1) surface parameters of pinion points nearby
 
     def denser(self, assembly: Assembly) -> FlankGrid:
         """The same map with more nodes than coefficients."""

@@ -43,29 +43,14 @@ class SmoothFlank(Flank):
     """Surface ``azimuth(u, v)``: u along the pitch cone from the mean point, v the fraction of the whole depth.
 
     The surface parameters are the blank coordinates u and h [m]; the third one is its own condition.
-
-    Attributes
-    ----------
-    side : str
-        ``"concave"`` or ``"convex"``.
-    blank : Blank
-        Blank of the member.
-    sense : float
-        +1 or -1, see `normal_sense`.
-    patch : Patch
-        Field ``azimuth`` [rad].
-    origin : str
-        Where the surface comes from, in words for results.
-    error : float
-        Estimated distance from the surface it stands for, along the normal [m].
     """
 
-    side: FlankSide
+    side: FlankSide  # ``"concave"`` or ``"convex"``
     blank: Blank
-    sense: float
-    patch: Patch
-    origin: str
-    error: float
+    sense: float  # +1 or -1, see `normal_sense`
+    patch: Patch  # field ``azimuth`` [rad]
+    origin: str  # where the surface comes from, in words for results
+    error: float  # estimated distance from the surface it stands for, along the normal [m]
 
     def sweep(self, x: Array) -> tuple[Array, Array, Array]:
         """Point, unit normal and the third parameter at (u, h, third)."""
@@ -111,27 +96,15 @@ _NORMAL_OFF = 0.3
 
 @dataclass(frozen=True)
 class PointGrid:
-    """Points of one flank as read.
-
-    Attributes
-    ----------
-    path : str
-        File.
-    row, column : (n,) int arrays
-        Names of the points.
-    position : (3, n) array
-        [m].
-    normal : (3, n) array, optional
-        Unit normals out of the tooth.
-    member, flank : str
-        As the first line says; empty where it does not.
-    """
+    """Points of one flank as read."""
 
     path: str
+    # row, column: (n,) names of the points
     row: NDArray[np.int64]
     column: NDArray[np.int64]
-    position: FloatArray
-    normal: FloatArray | None
+    position: FloatArray  # (3, n) [m]
+    normal: FloatArray | None  # (3, n) unit normals out of the tooth
+    # member, flank: as the first line says; empty where it does not
     member: str
     flank: str
 
@@ -142,20 +115,11 @@ class PointGrid:
 
 @dataclass(frozen=True)
 class GridFlank(SmoothFlank):
-    """Flank through a grid of points; see `grid_flank`.
+    """Flank through a grid of points; see `grid_flank`."""
 
-    Attributes
-    ----------
-    rms : float
-        RMS distance of the points from the surface [m].
-    degree : (int, int)
-        Of the polynomial along the face and over the depth.
-    normal_error : float
-        Maximum angle between the given normals and those of the surface [rad], 0 where none are given.
-    """
-
-    rms: float = 0.0
-    degree: tuple[int, int] = (0, 0)
+    rms: float = 0.0  # RMS distance of the points from the surface [m]
+    degree: tuple[int, int] = (0, 0)  # of the polynomial along the face and over the depth
+    # maximum angle between the given normals and those of the surface [rad], 0 where none are given
     normal_error: float = 0.0
 
 

@@ -70,27 +70,13 @@ class Sizes:
 
 @dataclass(frozen=True)
 class SmoothField:
-    """Smooth function with its uncertainty; see `smooth_field`.
+    """Smooth function with its uncertainty; see `smooth_field`."""
 
-    Attributes
-    ----------
-    place : (2, n) array
-        Where there are values, from -1 to 1.
-    values : (n,) array
-        Noisy values [um].
-    order : int
-        The function is free up to it.
-    noise : float
-        Scatter of the values, 1 sigma [um].
-    sets : tuple of Sizes
-        What stands for all sizes and lengths, by their weights.
-    """
-
-    place: FloatArray
-    values: FloatArray
-    order: int
-    noise: float
-    sets: tuple[Sizes, ...]
+    place: FloatArray  # (2, n) where there are values, from -1 to 1
+    values: FloatArray  # (n,) noisy values [um]
+    order: int  # the function is free up to it
+    noise: float  # scatter of the values, 1 sigma [um]
+    sets: tuple[Sizes, ...]  # what stands for all sizes and lengths, by their weights
 
     def mean(self, place: FloatArray) -> FloatArray:
         """Expected function at (2, m) places [um], (m,)."""
@@ -193,28 +179,15 @@ def _likelihood(
 
 @dataclass(frozen=True)
 class MeasuredFlank(SmoothFlank):
-    """Nominal flank plus the smooth part of measured deviations; see `measured_flank`.
+    """Nominal flank plus the smooth part of measured deviations; see `measured_flank`."""
 
-    Attributes
-    ----------
-    place : (2, n) array
-        Measured points: u over half the face width, depth fraction from -1 to 1.
-    deviation : (n,) array
-        Measured minus nominal along the normal, positive outwards, without its mean [m].
-    offset : float
-        That mean as an angle about the axis: thickness, or the turn of the grid [rad].
-    stated, scatter : float
-        Measurement uncertainty as given, and scatter of the points about the flank, both 1 sigma [m].
-    field : SmoothField
-        The deviation over face and depth.
-    """
-
-    place: FloatArray
-    deviation: FloatArray
-    offset: float
+    place: FloatArray  # (2, n) measured points: u over half the face width, depth fraction from -1 to 1
+    deviation: FloatArray  # (n,) measured minus nominal along the normal, positive outwards, without its mean [m]
+    offset: float  # that mean as an angle about the axis: thickness, or the turn of the grid [rad]
+    # stated, scatter: measurement uncertainty as given, and scatter of the points about the flank, both 1 sigma [m]
     stated: float
     scatter: float
-    field: SmoothField
+    field: SmoothField  # the deviation over face and depth
 
     def covariance(self, u: FloatArray, h: FloatArray) -> FloatArray:
         """Covariance of the flank along its normal at blank coordinates [m^2], (n, n)."""

@@ -31,20 +31,13 @@ POSITION = ("x", "y", "z")
 
 @dataclass(frozen=True)
 class LineFrame:
-    """Tangents of the gear flank at points of contact lines, gear frame.
+    """Tangents of the gear flank at points of contact lines, gear frame."""
 
-    Attributes
-    ----------
-    along : (3, n) array
-        Unit tangent of the line of constant roll angle, towards the heel.
-    gradient : (3, n) array
-        Tangential gradient of the roll angle [rad/m]: the line runs over the gear at ``1/|gradient|`` per unit speed.
-    rates_gradient, rates_along : (2, n) arrays
-        Change of (u, v) per metre along the gradient and along the line.
-    """
-
-    along: FloatArray
+    along: FloatArray  # (3, n) unit tangent of the line of constant roll angle, towards the heel
+    # (3, n) tangential gradient of the roll angle [rad/m]: the line runs over the gear at ``1/|gradient|`` per unit
+    # speed
     gradient: FloatArray
+    # rates_gradient, rates_along: (2, n) change of (u, v) per metre along the gradient and along the line
     rates_gradient: FloatArray
     rates_along: FloatArray
 
@@ -116,21 +109,11 @@ _MAX_ERROR = 0.01
 
 @dataclass(frozen=True)
 class UndercutRegion:
-    """The part of the mating flank that does not exist because the pinion is undercut there.
+    """The part of the mating flank that does not exist because the pinion is undercut there."""
 
-    Attributes
-    ----------
-    share : float
-        Of the flank area inside both blanks.
-    u : (float, float)
-        From where to where along the gear's pitch cone from its mean point [m].
-    fraction : (float, float)
-        From where to where in the depth of the gear, 0 root, 1 tip.
-    """
-
-    share: float
-    u: tuple[float, float]
-    fraction: tuple[float, float]
+    share: float  # of the flank area inside both blanks
+    u: tuple[float, float]  # from where to where along the gear's pitch cone from its mean point [m]
+    fraction: tuple[float, float]  # from where to where in the depth of the gear, 0 root, 1 tip
 
 
 @dataclass(frozen=True)

@@ -35,23 +35,15 @@ _MAX_SHARE = 0.25
 
 
 class EdgeRelief(InputModel):
-    """Relief next to one edge.
+    """Relief next to one edge."""
 
-    Attributes
-    ----------
-    amount : float
-        Depth at the edge, square to the flank [m].
-    length : float
-        From the edge to where it begins: down the tooth for the tip, along the face for toe and heel [m].
-    form : {"linear", "parabolic", "circular"}
-        A flat chamfer, a parabola, or an arc; the last two are tangent to the flank.
-    """
-
+    # depth at the edge, square to the flank [m]
     amount: Annotated[
         float, ValueRange("m", gt=0.0, le=1e-3, hint="Relief takes material off; leave the table out for none.")
     ]
+    # from the edge to where it begins: down the tooth for the tip, along the face for toe and heel [m]
     length: Annotated[float, ValueRange("m", gt=0.0, le=0.1)]
-    form: ReliefForm = "parabolic"
+    form: ReliefForm = "parabolic"  # a flat chamfer, a parabola, or an arc; the last two are tangent to the flank
 
     @model_validator(mode="after")
     def _flatter_than_half_a_right_angle(self) -> Self:
@@ -143,21 +135,11 @@ class PairRelief:
 
 @dataclass(frozen=True)
 class ReliefSection:
-    """Closest approach of relieved flanks in sections across their lines of contact.
+    """Closest approach of relieved flanks in sections across their lines of contact."""
 
-    Attributes
-    ----------
-    place : (n,) array
-        Where it lies across the line [m].
-    gap : (n,) array
-        Separation there over that of the closest approach without relief [m].
-    curvature : (n,) array
-        Relative curvature there [1/m].
-    """
-
-    place: FloatArray
-    gap: FloatArray
-    curvature: FloatArray
+    place: FloatArray  # (n,) where it lies across the line [m]
+    gap: FloatArray  # (n,) separation there over that of the closest approach without relief [m]
+    curvature: FloatArray  # (n,) relative curvature there [1/m]
 
 
 def relief_section(

@@ -28,40 +28,24 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ToothShape:
-    """Depth and thickness of one tooth, at stations along the face from toe to heel.
+    """Depth and thickness of one tooth, at stations along the face from toe to heel."""
 
-    Attributes
-    ----------
-    face : (m,) array
-        Distance from the toe along the pitch cone [m]; ``face[-1]`` is the face width.
-    height : (m,) array
-        Whole depth, root cone to face cone, square to the pitch cone [m].
-    thickness_root, thickness_tip : (m,) arrays
-        Normal tooth thickness at the root and at the tip [m]; fillets are not modelled.
-    """
-
-    face: FloatArray
-    height: FloatArray
+    face: FloatArray  # (m,) distance from the toe along the pitch cone [m]; ``face[-1]`` is the face width
+    height: FloatArray  # (m,) whole depth, root cone to face cone, square to the pitch cone [m]
+    # thickness_root, thickness_tip: (m,) normal tooth thickness at the root and at the tip [m]; fillets are not
+    # modelled
     thickness_root: FloatArray
     thickness_tip: FloatArray
 
 
 @dataclass(frozen=True)
 class RootProfile:
-    """Fillet of one flank at k stations along the face, toe to heel.
+    """Fillet of one flank at k stations along the face, toe to heel."""
 
-    Attributes
-    ----------
-    start : (k,) array
-        Height where the flank begins [m].
-    bottom : (k,) array
-        Height where the fillet ends in the root [m].
-    height, azimuth : (m, k) arrays
-        Points of the fillet, the heights falling: over the pitch cone [m], about the axis of the member [rad].
-    """
-
-    start: FloatArray
-    bottom: FloatArray
+    start: FloatArray  # (k,) height where the flank begins [m]
+    bottom: FloatArray  # (k,) height where the fillet ends in the root [m]
+    # height, azimuth: (m, k) points of the fillet, the heights falling: over the pitch cone [m], about the axis of the
+    # member [rad]
     height: FloatArray
     azimuth: FloatArray
 
@@ -101,29 +85,19 @@ def root_profile(flank: Flank, stations: int, clearance: float) -> RootProfile |
 
 @dataclass(frozen=True)
 class ToothGrid:
-    """Section of one tooth by cones square to the pitch cone (columns) and levels of the depth (rows).
-
-    Attributes
-    ----------
-    blank : Blank
-        Blank of the member.
-    u, height : (rows, columns) arrays
-        Blank coordinates [m]; rows from the root to the face cone, columns from toe to heel.
-    lower, upper : (rows, columns) arrays
-        Azimuth of the flank that faces smaller and of the one that faces larger azimuths [rad].
-    sides : (str, str)
-        Which of the lower and the upper flank is the concave, which the convex one.
-    fillets : (bool, bool)
-        Whether the lower, the upper flank goes over into the fillet the cutter leaves; else it is continued down to the
-        root cone of the blank.
-    """
+    """Section of one tooth by cones square to the pitch cone (columns) and levels of the depth (rows)."""
 
     blank: Blank
+    # u, height: (rows, columns) blank coordinates [m]; rows from the root to the face cone, columns from toe to heel
     u: FloatArray
     height: FloatArray
+    # lower, upper: (rows, columns) azimuth of the flank that faces smaller and of the one that faces larger azimuths
+    # [rad]
     lower: FloatArray
     upper: FloatArray
-    sides: tuple[FlankSide, FlankSide]
+    sides: tuple[FlankSide, FlankSide]  # which of the lower and the upper flank is the concave, which the convex one
+    # whether the lower, the upper flank goes over into the fillet the cutter leaves; else it is continued down to the
+    # root cone of the blank
     fillets: tuple[bool, bool]
 
     @property

@@ -36,23 +36,12 @@ _MIN_SHARE = 1e-15
 
 @dataclass(frozen=True)
 class EdgeSection:
-    """Contact of sections with an edge, in units of Hertz without it; n sections.
+    """Contact of sections with an edge, in units of Hertz without it; n sections."""
 
-    Attributes
-    ----------
-    ratio : (n,) array
-        k = R/r.
-    distance : (n,) array
-        e/b.
-    angle : (n,) array
-        a: 0 where the edge is out of the contact, pi where the contact lies on the rounding alone.
-    half_length, middle : (n,) arrays
-        l and m.
-    """
-
-    ratio: FloatArray
-    distance: FloatArray
-    angle: FloatArray
+    ratio: FloatArray  # (n,) k = R/r
+    distance: FloatArray  # (n,) e/b
+    angle: FloatArray  # (n,) a: 0 where the edge is out of the contact, pi where the contact lies on the rounding alone
+    # half_length, middle: (n,) l and m
     half_length: FloatArray
     middle: FloatArray
 

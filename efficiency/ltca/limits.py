@@ -116,21 +116,11 @@ def edge_load(load: LoadDistribution, teeth: TeethElasticity) -> EdgeLoad:
 
 @dataclass(frozen=True)
 class Peak:
-    """Where the maximum Hertz pressure of the cycle lies.
+    """Where the maximum Hertz pressure of the cycle lies."""
 
-    Attributes
-    ----------
-    pressure : float
-        [Pa].
-    place : str
-        Where on the gear flank, in words and figures.
-    edge : str
-        The edge the contact reaches there, such as ``gear tip``; empty inside the flank.
-    """
-
-    pressure: float
-    place: str
-    edge: str
+    pressure: float  # [Pa]
+    place: str  # where on the gear flank, in words and figures
+    edge: str  # the edge the contact reaches there, such as ``gear tip``; empty inside the flank
 
 
 def hardness(teeth: TeethElasticity) -> float:

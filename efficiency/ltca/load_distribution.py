@@ -36,22 +36,15 @@ OF_POSITION = ("radius_equivalent", "entrainment", "sliding_across", "sliding_al
 
 @dataclass(frozen=True)
 class TeethElasticity:
-    """Elastic properties of the teeth of both members.
+    """Elastic properties of the teeth of both members."""
 
-    Parameters
-    ----------
-    pinion, gear : SolidTooth
-        Compliance of one tooth of each member.
-    material_pinion, material_gear : Material
-        Elastic constants.
-    edge_rounding_pinion, edge_rounding_gear : float
-        Radius at the tip, toe and heel edges of each member [m].
-    """
-
+    # pinion, gear: compliance of one tooth of each member
     pinion: SolidTooth
     gear: SolidTooth
+    # material_pinion, material_gear: elastic constants
     material_pinion: Material
     material_gear: Material
+    # edge_rounding_pinion, edge_rounding_gear: radius at the tip, toe and heel edges of each member [m]
     edge_rounding_pinion: float = 2e-4
     edge_rounding_gear: float = 2e-4
 
@@ -114,27 +107,13 @@ def _of_gear(edge: EdgeProximity) -> BoolArray:
 
 @dataclass(frozen=True)
 class ElasticPosition:
-    """One mesh position ready to be loaded: what depends on geometry and bodies alone.
-
-    Attributes
-    ----------
-    position : MeshPosition
-        Points.
-    bending : (n, n) array
-        Compliance of the teeth [m/N].
-    local : LocalCompliance
-        Local compliance of the flanks.
-    free_edge : (n,) array
-        Additional compliance next to a free edge [m2/N].
-    rounding : (n,) array
-        Radius of the edge next to each point [m]; not used where edges are left out.
-    """
+    """One mesh position ready to be loaded: what depends on geometry and bodies alone."""
 
     position: MeshPosition
-    bending: FloatArray
-    local: LocalCompliance
-    free_edge: FloatArray
-    rounding: FloatArray
+    bending: FloatArray  # (n, n) compliance of the teeth [m/N]
+    local: LocalCompliance  # local compliance of the flanks
+    free_edge: FloatArray  # (n,) additional compliance next to a free edge [m2/N]
+    rounding: FloatArray  # (n,) radius of the edge next to each point [m]; not used where edges are left out
 
     @classmethod
     def of(cls, position: MeshPosition, teeth: TeethElasticity) -> ElasticPosition:

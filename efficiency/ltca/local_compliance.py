@@ -41,24 +41,12 @@ def weber_local(
 
 @dataclass(frozen=True)
 class LocalCompliance:
-    """Nonlinear local compliance of both bodies at a set of contact points.
+    """Nonlinear local compliance of both bodies at a set of contact points."""
 
-    Parameters
-    ----------
-    radius_equivalent : (n,) array
-        Equivalent radius normal to the contact line [m].
-    depths : sequence of two (n,) arrays
-        Distance from the flank to the middle plane of pinion and gear tooth [m].
-    materials : sequence of two Material
-        Pinion and gear.
-    effective_modulus : float
-        E' [Pa].
-    """
-
-    radius_equivalent: FloatArray
-    depths: Sequence[FloatArray]
-    materials: Sequence[Material]
-    effective_modulus: float
+    radius_equivalent: FloatArray  # (n,) equivalent radius normal to the contact line [m]
+    depths: Sequence[FloatArray]  # distance from the flank to the middle plane of pinion and gear tooth [m]
+    materials: Sequence[Material]  # pinion and gear
+    effective_modulus: float  # E' [Pa]
 
     def approach(self, load_per_length: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Approach of both middle planes [m] and its derivative by the load per length [m2/N], loads above 0."""
@@ -79,27 +67,14 @@ class LocalCompliance:
 
 @dataclass(frozen=True)
 class LocalApproach:
-    """Local law of n points.
+    """Local law of n points."""
 
-    Attributes
-    ----------
-    length : (n,) array
-        Length of contact line each stands for [m].
-    flanks : LocalCompliance
-        Of the flanks where no edge is near.
-    free_edge : (n,) array
-        Additional compliance next to a free edge [m2/N].
-    edge_distance : (n,) array
-        From the place of closest approach to the edge [m], negative beyond it; infinite where edges are left out.
-    rounding : (n,) array
-        Radius of the edge [m].
-    """
-
-    length: FloatArray
-    flanks: LocalCompliance
-    free_edge: FloatArray
+    length: FloatArray  # (n,) length of contact line each stands for [m]
+    flanks: LocalCompliance  # of the flanks where no edge is near
+    free_edge: FloatArray  # (n,) additional compliance next to a free edge [m2/N]
+    # (n,) from the place of closest approach to the edge [m], negative beyond it; infinite where edges are left out
     edge_distance: FloatArray
-    rounding: FloatArray
+    rounding: FloatArray  # (n,) radius of the edge [m]
 
     @classmethod
     def joined(cls, parts: Sequence[LocalApproach]) -> LocalApproach:

@@ -25,18 +25,10 @@ REACH = 3
 
 @dataclass(frozen=True)
 class RingResponse:
-    """What functionals of the displacement of a tooth read under loads on one tooth.
+    """What functionals of the displacement of a tooth read under loads on one tooth."""
 
-    Attributes
-    ----------
-    own : (k, m) array
-        Reading on the loaded tooth per unit load [m/N].
-    ahead : tuple of (k, m) arrays
-        Reading on the next teeth in rising azimuth [m/N].
-    """
-
-    own: FloatArray
-    ahead: tuple[FloatArray, ...]
+    own: FloatArray  # (k, m) reading on the loaded tooth per unit load [m/N]
+    ahead: tuple[FloatArray, ...]  # reading on the next teeth in rising azimuth [m/N]
 
 
 def ring_response(solid: RitzSolid, pitch: float, cells: int, functionals: FloatArray, loads: int) -> RingResponse:

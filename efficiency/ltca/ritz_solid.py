@@ -64,20 +64,12 @@ ORDERS = Orders(tooth=(7, 9, 16), body=(6, 6, 14))
 
 @dataclass(frozen=True)
 class BlockFunctions:
-    """Functions that live in a block.
-
-    Attributes
-    ----------
-    block : Block
-    degrees : (n, 3) int array
-        Number of the one-dimensional function across and over the height (0 and 1: linear), degree along the face.
-    number : (n,) int array
-        Number of the function in the cell.
-    """
+    """Functions that live in a block."""
 
     block: Block
+    # (n, 3) number of the one-dimensional function across and over the height (0 and 1: linear), degree along the face
     degrees: IntArray
-    number: IntArray
+    number: IntArray  # (n,) number of the function in the cell
 
     def values(self, a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
         """Values (points, n) at places of the block."""
@@ -132,20 +124,11 @@ class BlockFunctions:
 
 @dataclass(frozen=True)
 class RitzSolid:
-    """Functions of a cell and their stiffness.
-
-    Attributes
-    ----------
-    functions : dict
-        By block.
-    stiffness : (3 n, 3 n) array
-        Of all components of all functions, component by component [N/m].
-    left, right : (m,) int arrays
-        Functions on the side where the cell meets the one before and the one behind, in the same order.
-    """
+    """Functions of a cell and their stiffness."""
 
     functions: dict[Part, BlockFunctions]
-    stiffness: FloatArray
+    stiffness: FloatArray  # (3 n, 3 n) of all components of all functions, component by component [N/m]
+    # left, right: (m,) functions on the side where the cell meets the one before and the one behind, in the same order
     left: IntArray
     right: IntArray
 

@@ -32,19 +32,12 @@ REMEMBERED = 3
 
 @dataclass(frozen=True)
 class MemberCompliance:
-    """How a member gives way under a force and a moment at a point of its axis.
+    """How a member gives way under a force and a moment at a point of its axis."""
 
-    Attributes
-    ----------
-    matrix : (6, 6) array
-        Displacement [m] and rotation [rad] along x, y, z under force [N] and moment [N m], in the frame of the member:
-        z along its axis from the crossing point to the teeth, y = gear axis x pinion axis, x = y x z.
-    reference : float
-        Place of the point on the axis, from the crossing point [m].
-    """
-
+    # (6, 6) displacement [m] and rotation [rad] along x, y, z under force [N] and moment [N m], in the frame of the
+    # member: z along its axis from the crossing point to the teeth, y = gear axis x pinion axis, x = y x z
     matrix: FloatArray
-    reference: float
+    reference: float  # place of the point on the axis, from the crossing point [m]
 
     def move(self, frame: FloatArray, apex: FloatArray, points: FloatArray, forces: FloatArray) -> RigidMove:
         """Displacement under forces (n, 3) [N] at points (n, 3) [m]; axes and apex of the member in the mesh frame."""

@@ -35,24 +35,12 @@ _REACH = 1.5
 
 @dataclass(frozen=True)
 class ToothBody:
-    """Material of a member and the body under its teeth.
+    """Material of a member and the body under its teeth."""
 
-    Attributes
-    ----------
-    material : Material
-        Of the teeth.
-    rim_thickness : float
-        From the root cone to the base, square to the pitch cone [m].
-    held : frozenset of {"base", "toe", "heel"}
-        Surfaces of the body that do not move against the shaft.
-    youngs_modulus : float, optional
-        Of the body [Pa]; that of the teeth by default.
-    """
-
-    material: Material
-    rim_thickness: float
-    held: frozenset[str] = frozenset({"base"})
-    youngs_modulus: float | None = None
+    material: Material  # of the teeth
+    rim_thickness: float  # from the root cone to the base, square to the pitch cone [m]
+    held: frozenset[str] = frozenset({"base"})  # surfaces of the body that do not move against the shaft
+    youngs_modulus: float | None = None  # of the body [Pa]; that of the teeth by default
 
     @property
     def moduli(self) -> dict[Part, float]:
@@ -71,42 +59,20 @@ class SolidTooth:
     """Compliance of a tooth at its loaded flank.
 
     Contact points are given by their distance from the toe along the pitch cone and over the root cone [m].
-
-    Attributes
-    ----------
-    body : ToothBody
-        Material and body under the teeth.
-    grid : ToothGrid
-        Both flanks.
-    cell : ToothCell
-        Blocks made of them.
-    side : float
-        Loaded flank, as coordinate across the tooth block: 1 the upper, 0 the lower one.
-    nodes : (array, array)
-        Nodes over the height and along the face of the tooth block.
-    own : (n, n) array
-        Deflection at the nodes per unit normal force at the nodes [m/N], local deformation left out; symmetric and
-        positive semidefinite, height slowest.
-    ahead : tuple of (n, n) arrays
-        The same read on the next teeth on the side that the loaded flank looks to.
-    half_thickness : (n,) array
-        Distance along the normal from the flank to the middle surface at the nodes [m].
-    unknowns : int
-        Number of displacement unknowns.
-    discarded : float
-        Negative eigenvalue taken from `own` to make it positive semidefinite, over the largest [-].
     """
 
-    body: ToothBody
-    grid: ToothGrid
-    cell: ToothCell
-    side: float
-    nodes: tuple[FloatArray, FloatArray]
+    body: ToothBody  # material and body under the teeth
+    grid: ToothGrid  # both flanks
+    cell: ToothCell  # blocks made of them
+    side: float  # loaded flank, as coordinate across the tooth block: 1 the upper, 0 the lower one
+    nodes: tuple[FloatArray, FloatArray]  # nodes over the height and along the face of the tooth block
+    # (n, n) deflection at the nodes per unit normal force at the nodes [m/N], local deformation left out; symmetric and
+    # positive semidefinite, height slowest
     own: FloatArray
-    ahead: tuple[FloatArray, ...]
-    half_thickness: FloatArray
-    unknowns: int
-    discarded: float
+    ahead: tuple[FloatArray, ...]  # the same read on the next teeth on the side that the loaded flank looks to
+    half_thickness: FloatArray  # (n,) distance along the normal from the flank to the middle surface at the nodes [m]
+    unknowns: int  # number of displacement unknowns
+    discarded: float  # negative eigenvalue taken from `own` to make it positive semidefinite, over the largest [-]
 
     @property
     def face_width(self) -> float:

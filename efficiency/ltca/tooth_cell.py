@@ -90,17 +90,10 @@ _STEEPNESS, _HIGHEST = 1.0, 0.25
 
 @dataclass(frozen=True)
 class Block:
-    """Polynomial image of the unit cube.
-
-    Attributes
-    ----------
-    part : {"foot", "tooth", "slot"}
-    nodes : (na, nb, nc, 3) array
-        Points at the Gauss-Lobatto nodes of the cube [m].
-    """
+    """Polynomial image of the unit cube."""
 
     part: Part
-    nodes: FloatArray
+    nodes: FloatArray  # (na, nb, nc, 3) points at the Gauss-Lobatto nodes of the cube [m]
 
     def place(self, a: FloatArray, b: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Points (n, 3) [m] and their derivatives (n, 3 coordinates of the cube, 3) at n places of the cube."""
@@ -131,28 +124,16 @@ class Block:
 
 @dataclass(frozen=True)
 class ToothCell:
-    """Blocks of one pitch of a member, and what finds places on its flanks.
+    """Blocks of one pitch of a member, and what finds places on its flanks."""
 
-    Attributes
-    ----------
-    teeth : int
-        Number of teeth of the member.
-    foot, tooth, slot : Block
-        The slot follows the tooth in rising azimuth.
-    width : float
-        Face width [m].
-    stations : (k,) array
-        Distance from the toe at which the heights below are given [m].
-    floor, top : (k,) arrays
-        Height of the lower end and of the tip of the tooth block over the root cone [m].
-    """
-
-    teeth: int
+    teeth: int  # number of teeth of the member
+    # foot, tooth, slot: the slot follows the tooth in rising azimuth
     foot: Block
     tooth: Block
     slot: Block
-    width: float
-    stations: FloatArray
+    width: float  # face width [m]
+    stations: FloatArray  # (k,) distance from the toe at which the heights below are given [m]
+    # floor, top: (k,) height of the lower end and of the tip of the tooth block over the root cone [m]
     floor: FloatArray
     top: FloatArray
 

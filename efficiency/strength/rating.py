@@ -37,36 +37,16 @@ ASSUMED = (
 
 @dataclass(frozen=True)
 class LocalConditions:
-    """What the strength needs of lubrication and motion.
+    """What the strength needs of lubrication and motion."""
 
-    Attributes
-    ----------
-    friction : (n,) array
-        At the loaded points [-].
-    film : (n,) array
-        Central film thickness there [m].
-    temperature : (n,) array
-        Greatest surface temperature there [K].
-    bulk : (float, float)
-        Bulk temperatures of pinion and gear teeth [K].
-    roughness : (float, float)
-        Rq of both flanks [m].
-    viscosity_40 : float
-        Kinematic viscosity of the oil at 40 degC [m2/s].
-    speed : float
-        Of the pitch circle of the gear at its mean point [m/s].
-    module : float
-        Mean normal module [m].
-    """
-
-    friction: FloatArray
-    film: FloatArray
-    temperature: FloatArray
-    bulk: tuple[float, float]
-    roughness: tuple[float, float]
-    viscosity_40: float
-    speed: float
-    module: float
+    friction: FloatArray  # (n,) at the loaded points [-]
+    film: FloatArray  # (n,) central film thickness there [m]
+    temperature: FloatArray  # (n,) greatest surface temperature there [K]
+    bulk: tuple[float, float]  # bulk temperatures of pinion and gear teeth [K]
+    roughness: tuple[float, float]  # Rq of both flanks [m]
+    viscosity_40: float  # kinematic viscosity of the oil at 40 degC [m2/s]
+    speed: float  # of the pitch circle of the gear at its mean point [m/s]
+    module: float  # mean normal module [m]
 
 
 def rate_strength(

@@ -26,32 +26,19 @@ _NEAR = 1e-3
 
 @dataclass(frozen=True)
 class RootFrames:
-    """Frames of the root section at stations along the face; s stations.
+    """Frames of the root section at stations along the face; s stations."""
 
-    Attributes
-    ----------
-    place : (s,) array
-        c of the tooth cell, 0 at the toe and 1 at the heel.
-    origin : (s, 3) array
-        Middle of the cut [m].
-    along, across, up : (s, 3) arrays
-        Unit vectors along the trace to the heel, across the tooth to the upper flank, and out to the tip.
-    rate : (s,) array
-        Length of trace per unit of c [m].
-    half : (s,) array
-        Half of the thickness at the cut, along `across` [m].
-    oblique : (s,) array
-        How far the upper end of the cut lies ahead of its middle, in c: the cut goes along a cone square to the pitch
-        cone, the section stands square to the trace.
-    """
-
-    place: FloatArray
-    origin: FloatArray
+    place: FloatArray  # (s,) c of the tooth cell, 0 at the toe and 1 at the heel
+    origin: FloatArray  # (s, 3) middle of the cut [m]
+    # along, across, up: (s, 3) unit vectors along the trace to the heel, across the tooth to the upper flank, and out
+    # to the tip
     along: FloatArray
     across: FloatArray
     up: FloatArray
-    rate: FloatArray
-    half: FloatArray
+    rate: FloatArray  # (s,) length of trace per unit of c [m]
+    half: FloatArray  # (s,) half of the thickness at the cut, along `across` [m]
+    # (s,) how far the upper end of the cut lies ahead of its middle, in c: the cut goes along a cone square to the
+    # pitch cone, the section stands square to the trace
     oblique: FloatArray
 
     def section(self, station: int, points: FloatArray) -> FloatArray:
@@ -62,31 +49,16 @@ class RootFrames:
 
 @dataclass(frozen=True)
 class RootForces:
-    """What unit normal forces on the flank send through the root, per length of trace.
+    """What unit normal forces on the flank send through the root, per length of trace."""
 
-    Attributes
-    ----------
-    cell : ToothCell
-        Geometry.
-    grid : ToothGrid
-        Its flanks.
-    frames : RootFrames
-        Stations.
-    nodes : (array, array)
-        Nodes of the flank over the height and along the face.
-    response : (3, s, n) array
-        Shear force across [1/m], force towards the body [1/m] and bending moment that pulls at the loaded side [-], per
-        unit force at each node.
-    side : float
-        1 where the loaded flank is the upper one, -1 where it is the lower one.
-    """
-
-    cell: ToothCell
-    grid: ToothGrid
-    frames: RootFrames
-    nodes: tuple[FloatArray, FloatArray]
+    cell: ToothCell  # geometry
+    grid: ToothGrid  # its flanks
+    frames: RootFrames  # stations
+    nodes: tuple[FloatArray, FloatArray]  # nodes of the flank over the height and along the face
+    # (3, s, n) shear force across [1/m], force towards the body [1/m] and bending moment that pulls at the loaded side
+    # [-], per unit force at each node
     response: FloatArray
-    side: float
+    side: float  # 1 where the loaded flank is the upper one, -1 where it is the lower one
 
     def of(self, face: FloatArray, height: FloatArray, force: FloatArray) -> FloatArray:
         """Resultants (3, s) of forces (n,) [N] at distances from the toe and over the root cone [m]."""

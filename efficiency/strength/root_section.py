@@ -32,35 +32,21 @@ _GAUSS = 1.0 / np.sqrt(3.0)
 
 @dataclass(frozen=True)
 class Outline:
-    """One side of a tooth section, from the tip to the root, across (away from the tooth) and up from the middle [m].
+    """One side of a tooth section, tip to root, across (away from the tooth) and up from the middle [m]."""
 
-    Attributes
-    ----------
-    flank : (n, 2) array
-        From the tip to where the fillet begins.
-    fillet : (m, 2) array
-        From there to the root, where it runs across.
-    """
-
-    flank: FloatArray
-    fillet: FloatArray
+    flank: FloatArray  # (n, 2) from the tip to where the fillet begins
+    fillet: FloatArray  # (m, 2) from there to the root, where it runs across
 
 
 @dataclass(frozen=True)
 class RootSection:
-    """Stress along the fillets of a section, from flank to root.
+    """Stress along the fillets of a section, from flank to root."""
 
-    Attributes
-    ----------
-    loaded, far : (3, p) arrays
-        Stress along the surface on the loaded and on the other side per unit shear force across [1/m], force towards
-        the body [1/m] and moment that pulls at the loaded side [1/m2], each per length of the tooth.
-    place_loaded, place_far : (p, 2) arrays
-        Where, across and up from the middle of the cut [m].
-    """
-
+    # loaded, far: (3, p) stress along the surface on the loaded and on the other side per unit shear force across
+    # [1/m], force towards the body [1/m] and moment that pulls at the loaded side [1/m2], each per length of the tooth
     loaded: FloatArray
     far: FloatArray
+    # place_loaded, place_far: (p, 2) where, across and up from the middle of the cut [m]
     place_loaded: FloatArray
     place_far: FloatArray
 

@@ -42,33 +42,17 @@ _STATIONS = 31
 
 @dataclass(frozen=True)
 class RootTooth:
-    """A tooth of one member, ready for any load on its flank.
-
-    Attributes
-    ----------
-    member : {"pinion", "gear"}
-    forces : RootForces
-        What loads send through its root.
-    loaded, far : (3, s, p) arrays
-        Stress at p points along the fillets of s stations per unit resultants, as in `RootSection`.
-    radius : (s,) array
-        Least radius of curvature of the fillet on the loaded side [m].
-    chord : (s,) array
-        Thickness of the tooth where the fillets begin to turn away by 30 deg [m].
-    height : (s, p) array
-        Of the points on the loaded side over the root cone [m].
-    fillet : str
-        Where the fillets come from, in words.
-    """
+    """A tooth of one member, ready for any load on its flank."""
 
     member: Member
-    forces: RootForces
+    forces: RootForces  # what loads send through its root
+    # loaded, far: (3, s, p) stress at p points along the fillets of s stations per unit resultants, as in `RootSection`
     loaded: FloatArray
     far: FloatArray
-    radius: FloatArray
-    chord: FloatArray
-    height: FloatArray
-    fillet: str
+    radius: FloatArray  # (s,) least radius of curvature of the fillet on the loaded side [m]
+    chord: FloatArray  # (s,) thickness of the tooth where the fillets begin to turn away by 30 deg [m]
+    height: FloatArray  # (s, p) of the points on the loaded side over the root cone [m]
+    fillet: str  # where the fillets come from, in words
 
     @property
     def station(self) -> FloatArray:
