@@ -23,11 +23,13 @@ from ehl.common.errors import ConvergenceError, InputError
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# gear rotation up to which edges are followed where nothing else is said, as a share of the pitch of the gear
+# tuned: gear rotation up to which edges are followed by default, as a share of the pitch of the gear (ours);
+# may be changed freely, heavier loads extend it
 EDGE_REACH = 1.0 / 60.0
-# minimum cosine squared of the angle between an edge and the lines for which the section square to the edge is taken
+# tuned: minimum cosine squared of the angle between an edge and the lines for which the section square to the edge is
+# taken (ours); may be changed by whoever runs the tests of edges against direct tangency
 _MIN_CROSSING = 0.1
-# of two flanks that still have a line of contact [m]
+# tuned: largest radius of two flanks that still have a line of contact [m] (ours); may be changed freely
 MAX_RADIUS = 10.0
 
 

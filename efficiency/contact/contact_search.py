@@ -107,13 +107,15 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 _STEP = 1e-30
-# directions in which the gap is flatter than this share of the steepest count as level: conjugate flanks touch in lines
+# tuned: directions in which the gap is flatter than this share of the steepest count as level, because conjugate
+# flanks touch in lines (ours); may be changed by whoever runs the tests of tangency
 _LEVEL = 1e-8
 _ITERATIONS = 12
 _SETTLED = 1e-11
 # how far outside an edge a contact still counts as inside [m]
 _OUTSIDE = 1e-9
-# edges nearer to the sample than this share of the tooth depth are tried
+# tuned: edges nearer to the sample than this share of the tooth depth are tried (ours); may be raised
+# freely at the cost of time
 _NEAR = 0.08
 
 
@@ -134,16 +136,16 @@ class PairContact:
 
 
 @dataclass(frozen=True)
-class _State:
+class _SearchState:
     """Limits, and slopes and second derivatives of gap and limits (first row the gap), scaled to the map."""
 
     limits: FloatArray
     slopes: FloatArray
     bends: FloatArray
 
-    def at(self, points: BoolArray) -> _State:
+    def at(self, points: BoolArray) -> _SearchState:
         """Some of the points."""
-        return _State(self.limits[..., points], self.slopes[..., points], self.bends[..., points])
+        return _SearchState(self.limits[..., points], self.slopes[..., points], self.bends[..., points])
 
 
 @dataclass(frozen=True)
@@ -153,7 +155,7 @@ class _Problem:
     surface: MeshSurface
     scale: FloatArray
 
-    def state(self, angle: FloatArray, x: FloatArray) -> _State:
+    def state(self, angle: FloatArray, x: FloatArray) -> _SearchState:
         """All of it at points x (2, n): both complex steps in one call."""
         n = angle.size
         moved = np.concatenate([x, x], axis=1).astype(np.complex128)
@@ -163,7 +165,7 @@ class _Problem:
         slopes = np.concatenate([found.slope[None], found.limit_slopes]) * self.scale[:, None]
         bends = np.stack([np.imag(slopes[..., :n]), np.imag(slopes[..., n:])], axis=2) / _STEP
         both = 0.5 * (bends + np.swapaxes(bends, 1, 2))
-        return _State(np.real(found.limits[:, :n]), np.real(slopes[..., :n]), both)
+        return _SearchState(np.real(found.limits[:, :n]), np.real(slopes[..., :n]), both)
 
     def on_map(self, x: FloatArray) -> BoolArray:
         """Which points lie on the map; beyond it the polynomials mean nothing."""
@@ -210,7 +212,7 @@ class _Problem:
         return x, settled
 
 
-def _inside(now: _State, edges: IntArray) -> FloatArray:
+def _inside(now: _SearchState, edges: IntArray) -> FloatArray:
     """Newton step to a stationary point of the gap, downhill in every direction."""
     size, axes = np.linalg.eigh(np.moveaxis(now.bends[0], -1, 0))
     along = np.einsum("nij,in->nj", axes, now.slopes[0])
@@ -219,14 +221,14 @@ def _inside(now: _State, edges: IntArray) -> FloatArray:
     return np.asarray(-np.einsum("nij,nj->in", axes, step))
 
 
-def _across(now: _State, edges: IntArray) -> FloatArray:
+def _across(now: _SearchState, edges: IntArray) -> FloatArray:
     """Newton step in the steepest direction only: to the line of minimum gap."""
     size, axes = np.linalg.eigh(np.moveaxis(now.bends[0], -1, 0))
     steepest = axes[:, :, -1].T
     return np.asarray(-steepest * np.sum(steepest * now.slopes[0], axis=0) / size[:, -1])
 
 
-def _on_edge(now: _State, edges: IntArray) -> FloatArray:
+def _on_edge(now: _SearchState, edges: IntArray) -> FloatArray:
     """Newton step to the minimum gap along an edge."""
     points = np.arange(edges.shape[1])
     slope, normal = now.slopes[0], now.slopes[1 + edges[0], :, points].T
@@ -241,7 +243,7 @@ def _on_edge(now: _State, edges: IntArray) -> FloatArray:
     return np.asarray(towards - tangent * run / np.maximum(curve, np.abs(run)).clip(1e-300))
 
 
-def _corner(now: _State, edges: IntArray) -> FloatArray:
+def _corner(now: _SearchState, edges: IntArray) -> FloatArray:
     """Newton step to where two edges meet; a long one where they run alongside."""
     points = np.arange(edges.shape[1])
     matrix = np.stack([now.slopes[1 + edge, :, points] for edge in edges], axis=1)

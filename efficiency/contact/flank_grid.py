@@ -17,12 +17,15 @@ from ehl.common.errors import ConvergenceError
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
+# tuned: coefficients along face and depth, by the error of the map (docs/gear_geometry.md); may be changed by whoever
+# repeats that page
 SHAPE = (18, 14)
 # how far the map goes beyond the blank along the face and over the tip (fractions of face and depth): line ends can
 # then be bracketed, and unloaded contact just over an edge is still seen
 _OVERHANG = (0.04, 0.06)
 # a flank counts as undercut where its regularity falls below this share of that at the design point: its fields have a
-# singularity at zero, and the flank ends there anyway. Measured: docs/gear_geometry.md
+# singularity at zero, and the flank ends there anyway
+# tuned: error of the map next to the limit (docs/gear_geometry.md); may be changed by whoever repeats that page
 UNDERCUT = 0.08
 # more points than coefficients in both directions where a part of the flank is undercut
 _OVERSAMPLING = 1.5
@@ -161,6 +164,7 @@ def _deepest_contact(gear: Flank, pinion: Flank, assembly: Assembly, u_range: tu
 
 # change of the relative regularity from node to node beyond the linear one that no regular flank makes, with that many
 # nodes over the depth; it grows with the square of their distance
+# tuned: leaps of undercut pinions (ours); may be changed by whoever solves the random blanks of the tests
 _LEAP, _LEAP_ROWS = 0.07, 21
 
 

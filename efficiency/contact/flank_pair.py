@@ -29,7 +29,8 @@ BoolArray = NDArray[np.bool_]
 MARKING = 6.35e-6
 # along the face and over the depth
 _SAMPLES = 121, 61
-# the pattern touches an edge where a marked sample lies within this share of the face width or depth from it
+# tuned: the pattern touches an edge where a marked sample lies within this share of the face width or depth from it
+# (ours); may be changed freely
 _RIM = 0.01
 
 

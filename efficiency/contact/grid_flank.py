@@ -88,9 +88,11 @@ FORMAT = "mixed-ehl flank grid v1"
 _UNITS = {"mm": 1e-3, "m": 1.0, "inch": 0.0254}
 _PLACE, _NORMAL = ("row", "column", "x", "y", "z"), ("nx", "ny", "nz")
 _MIN_POINTS = 15
-# a point farther beyond its blank than this (fractions of face and depth) belongs to another blank or another unit
+# tuned: a point farther beyond its blank than this (fractions of face and depth) belongs to another blank or another
+# unit (ours); may be changed freely
 _BEYOND = 0.35
-# a normal farther from that of the points around it is turned, or not a normal [rad]
+# tuned: a normal farther from that of the points around it is turned, or not a normal [rad] (ours); may be changed
+# freely
 _NORMAL_OFF = 0.3
 
 

@@ -44,11 +44,12 @@ _RAISED = (0.0, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2)
 _ORDER, _ORDER_ALONE = 1, 4
 # no cut and ground flank lies farther from its nominal one [m]
 _FARTHEST = 0.5e-3
-# points that scatter more than this times the stated uncertainty are worth a word
+# tuned: points that scatter more than this times the stated uncertainty are reported (ours); may be changed freely
 _SCATTER = 1.3
 
 
-# sizes [um], scales of their half-Cauchy priors, and lengths in half sides
+# tuned: sizes [um], scales of their half-Cauchy priors, and lengths in half sides (ours); may
+# be changed by whoever runs `test_stated_uncertainty_covers`
 _SIZES = np.geomspace(0.02, 300.0, 15)
 _SCALE_SECOND, _SCALE_FIELD = 3.0, 1.0
 _LENGTHS = (0.4, 0.8, 1.6, 5.0)

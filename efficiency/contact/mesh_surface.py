@@ -101,9 +101,10 @@ EDGES = (
     "pinion root",
     "pinion undercut",
 )
-# share of the mating flank that may be undercut; beyond it too little is left to speak of a pair (our choice)
+# tuned: share of the mating flank that may be undercut, beyond it too little of the pair is left (ours); may be changed
+# freely
 _MAX_UNDERCUT = 0.3
-# interpolation error, as a share of the tooth depth, from which a map says nothing
+# tuned: interpolation error, as a share of the tooth depth, from which a map is refused (ours); may be lowered freely
 _MAX_ERROR = 0.01
 
 

@@ -28,7 +28,8 @@ ReliefForm = Literal["linear", "parabolic", "circular"]
 
 # samples of the sections: over the range, then between the neighbours of the lowest one
 _COARSE, _FINE = 41, 21
-# the curvature of relief is that over so much to both sides: about the half-width of a loaded contact [m]
+# tuned: distance to both sides over which the curvature of relief is taken [m], about the half-width of a loaded
+# contact; may be changed by whoever runs the tests of relieved edges
 _WIDTH = 1e-4
 # of the mean transverse tooth thickness: relief of both flanks then leaves half of the tooth (ours)
 _MAX_SHARE = 0.25

@@ -230,7 +230,8 @@ def tooth_grid(pair: GearFlanks, member: Member, rows: int = 15, columns: int = 
 
 # the root itself may be undercut or fillet: thickness there is extrapolated from these fractions of the whole depth
 _FRACTIONS = (0.2, 0.6, 1.0)
-# a tooth that fills more of its pitch than this at the mean point is one whose flanks cross
+# tuned: a tooth that fills more of its pitch than this at the mean point is one whose flanks cross (ours); may be
+# changed freely
 _WIDEST = 0.9
 
 

@@ -26,7 +26,8 @@ from numpy.typing import ArrayLike, NDArray
 FloatArray = NDArray[np.float64]
 
 _ANGLES = 121
-# distances from a side face, in depths, within which a body is a corner: 1/6
+# tuned: distance from a side face, in depths over 6, within which a body is a corner: finite elements of the end of a
+# strip; may be changed by whoever repeats `tests/twins/free_edge.py`
 _CORNER = 6.0
 # last step of Newton's method on the angle a: the next one would be its square
 _LAST_STEP = 1e-9

@@ -71,7 +71,7 @@ class Equilibrium:
 
 
 @dataclass(frozen=True)
-class ContactProblem:
+class EquilibriumProblem:
     """One contact problem but for its local compliance; attributes as the arguments of `solve_equilibrium`.
 
     `start` is a guess of the forces, such as those of a torque near by.
@@ -109,15 +109,15 @@ def solve_equilibrium(
     Equilibrium
         Never raises for non-convergence: see ``status``.
     """
-    return solve_equilibria([ContactProblem(compliance, gap, lever, torque)], local)[0]
+    return solve_equilibria([EquilibriumProblem(compliance, gap, lever, torque)], local)[0]
 
 
-def solve_equilibria(problems: Sequence[ContactProblem], local: Local) -> list[Equilibrium]:
+def solve_equilibria(problems: Sequence[EquilibriumProblem], local: Local) -> list[Equilibrium]:
     """Several problems, Newton steps of all of them side by side.
 
     Parameters
     ----------
-    problems : sequence of ContactProblem
+    problems : sequence of EquilibriumProblem
         They do not know of each other.
     local : callable
         Local deflection and its derivative from the forces of all problems, one problem after the other.
@@ -138,7 +138,7 @@ def solve_equilibria(problems: Sequence[ContactProblem], local: Local) -> list[E
     return [results[k] for k in range(len(runs))]
 
 
-def _newton(problem: ContactProblem) -> Generator[FloatArray, tuple[FloatArray, FloatArray], Equilibrium]:
+def _newton(problem: EquilibriumProblem) -> Generator[FloatArray, tuple[FloatArray, FloatArray], Equilibrium]:
     """Newton's method on one problem; asks for the local deflection and its derivative at the forces it yields."""
     compliance, gap, lever, torque = problem.compliance, problem.gap, problem.lever, problem.torque
     typical = torque / float(lever.sum())

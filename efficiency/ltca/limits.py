@@ -19,13 +19,14 @@ FloatArray = NDArray[np.float64]
 
 # points within this share of the face width or tooth height from the middle belong to no side
 _MIDDLE = 1.0 / 6.0
-# matched flanks stay well below (ours): more is a design whose flanks do not belong together
+# tuned: matched flanks stay well below (ours), more is a design whose flanks do not belong together; may be changed
+# freely
 _LARGE_ERROR = 100.0 * ARCSEC
-# share of the torque from which edges are worth a note
-_EDGE_SHARE = 1e-3
+# tuned: share of the torque from which edges are reported (ours); may be changed freely
+EDGE_NOTE = 1e-3
 
 
-# the radius of an edge is seldom known better than by this factor
+# tuned: factor to which the radius of an edge is known (ours); may be changed freely, pressures of a result follow it
 _RADIUS_FACTOR = 2.0
 
 
@@ -171,7 +172,7 @@ def limit_notes(
             f"{loaded} loaded points, up to {peak.pressure / 1e9:.4g} GPa, {peak.place}; the teeth would yield"
         )
     edges = edges or edge_load(load, teeth)
-    if edges.share >= _EDGE_SHARE:
+    if edges.share >= EDGE_NOTE:
         notes.append(_edge_note(edges, load, teeth))
     if unloaded > _LARGE_ERROR:
         notes.append(

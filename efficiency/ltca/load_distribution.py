@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from efficiency.contact.contact_lines import EdgeProximity, MeshPosition
 from efficiency.contact.mesh_surface import EDGES
 from efficiency.ltca.edge_contact import free_edge_compliance
-from efficiency.ltca.equilibrium import ContactProblem, Equilibrium, solve_equilibria
+from efficiency.ltca.equilibrium import Equilibrium, EquilibriumProblem, solve_equilibria
 from efficiency.ltca.local_compliance import LocalApproach, LocalCompliance
 from efficiency.ltca.solid_tooth import SolidTooth
 from ehl.common.errors import InputError
@@ -346,7 +346,7 @@ def distribute_load(
     if near is not None:
         starts = [p.forces_at(float(torque)) for p, torque in zip(near.positions, torques, strict=True)]
     problems = [
-        ContactProblem(e.bending, e.position.gap, e.position.lever_pinion, float(torque), start)
+        EquilibriumProblem(e.bending, e.position.gap, e.position.lever_pinion, float(torque), start)
         for e, torque, start in zip(elastic, torques, starts, strict=True)
     ]
     law = LocalApproach.joined([e.approach for e in elastic])

@@ -32,9 +32,10 @@ from ehl.common.errors import InputError
 
 FloatArray = NDArray[np.float64]
 
-# below this share of loaded points on the line that carries most, the lines are cut down
+# tuned: below this share of loaded points on the line that carries most, the lines are cut down (ours); may be
+# changed by whoever runs `test_error_estimate_covers_a_finer_grid`
 _MIN_LOADED_SHARE = 0.4
-# how far beyond the approach of the load lines and edges are followed
+# tuned: how far beyond the approach of the load lines and edges are followed (ours); may be raised freely
 _MARGIN = 1.2
 
 

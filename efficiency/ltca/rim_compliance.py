@@ -45,7 +45,7 @@ def ring_response(solid: RitzSolid, pitch: float, cells: int, functionals: Float
     border = np.concatenate([components(solid.left), components(solid.right)])
     body = np.union1d(*(solid.functions[part].number for part in ("foot", "slot")))
     # the tooth onto its root, then the body onto the sides
-    part = _Part(np.arange(3 * count), solid.stiffness, functionals.T, np.zeros((len(functionals),) * 2))
+    part = _CondensedBody(np.arange(3 * count), solid.stiffness, functionals.T, np.zeros((len(functionals),) * 2))
     for kept in (components(body), border):
         part = part.condensed(kept)
     order = np.searchsorted(part.unknowns, border)
@@ -61,7 +61,7 @@ def ring_response(solid: RitzSolid, pitch: float, cells: int, functionals: Float
 
 
 @dataclass(frozen=True)
-class _Part:
+class _CondensedBody:
     """A body condensed onto some of its unknowns: stiffness, functionals (columns), and what the rest adds to these."""
 
     unknowns: IntArray
@@ -69,7 +69,7 @@ class _Part:
     functionals: FloatArray
     compliance: FloatArray
 
-    def condensed(self, kept: IntArray) -> _Part:
+    def condensed(self, kept: IntArray) -> _CondensedBody:
         """The same body on fewer unknowns (Schur complement)."""
         stays = np.isin(self.unknowns, kept)
         inner, outer = np.flatnonzero(~stays), np.flatnonzero(stays)
@@ -89,7 +89,7 @@ class _Part:
         stiffness, functionals = self.stiffness[np.ix_(outer, outer)], self.functionals[outer]
         stiffness[np.ix_(touched, touched)] -= rest[:size, :size]
         functionals[touched] -= rest[:size, size:]
-        return _Part(self.unknowns[outer], stiffness, functionals, self.compliance + rest[size:, size:])
+        return _CondensedBody(self.unknowns[outer], stiffness, functionals, self.compliance + rest[size:, size:])
 
 
 def _rotation(angle: float) -> FloatArray:

@@ -59,7 +59,7 @@ class Orders:
 
 
 ORDERS = Orders(tooth=(7, 9, 16), body=(6, 6, 14))
-"""By convergence, see docs/tooth_compliance.md."""
+# tuned: convergence of line loads to 4 % (docs/tooth_compliance.md); may be changed by whoever repeats that table
 
 
 @dataclass(frozen=True)
@@ -208,5 +208,6 @@ def _hold_end(total: FloatArray, own: BlockFunctions, end: str, modulus: float) 
         total[i, :, i][np.ix_(own.number, own.number)] += spring
 
 
-# stiffness of a held end face over that of a body of its own size
+# tuned: stiffness of a held end face over that of a body of its own size, rigid against it (ours); may be changed
+# by whoever runs `test_body_and_how_it_is_held`
 _HOLD = 1e4

@@ -23,7 +23,8 @@ from ehl.common.errors import ConvergenceError
 
 FloatArray = NDArray[np.float64]
 
-# last change of E, P, G [m] and of the shaft angle [rad]: a tenth of what changes a transmission error visibly (ours)
+# tuned: last change of E, P, G [m] and of the shaft angle [rad], a tenth of what changes a transmission error visibly
+# (ours); may be lowered freely
 TOLERANCE, TOLERANCE_ANGLE = 1e-7, 1e-6
 ROUNDS = 12
 # earlier rounds that tell how the load answers to a displacement

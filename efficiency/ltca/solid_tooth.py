@@ -24,12 +24,14 @@ from ehl.material import Material
 Points = tuple[FloatArray, FloatArray, NDArray[np.int64]]
 """Face, height [m] and number of the tooth of each contact point."""
 
-# levels of the depth and stations of the face at which the flanks of the solid are computed
+# tuned: levels of the depth and stations of the face at which the flanks of the solid are computed (ours); may be
+# changed by whoever runs `test_cell_follows_the_flanks`
 ROWS, COLUMNS = 15, 7
 _MIDDLE = 0.5
 _NEWTON = 4
-# of the local deformation, in half thicknesses: in a half-space the difference of displacement between the surface and
-# a depth is gone at a distance of that depth
+# tuned: reach of the local deformation in half thicknesses (in a half-space the difference of displacement between the
+# surface and a depth is gone at a distance of that depth; the factor is ours); may be changed by whoever runs
+# `test_deflection_at_nine_flank_points`
 _REACH = 1.5
 
 

@@ -34,8 +34,10 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 # friction coefficients at which the cycle is solved: the first, and their distance; change of torque between two
+# tuned: the three are ours; may be changed by whoever checks the stated error of the torque balance
 FRICTION, FRICTION_STEP, TORQUE_STEP = 0.06, 0.08, 0.10
-# longest way of a tangent, as a share of the torque: for one point, and for many points of which each counts less
+# tuned: longest way of a tangent, as a share of the torque, for one point and for one of many (ours); may be
+# lowered freely at the cost of time
 ONE, MANY = 0.01, 0.06
 _KEPT = 8
 

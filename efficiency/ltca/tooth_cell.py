@@ -80,11 +80,13 @@ def _to_legendre(nodes: tuple[float, ...]) -> FloatArray:
     return np.asarray(np.linalg.inv(legendre.legvander(2.0 * np.array(nodes) - 1.0, len(nodes) - 1)))
 
 
-# nodes of the polynomials that map a cube to its block: across, over the height, along the face
+# tuned: nodes of the polynomials that map a cube to its block (across, over the height, along the face), within
+# 14 um of the flanks; may be changed by whoever runs `test_cell_follows_the_flanks`
 _ACROSS, _OVER, _ALONG = lobatto_nodes(7), lobatto_nodes(7), lobatto_nodes(9)
 _DEEP = lobatto_nodes(4)
 _FINE = 41  # points of a fillet and of the root line before they are shared out
-# the tooth begins where the fillet is as steep as this, at most this fraction of its depth over the root
+# tuned: the tooth block begins where the fillet is as steep as this, at most this fraction of its depth over the root
+# (ours); may be changed by whoever runs `test_deflection_at_nine_flank_points`
 _STEEPNESS, _HIGHEST = 1.0, 0.25
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.mesh_surface import EDGES
-from efficiency.ltca.limits import EdgeLoad
+from efficiency.ltca.limits import EDGE_NOTE, EdgeLoad
 from efficiency.ltca.load_distribution import LoadDistribution, TeethElasticity
 from efficiency.strength import permissible_stress as permissible
 from efficiency.strength.result import Grade, Strength
@@ -22,8 +22,8 @@ from ehl.common.errors import InputError
 
 FloatArray = NDArray[np.float64]
 
-EDGE_NOTE, EDGE_WARNING = 1e-3, 0.02
-"""Shares of the torque on edges from which they are worth a note and a warning (ours)."""
+# tuned: share of the torque on edges from which they are worth a warning (ours); may be changed freely
+EDGE_WARNING = 0.02
 INTEGRAL = 1.5
 """C_2: weight of the mean flash in the integral temperature (ISO/TS 6336-21, from memory)."""
 RA_OF_RQ = math.sqrt(2.0 / math.pi)

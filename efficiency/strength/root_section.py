@@ -20,11 +20,14 @@ from ehl.common.errors import ConvergenceError
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# elements along flank, fillet and root, and across
+# tuned: elements along flank, fillet and root, and across (ours); may be changed by whoever runs
+# `test_root_stress_of_a_straight_tooth`
 _FLANK, _FILLET, _LAND, _ACROSS = 8, 14, 8, 14
-# how far the root goes on, in half thicknesses of the tooth; the rest of the body is rigid there
+# tuned: how far the root goes on, in half thicknesses of the tooth, the rest of the body is rigid (ours); may be
+# raised freely
 _WIDTH = 4.0
-# length of the end tangents of a row over its chord, from the tip to the fillets, and along the root
+# tuned: length of the end tangents of a row over its chord, from the tip to the fillets and along the root, so that
+# rows do not cross (ours); may be changed by whoever solves all shipped designs
 _BULGE = 0.4, 1.6
 _SMOOTHINGS = 6
 _GAUSS = 1.0 / np.sqrt(3.0)

@@ -29,13 +29,15 @@ from ehl.common.errors import ConvergenceError, InputError
 
 FloatArray = NDArray[np.float64]
 
+# tuned: edge radius of a cutter that states none, in mean normal modules (ours; basic racks have 0.2 to 0.4); may be
+# changed freely, a design states its own
 EDGE_RADIUS = 0.25
-"""Of a cutter whose edge radius is not stated, in mean normal modules (ours; basic racks have 0.2 to 0.4)."""
 # radii tried one after the other where the slot is too narrow for it
 _RADII = (1.0, 0.75, 0.5)
 # columns of the grid of the tooth at which sections are solved
 _SECTIONS = (1, 3, 5)
-# share of the face at toe and heel where a section is no longer one of a long tooth
+# tuned: share of the face at toe and heel where a section is no longer one of a long tooth (ours); may be changed by
+# whoever repeats docs/strength.md
 _END = 0.05
 _STATIONS = 31
 
