@@ -6,11 +6,11 @@ from efficiency.installation import examine, warm_up
 from efficiency.loss.efficiency_result import EfficiencyResult as EfficiencyResult
 from efficiency.machine_settings.correction import machine_corrections as machine_corrections
 from efficiency.machine_settings.solve import machine_settings
+from efficiency.mesh import LoadedMesh as LoadedMesh
+from efficiency.mesh import Mesh as Mesh
 from efficiency.optimisation.optimise import optimise as optimise
 from efficiency.output.design_import import design_from_sheet
 from efficiency.pair import GearPair as GearPair
-from efficiency.pair import LoadedMesh as LoadedMesh
-from efficiency.pair import Mesh as Mesh
 from efficiency.pair import load as load
 from efficiency.studies.demonstration import run_demo
 from efficiency.studies.parameter_study import run_study

@@ -25,7 +25,7 @@ import regression
 from efficiency.design.design import load_design
 from efficiency.loss.efficiency import load_grids
 from efficiency.machine_settings.solve import forget_fits, machine_settings
-from efficiency.pair import Mesh
+from efficiency.mesh import Mesh
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces, solve_transient

@@ -11,7 +11,7 @@ from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import load_design
 from efficiency.loss.efficiency import LoadedGrids, load_grids
 from efficiency.loss.kinematics import Operation
-from efficiency.pair import Mesh
+from efficiency.mesh import Mesh
 from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil

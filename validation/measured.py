@@ -371,8 +371,8 @@ def viscosity() -> list[Row]:
 def gears() -> list[Row]:
     """Mesh efficiency of the shipped pairs beside whole axles, their mean friction beside the range known of gears."""
     import efficiency
+    from efficiency.conditions.conditions import resolve_friction
     from efficiency.loss.ehl_friction import EhlFriction
-    from efficiency.pair import resolve_friction
 
     pairs = [efficiency.load(name) for name in ("fh_hypoid_9x34", "fm_hypoid_13x42", "fm_spiral_bevel_14x39")]
     loaded = [pair.mesh().load() for pair in pairs]

@@ -16,10 +16,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from efficiency.conditions.conditions import default_friction
 from efficiency.loss.notes import pair_notes
+from efficiency.mesh import LoadedMesh
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.notes import result_notes
-from efficiency.pair import GearPair, LoadedMesh, default_friction
+from efficiency.pair import GearPair
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, MixedEhlError
 from ehl.common.files import toml_text
@@ -377,12 +379,8 @@ class Bench:
         rows: list[list[float]] = []
         for number, each in enumerate(torques):
             loaded = base.loaded.mesh.load(each)
-            rows.append(
-                [
-                    100.0 * loaded.at(base.friction, **scene.conditions | {"speed": f"{v} rpm"}).efficiency
-                    for v in speeds
-                ]
-            )
+            places = [scene.conditions | {"speed": f"{v} rpm"} for v in speeds]
+            rows.append([100.0 * loaded.efficiency(base.friction, many=True, **at).efficiency for at in places])
             heard((number + 1) / len(torques))
         return torques, speeds, rows
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, cast
 
 import typer
 
@@ -204,7 +204,7 @@ def correct(
     json_output: JsonOption = False,
 ) -> None:
     """Machine corrections from measured flanks: what to change so that the next part comes out as designed."""
-    result = efficiency.machine_corrections(design, grids, uncertainty, order)
+    result = efficiency.machine_corrections(design, grids, uncertainty, cast("Literal[1, 2]", order))
     if output is not None:
         write_text(output, result.text)
     print_json(result.to_dict()) if json_output else result.show()
@@ -249,14 +249,14 @@ def misalignment(
     Lists 'a, b, c unit' or ranges 'from:to:number unit'; the states are all combinations.
     """
     axes = given({"E": e, "P": p, "G": g, "shaft_angle_error": shaft_angle_error})
-    conditions = given({"speed": speed, "temperature": temperature, "oil": oil})
+    conditions: dict[str, Any] = given({"speed": speed, "temperature": temperature, "oil": oil})
     with working("misalignment"):
         states = efficiency.load(design).misalignment(
             side=side,
             marking=marking,
             torque=torque,
             friction=friction,
-            conditions=conditions or None,
+            **conditions,
             **axes,
         )
     present(states, json_output, csv=csv, plot=plot)
@@ -322,7 +322,7 @@ def study(
     store = output / "points.jsonl"
     if fresh and os.path.exists(store):
         store.unlink()
-    chosen = {"friction": friction, "oil": oil, "side": one_side(side), "jobs": jobs, "store": store}
+    chosen: dict[str, Any] = {"friction": friction, "oil": oil, "side": one_side(side), "jobs": jobs, "store": store}
     chosen |= {"strength": strength}
     chosen |= given({"load_balance": load_balance_of(load_balance)})
     kept = f"finished points are kept in {store}, the same command resumes"

@@ -172,7 +172,7 @@ def map_points(
     [model] = pair.check([friction], **axes, **fixed)
     fixed |= given({"load_balance": load_balance_of(load_balance)})
     with working("operating points"):
-        grid = pair.mesh(one_side(side)).map(model, fixed=fixed, strength=strength, **axes)
+        grid = pair.mesh(one_side(side)).map(model, strength=strength, **axes, **fixed)
     present(grid, json_output, units=system, plot=plot, report=report, xlsx=xlsx, csv=csv)
 
 
@@ -193,9 +193,10 @@ def duty(
     """Energies of a gear pair over a duty cycle, by row and in total."""
     check_files(report=None, xlsx=xlsx)
     pair = efficiency.load(design).misaligned(**given({"E": e, "P": p, "G": g, "shaft_angle_error": shaft_angle_error}))
-    [model] = pair.check([friction], **given({"oil": oil}))
+    conditions = given({"oil": oil, "load_balance": load_balance_of(load_balance)})
+    [model] = pair.check([friction], **conditions)
     with working("duty cycle"):
-        cycle = pair.duty(file, model, oil=oil, load_balance=load_balance_of(load_balance))
+        cycle = pair.duty(file, model, **conditions)
     present(cycle, json_output, xlsx=xlsx, csv=csv)
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from efficiency.conditions.conditions import AXES
 from efficiency.loss.efficiency_result import EfficiencyResult, Output, Presented
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
@@ -27,13 +28,6 @@ FloatArray = NDArray[np.float64]
 Condition = Mapping[str, Any]
 Solve = Callable[[Condition], EfficiencyResult]
 """Called with the number of points done and of all points."""
-
-# from the one that costs most to change to the one that costs least
-AXES = (
-    *("design", "side", "E", "P", "G", "shaft_angle_error", "torque"),
-    *("oil", "speed", "temperature", "driver"),
-    *("roughness_rms_each", "roughness_rms_pinion", "roughness_rms_gear", "correlation_length", "peklenik_number"),
-)
 
 
 @dataclass(frozen=True)
@@ -190,13 +184,6 @@ class Grid(Presented):
         return str(frame[[*self.axes, *(name for name in columns if name in frame)]].to_html(max_rows=20, index=False))
 
 
-def refuse_composite(name: str, value: Any) -> None:
-    """`InputError` for `roughness_rms`: the composite Rq of a contact, where gears need that of each flank."""
-    if name == "roughness_rms":
-        allowed = "roughness_rms_each (Rq of both flanks), or roughness_rms_pinion and roughness_rms_gear"
-        raise InputError(name, value, allowed, "roughness_rms is the composite Rq of two surfaces.")
-
-
 def count_reasons(reasons: Iterable[str], what: str) -> str:
     """How many of all failed for which reason: ``"2 of 9 points no_contact"``; an empty reason is no failure."""
     every = list(reasons)
@@ -254,16 +241,11 @@ def solve_grid(
     Raises
     ------
     InputError
-        An unknown axis, an axis without values, or a value that a single computation refuses.
+        An axis without values, or a value that a single computation refuses.
     """
     for name, values in axes.items():
-        refuse_composite(name, values)
-        if name not in AXES:
-            raise InputError("axis", name, "one of " + ", ".join(AXES))
         if not len(values):
             raise InputError(name, list(values), "at least one value")
-    if "roughness_rms_each" in axes and {"roughness_rms_pinion", "roughness_rms_gear"} & axes.keys():
-        raise InputError("roughness_rms_each", list(axes["roughness_rms_each"]), "not with that of pinion or gear")
     shape = tuple(len(values) for values in axes.values())
     places = list(itertools.product(*(range(n) for n in shape)))
     cost = [list(axes).index(name) for name in AXES if name in axes]

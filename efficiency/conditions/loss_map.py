@@ -346,7 +346,7 @@ def loss_map_of(grids: Sequence[Grid], axle: AxleLosses | None = None) -> LossMa
         torque = result.torque if result.driver == "pinion" else -result.torque
         place = (result.speed, torque)
         if place in found:
-            hint = "Drive and coast differ by the driver: fixed={'driver': 'gear'} on the coast flanks."
+            hint = "Drive and coast differ by the driver: driver='gear' on the coast flanks."
             raise InputError("torque, speed", f"{torque:.6g} N m twice", "each combination once", hint)
         found[place] = _point(torque, result.speed, axle.torque_loss(torque, place[0]) if axle else 0.0, point)
     speeds, torques = ({place[k] for place in found} for k in (0, 1))

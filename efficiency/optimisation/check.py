@@ -13,11 +13,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from efficiency.mesh import POINTS_PER_LINE, POSITIONS
 from efficiency.optimisation.evaluation import Evaluation, Store, Task, allowed_of, evaluate_all
 from efficiency.optimisation.pareto import spread_out
 from efficiency.optimisation.problem import Problem
 from efficiency.optimisation.result import Candidate, front_of
-from efficiency.pair import POINTS_PER_LINE, POSITIONS
 from ehl.common.quantities import quantities
 from regression.sweeping.executors import ThisProcess
 

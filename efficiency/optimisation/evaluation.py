@@ -14,13 +14,14 @@ from typing import Any
 
 import numpy as np
 
+from efficiency.conditions.conditions import resolve_friction
 from efficiency.design.design import Design
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.machine_settings.inputs import SettingsInput
 from efficiency.machine_settings.settings_result import SettingsResult
 from efficiency.machine_settings.solve import machine_settings
 from efficiency.optimisation.problem import EDGE_FREE, START, Problem, as_made, misalignment_of, state_text, with_values
-from efficiency.pair import GearPair, resolve_friction
+from efficiency.pair import GearPair
 from ehl import __version__
 from ehl.common.data import data_path
 from ehl.common.errors import ConvergenceError, InputError

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from efficiency.conditions.conditions import default_friction, resolve_friction
 from efficiency.conditions.duty import DutyRow, read_duty
 from efficiency.loss.ehl_friction import ehl_friction
 from efficiency.machine_settings.inputs import SettingsInput, load_targets, targets_beside
@@ -43,7 +44,7 @@ from efficiency.optimisation.problem import (
 )
 from efficiency.optimisation.result import Candidate, Optimisation, OptimisationOutput
 from efficiency.optimisation.surrogate import Processes, first_points, next_points, table_of, transformed
-from efficiency.pair import GearPair, default_friction, resolve_friction
+from efficiency.pair import GearPair
 from ehl import __version__
 from ehl.common.data import named_file
 from ehl.common.errors import ConvergenceError, InputError

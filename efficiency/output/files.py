@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,12 +15,58 @@ from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
 from efficiency.output.machine_summary import Units, write_sheet, write_summary
 from efficiency.output.solid import Solid, member_solid, tooth_space_solid, write_stl
-from ehl.common.errors import ConvergenceError
+from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file
+from ehl.common.units import ValueRange
 
 if TYPE_CHECKING:
     from efficiency.cutting.cutter import FlankSide
     from efficiency.design.design import Design
+
+
+EXPORTS = ("tooth", "member", "step", "grid", "ease_off", "summary")
+
+
+def export_design(
+    design: Design,
+    folder: Path,
+    what: Iterable[str],
+    members: Iterable[Member],
+    rows: int,
+    columns: int,
+    margin: float,
+    rim: float | str | None,
+    bore: float | str | None,
+    units: Units,
+) -> list[str]:
+    """Write the chosen files; see `efficiency.pair.GearPair.export`."""
+    chosen = list(what)
+    for part in chosen:
+        if part not in EXPORTS:
+            raise InputError("what", part, "some of " + ", ".join(EXPORTS))
+    for name, count in (("rows", rows), ("columns", columns)):
+        if not 5 <= count <= 200:
+            raise InputError(name, count, "from 5 to 200")
+    if not 0.0 <= margin <= 0.3:
+        raise InputError("margin", margin, "from 0 to 0.3")
+    length = ValueRange("m", ge=0.0, le=3.0)
+    thickness = None if rim is None else length.check(rim, "rim", bare=not isinstance(rim, str))
+    hole = None if bore is None else length.check(bore, "bore", bare=not isinstance(bore, str))
+    written: list[str] = []
+    for member in members:
+        if "tooth" in chosen:
+            written.append(export_tooth_space(design, member, folder, rows, columns, thickness))
+        if "member" in chosen:
+            written.append(export_member(design, member, folder, rows, columns, thickness, hole))
+        if "step" in chosen:
+            written.append(export_step(design, member, folder, rows, columns, thickness, hole))
+        if "grid" in chosen:
+            written += export_grids(design, member, folder, rows, columns, margin)
+    if "ease_off" in chosen:
+        written += export_ease_off(design, folder)
+    if "summary" in chosen:
+        written += export_summary(design, folder, units)
+    return written
 
 
 def export_tooth_space(

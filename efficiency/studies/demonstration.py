@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from efficiency.loss.compare import Comparison
-from efficiency.pair import GearPair, Mesh
+from efficiency.mesh import Mesh
+from efficiency.pair import GearPair
 from ehl.common.files import make_folder
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from regression.data.dataset import Dataset

@@ -24,20 +24,14 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from efficiency.conditions.conditions import Friction, axis_values, default_friction, resolve_friction
 from efficiency.conditions.grid import count_reasons, solve_points
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design
 from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance, Output, Presented
 from efficiency.loss.ehl_friction import EhlFriction
-from efficiency.pair import (
-    POINTS_PER_LINE,
-    POSITIONS,
-    Friction,
-    GearPair,
-    axis_values,
-    default_friction,
-    resolve_friction,
-)
+from efficiency.mesh import POINTS_PER_LINE, POSITIONS
+from efficiency.pair import GearPair
 from ehl import __version__
 from ehl.common.errors import InputError
 from ehl.common.numbers import finite_or_none
@@ -592,7 +586,7 @@ def _solve(task: StudyTask) -> tuple[str, Found]:
     """All points of a task; what cannot be computed is a failed point with its reason."""
     points: list[StudyPoint] = []
     pair = _pair(task.design.with_misalignment().model_dump_json())
-    fixed = {"side": task.side, "oil": task.oil, "driver": task.design.operation.driver}
+    fixed: dict[str, Any] = {"side": task.side, "oil": task.oil, "driver": task.design.operation.driver}
     fixed |= {"load_balance": task.load_balance}
     fixed |= task.design.assembly.misalignment.model_dump()
     names = ("torque", "speed", "temperature", "roughness_rms_each")

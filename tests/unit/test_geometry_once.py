@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-import efficiency.pair
+import efficiency.mesh
 
 
 @pytest.fixture
@@ -17,15 +17,15 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
     counts: Counter[str] = Counter()
 
     def counted(name: str) -> None:
-        real: Callable[..., Any] = getattr(efficiency.pair, name)
+        real: Callable[..., Any] = getattr(efficiency.mesh, name)
 
         def call(*arguments: Any, **options: Any) -> Any:
             counts[name] += 1
             return real(*arguments, **options)
 
-        monkeypatch.setattr(efficiency.pair, name, call)
+        monkeypatch.setattr(efficiency.mesh, name, call)
 
-    for name in ("flank_pair", "elastic_bodies", "_load"):
+    for name in ("flank_pair", "elastic_teeth", "load_grids"):
         counted(name)
     return counts
 
@@ -35,11 +35,11 @@ def test_heat_balance_and_uncertainty_of_the_command_line_mesh_and_load_once(
 ) -> None:
     arguments = ("--friction", "xu_kahraman_2007", "--bulk-temperature", "--uncertainty", "--json")
     assert mixed_ehl("gear", "fm_spiral_bevel_14x39", *arguments).code == 0
-    assert calls == {"flank_pair": 1, "elastic_bodies": 1, "_load": 1}
+    assert calls == {"flank_pair": 1, "elastic_teeth": 1, "load_grids": 1}
 
 
 def test_a_second_speed_costs_no_load_and_a_second_torque_no_geometry(calls: Counter[str]) -> None:
     mesh = efficiency.load("fm_spiral_bevel_14x39").mesh(positions=4, points_per_line=9)
     for torque, speed in (("200 N m", "500 rpm"), ("200 N m", "1500 rpm"), ("300 N m", "1500 rpm")):
         mesh.load(torque).efficiency("constant:0.05", speed=speed)
-    assert calls == {"flank_pair": 1, "elastic_bodies": 1, "_load": 2}
+    assert calls == {"flank_pair": 1, "elastic_teeth": 1, "load_grids": 2}

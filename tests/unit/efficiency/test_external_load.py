@@ -13,7 +13,7 @@ from samples import OPERATION, tiny_load, tiny_mesh
 
 from efficiency.loss.efficiency import LoadedGrids, mesh_efficiency
 from efficiency.ltca.external_load import read_load, write_load
-from efficiency.pair import Mesh
+from efficiency.mesh import Mesh
 from ehl.common.errors import InputError
 from regression.friction.models import ConstantFriction
 

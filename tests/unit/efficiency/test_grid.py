@@ -9,14 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-import efficiency.pair
+import efficiency.mesh
 from efficiency.conditions.duty import DutyRow
 from efficiency.conditions.grid import solve_grid
 from efficiency.design.design import load_design
 from efficiency.loss.efficiency import load_grids, solve_balanced
 from efficiency.loss.kinematics import Operation
+from efficiency.mesh import Mesh
 from efficiency.output.tables import map_table
-from efficiency.pair import GearPair, Mesh
+from efficiency.pair import GearPair
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.progress import Progress
 from ehl.fluid.oil import Oil
@@ -37,7 +38,7 @@ def test_energies_add_up(monkeypatch: pytest.MonkeyPatch) -> None:
         asked.append(torque)
         return load_grids(grids, torque)
 
-    monkeypatch.setattr(efficiency.pair, "_load", counted)
+    monkeypatch.setattr(efficiency.mesh, "load_grids", counted)
     cycle = GearPair(DESIGN).duty(rows, MODEL, grid=GRID)
     assert asked == [200.0, 80.0]
     first, coast, _ = cycle.rows
@@ -83,7 +84,7 @@ def test_axes_in_any_order_and_each_load_once(monkeypatch: pytest.MonkeyPatch) -
         return load_grids(grids, torque)
 
     monkeypatch.setattr(Mesh, "of", make_mesh)
-    monkeypatch.setattr(efficiency.pair, "_load", counted)
+    monkeypatch.setattr(efficiency.mesh, "load_grids", counted)
     axes = {
         "temperature": [333.15, 363.15],
         "E": [0.0, 1e-3],
@@ -115,7 +116,7 @@ def test_axes_in_any_order_and_each_load_once(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_grid_of_a_pair_is_the_single_run() -> None:
-    found = PAIR.over(MODEL, grid=GRID, fixed={"torque": 150.0}, P=["0.05 mm"], speed=[60.0, 125.0])
+    found = PAIR.over(MODEL, grid=GRID, torque=150.0, P=["0.05 mm"], speed=[60.0, 125.0])
     single = GearPair(DESIGN.with_misalignment(P=5e-5)).at(MODEL, GRID, torque=150.0, speed=125.0)
     # one of many points: the stated error tells
     assert abs(found.values()[0, 1] - single.efficiency) < found.results[1].efficiency_error_balance < 1e-5

@@ -76,7 +76,7 @@ def test_vecto_file_is_read_back(tmp_path: Path) -> None:
 def test_grids_become_the_same_file(tmp_path: Path) -> None:
     axes: dict[str, Any] = {"torque": "200 N m", "speed": "100, 1500 rpm"}
     drive = pair().mesh("drive", *GRID).over(**axes)
-    coast = pair().mesh("coast", *GRID).over(fixed={"driver": "gear"}, **axes)
+    coast = pair().mesh("coast", *GRID).over(driver="gear", **axes)
     found = drive.to_vecto(tmp_path / "grid.vtlm", coast, AXLE)
     assert found.values() == pytest.approx(map_of_pair().values()[:, [0, 2]], rel=1e-12)
     assert "mesh alone" in drive.to_vecto(tmp_path / "mesh.vtlm", coast).notes[0]

@@ -18,6 +18,7 @@ from pages import read_page
 import efficiency
 from efficiency.machine_settings.design_file import targets_text
 from efficiency.machine_settings.inputs import SettingsInput, load_targets
+from efficiency.mesh import Mesh
 from efficiency.optimisation import check, report
 from efficiency.optimisation import optimise as search
 from efficiency.optimisation.check import Correction
@@ -35,7 +36,7 @@ from efficiency.optimisation.problem import (
 )
 from efficiency.optimisation.result import Candidate, Optimisation
 from efficiency.optimisation.surrogate import Processes, first_points, next_points, weights_of
-from efficiency.pair import GearPair, Mesh
+from efficiency.pair import GearPair
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.sections import Row

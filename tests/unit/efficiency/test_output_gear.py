@@ -24,6 +24,7 @@ from efficiency.loss.efficiency import mesh_efficiency
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import Operation
 from efficiency.ltca.mesh_grids import load_grids
+from efficiency.mesh import Mesh
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.gear_output import GearOutput, OutputFiles, write_comparison, write_map, write_result
 from efficiency.output.gear_report import load_figures, loss_figures, mesh_figures, nearest_point
@@ -45,7 +46,6 @@ from efficiency.output.tables import (
     range_table,
     result_tables,
 )
-from efficiency.pair import Mesh
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
 from regression.formula import friction_model
@@ -79,7 +79,7 @@ def flank(geared: Meshed, result: EfficiencyResult) -> FlankMap:
 def grid(geared: Meshed) -> Grid:
     model = friction_model("xu_kahraman_2007")
     rough = {"roughness_rms_pinion": 0.4e-6, "roughness_rms_gear": 0.3e-6}
-    return geared[1].map(model, TORQUES, SPEEDS, TEMPERATURES, fixed=rough)
+    return geared[1].map(model, TORQUES, SPEEDS, TEMPERATURES, **rough)
 
 
 @pytest.fixture(scope="module")
@@ -173,7 +173,7 @@ def test_contours_hold_the_map(grid: Grid) -> None:
 
 def test_another_oil_and_what_lies_outside_the_range_are_said(geared: Meshed, tmp_path: Path) -> None:
     mesh, rough = geared[1], {"roughness_rms_pinion": 0.4e-6, "roughness_rms_gear": 0.3e-6, "oil": "fva3"}
-    grid = mesh.map(friction_model("75w90"), [300.0], [10.0, 125.0], [363.15], fixed=rough)
+    grid = mesh.map(friction_model("75w90"), [300.0], [10.0, 125.0], [363.15], **rough)
     shares = [point.outside_range_share for point in grid.results]
     assert shares[0] > shares[1]
     [table] = efficiency_grids(grid)

@@ -18,7 +18,8 @@ from efficiency.design.stiffness_input import MemberStiffnessInput, StiffnessInp
 from efficiency.ltca import shaft_deflection
 from efficiency.ltca.mesh_grids import MeshGrids
 from efficiency.ltca.shaft_deflection import shaft_compliance
-from efficiency.pair import GearPair, LoadedMesh
+from efficiency.mesh import LoadedMesh
+from efficiency.pair import GearPair
 from ehl.common.data import data_path
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.validation import validate

@@ -19,8 +19,9 @@ from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
 from efficiency.loss.ehl_friction import EhlFriction, ehl_friction
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.regions import friction_along_mesh, loss_by_region
+from efficiency.mesh import Mesh
 from efficiency.output.tables import efficiency_table, result_table
-from efficiency.pair import GearPair, Mesh
+from efficiency.pair import GearPair
 from efficiency.studies.parameter_study import Levels, run_study
 from ehl.common.errors import InputError
 from ehl.common.validation import validate

@@ -12,7 +12,7 @@ import pytest
 
 import efficiency
 from efficiency.ltca.limits import EdgeLoad
-from efficiency.pair import LoadedMesh
+from efficiency.mesh import LoadedMesh
 from efficiency.strength import permissible_stress as iso_10300
 from efficiency.strength.permissible_stress import YIELD_RATIO, shakedown_pressure, shear_stress
 from efficiency.strength.rating import LocalConditions, rate_strength

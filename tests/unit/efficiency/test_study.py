@@ -21,7 +21,8 @@ from efficiency.design.design import Design, load_design
 from efficiency.loss.efficiency import solve_balanced
 from efficiency.loss.kinematics import Operation
 from efficiency.ltca.mesh_grids import load_grids
-from efficiency.pair import GearPair, Mesh
+from efficiency.mesh import Mesh
+from efficiency.pair import GearPair
 from efficiency.studies.parameter_study import Levels, Study, level_quantity, run_study
 from efficiency.studies.plots import causes_figure, causes_of, designs_figure, influence_figure, study_figures
 from efficiency.studies.report import causes_table, influence_table, section_table, study_tables, write_study

@@ -18,7 +18,8 @@ from efficiency.contact.tooth_grid import gear_thickness, pinion_thickness, toot
 from efficiency.cutting.rotation import turn
 from efficiency.design.design import load_design
 from efficiency.loss.closed_form import buckingham_type, coleman_type
-from efficiency.pair import GearPair, Mesh
+from efficiency.mesh import Mesh
+from efficiency.pair import GearPair
 
 ARCSEC = np.pi / (180.0 * 3600.0)
 HYPOIDS = ("fh_hypoid_9x34", "fm_hypoid_13x42")

@@ -17,7 +17,7 @@ from efficiency.contact.relief import EdgeRelief, MemberRelief
 from efficiency.design.design import Design, load_design
 from efficiency.geometry.pair_geometry import geometry_notes
 from efficiency.machine_settings.inputs import load_targets
-from efficiency.pair import Mesh, elastic_bodies
+from efficiency.mesh import Mesh, elastic_bodies
 from ehl.common.data import data_names, data_path
 
 PAIR = "fm_hypoid_13x42"

@@ -18,7 +18,7 @@ from efficiency.loss.efficiency import MeshGrids, load_grids, solve_balanced
 from efficiency.loss.kinematics import Axis, Driver, Operation, loaded_points
 from efficiency.ltca.load_distribution import LoadDistribution, PositionLoad, TeethElasticity, distribute_load
 from efficiency.ltca.solid_tooth import SolidTooth
-from efficiency.pair import Mesh
+from efficiency.mesh import Mesh
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
 from ehl.material import Material

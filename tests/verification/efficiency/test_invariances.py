@@ -10,7 +10,7 @@ from rebuilt_designs import mirror, rebuilt
 
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.design.design import Design, load_design
-from efficiency.pair import Mesh
+from efficiency.mesh import Mesh
 
 NAMES = ("fh_hypoid_9x34", "fm_spiral_bevel_14x39")
 TORQUE = 300.0

@@ -23,7 +23,7 @@ from efficiency.ltca.load_distribution import (
 )
 from efficiency.ltca.local_compliance import weber_local
 from efficiency.ltca.mesh_grids import load_grids
-from efficiency.pair import Mesh
+from efficiency.mesh import Mesh
 from ehl.common.errors import InputError
 
 DESIGN = load_design("fm_spiral_bevel_14x39")

@@ -17,7 +17,7 @@ from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency,
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import Operation
 from efficiency.ltca.load_distribution import distribute_load
-from efficiency.pair import Mesh
+from efficiency.mesh import Mesh
 from ehl.fluid.oil import Oil
 from regression.formula import friction_model
 from regression.friction.models import ConstantFriction

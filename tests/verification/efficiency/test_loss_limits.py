@@ -18,7 +18,7 @@ from efficiency.loss.closed_form import (
 )
 from efficiency.loss.efficiency import load_grids, mesh_efficiency, solve_balanced
 from efficiency.loss.kinematics import Operation
-from efficiency.pair import Mesh
+from efficiency.mesh import Mesh
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
 from regression.friction.models import ConstantFriction

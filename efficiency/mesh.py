@@ -1,0 +1,559 @@
+"""One flank pair in mesh, and the same under load: geometry, contact lines, elastic teeth, forces, efficiency.
+
+Each stage is computed once and kept: a second torque costs only its load, a second speed only its friction.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Unpack
+
+import numpy as np
+
+from efficiency.conditions.conditions import (
+    AXES,
+    CONSTANT,
+    GEOMETRY_AXES,
+    Conditions,
+    ConditionValues,
+    Friction,
+    HeldValues,
+    MeshAxes,
+    Value,
+    Values,
+    axis_values,
+    checked,
+    resolve_friction,
+    split_axes,
+)
+from efficiency.conditions.grid import Condition, Grid, solve_grid
+from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPosition, cycle_lines, mesh_cycle
+from efficiency.contact.assembly import DisplacedAxes
+from efficiency.contact.flank_pair import FlankPair, flank_pair
+from efficiency.contact.gear_flanks import MEMBERS, Side
+from efficiency.design.design import Design, MemberInput
+from efficiency.loss.closed_form import PitchGeometry, profile_contact_ratio
+from efficiency.loss.compare import Comparison, compare_models
+from efficiency.loss.efficiency import solve_balanced
+from efficiency.loss.efficiency_result import Bulk, EfficiencyResult, LoadBalance
+from efficiency.loss.heat_balance import CoolingInput, HeatBalance, balance_heat, thermal_resistance
+from efficiency.loss.kinematics import Axis, Operation
+from efficiency.ltca.external_load import read_load, write_load
+from efficiency.ltca.limits import edge_load
+from efficiency.ltca.load_distribution import TeethElasticity
+from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids, load_grids
+from efficiency.ltca.shaft_deflection import solve_deflection
+from efficiency.ltca.solid_tooth import SolidTooth, elastic_teeth
+from efficiency.output.gear_output import GearOutput
+from efficiency.strength.rating import LocalConditions, rate_strength
+from efficiency.strength.result import Strength
+from efficiency.strength.root_stress import RootTooth, root_tooth
+from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.progress import ProgressCallback
+from ehl.common.threads import one_thread
+from ehl.fluid.oil import Oil
+from regression.formula import shipped_formulas
+from regression.friction.models import FrictionModel
+
+POSITIONS, POINTS_PER_LINE = 24, 31
+# next to the formulas shipped for the oil in use
+DEFAULT_MODELS = (
+    CONSTANT,
+    "xu_kahraman_2007",
+    "benedict_kelley_1961",
+    "schlenk_1994",
+    "arana_2019",
+    "ehl:smooth",
+    "ehl",
+)
+# where the design does not say, as a share of the mean transverse module: deburred or tumbled teeth (our choice)
+EDGE_ROUNDING = 0.05
+# of the mesh that finds the deflection of the shafts before the full one does
+_FEW_POSITIONS, _FEW_POINTS = 8, 15
+
+ElasticTeeth = tuple[SolidTooth, SolidTooth]
+"""Teeth of pinion and gear as elastic bodies."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """One flank pair of a gear pair in mesh: from `GearPair.mesh`.
+
+    Parameters
+    ----------
+    design : Design
+        The pair, misalignments included.
+    side : {"drive", "coast"}
+        Which flanks are in contact.
+    flanks : FlankPair
+        Geometry of the flanks.
+    grids : MeshGrids
+        Contact lines on two grids and compliance of the teeth.
+    pitch : PitchGeometry
+        Data for the closed forms.
+    roots : list
+        Of pinion and gear, filled when they are asked for (`root_teeth`); meshes of one pair share it.
+    """
+
+    design: Design
+    side: Side
+    flanks: FlankPair
+    grids: MeshGrids
+    pitch: PitchGeometry
+    roots: list[RootTooth | str] = field(default_factory=list, repr=False)
+    _loaded: dict[float, LoadedMesh] = field(default_factory=dict, init=False, repr=False)
+
+    @classmethod
+    @one_thread
+    def of(
+        cls,
+        design: Design,
+        side: Side = "drive",
+        positions: int = POSITIONS,
+        points_per_line: int = POINTS_PER_LINE,
+        bodies: ElasticTeeth | None = None,
+    ) -> Mesh:
+        """Geometry, contact lines and tooth compliance of a design.
+
+        Parameters
+        ----------
+        design : Design
+            The pair, misalignments included.
+        side : {"drive", "coast"}
+            Which flanks are in contact.
+        positions, points_per_line : int
+            Pinion angles in a pitch (even) and points on each contact line.
+        bodies : ElasticTeeth, optional
+            From `elastic_bodies`, where they are known: misalignments do not change them.
+        """
+        flanks = design.flanks()
+        pair = flank_pair(flanks, side)
+        pinion, gear = (flank.mean_angles() for flank in flanks.mating(side))
+        known = elastic_bodies(design, side) if bodies is None else bodies
+        teeth = TeethElasticity(
+            *known,
+            design.pinion.elastic_material(),
+            design.gear.elastic_material(),
+            edge_rounding_pinion=_edge_rounding(design.pinion, design),
+            edge_rounding_gear=_edge_rounding(design.gear, design),
+        )
+
+        @lru_cache(maxsize=1)
+        def lines(count: int) -> CycleLines:
+            return cycle_lines(pair.surface, count)
+
+        def make_cycle(count: int, points: int, reach: float | None = None, /) -> tuple[MeshPosition, ...]:
+            return mesh_cycle(pair.surface, count, points, reach, edges=True, lines=lines(count))
+
+        placement = design.placement()
+        grids = MeshGrids.build(
+            design.name,
+            side,
+            make_cycle,
+            teeth,
+            positions,
+            points_per_line,
+            (
+                Axis(placement.pinion_axis[:, 0], placement.pinion_origin[:, 0]),
+                Axis(np.array([0.0, 0.0, 1.0]), np.zeros(3)),
+            ),
+            pair.notes,
+            math.nan if pair.surface.relief else pair.transmission.peak_to_peak,
+            EDGE_REACH * 2.0 * math.pi / pair.teeth_gear,
+        )
+        stated, stiffness = design.assembly.deflection.moves, design.assembly.stiffness
+        if stated or stiffness.given:
+
+            @lru_cache(maxsize=4)
+            def deflected(torque: float) -> MeshGrids:
+                placed = design.under_torque(torque).without_deflection()
+
+                def mesh_of(axes: DisplacedAxes, count: int = positions, points: int = points_per_line) -> MeshGrids:
+                    return cls.of(placed.with_axes(axes), side, count, points, known).grids
+
+                if not stiffness.given:
+                    return cls.of(placed, side, positions, points_per_line, known).grids
+                small = min(positions, _FEW_POSITIONS), min(points_per_line, _FEW_POINTS)
+                few = () if small == (positions, points_per_line) else (lambda axes: mesh_of(axes, *small),)
+                found = solve_deflection(placed.placement(), stiffness.compliances(), torque, (*few, mesh_of))
+                if found.deflection is None:
+                    return found
+                return replace(found, deflection=replace(found.deflection, E=design.mirror * found.deflection.E))
+
+            grids = replace(grids, under_torque=deflected)
+        return cls(design, side, pair, grids, _pitch_geometry(design, pinion, gear))
+
+    @one_thread
+    def load(self, torque: Value | None = None) -> LoadedMesh:
+        """The mesh under a pinion torque: load distribution over the mesh cycle, computed once for each torque.
+
+        Parameters
+        ----------
+        torque : float or str, optional
+            At the pinion shaft [N m]; the design's if not given.
+
+        Returns
+        -------
+        LoadedMesh
+
+        Raises
+        ------
+        InputError
+            A torque out of range.
+
+        Examples
+        --------
+        >>> import efficiency
+        >>> mesh = efficiency.load("fm_spiral_bevel_14x39").mesh(positions=4, points_per_line=9)
+        >>> mesh.load("200 N m").efficiency("constant:0.05").status
+        'converged'
+        """
+        chosen = self.design.operation.torque if torque is None else checked("torque", torque)
+        if chosen not in self._loaded:
+            self._loaded[chosen] = LoadedMesh(self, chosen, load_grids(self.grids, chosen))
+        return self._loaded[chosen]
+
+    @one_thread
+    def root_teeth(self) -> tuple[RootTooth | str, RootTooth | str]:
+        """Root sections of pinion and gear, computed once; a text says why there is none."""
+        if not self.roots:
+            flanks, module = self.design.flanks(), self.pitch.module_normal
+            solids = self.grids.teeth.pinion, self.grids.teeth.gear
+            for member, solid in zip(MEMBERS, solids, strict=True):
+                try:
+                    self.roots.append(root_tooth(flanks, member, solid, module))
+                except (ConvergenceError, InputError) as error:
+                    self.roots.append(str(error))
+        pinion, gear = self.roots
+        return pinion, gear
+
+    def load_from(self, path: Path | str, torque: Value | None = None) -> LoadedMesh:
+        """Load distribution of another program (CSV, `efficiency.ltca.external_load`) in place of the own one.
+
+        Parameters
+        ----------
+        path : Path or str
+            CSV file.
+        torque : float or str, optional
+            Has to be that of the file [N m].
+        """
+        given = None if torque is None else checked("torque", torque)
+        grids = read_load(Path(path), self.flanks, self.grids.teeth, given)
+        return LoadedMesh(self, grids.fine.torque, grids, Path(path))
+
+    def over(
+        self,
+        friction: Friction = CONSTANT,
+        *,
+        progress: ProgressCallback | None = None,
+        strength: bool = False,
+        **conditions: Unpack[MeshAxes],
+    ) -> Grid:
+        """Efficiency at all combinations of conditions that do not change the geometry; see `GearPair.over`.
+
+        Parameters
+        ----------
+        friction : FrictionModel or str
+            Friction model or its name.
+        progress : callable, optional
+            Called with a `Progress` after each point.
+        strength : bool
+            Columns of strength: worst grade, safety factors, integral temperature, specific film (0.1 s a point).
+        **conditions : value or sequence
+            `torque`, `speed`, `temperature`, `oil`, `driver`, roughness: a list of values is an axis of the grid, one
+            value holds for all points. `load_balance` and `bulk` of `LoadedMesh.efficiency`.
+
+        Returns
+        -------
+        Grid
+        """
+        axes, held = split_axes(conditions, AXES[len(GEOMETRY_AXES) :])
+        model = resolve_friction(friction, self.design)
+
+        def solve(condition: Condition) -> EfficiencyResult:
+            here: dict[str, Any] = {**held, **condition}
+            return self.load(here.pop("torque", None)).efficiency(model, many=True, **here)
+
+        return solve_grid(axes, solve, progress, GearOutput(self.design), strength)
+
+    def map(
+        self,
+        friction: Friction = CONSTANT,
+        torque: Values | None = None,
+        speed: Values | None = None,
+        temperature: Values | None = None,
+        *,
+        progress: ProgressCallback | None = None,
+        strength: bool = False,
+        **conditions: Unpack[HeldValues],
+    ) -> Grid:
+        """`over` with the axes torque, speed and temperature, in this order; what is not given is the design's."""
+        own = self.design.operation
+        given = {"torque": torque, "speed": speed, "temperature": temperature}
+        axes: dict[str, Any] = {
+            name: axis_values(name, getattr(own, name) if values is None else values) for name, values in given.items()
+        }
+        return self.over(friction, progress=progress, strength=strength, **axes, **conditions)
+
+    def __repr__(self) -> str:
+        lines = f"{len(self.grids.fine)} positions, {self.grids.points_per_line} points per line"
+        return f"Mesh({self.design.name}, {self.side}: {lines}, {len(self._loaded)} torques solved)"
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedMesh:
+    """A mesh under one pinion torque: from `Mesh.load`.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Without load.
+    torque : float
+        Of the pinion [N m].
+    grids : LoadedGrids
+        Load distribution on both grids.
+    external_load : Path, optional
+        File the load distribution was read from.
+
+    Examples
+    --------
+    >>> import efficiency
+    >>> mesh = efficiency.load("fm_spiral_bevel_14x39").mesh(positions=4, points_per_line=9)
+    >>> mesh.load("300 N m").torque
+    300.0
+    """
+
+    mesh: Mesh
+    torque: float
+    grids: LoadedGrids
+    external_load: Path | None = None
+
+    def efficiency(
+        self, friction: Friction = CONSTANT, *, many: bool = False, **conditions: Unpack[ConditionValues]
+    ) -> EfficiencyResult:
+        """Friction, power loss and efficiency under one operating condition.
+
+        Parameters
+        ----------
+        friction : FrictionModel or str
+            Friction model or its name: formula file, ``constant:0.05``, a published formula, ``ehl``...
+        many : bool
+            One of many points: faster, with a larger stated error of the torque balance.
+        **conditions : float or str
+            What differs from the design, by the names of `efficiency.conditions.conditions.Conditions`: `speed` of the
+            pinion [rad/s], oil `temperature` [K], `oil`, `driver`, `roughness_rms_each` (Rq of both flanks) or
+            `roughness_rms_pinion` and `roughness_rms_gear` [m], `correlation_length` [m], `peklenik_number` [-],
+            `load_balance`, `bulk`.
+
+        Returns
+        -------
+        EfficiencyResult
+
+        Raises
+        ------
+        InputError
+            A value that cannot be used.
+        """
+        model, chosen = self._chosen(friction, conditions)
+        design = self.mesh.design
+        point = model, chosen.operation(design), chosen.card(design), chosen.load_balance
+        if chosen.balances_heat(design):
+            return self._balance(*point, None, many=many).result
+        return self.solve(*point, many=many)
+
+    def heat_balance(
+        self,
+        friction: Friction = CONSTANT,
+        cooling: CoolingInput | None = None,
+        **conditions: Unpack[ConditionValues],
+    ) -> HeatBalance:
+        """Bulk temperatures at which friction heat and cooling of the teeth agree.
+
+        Parameters
+        ----------
+        friction : FrictionModel or str
+            Friction model or its name.
+        cooling : CoolingInput, optional
+            In place of the design's.
+        **conditions : float or str
+            As in `efficiency`.
+        """
+        model, chosen = self._chosen(friction, conditions)
+        design = self.mesh.design
+        return self._balance(model, chosen.operation(design), chosen.card(design), chosen.load_balance, cooling)
+
+    def balances_heat(self, bulk: Bulk | None) -> bool:
+        """Whether the bulk temperature of the teeth comes from a heat balance: as requested, else where it is stated.
+
+        Raises
+        ------
+        InputError
+            Neither "balance" nor "oil".
+        """
+        return Conditions.of({"bulk": bulk}).balances_heat(self.mesh.design)
+
+    def compare(self, frictions: Iterable[Friction] | None = None, **conditions: Unpack[ConditionValues]) -> Comparison:
+        """Several friction models, a constant fitted to the best of them, and the closed forms.
+
+        Parameters
+        ----------
+        frictions : iterable of FrictionModel or str, optional
+            By default the formulas shipped for the oil and `DEFAULT_MODELS`.
+        **conditions : float or str
+            As in `efficiency`.
+
+        Returns
+        -------
+        Comparison
+        """
+        chosen, design = Conditions.of(conditions), self.mesh.design
+        oil = chosen.card(design)
+        names = (*shipped_formulas(oil.name), *DEFAULT_MODELS) if frictions is None else frictions
+        models = [resolve_friction(friction, design) for friction in names]
+        balance, operation = self._balance_of(chosen.load_balance), chosen.operation(design)
+        compared = one_thread(compare_models)
+        return compared(self.grids, models, oil, operation, self.mesh.pitch, GearOutput(design), balance)
+
+    def strength(self, friction: Friction = CONSTANT, **conditions: Unpack[ConditionValues]) -> Strength:
+        """Grades of pressure, root stress, safety factors, scuffing and micropitting.
+
+        Parameters
+        ----------
+        friction : FrictionModel or str
+            Friction model or its name, for temperatures and the load balance.
+        **conditions : float or str
+            As in `efficiency`.
+
+        Returns
+        -------
+        Strength
+
+        Examples
+        --------
+        >>> import efficiency
+        >>> mesh = efficiency.load("fm_spiral_bevel_14x39").mesh(positions=4, points_per_line=9)
+        >>> mesh.load("300 N m").strength().status
+        'warning'
+        """
+        return self.efficiency(friction, **conditions).strength
+
+    def strength_of(self, result: EfficiencyResult) -> Strength:
+        """Strength of the teeth at the operating point of a result."""
+        design, pitch = self.mesh.design, self.mesh.pitch
+        operation = result.operation
+        local = LocalConditions(
+            result.friction.mu,
+            result.lubrication.film_central,
+            result.lubrication.temperature_flash,
+            operation.bulk,
+            (operation.roughness_rms_pinion, operation.roughness_rms_gear),
+            result.card.viscosity_kinematic_40,
+            operation.speed * design.pinion.blank.teeth / design.gear.blank.teeth * pitch.radius_gear,
+            pitch.module_normal,
+        )
+        teeth, pitch_angle = self.grids.mesh.teeth, 2.0 * math.pi / design.pinion.blank.teeth
+        edges = edge_load(result.load, teeth)
+        return rate_strength(result.load, teeth, edges, self.mesh.root_teeth(), local, pitch_angle)
+
+    def write_load(self, path: Path | str) -> None:
+        """Write the load distribution as CSV, as `Mesh.load_from` reads it."""
+        write_load(self.grids.fine, Path(path))
+
+    @one_thread
+    def solve(
+        self,
+        model: FrictionModel,
+        operation: Operation,
+        oil: Oil,
+        load_balance: LoadBalance | None = None,
+        *,
+        many: bool = False,
+    ) -> EfficiencyResult:
+        """As `efficiency`, of a model at an operation; `many` as in `efficiency.loss.efficiency.solve_balanced`."""
+        result = solve_balanced(self.grids, model, oil, operation, self._balance_of(load_balance), many=many)
+        return replace(result, source=self, output=GearOutput(self.mesh.design))
+
+    def _chosen(self, friction: Friction, given: Mapping[str, Any]) -> tuple[FrictionModel, Conditions]:
+        return resolve_friction(friction, self.mesh.design), Conditions.of(given)
+
+    def _balance_of(self, load_balance: LoadBalance | None) -> LoadBalance:
+        if self.external_load is None:
+            return load_balance or "frictional"
+        if load_balance == "frictional":
+            raise InputError("load_balance", load_balance, "frictionless: forces of a file are taken as they are")
+        return "frictionless"
+
+    def balance(self, result: EfficiencyResult, cooling: CoolingInput | None) -> HeatBalance:
+        """Bulk temperatures of the teeth at the operating point of a result."""
+        return self._balance(result.model, result.operation, result.card, result.load_balance, cooling)
+
+    def _balance(
+        self,
+        model: FrictionModel,
+        operation: Operation,
+        oil: Oil,
+        load_balance: LoadBalance | None,
+        cooling: CoolingInput | None,
+        *,
+        many: bool = False,
+    ) -> HeatBalance:
+        design, pitch = self.mesh.design, self.mesh.pitch
+        chosen = design.cooling if cooling is None else cooling
+        lubricant, ratio = oil.at(operation.temperature), design.pinion.blank.teeth / design.gear.blank.teeth
+        speed = operation.speed
+        resistances = (
+            thermal_resistance(design.pinion.blank, chosen.pinion, lubricant, speed, pitch.spiral_angle_pinion),
+            thermal_resistance(
+                design.gear.blank, chosen.gear, lubricant, speed * ratio, pitch.spiral_angle_gear
+            ),
+        )
+        return balance_heat(
+            lambda operation: self.solve(model, operation, oil, load_balance, many=many),
+            operation,
+            resistances,
+            (design.pinion.elastic_material(), design.gear.elastic_material()),
+            warm_inlet=chosen.oil_inlet == "bulk",
+        )
+
+    def __repr__(self) -> str:
+        load = self.grids.fine
+        pressure = f"{load.pressure_max / 1e9:.4g} GPa" if not load.reason else f"failed, {load.reason}"
+        return f"LoadedMesh({self.mesh.design.name}, {self.mesh.side}, {self.torque:.6g} N m: {pressure})"
+
+
+def elastic_bodies(design: Design, side: Side) -> ElasticTeeth:
+    """Teeth of pinion and gear as elastic bodies."""
+    return elastic_teeth(design.flanks(), design.tooth_bodies(), side)
+
+
+def _edge_rounding(member: MemberInput, design: Design) -> float:
+    """Radius of the tip, toe and heel edges of a member [m]."""
+    if member.edge_rounding is not None:
+        return member.edge_rounding
+    gear = design.gear.blank
+    module = 2.0 * gear.mean_cone_distance * math.sin(gear.pitch_angle) / gear.teeth
+    return EDGE_ROUNDING * module
+
+
+def _pitch_geometry(
+    design: Design, angles_pinion: tuple[float, float], angles_gear: tuple[float, float]
+) -> PitchGeometry:
+    pinion, gear = design.pinion.blank, design.gear.blank
+    pressure = 0.5 * (angles_pinion[1] + angles_gear[1])
+    spiral = 0.5 * (angles_pinion[0] + angles_gear[0])
+    radius_pinion, radius_gear = (b.mean_cone_distance * math.sin(b.pitch_angle) for b in (pinion, gear))
+    return PitchGeometry(
+        pressure_angle=pressure,
+        spiral_angle_pinion=angles_pinion[0],
+        spiral_angle_gear=angles_gear[0],
+        pitch_angle_pinion=pinion.pitch_angle,
+        pitch_angle_gear=gear.pitch_angle,
+        radius_pinion=radius_pinion,
+        radius_gear=radius_gear,
+        module_normal=2.0 * radius_gear * math.cos(angles_gear[0]) / gear.teeth,
+        contact_ratio_profile=profile_contact_ratio(pinion, gear, spiral, pressure),
+    )
