@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -110,7 +110,7 @@ def gear(
     system = unit_system(units)
     pair = efficiency.load(design).misaligned(**given({"E": e, "P": p, "G": g, "shaft_angle_error": shaft_angle_error}))
     axes = _one_point(torque, speed, temperature)
-    fixed = given({"oil": oil, "driver": driver}) | roughness(roughness_each, roughness_pinion, roughness_gear)
+    fixed = roughness(roughness_each, roughness_pinion, roughness_gear) | given({"oil": oil, "driver": driver})
     [model] = pair.check([friction], **axes, **fixed)
     balance_of = load_balance_of(load_balance)
     if load_from is not None:
@@ -167,8 +167,8 @@ def map_points(
     check_files(report=report, xlsx=xlsx)
     system = unit_system(units)
     pair = efficiency.load(design).misaligned(**given({"E": e, "P": p, "G": g, "shaft_angle_error": shaft_angle_error}))
-    axes = given({"torque": torque, "speed": speed, "temperature": temperature})
-    fixed = given({"oil": oil, "driver": driver}) | roughness(roughness_each, roughness_pinion, roughness_gear)
+    axes: dict[str, Any] = given({"torque": torque, "speed": speed, "temperature": temperature})
+    fixed = roughness(roughness_each, roughness_pinion, roughness_gear) | given({"oil": oil, "driver": driver})
     [model] = pair.check([friction], **axes, **fixed)
     fixed |= given({"load_balance": load_balance_of(load_balance)})
     with working("operating points"):
@@ -193,7 +193,7 @@ def duty(
     """Energies of a gear pair over a duty cycle, by row and in total."""
     check_files(report=None, xlsx=xlsx)
     pair = efficiency.load(design).misaligned(**given({"E": e, "P": p, "G": g, "shaft_angle_error": shaft_angle_error}))
-    conditions = given({"oil": oil, "load_balance": load_balance_of(load_balance)})
+    conditions: dict[str, Any] = given({"oil": oil, "load_balance": load_balance_of(load_balance)})
     [model] = pair.check([friction], **conditions)
     with working("duty cycle"):
         cycle = pair.duty(file, model, **conditions)
@@ -225,9 +225,9 @@ def geometry(
     fail_unless_converged(shape.status, "")
 
 
-def _one_point(torque: str | None, speed: str | None, temperature: str | None) -> dict[str, str]:
+def _one_point(torque: str | None, speed: str | None, temperature: str | None) -> dict[str, Any]:
     """What is given of an operating point; lists are refused."""
-    axes = given({"torque": torque, "speed": speed, "temperature": temperature})
+    axes: dict[str, Any] = given({"torque": torque, "speed": speed, "temperature": temperature})
     for name, text in axes.items():
         if is_list(text):
             raise InputError(name, text, "one value", "Lists and ranges make a map: mixed-ehl map.")
@@ -259,7 +259,7 @@ def compare(
     """Compare friction models, constant mu and closed forms on one gear pair."""
     check_files(report=report, xlsx=xlsx)
     axes = _one_point(torque, speed, temperature)
-    fixed = given({"oil": oil, "driver": driver}) | roughness(roughness_each, roughness_pinion, roughness_gear)
+    fixed = roughness(roughness_each, roughness_pinion, roughness_gear) | given({"oil": oil, "driver": driver})
     pair = efficiency.load(design)
     models = pair.check(friction or (), **axes, **fixed) or None
     mesh, at = pair.mesh(one_side(side)), axes.pop("torque", None)

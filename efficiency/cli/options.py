@@ -110,7 +110,7 @@ def one_side(side: str) -> Literal["drive", "coast"]:
     return cast('Literal["drive", "coast"]', side)
 
 
-def roughness(each: str | None, pinion: str | None, gear: str | None) -> dict[str, str]:
+def roughness(each: str | None, pinion: str | None, gear: str | None) -> dict[str, Any]:
     """Rq of the flanks, by the names of the conditions; what is not given is left out."""
     return given({"roughness_rms_each": each, "roughness_rms_pinion": pinion, "roughness_rms_gear": gear})
 
