@@ -31,8 +31,8 @@ from efficiency.conditions.conditions import (
     split_axes,
 )
 from efficiency.conditions.grid import Condition, Grid, solve_grid
-from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPosition, cycle_lines, mesh_cycle
 from efficiency.contact.assembly import DisplacedAxes
+from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPosition, cycle_lines, mesh_cycle
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.gear_flanks import MEMBERS, Side
 from efficiency.design.design import Design, MemberInput
@@ -507,9 +507,7 @@ class LoadedMesh:
         speed = operation.speed
         resistances = (
             thermal_resistance(design.pinion.blank, chosen.pinion, lubricant, speed, pitch.spiral_angle_pinion),
-            thermal_resistance(
-                design.gear.blank, chosen.gear, lubricant, speed * ratio, pitch.spiral_angle_gear
-            ),
+            thermal_resistance(design.gear.blank, chosen.gear, lubricant, speed * ratio, pitch.spiral_angle_gear),
         )
         return balance_heat(
             lambda operation: self.solve(model, operation, oil, load_balance, many=many),
