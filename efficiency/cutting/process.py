@@ -131,7 +131,7 @@ class CuttingProcess(ABC):
     curved_blades : bool
         Whether pinion blades may be curved where each flank has its own setting.
     usual : dict
-        Keys of a new targets file: taper, gear_cutting, pinion_cutting.
+        Answers for a new targets file: taper, gear_cutting, pinion_cutting; blade_groups where it has none.
     """
 
     name: ClassVar[str]
@@ -241,7 +241,12 @@ class FaceMilling(CuttingProcess):
     name = "face_milling"
     cutter = FaceMillingCutter
     widest_slot = 2.0
-    usual: ClassVar = {"taper": "tilted_root", "gear_cutting": "generated", "pinion_cutting": "each_flank"}
+    usual: ClassVar = {
+        "taper": "tilted_root",
+        "gear_cutting": "generated",
+        "pinion_cutting": "each_flank",
+        "blade_groups": "",
+    }
 
     def check_blade_groups(self, groups: int | None) -> None:
         """None has any."""
