@@ -53,13 +53,7 @@ def check_pressure_angles(inputs: PairBlankInput, generated: tuple[float, float]
 
 
 def check_dimensions(pair: PairBlank) -> None:
-    """Refuse teeth without depth, thickness or slot.
-
-    Raises
-    ------
-    InputError
-        Naming the field that makes it impossible.
-    """
+    """Refuse teeth without depth, thickness or slot."""
     for name, member in (("pinion", pair.pinion), ("gear", pair.gear)):
         depths = (member.inner_whole_depth, member.outer_whole_depth)
         if min(depths) <= 0.1 * member.mean_whole_depth:

@@ -219,12 +219,6 @@ def _left_out(model: InputModel, where: str) -> Iterator[str]:
 
 
 def load_blank(name: str | Path) -> PairBlankInput:
-    """Read and check a blank file, or a shipped blank by its name.
-
-    Raises
-    ------
-    InputError
-        Naming field, value and allowed range.
-    """
+    """Read and check a blank file, or a shipped blank by its name."""
     path = named_file("blank", "blanks", name)
     return validate(PairBlankInput, read_toml(path, "blank"))

@@ -70,11 +70,6 @@ def check_trace(inputs: PairBlankInput, cones: PitchCones, places: tuple[float, 
         Cone distances of the gear [m] that must be reached: its own ends, and those of the pinion's face.
     offset_in_plane : float
         a_p [m].
-
-    Raises
-    ------
-    InputError
-        The cutter radius is too small, naming the smallest that serves (with these pitch cones).
     """
     trace = tooth_trace(inputs, cones)
     if _serves(trace, places, offset_in_plane):

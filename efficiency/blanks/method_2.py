@@ -12,10 +12,9 @@ from efficiency.blanks.inputs import PairBlankInput
 from efficiency.blanks.tangency import (
     PitchCones,
     bevel_cones,
-    cones_of,
     crown_gear,
+    gear_cone_method,
     gear_mean_diameter,
-    solve_gear_cone,
 )
 from ehl.common.errors import ConvergenceError, InputError
 
@@ -26,39 +25,27 @@ def method_2(inputs: PairBlankInput) -> PitchCones:
     """Oerlikon cones; an outer diameter of the gear is met by repeating the method with the mean one it belongs to."""
     spiral = inputs.mean_spiral_angle_gear
     assert spiral is not None
-    if inputs.hypoid_offset == 0.0:
-        return bevel_cones(inputs, spiral, inputs.mean_pitch_diameter_gear)
-    if inputs.pitch_cones == "converged":
-        start = _start_angle(inputs, spiral)
 
-        def closure(delta_2: float) -> float:
-            diameter = gear_mean_diameter(inputs, delta_2)
-            cones = cones_of(inputs, delta_2, diameter, spiral)
-            check = apex_on_cutter_line(inputs, cones, cones.spiral_1 - spiral)
-            return cones.cone_distance_1 / check - 1.0
+    def closure(cones: PitchCones) -> float:
+        return cones.cone_distance_1 / apex_on_cutter_line(inputs, cones, cones.spiral_1 - spiral) - 1.0
 
-        delta_2, trials = solve_gear_cone(inputs, closure, start)
-        cones = cones_of(inputs, delta_2, gear_mean_diameter(inputs, delta_2), spiral)
-        return replace(cones, trials=trials, closure=closure(delta_2))
-    mean, cones = _as_printed_any_diameter(inputs, spiral)
-    if inputs.pitch_cones == "standard":
-        return cones
-    closed = cones_of(mean, cones.pitch_angle_2, cones.mean_diameter_2, spiral)
-    check = apex_on_cutter_line(mean, closed, closed.spiral_1 - spiral)
-    return replace(closed, trials=cones.trials, closure=closed.cone_distance_1 / check - 1.0)
+    def as_printed() -> tuple[PitchCones, float]:
+        cones = _as_printed_any_diameter(inputs, spiral)
+        return cones, cones.mean_diameter_2
+
+    bevel = bevel_cones(inputs, spiral, inputs.mean_pitch_diameter_gear)
+    return gear_cone_method(inputs, bevel, closure, lambda: _start_angle(inputs, spiral), as_printed)
 
 
-def _as_printed_any_diameter(inputs: PairBlankInput, spiral: float) -> tuple[PairBlankInput, PitchCones]:
-    """The printed method, and the input with the mean diameter it used."""
+def _as_printed_any_diameter(inputs: PairBlankInput, spiral: float) -> PitchCones:
     if inputs.mean_pitch_diameter_gear is not None:
-        return inputs, _as_printed(inputs, spiral)
+        return _as_printed(inputs, spiral)
     delta_2 = bevel_cones(inputs, spiral, None).pitch_angle_2
     for _ in range(60):
         update = {"mean_pitch_diameter_gear": gear_mean_diameter(inputs, delta_2), "outer_pitch_diameter_gear": None}
-        mean = inputs.model_copy(update=update)
-        cones = _as_printed(mean, spiral)
+        cones = _as_printed(inputs.model_copy(update=update), spiral)
         if abs(cones.pitch_angle_2 - delta_2) < 1e-13:
-            return mean, cones
+            return cones
         delta_2 = cones.pitch_angle_2
     raise ConvergenceError("method_2", "the mean diameter that belongs to the outer one was not found")
 

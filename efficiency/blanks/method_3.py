@@ -12,10 +12,9 @@ from efficiency.blanks.inputs import PairBlankInput
 from efficiency.blanks.tangency import (
     PitchCones,
     bevel_cones,
-    cones_of,
     crown_gear,
+    gear_cone_method,
     gear_mean_diameter,
-    solve_gear_cone,
 )
 from ehl.common.errors import ConvergenceError
 
@@ -27,23 +26,12 @@ def method_3(inputs: PairBlankInput) -> PitchCones:
     spiral = inputs.mean_spiral_angle_gear
     assert spiral is not None
     bevel = bevel_cones(inputs, spiral, inputs.mean_pitch_diameter_gear)
-    if inputs.hypoid_offset == 0.0:
-        return bevel
-    if inputs.pitch_cones == "converged":
 
-        def closure(delta_2: float) -> float:
-            cones = cones_of(inputs, delta_2, gear_mean_diameter(inputs, delta_2), spiral)
-            return cutter_cone_distance(inputs, cones) / cones.cone_distance_1 - 1.0
+    def closure(cones: PitchCones) -> float:
+        return cutter_cone_distance(inputs, cones) / cones.cone_distance_1 - 1.0
 
-        delta_2, trials = solve_gear_cone(inputs, closure, bevel.pitch_angle_2)
-        cones = cones_of(inputs, delta_2, gear_mean_diameter(inputs, delta_2), spiral)
-        return replace(cones, trials=trials, closure=closure(delta_2))
-    cones = _as_printed(inputs, spiral, bevel)
-    if inputs.pitch_cones == "standard":
-        return cones
-    closed = cones_of(inputs, cones.pitch_angle_2, gear_mean_diameter(inputs, cones.pitch_angle_2), spiral)
-    return replace(
-        closed, trials=cones.trials, closure=cutter_cone_distance(inputs, closed) / closed.cone_distance_1 - 1.0
+    return gear_cone_method(
+        inputs, bevel, closure, lambda: bevel.pitch_angle_2, lambda: (_as_printed(inputs, spiral, bevel), None)
     )
 
 

@@ -286,9 +286,9 @@ def _member(inputs: PairBlankInput, parts: _Parts, i: int) -> MemberBlank:
         root_apex_beyond_crossing=parts.angles.root_apex[i],
         crossing_to_crown=point + faces.outside[i] * cos(delta) - add[1] * sin(delta),
         crossing_to_front_crown=point - faces.inside[i] * cos(delta) - add[0] * sin(delta),
-        slot_width=(lands.slot_pinion, lands.slot_gear)[i],
-        normal_thickness=(lands.thickness_pinion, lands.thickness_gear)[i],
-        top_land=(lands.land_pinion, lands.land_gear)[i],
+        slot_width=lands.slot[i],
+        normal_thickness=lands.thickness[i],
+        top_land=lands.land[i],
     )
 
 

@@ -23,13 +23,6 @@ def pitch_cones(inputs: PairBlankInput) -> PitchCones:
     Method 1 (Gleason) curves the tooth lengthwise as the limit curvature asks for; Method 2 (Oerlikon) puts the pinion
     apex on the line from the gear apex to the cutter centre; Method 3 (Klingelnberg) takes the mean cone distance of
     the pinion from the cutter. Without offset all of them are Method 0.
-
-    Raises
-    ------
-    InputError
-        No cones exist for this combination; it names the field to change.
-    ConvergenceError
-        The iteration as printed does not reach its tolerance; "converged" may.
     """
     try:
         cones = (method_0, method_1, method_2, method_3)[inputs.method](inputs)

@@ -3,83 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import fields
 
+from efficiency.blanks.pair_blank import MemberBlank, PairBlank
 from ehl.common.quantities import quantity
 from ehl.common.table import Column, Table
 
-if TYPE_CHECKING:
-    from efficiency.blanks.pair_blank import PairBlank
-
-_MEMBER = (
-    "pitch_angle",
-    "face_angle",
-    "root_angle",
-    "addendum_angle",
-    "dedendum_angle",
-    "mean_spiral_angle",
-    "outer_spiral_angle",
-    "inner_spiral_angle",
-    "outer_cone_distance",
-    "mean_cone_distance",
-    "inner_cone_distance",
-    "face_width",
-    "face_width_outside",
-    "face_width_inside",
-    "outer_diameter",
-    "mean_diameter",
-    "inner_diameter",
-    "outer_tip_diameter",
-    "inner_tip_diameter",
-    "outer_root_diameter",
-    "inner_root_diameter",
-    "outer_addendum",
-    "mean_addendum",
-    "inner_addendum",
-    "outer_dedendum",
-    "mean_dedendum",
-    "inner_dedendum",
-    "outer_whole_depth",
-    "mean_whole_depth",
-    "inner_whole_depth",
-    "thickness_coefficient",
-    "mean_normal_thickness",
-    "mean_transverse_thickness",
-    "mean_chordal_thickness",
-    "mean_chordal_addendum",
-    "crossing_to_mean_point",
-    "pitch_apex_beyond_crossing",
-    "face_apex_beyond_crossing",
-    "root_apex_beyond_crossing",
-    "crossing_to_crown",
-    "crossing_to_front_crown",
-)
-_PAIR = (
-    "ratio",
-    "shaft_angle",
-    "hypoid_offset",
-    "module_normal",
-    "module_outer",
-    "offset_angle",
-    "offset_angle_pitch_plane",
-    "offset_angle_root_plane",
-    "offset_angle_face_plane",
-    "offset_pitch_plane",
-    "limit_pressure_angle",
-    "pressure_angle_drive",
-    "pressure_angle_coast",
-    "effective_pressure_angle_drive",
-    "effective_pressure_angle_coast",
-    "profile_shift",
-    "working_depth",
-    "clearance",
-    "whole_depth_pinion",
-    "backlash_normal",
-    "cutter_radius",
-    "cutter_lead_angle",
-    "crown_to_cutter",
-    "epicycloid_base_radius",
-)
+_MEMBER = tuple(f.name for f in fields(MemberBlank) if f.type == "float")
+_PAIR = tuple(f.name for f in fields(PairBlank) if f.type == "float")
 _VIRTUAL = (
     "contact_ratio_profile",
     "contact_ratio_overlap",

@@ -24,17 +24,15 @@ Three = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class SlotsAndLands:
-    """At toe, mean point and heel [m]: slot width at the root, tooth thickness at the pitch cone, top land; all normal.
+    """Slot width at the root, tooth thickness at the pitch cone and top land, all normal [m].
 
-    A top land of 0 stands for a tooth that ends in a point below its face cone.
+    Of pinion and gear, each at toe, mean point and heel. A top land of 0 stands for a tooth that ends in a point below
+    its face cone.
     """
 
-    slot_pinion: Three
-    slot_gear: Three
-    thickness_pinion: Three
-    thickness_gear: Three
-    land_pinion: Three
-    land_gear: Three
+    slot: tuple[Three, Three]
+    thickness: tuple[Three, Three]
+    land: tuple[Three, Three]
 
 
 @dataclass(frozen=True)
@@ -169,12 +167,12 @@ def slots_and_lands(geometry: SlotGeometry) -> SlotsAndLands:
     places_1 = (geometry.ends[0][0], cones.cone_distance_1, geometry.ends[0][1])
     places_2 = (geometry.ends[1][0], cones.cone_distance_2, geometry.ends[1][1])
     return SlotsAndLands(
-        slot_pinion=_three(lambda cone: geometry.slot_pinion(geometry.gear_cone(cone)), places_1),
-        slot_gear=_three(geometry.slot_gear, places_2),
-        thickness_pinion=_three(geometry.tooth_pinion, places_1),
-        thickness_gear=_three(geometry.tooth_gear, places_2),
-        land_pinion=_three(geometry.land_pinion, places_1),
-        land_gear=_three(geometry.land_gear, places_2),
+        slot=(
+            _three(lambda cone: geometry.slot_pinion(geometry.gear_cone(cone)), places_1),
+            _three(geometry.slot_gear, places_2),
+        ),
+        thickness=(_three(geometry.tooth_pinion, places_1), _three(geometry.tooth_gear, places_2)),
+        land=(_three(geometry.land_pinion, places_1), _three(geometry.land_gear, places_2)),
     )
 
 

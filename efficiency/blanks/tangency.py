@@ -7,7 +7,7 @@ was not seen. Index 1 is the pinion, 2 the gear (the standard's wheel). SI units
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import asin, atan, cos, degrees, hypot, pi, radians, sin, tan
 
 import scipy
@@ -155,11 +155,6 @@ def tangent_cones(inputs: PairBlankInput, delta_2: float, mean_diameter_2: float
     The pitch plane touches both cones: sin delta_1 = cos zeta_m sin Sigma cos delta_2 - cos Sigma sin delta_2; equal
     normal modules: d_m1 = d_m2 z_1 cos beta_m2/(z_2 cos beta_m1); the offset: 2 a = sin zeta_m (d_m2 + d_m1 cos delta_2
     /cos delta_1), Formula (113). One equation for zeta_m, solved by Brent's method.
-
-    Raises
-    ------
-    InputError
-        The offset is larger than any pinion with spiral angle below 75 deg allows.
     """
 
     def reach(zeta_m: float) -> float:
@@ -222,11 +217,6 @@ def solve_gear_cone(
     """The gear pitch angle at which a method's closure vanishes, next to its start; and the evaluations it took.
 
     The bracket grows from the start to both sides, so of several roots the nearest is taken.
-
-    Raises
-    ------
-    InputError
-        No root: the offset is too large for the method.
     """
     count = 0
 
@@ -260,6 +250,43 @@ def solve_gear_cone(
                 high, at_high = new, at_new
         step *= 1.3
     raise too_large(inputs.hypoid_offset)
+
+
+def gear_cone_method(
+    inputs: PairBlankInput,
+    bevel: PitchCones,
+    closure: Callable[[PitchCones], float],
+    start: Callable[[], float],
+    as_printed: Callable[[], tuple[PitchCones, float | None]],
+) -> PitchCones:
+    """Cones of Methods 2 and 3, whose unknown is the pitch angle of the gear.
+
+    Parameters
+    ----------
+    bevel : PitchCones
+        Of the pair without offset.
+    closure : callable
+        What the method's condition leaves, relative.
+    start : callable
+        Pitch angle of the gear where the root is searched.
+    as_printed : callable
+        Cones by the trials of the standard; d_m2 of the touching cones, None where it follows from the pitch angle.
+    """
+    if inputs.hypoid_offset == 0.0:
+        return bevel
+
+    def touching(delta_2: float, diameter: float | None = None) -> PitchCones:
+        return cones_of(inputs, delta_2, diameter or gear_mean_diameter(inputs, delta_2), bevel.spiral_2)
+
+    if inputs.pitch_cones == "converged":
+        delta_2, trials = solve_gear_cone(inputs, lambda angle: closure(touching(angle)), start())
+        cones = touching(delta_2)
+    else:
+        printed, diameter = as_printed()
+        if inputs.pitch_cones == "standard":
+            return printed
+        cones, trials = touching(printed.pitch_angle_2, diameter), printed.trials
+    return replace(cones, trials=trials, closure=closure(cones))
 
 
 @dataclass(frozen=True)

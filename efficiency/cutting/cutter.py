@@ -25,27 +25,16 @@ EdgePart = Literal["flank", "fillet"]
 
 @dataclass(frozen=True)
 class Blade:
-    """One blade, or one group of equal blades, of a cutter.
+    """One blade, or one group of equal blades, of a cutter: the numbers of `BladeInput`, which a fit may differentiate.
 
     Attributes
     ----------
     point_radius : float
         Radius of the profile at the reference height [m]; with no reference height at the tip plane (profile extended).
-    blade_angle : float
-        Angle of the profile at the reference height against the cutter axis [rad].
     side : str
         Flank it cuts: ``"concave"`` (outside blade) or ``"convex"`` (inside blade).
     curvature : float
-        Curvature of the profile [1/m], 0 for a straight edge; positive turns the edge away from the axis direction
-        with growing distance from the tip.
-    reference_height : float
-        Height over the tip plane where radius and angle of the profile are given [m].
-    edge_radius : float
-        Radius between profile and tip plane [m]; 0 for a sharp corner.
-    toprem, flankrem : Relief, optional
-        Relief of the flank near its root and near its tip.
-    protuberance : Protuberance, optional
-        Instead of a toprem.
+        Of the profile [1/m]; positive turns the edge away from the axis direction with growing distance from the tip.
     radius_offset : float
         Shift of the blade square to its cutting direction, outwards [m].
     groups : int

@@ -137,13 +137,7 @@ class Flank(ABC):
         return self.points(x), ok
 
     def mean_point(self) -> FlankPoints:
-        """The point in the middle of the face on the pitch cone.
-
-        Raises
-        ------
-        ConvergenceError
-            The flank does not reach it.
-        """
+        """The point in the middle of the face on the pitch cone."""
         points, found = self.solve(np.zeros(1), np.zeros(1))
         if not found.all():
             raise ConvergenceError("undercut", f"the {self.side} flank does not reach the mean point")
@@ -155,13 +149,7 @@ class Flank(ABC):
         return float(spiral[0]), float(pressure[0])
 
     def lowest_fraction(self, top: float = 1.0) -> float:
-        """Smallest fraction of the whole depth above which the flank exists over the whole face width [-].
-
-        Raises
-        ------
-        ConvergenceError
-            Nothing of the flank spans the face.
-        """
+        """Smallest fraction of the whole depth above which the flank exists over the whole face width [-]."""
         fractions = np.linspace(0.0, top, _PROBES)
         u = np.linspace(0.5, -0.5, 9) * self.blank.face_width
         along, depth = (grid.ravel() for grid in np.meshgrid(u, fractions))

@@ -221,11 +221,6 @@ def flank_limits(flank: CutFlank, stations: int = 15, margin: float = 0.0) -> Fl
         Stations along the face.
     margin : float
         How far they stay away from toe and heel, as a fraction of the face width.
-
-    Raises
-    ------
-    ConvergenceError
-        The flank does not exist in the middle of the tooth over the whole face.
     """
     blank, root_cut = flank.blank, fillet(flank)
     u = np.linspace(-0.5 + margin, 0.5 - margin, stations) * blank.face_width

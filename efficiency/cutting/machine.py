@@ -90,31 +90,13 @@ def _polynomial(coefficients: tuple[float, ...], phi: Array) -> tuple[Array, Arr
 
 @dataclass(frozen=True)
 class MachineSettings:
-    """Settings of one flank by their trade names, SI units and rad.
+    """Settings of one flank, SI units and rad: the numbers of `MachineInput`, which a fit may differentiate.
 
-    A positive cradle angle cuts a right-hand member, a negative one a left-hand member.
-
-    Attributes
-    ----------
-    radial_setting, cradle_angle : float
-        Sr, q: tip-plane centre of the cutter in the cradle frame.
-    machine_root_angle : float
-        Angle between the work axis and the machine plane.
-    roll_ratio : float
-        Ra: the work turns by ``Ra (phi - C phi^2 - D phi^3 - E phi^4 - F phi^5 - G phi^6)`` while the cradle turns by
-        phi; without effect where nothing is generated.
-    tilt, swivel : float
-        i, j: tilt of the cutter axis about y, then swivel about z, about the tip-plane centre.
-    blank_offset, sliding_base, machine_centre_to_back : float
-        Em, Xb, Xd.
-    modified_roll_2c, modified_roll_6d, modified_roll_24e, modified_roll_120f, modified_roll_720g : float
-        2C, 6D, 24E, 120F, 720G.
-    helical_motion_1, helical_motion_2, helical_motion_3 : float
-        Derivatives of the sliding base by the cradle roll.
-    vertical_motion_1, vertical_motion_2, vertical_motion_3 : float
-        Derivatives of the blank offset by the cradle roll.
-    generation : Generation
-        Cradle and generating work rotation stand still where it does not roll.
+    Symbols: radial setting Sr, cradle angle q (positive for a right-hand member), blank offset Em, sliding base Xb,
+    machine centre to back Xd, tilt i about y, then swivel j about z, about the tip-plane centre. Roll ratio Ra and
+    modified roll 2C, 6D, 24E, 120F, 720G: the work turns by ``Ra (phi - C phi^2 - D phi^3 - E phi^4 - F phi^5 - G
+    phi^6)`` while the cradle turns by phi. Cradle and generating work rotation stand still where `generation` does not
+    roll.
     """
 
     radial_setting: float

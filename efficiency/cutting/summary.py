@@ -21,98 +21,96 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from efficiency.cutting.machine import GENERATIONS
+from pydantic import BaseModel
+
+from efficiency.cutting.blank import Blank
+from efficiency.cutting.machine import GENERATIONS, MACHINE_INPUTS
 from efficiency.cutting.process import PROCESSES
 from ehl.common.errors import InputError
 from ehl.common.files import read_text, toml_text
-from ehl.common.units import parse_quantity
+from ehl.common.units import ValueRange, parse_quantity
+from ehl.common.validation import locate_field
 
-# label: (table, key, unit); keys in capitals are turned into others at the end
-LABELS: dict[str, tuple[str, str, str]] = {
-    "teeth": ("blank", "teeth", "#"),
-    "number of teeth": ("blank", "teeth", "#"),
-    "hand": ("blank", "hand", "text"),
-    "hand of spiral": ("blank", "hand", "text"),
-    "pitch angle": ("blank", "pitch_angle", "deg"),
-    "mean cone distance": ("blank", "mean_cone_distance", "mm"),
+# numbers of a sheet that are turned into others at the end
+_TURNED = {
     "outer cone distance": ("blank", "OUTER_CONE", "mm"),
-    "face width": ("blank", "face_width", "mm"),
-    "mean addendum": ("blank", "mean_addendum", "mm"),
-    "mean dedendum": ("blank", "mean_dedendum", "mm"),
     "outer addendum": ("blank", "OUTER_ADDENDUM", "mm"),
     "addendum": ("blank", "OUTER_ADDENDUM", "mm"),
     "outer whole depth": ("blank", "OUTER_DEPTH", "mm"),
     "whole depth": ("blank", "OUTER_DEPTH", "mm"),
-    "addendum angle": ("blank", "addendum_angle", "deg"),
-    "dedendum angle": ("blank", "dedendum_angle", "deg"),
     "face angle": ("blank", "FACE_ANGLE", "deg"),
     "root angle": ("blank", "ROOT_ANGLE", "deg"),
-    "pitch apex beyond crossing point": ("blank", "pitch_apex_beyond_crossing", "mm"),
-    "cutter type": ("cutter", "type", "text"),
     "cutter diameter": ("cutter", "DIAMETER", "mm"),
-    "cutter radius": ("cutter", "cutter_radius", "mm"),
-    "point width": ("cutter", "point_width", "mm"),
-    "point radius": ("cutter", "point_radius", "mm"),
     "point diameter": ("cutter", "POINT_DIAMETER", "mm"),
-    "blade angle": ("cutter", "blade_angle", "deg"),
-    "pressure angle": ("cutter", "blade_angle", "deg"),
     "outside blade angle": ("cutter", "OUTSIDE_ANGLE", "deg"),
     "inside blade angle": ("cutter", "INSIDE_ANGLE", "deg"),
     "blade radius": ("cutter", "BLADE_RADIUS", "mm"),
-    "edge radius": ("cutter", "edge_radius", "mm"),
-    "reference height": ("cutter", "reference_height", "mm"),
-    "toprem height": ("cutter", "toprem.height", "mm"),
-    "toprem radius": ("cutter", "toprem.radius", "mm"),
-    "toprem angle": ("cutter", "toprem.angle", "deg"),
-    "flankrem height": ("cutter", "flankrem.height", "mm"),
-    "flankrem radius": ("cutter", "flankrem.radius", "mm"),
-    "flankrem angle": ("cutter", "flankrem.angle", "deg"),
-    "blade groups": ("cutter", "blade_groups", "#"),
-    "number of blade groups": ("cutter", "blade_groups", "#"),
-    "blade offset angle": ("cutter", "blade_offset_angle", "deg"),
-    "radius offset": ("cutter", "radius_offset", "mm"),
-    "blade phase": ("cutter", "blade_phase", "deg"),
-    "rake angle": ("cutter", "rake_angle", "deg"),
-    "hook angle": ("cutter", "hook_angle", "deg"),
-    "process": ("machine", "process", "text"),
-    "radial setting": ("machine", "radial_setting", "mm"),
-    "radial distance": ("machine", "radial_setting", "mm"),
-    "radial": ("machine", "radial_setting", "mm"),
-    "cradle angle": ("machine", "cradle_angle", "deg"),
-    "tilt": ("machine", "tilt", "deg"),
-    "tilt angle": ("machine", "tilt", "deg"),
-    "swivel": ("machine", "swivel", "deg"),
-    "swivel angle": ("machine", "swivel", "deg"),
     "horizontal": ("machine", "HORIZONTAL", "mm"),
     "vertical": ("machine", "VERTICAL", "mm"),
-    "machine root angle": ("machine", "machine_root_angle", "deg"),
-    "machine centre to back": ("machine", "machine_centre_to_back", "mm"),
-    "machine center to back": ("machine", "machine_centre_to_back", "mm"),
-    "sliding base": ("machine", "sliding_base", "mm"),
-    "blank offset": ("machine", "blank_offset", "mm"),
-    "ratio of roll": ("machine", "roll_ratio", ""),
-    "roll ratio": ("machine", "roll_ratio", ""),
     "cradle test roll": ("machine", "CRADLE_ROLL", "deg"),
     "work test roll": ("machine", "WORK_ROLL", "deg"),
     "nc/75": ("machine", "CROWN_TEETH", ""),
-    "modified roll 2c": ("machine", "modified_roll_2c", ""),
-    "2c": ("machine", "modified_roll_2c", ""),
-    "modified roll 6d": ("machine", "modified_roll_6d", ""),
-    "6d": ("machine", "modified_roll_6d", ""),
-    "24e": ("machine", "modified_roll_24e", ""),
-    "120f": ("machine", "modified_roll_120f", ""),
-    "720g": ("machine", "modified_roll_720g", ""),
-    "helical motion": ("machine", "helical_motion_1", "mm"),
-    "helical motion 2": ("machine", "helical_motion_2", "mm"),
-    "helical motion 3": ("machine", "helical_motion_3", "mm"),
-    "vertical motion": ("machine", "vertical_motion_1", "mm"),
-    "vertical motion 2": ("machine", "vertical_motion_2", "mm"),
-    "vertical motion 3": ("machine", "vertical_motion_3", "mm"),
 }
+# labels of a sheet other than the key of the design file with spaces; the first one of a key is written
+_OTHER_LABELS = {
+    "cutter type": "type",
+    "pitch apex beyond crossing point": "pitch_apex_beyond_crossing",
+    "helical motion": "helical_motion_1",
+    "vertical motion": "vertical_motion_1",
+    "ratio of roll": "roll_ratio",
+}
+_SYNONYMS = {
+    "number of teeth": "teeth",
+    "hand of spiral": "hand",
+    "pressure angle": "blade_angle",
+    "number of blade groups": "blade_groups",
+    "radial distance": "radial_setting",
+    "radial": "radial_setting",
+    "tilt angle": "tilt",
+    "swivel angle": "swivel",
+    "machine center to back": "machine_centre_to_back",
+    **{label: f"modified_roll_{label}" for label in ("2c", "6d", "24e", "120f", "720g")},
+}
+
+
+def _keys() -> Iterator[tuple[str, str, str]]:
+    """Table, key and unit of all numbers and words of blanks, cutters and machines, from their input models."""
+    yield "blank", "hand", "text"
+    cutters = [process.cutter for process in PROCESSES.values()]
+    for table, models in (("blank", [Blank]), ("cutter", cutters), ("machine", [*MACHINE_INPUTS.values()])):
+        for model in models:
+            yield from ((table, *entry) for entry in _entries(model))
+
+
+def _entries(model: type[BaseModel], within: str = "") -> Iterator[tuple[str, str]]:
+    for name in model.model_fields:
+        place = locate_field(model, (name,))
+        unit = next((part.unit for part in place.metadata if isinstance(part, ValueRange)), None)
+        if isinstance(place.annotation, type) and issubclass(place.annotation, BaseModel):
+            yield from _entries(place.annotation, f"{name}.")
+        elif unit in ("m", "rad", ""):
+            yield within + name, {"m": "mm", "rad": "deg", "": ""}[unit]
+        elif unit is None:
+            yield within + name, "#" if place.annotation is int else "text"
+
+
+def _labels() -> dict[str, tuple[str, str, str]]:
+    keys = {key: (table, key, unit) for table, key, unit in _keys()}
+    plain = {re.sub(r"[_.]", " ", key): entry for key, entry in keys.items() if key != "type"}
+    return _TURNED | _named(_OTHER_LABELS, keys) | plain | _named(_SYNONYMS, keys)
+
+
+def _named(labels: dict[str, str], keys: dict[str, tuple[str, str, str]]) -> dict[str, tuple[str, str, str]]:
+    return {label: keys[key] for label, key in labels.items()}
+
+
+# label: (table, key, unit); keys in capitals are turned into others at the end
+LABELS = _labels()
 _FLANKS = {
     "concave": "concave",
     "convex": "convex",
@@ -157,13 +155,7 @@ class Summary:
 
 
 def read_summary(path: str | Path) -> Summary:
-    """Read a machine summary file.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or a line that names its line number, value and what is allowed.
-    """
+    """Read a machine summary file."""
     return parse_summary(read_text(path, "summary", "a readable UTF-8 text file"))
 
 

@@ -70,13 +70,7 @@ class BodyInput(InputModel):
     youngs_modulus: Modulus | None = None
 
     def thickness(self, blank: Blank) -> float:
-        """Rim thickness for a blank [m].
-
-        Raises
-        ------
-        InputError
-            The rim would reach the axis.
-        """
+        """Rim thickness for a blank [m]."""
         ends = np.array([-0.5, 0.5]) * blank.face_width
         to_axis = float(blank.axial(ends, blank.root(ends))[0].min()) / math.cos(blank.pitch_angle)
         if self.rim_thickness is None:
@@ -465,10 +459,6 @@ def load_design(name: str | Path) -> Design:
     Design
         With paths of point files counted from the folder of the file.
 
-    Raises
-    ------
-    InputError
-        Naming field, value and allowed range.
 
     Examples
     --------

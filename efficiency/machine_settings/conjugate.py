@@ -76,13 +76,7 @@ def fit_grid(pair: PairDimensions, lowest: float = _DEPTH[0], shape: tuple[int, 
 
 
 def grid_on_gear(pair: PairDimensions, gear: GearCut) -> FitGrid:
-    """The grid, begun above the undercut of the gear where it has one.
-
-    Raises
-    ------
-    ConvergenceError
-        A gear flank does not exist over much of its working depth.
-    """
+    """The grid, begun above the undercut of the gear where it has one."""
     for lowest in _LOWEST:
         grid = fit_grid(pair, lowest)
         if all(gear.flank(side).solve(grid.u, grid.h)[1].all() for side in ("concave", "convex")):
@@ -128,13 +122,7 @@ def _reach(pair: PairDimensions) -> float:
 
 
 def conjugate_start(pair: PairDimensions, gear: GearCut, side: FlankSide, grid: FitGrid) -> ConjugateFlankStart:
-    """Exactly conjugate settings of one pinion flank.
-
-    Raises
-    ------
-    ConvergenceError
-        The gear flank does not exist or never touches a conjugate pinion at some points.
-    """
+    """Exactly conjugate settings of one pinion flank."""
     cut = gear.flank(opposite(side))
     points, found = cut.solve(grid.u, grid.h)
     if not found.all():

@@ -28,6 +28,7 @@ from efficiency.machine_settings.generating import (
     machine_pose,
     share_of_root_angle,
     tilt_and_swivel,
+    work_facing,
 )
 
 FloatArray = NDArray[np.float64]
@@ -126,7 +127,7 @@ def _on_cradle(pair: PairDimensions, target: TargetFlank, old: GeneratingScrew, 
     before = tilt_and_swivel(target.flank)
     shift = before.index_zero - target.flank.index_zero
     facing = (pair.assembly.pinion_frame.T @ pose.work_direction)[:2]
-    was = (pair.assembly.pinion_frame.T @ _work_direction(pair, target.flank, old))[:2]
+    was = (pair.assembly.pinion_frame.T @ work_facing(old.direction, pair.assembly.pinion_axis[:, 0]))[:2]
     turned = float(np.arctan2(facing[1], facing[0]) - np.arctan2(was[1], was[0]))
     was_set = before.machine
     machine = replace(
@@ -147,10 +148,3 @@ def _on_cradle(pair: PairDimensions, target: TargetFlank, old: GeneratingScrew, 
         start = np.stack([root.start[0] + (parameters - target.parameters)[1, 0], root.start[1] * new.rate / old.rate])
         root = replace(root, start=start)
     return replace(target, flank=flank, phase=target.phase + turned, parameters=parameters, root=root)
-
-
-def _work_direction(pair: PairDimensions, flank: CutFlank, screw: GeneratingScrew) -> FloatArray:
-    axis, z = pair.assembly.pinion_axis[:, 0], screw.direction
-    sine = float(axis @ z)
-    x = (axis - sine * z) / np.sqrt(1.0 - sine * sine)
-    return np.asarray(sine * x - np.sqrt(1.0 - sine * sine) * z)

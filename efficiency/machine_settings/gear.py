@@ -171,13 +171,7 @@ def turned(angle: float) -> FloatArray:
 
 
 def cut_gear(pair: PairDimensions) -> GearCut:
-    """Both flanks of the gear.
-
-    Raises
-    ------
-    ConvergenceError
-        No point radii and blade angles give the slot.
-    """
+    """Both flanks of the gear."""
     return GEAR_CUTS[pair.process.name](pair)
 
 

@@ -59,13 +59,7 @@ def generating_screw(assembly: Assembly, share: float) -> GeneratingScrew:
 
 
 def share_of_root_angle(assembly: Assembly, root_angle: float, member: str = "gear") -> float:
-    """Share that inclines the cradle so that a member has a given machine root angle.
-
-    Raises
-    ------
-    InputError
-        No cradle between gear and pinion has this inclination.
-    """
+    """Share that inclines the cradle so that a member has a given machine root angle."""
 
     def excess(share: float) -> float:
         direction = generating_screw(assembly, share).direction
@@ -117,6 +111,13 @@ class MachinePose:
         return replace(self.settings, roll_ratio=roll_ratio, helical_motion_1=helical_motion_1)
 
 
+def work_facing(cradle_direction: FloatArray, work_direction: FloatArray) -> FloatArray:
+    """Where the x axis of the unturned work frame points: square to the work axis, in its plane with the cradle."""
+    sine = float(cradle_direction @ work_direction)
+    cosine = float(np.sqrt(1.0 - sine * sine))
+    return np.asarray(sine * ((work_direction - sine * cradle_direction) / cosine) - cosine * cradle_direction)
+
+
 def machine_pose(
     cradle_point: FloatArray,
     cradle_direction: FloatArray,
@@ -148,27 +149,21 @@ def machine_pose(
     axes = machine @ tool.axes
     tilt = float(np.arctan2(np.hypot(axes[0, 2], axes[1, 2]), axes[2, 2]))
     swivel = float(np.arctan2(axes[1, 2], axes[0, 2])) if tilt > 1e-12 else 0.0
-    ci, si, cj, sj = np.cos(tilt), np.sin(tilt), np.cos(swivel), np.sin(swivel)
-    set_axes = np.array([[cj, -sj, 0.0], [sj, cj, 0.0], [0.0, 0.0, 1.0]]) @ np.array(
-        [[ci, 0.0, si], [0.0, 1.0, 0.0], [-si, 0.0, ci]]
-    )
-    left = set_axes.T @ axes
     to_back = float(work[0] / cosine)
-    return MachinePose(
-        settings=MachineSettings(
-            radial_setting=float(np.hypot(cutter[0], cutter[1])),
-            cradle_angle=float(np.arctan2(cutter[1], cutter[0])),
-            machine_root_angle=float(np.arcsin(sine)),
-            roll_ratio=1.0,
-            tilt=tilt,
-            swivel=swivel,
-            blank_offset=float(-work[1]),
-            sliding_base=float(work[2] - to_back * sine),
-            machine_centre_to_back=to_back,
-        ),
-        cutter_turn=float(np.arctan2(left[1, 0], left[0, 0])),
-        work_direction=sine * x - cosine * cradle_direction,
+    settings = MachineSettings(
+        radial_setting=float(np.hypot(cutter[0], cutter[1])),
+        cradle_angle=float(np.arctan2(cutter[1], cutter[0])),
+        machine_root_angle=float(np.arcsin(sine)),
+        roll_ratio=1.0,
+        tilt=tilt,
+        swivel=swivel,
+        blank_offset=float(-work[1]),
+        sliding_base=float(work[2] - to_back * sine),
+        machine_centre_to_back=to_back,
     )
+    left = settings.cutter_axes.T @ axes
+    facing = work_facing(cradle_direction, work_direction)
+    return MachinePose(settings, float(np.arctan2(left[1, 0], left[0, 0])), facing)
 
 
 @dataclass(frozen=True)

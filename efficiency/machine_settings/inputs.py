@@ -216,12 +216,6 @@ def targets_beside(design: Path) -> Path:
 
 
 def load_targets(name: str | Path) -> SettingsInput:
-    """Read and check a targets file, or shipped targets by their name.
-
-    Raises
-    ------
-    InputError
-        Naming field, value and allowed range.
-    """
+    """Read and check a targets file, or shipped targets by their name."""
     path = named_file("targets", "targets", name)
     return validate(SettingsInput, from_folder(read_toml(path, "targets"), path.parent))

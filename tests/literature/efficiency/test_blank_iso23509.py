@@ -304,12 +304,12 @@ def test_slots_thicknesses_and_top_lands_of_formate_gears(annex: str) -> None:
     printed = REFERENCE[annex]["results"]
     found = slots_and_lands(slot_geometry(REFERENCE[annex]))
     for symbol, values in (
-        ("W_1", found.slot_pinion),
-        ("W_2", found.slot_gear),
-        ("s_n1", found.thickness_pinion),
-        ("s_n2", found.thickness_gear),
-        ("s_an1", found.land_pinion),
-        ("s_an2", found.land_gear),
+        ("W_1", found.slot[0]),
+        ("W_2", found.slot[1]),
+        ("s_n1", found.thickness[0]),
+        ("s_n2", found.thickness[1]),
+        ("s_an1", found.land[0]),
+        ("s_an2", found.land[1]),
     ):
         for place, ours_, text in zip(("toe", "mean", "heel"), values, printed[symbol], strict=True):
             if (annex, symbol, place) == ("agma929_d", "W_2", "mean"):
