@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import cast
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,7 @@ from efficiency.loss.contact_sample import coordinates, divide, nearest, predict
 from efficiency.loss.lubrication import SolvedFriction
 from ehl.common.errors import InputError
 from ehl.common.progress import report_progress
+from ehl.common.runner import checked_jobs, run_tasks
 from ehl.common.units import ValueRange
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
@@ -169,28 +169,19 @@ class EhlFriction(FrictionModel):
         scenes = [self._contact(state, oil, int(at), self.seed + done + k) for k, at in enumerate(chosen)]
         each = float(self._seconds(state, oil, chosen).mean())
         worth = int(each * (done + chosen.size) / MIN_SECONDS)
-        jobs = max(1, min(self.jobs or _cores(), _cores(), worth, chosen.size))
+        jobs = max(1, min(checked_jobs(self.jobs), worth, chosen.size))
         seconds = each * (total - done) / jobs
         report_progress("contacts", done, total, seconds)
         found = []
-        for one in self._each(scenes, jobs):
+        if jobs > 1:
+            prepare_workers(rough=not self.smooth and self.model.roughness == "deterministic")
+        # each contact by itself: the same whatever the number of processes
+        for one in run_tasks(scenes, partial(_solve_one, model=self.model, bodies=self.bodies), jobs=jobs):
             found.append(one)
             report_progress("contacts", done + len(found), total)
         values, errors, reasons = zip(*found, strict=True)
         scatter, bias = np.array(errors).T
         return Solved(np.array(values).T, scatter, bias, reasons)
-
-    def _each(self, scenes: list[Scene], jobs: int) -> Iterable[tuple[list[float], tuple[float, float], str]]:
-        """Contact by contact in their order, each by itself: the same whatever the number of processes."""
-        if jobs == 1:
-            return (_solve_one(scene, self.model, self.bodies) for scene in scenes)
-        from joblib import Parallel, delayed, parallel_config
-
-        prepare_workers(rough=not self.smooth and self.model.roughness == "deterministic")
-        with parallel_config(backend="loky", inner_max_num_threads=1):
-            workers = Parallel(n_jobs=jobs, return_as="generator", batch_size=1)
-            work = (delayed(_solve_one)(scene, self.model, self.bodies) for scene in scenes)
-            return cast("Iterable[tuple[list[float], tuple[float, float], str]]", workers(work))
 
     def _seconds(self, state: ContactState, oil: Oil, chosen: IntArray) -> FloatArray:
         """Estimated processor time of the chosen points [s]."""
@@ -213,12 +204,6 @@ class EhlFriction(FrictionModel):
         )
         bulk = float(state.temperature_bulk_1[at]), float(state.temperature_bulk_2[at])
         return _line(state, at), oil.at(float(state.temperature_oil[at])), surface, bulk
-
-
-def _cores() -> int:
-    from joblib import cpu_count
-
-    return int(cpu_count())
 
 
 def _solve_one(

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from efficiency.loss.contact_sample import coordinates, nearest, spread, worth_solving
 from efficiency.loss.kinematics import LoadedPoints, Operation
 from efficiency.loss.power_loss import efficiency_of
+from ehl.common.runner import run_tasks
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, Together
@@ -152,18 +153,18 @@ def solved_changes(
     nominal: list[FloatArray] = []
 
     def evaluate(cases: list[Case]) -> list[FloatArray]:
-        from joblib import Parallel, delayed, parallel_config
-
-        jobs = changed.jobs or -1
-        with parallel_config(backend="loky", inner_max_num_threads=1):
-            found = Parallel(n_jobs=jobs)(delayed(friction_of)(*case) for case in cases)
+        found = list(run_tasks(cases, _friction_of_case, jobs=changed.jobs))
         nominal.append(found[0])
-        return list(found)
+        return found
 
     found = friction_changes(alone, state, oil, spreads, level, warm_inlet=warm_inlet, evaluate=evaluate)
     mu = nominal[0]
     sample = LossSample(state, FrictionEstimate(mu, mu, mu, np.zeros(mu.shape, np.int8)), shares)
     return sample.changes(found, f"; {chosen.size} contacts solved at both ends")
+
+
+def _friction_of_case(case: Case) -> FloatArray:
+    return friction_of(*case)
 
 
 def efficiency_uncertainty(

@@ -14,15 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.mesh import POINTS_PER_LINE, POSITIONS
-from efficiency.optimisation.evaluation import Evaluation, Store, Task, allowed_of, evaluate_all
+from efficiency.optimisation.evaluation import Evaluation, EvaluationTask, allowed_of, evaluate_all
 from efficiency.optimisation.pareto import spread_out
 from efficiency.optimisation.problem import Problem
 from efficiency.optimisation.result import Candidate, front_of
+from ehl.common.journal import Journal
 from ehl.common.quantities import quantities
-from regression.sweeping.executors import ThisProcess
+from ehl.common.runner import ThisProcess
 
 FloatArray = NDArray[np.float64]
-Evaluate = Callable[[list[Task]], list[Evaluation]]
+Evaluate = Callable[[list[EvaluationTask]], list[Evaluation]]
 
 CHECK_GRID = (POSITIONS, POINTS_PER_LINE)
 """Positions and points per line of a check."""
@@ -103,12 +104,14 @@ class Correction:
         ]
 
 
-def exact_task(task: Task) -> Task:
+def exact_task(task: EvaluationTask) -> EvaluationTask:
     """The task on the full mesh, with own bodies, in all states."""
     return replace(task, states=task.problem.states, grid=CHECK_GRID, bodies="", interval=True)
 
 
-def check_best(task: Task, points: Sequence[Evaluation], correction: Correction, evaluate: Evaluate) -> Correction:
+def check_best(
+    task: EvaluationTask, points: Sequence[Evaluation], correction: Correction, evaluate: Evaluate
+) -> Correction:
     """The correction by start and best point so far; as it was where none keeps the limits or the check fails."""
     start, *others = points
     within = [p for p in others if correction(p).feasible(correction.limits)]
@@ -124,7 +127,7 @@ def check_best(task: Task, points: Sequence[Evaluation], correction: Correction,
 
 
 def check_front(
-    task: Task, points: Sequence[Evaluation], correction: Correction, count: int, evaluate: Evaluate
+    task: EvaluationTask, points: Sequence[Evaluation], correction: Correction, count: int, evaluate: Evaluate
 ) -> tuple[tuple[Candidate, ...], str]:
     """Points of the front checked, and others where none of them keeps the limits; why none was."""
     problem, allowed, exact = task.problem, correction.allowed, exact_task(task)
@@ -167,7 +170,7 @@ def _chosen(
 
 
 def check_solved(
-    task: Task, candidates: tuple[Candidate, ...], solved: str, store: Store
+    task: EvaluationTask, candidates: tuple[Candidate, ...], solved: str, journal: Journal
 ) -> tuple[tuple[Candidate, ...], str]:
     """The best candidate, and the start, with a friction model that solves contacts; why not."""
     held = [c for c in candidates if c.holds]
@@ -176,7 +179,7 @@ def check_solved(
     best = min(held, key=lambda c: c.exact.figures[task.problem.objectives[0]])
     exact = replace(exact_task(task), interval=False, solved=solved)
     # solved contacts have their own processes
-    before, after = evaluate_all([replace(exact, values=v) for v in ({}, best.point.variables)], ThisProcess(), store)
+    before, after = evaluate_all([replace(exact, values=v) for v in ({}, best.point.variables)], ThisProcess(), journal)
     if before.reason or after.reason:
         return candidates, f"check with {solved}: {before.reason or after.reason}"
     checked = replace(

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import math
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -25,9 +24,8 @@ from efficiency.pair import GearPair
 from ehl import __version__
 from ehl.common.data import data_path
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.files import make_folder
-from ehl.common.numbers import finite_or_none
-from regression.sweeping.executors import Executor, ThisProcess, compute
+from ehl.common.journal import Journal
+from ehl.common.runner import Executor, run_tasks
 
 _ROOT = ("root_stress_pinion", "root_stress_gear")
 _LOSS = "power_loss"
@@ -83,7 +81,7 @@ class Evaluation:
 
 
 @dataclass(frozen=True)
-class Task:
+class EvaluationTask:
     """A point to be evaluated.
 
     Attributes
@@ -154,7 +152,7 @@ def settings_of(problem: Problem, values: Mapping[str, float], name: str = "") -
     return machine_settings(targets_of(problem, values, name), transmission=False)
 
 
-def evaluate(task: Task) -> Evaluation:
+def evaluate(task: EvaluationTask) -> Evaluation:
     """Figures of a point; what cannot be computed or made keeps its reason."""
     clock = time.perf_counter()
     found = Evaluation(task.key, task.values)
@@ -187,7 +185,7 @@ def _reference(design: str) -> GearPair:
     return GearPair(Design.model_validate_json(design))
 
 
-def _made(task: Task, pair: GearPair) -> Iterator[tuple[GearPair, dict[str, float]]]:
+def _made(task: EvaluationTask, pair: GearPair) -> Iterator[tuple[GearPair, dict[str, float]]]:
     """The pair as it is made in each state: as designed, or with machine settings for the ease-off and its errors."""
     designed = targets_of(task.problem, task.values)
     for state in task.states:
@@ -250,7 +248,7 @@ def duty_results(
     return results
 
 
-def loss_interval(pair: GearPair, task: Task) -> dict[str, tuple[float, float]]:
+def loss_interval(pair: GearPair, task: EvaluationTask) -> dict[str, tuple[float, float]]:
     """`Evaluation.losses` of the aligned pair."""
     problem = task.problem
     results = duty_results(pair, problem, problem.states[0], task.grid)
@@ -282,7 +280,7 @@ def _loss_at(result: EfficiencyResult, efficiency: float) -> float:
     return power * (1.0 - efficiency) if result.driver == "pinion" else power * (1.0 / efficiency - 1.0)
 
 
-def solved_loss(pair: GearPair, task: Task) -> tuple[float, float]:
+def solved_loss(pair: GearPair, task: EvaluationTask) -> tuple[float, float]:
     """Loss of the aligned pair over the duty with the friction model of the check, and its error [W]."""
     problem = task.problem
     results = duty_results(pair, problem, problem.states[0], task.grid, task.solved)
@@ -314,83 +312,35 @@ def allowed_of(problem: Problem, start: Evaluation) -> dict[str, float]:
     return allowed
 
 
-class Store:
-    """Evaluations of a folder, a line each; a line cut off when a run was killed counts as not computed.
-
-    Parameters
-    ----------
-    path : Path, optional
-        File; None keeps nothing.
-    """
-
-    def __init__(self, path: Path | None) -> None:
-        self.path = path
-        self.known: dict[str, Evaluation] = {}
-        self.asked: set[str] = set()
-        if path is not None and path.is_file():
-            for line in path.read_text(encoding="utf-8").splitlines():
-                try:
-                    row = json.loads(line)
-                    row["figures"] = {k: math.nan if v is None else v for k, v in row["figures"].items()}
-                    row["losses"] = {k: tuple(v) for k, v in row["losses"].items()}
-                    row["notes"], row["solved"] = tuple(row["notes"]), tuple(row["solved"])
-                    self.known[row["key"]] = Evaluation(**row)
-                except (ValueError, KeyError, TypeError, AttributeError):
-                    continue
-        elif path is not None:
-            make_folder(path.parent, "output")
-        self.read = frozenset(self.known)
-
-    @property
-    def reused(self) -> int:
-        """Evaluations of the file that this run asked for."""
-        return len(self.asked & self.read)
-
-    def add(self, found: Evaluation) -> None:
-        """Keep an evaluation, and write it down."""
-        self.known[found.key] = found
-        if self.path is None:
-            return
-        line = json.dumps(finite_or_none(found), allow_nan=False)
-        try:
-            with self.path.open("a", encoding="utf-8") as file:
-                # a line that was cut off must not swallow this one
-                file.write(f"\n{line}\n" if file.tell() else f"{line}\n")
-        except OSError as error:
-            raise InputError("output", str(self.path.parent), "a folder that can be written", f"{error}.") from None
+def evaluation_of(row: Mapping[str, Any]) -> Evaluation:
+    """Evaluation of a row of the journal."""
+    losses = {name: tuple(ends) for name, ends in row["losses"].items()}
+    return Evaluation(**{**row, "losses": losses, "notes": tuple(row["notes"]), "solved": tuple(row["solved"])})
 
 
-@dataclass(frozen=True)
-class _Evaluator:
-    """What a worker does with a point (`regression.sweeping.executors.Runner`)."""
-
-    time_cap: float | None = None
-
-    def __call__(self, task: Task) -> dict[str, Any]:
-        return {"key": task.key, "found": evaluate(task)}
-
-    def crashed(self, task: Task) -> dict[str, Any]:
-        return {"key": task.key, "found": Evaluation(task.key, task.values, reason="worker_lost: its worker crashed")}
+def _row(task: EvaluationTask) -> dict[str, Any]:
+    return asdict(evaluate(task))
 
 
-def evaluate_all(tasks: list[Task], executor: Executor, store: Store, done: Any = None) -> list[Evaluation]:
-    """Evaluations of tasks in their order; those known are read, the rest computed where the executor has its workers.
+def _crashed(task: EvaluationTask) -> dict[str, Any]:
+    return asdict(Evaluation(task.key, task.values, reason="worker_lost: its worker crashed"))
+
+
+def evaluate_all(
+    tasks: list[EvaluationTask],
+    executor: Executor,
+    journal: Journal,
+    done: Callable[[], None] = lambda: None,
+) -> list[Evaluation]:
+    """Evaluations of tasks in their order; those in the journal are read, the rest computed by the executor.
 
     Raises
     ------
     MixedEhlError
         Every worker crashes, or the cluster is gone.
     """
-    waiting = {task.key: task for task in tasks if task.key not in store.known}
-    store.asked.update(task.key for task in tasks)
-
-    def keep(row: Mapping[str, Any]) -> None:
-        store.add(row["found"])
-        if done is not None:
-            done()
-
-    def pending() -> Iterator[Task]:
-        return (task for task in waiting.values() if task.key not in store.known)
-
-    compute(pending, _Evaluator(), ThisProcess() if len(waiting) < 2 else executor, keep)
-    return [store.known[task.key] for task in tasks]
+    found = []
+    for row in run_tasks(tasks, _row, executor=executor, journal=journal, crashed=_crashed):
+        found.append(evaluation_of(row))
+        done()
+    return found

@@ -25,8 +25,7 @@ from efficiency.machine_settings.settings_result import SettingsResult
 from efficiency.optimisation.check import Correction, Evaluate, check_best, check_front, check_solved
 from efficiency.optimisation.evaluation import (
     Evaluation,
-    Store,
-    Task,
+    EvaluationTask,
     allowed_of,
     evaluate_all,
     missing_roots,
@@ -49,12 +48,12 @@ from ehl import __version__
 from ehl.common.data import named_file
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file
+from ehl.common.journal import Journal
 from ehl.common.numbers import finite_or_none
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
+from ehl.common.runner import checked_jobs, cluster, local_executor
 from ehl.common.validation import read_toml
 from ehl.fluid.oil import Oil
-from regression.plan.cost import checked_jobs
-from regression.sweeping.executors import cluster, local_executor
 
 EVALUATIONS, BATCH, CHECKED = 120, 4, 4
 """Default numbers: evaluations of a search, points of a batch, points of the front that are checked exactly."""
@@ -87,7 +86,7 @@ def optimise(
     check: int = CHECKED,
     solved: str | None = None,
     seed: int = 1,
-    jobs: int | None = 1,
+    jobs: int | None = None,
     dask: Any = None,
     store: Path | str | None = None,
     progress: ProgressCallback | None = None,
@@ -135,7 +134,7 @@ def optimise(
     seed : int
         Of the random numbers.
     jobs : int, optional
-        Worker processes, None for the cores there are.
+        Worker processes; by default all cores granted.
     dask : str or distributed.Client, optional
         Compute on a dask cluster, as `regression.sweep`; a batch should then be as large as the cluster.
     store : Path or str, optional
@@ -176,7 +175,7 @@ def optimise(
         raise InputError("check friction", solved, models, "The gain by the formula of the search needs no second one.")
     if solved is not None:
         ehl_friction(solved)  # refuses words it does not know before the search begins
-    known = Store(None if store is None else Path(store))
+    path = None if store is None else Path(store)
     total, done = evaluations + len(problem.states) - 1 + (check + 1 + len(_CHECK_AT) if check else 0), 0
 
     def step() -> None:
@@ -184,10 +183,10 @@ def optimise(
         done += 1
         report_progress("evaluations", min(done, total), total)
 
-    with progress_to(progress), cluster(dask) as workers:
-        evaluate = partial(evaluate_all, executor=workers or local_executor(jobs), store=known, done=step)
-        if known.path is not None:
-            _write_problem(problem, known.path.with_name("problem.json"), evaluations, batch, seed)
+    with progress_to(progress), cluster(dask) as workers, Journal(path, field="output") as journal:
+        evaluate = partial(evaluate_all, executor=workers or local_executor(jobs), journal=journal, done=step)
+        if path is not None:
+            _write_problem(problem, path.with_name("problem.json"), evaluations, batch, seed)
         problem, first, states, task, notes = _begin(problem, evaluate, default=limits is None)
         allowed = allowed_of(problem, first)
         correction, points = Correction(problem, allowed), [first]
@@ -200,7 +199,7 @@ def optimise(
         if check:
             candidates, more = check_front(task, points, correction, check, evaluate)
         if solved and not more:
-            candidates, more = check_solved(task, candidates, solved, known)
+            candidates, more = check_solved(task, candidates, solved, journal)
     notes += [*correction.notes, *filter(None, [more])]
     return Optimisation(
         name=start.name,
@@ -213,7 +212,7 @@ def optimise(
         notes=tuple(notes),
         seed=seed,
         jobs=jobs,
-        reused=known.reused,
+        reused=len(journal.reused),
         seconds=time.perf_counter() - clock,
         output=OptimisationOutput(),
     )
@@ -309,15 +308,15 @@ def _write_problem(problem: Problem, path: Path, evaluations: int, batch: int, s
     write_file(path, json.dumps(finite_or_none(content), indent=1) + "\n", "output", folder=True)
 
 
-def search_task(problem: Problem, start: SettingsResult) -> Task:
+def search_task(problem: Problem, start: SettingsResult) -> EvaluationTask:
     """What the points of a search are like; with the bodies of the start where only the ease-off is varied."""
     bodies = "" if problem.varies_blank else start.design.model_dump_json()
-    return Task(problem, {}, problem.states, SEARCH_GRID, bodies=bodies, accepted=start.status)
+    return EvaluationTask(problem, {}, problem.states, SEARCH_GRID, bodies=bodies, accepted=start.status)
 
 
 def _begin(
     problem: Problem, evaluate: Evaluate, *, default: bool
-) -> tuple[Problem, Evaluation, tuple[dict[str, float], ...], Task, list[str]]:
+) -> tuple[Problem, Evaluation, tuple[dict[str, float], ...], EvaluationTask, list[str]]:
     """The start in all states; which of them the search takes; the task its points are like."""
     made = settings_of(problem, {})
     pair = GearPair(made.design)
@@ -374,7 +373,7 @@ def _search_states(problem: Problem, each: Sequence[Evaluation]) -> tuple[dict[s
 
 
 def _search(
-    task: Task,
+    task: EvaluationTask,
     points: Sequence[Evaluation],
     correction: Correction,
     evaluations: int,

@@ -12,10 +12,10 @@ from efficiency.mesh import Mesh
 from efficiency.pair import GearPair
 from ehl.common.files import make_folder
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
+from ehl.common.runner import checked_jobs
 from regression.data.dataset import Dataset
 from regression.formula import fit
 from regression.friction.fitted import FittedFormula
-from regression.plan.cost import checked_jobs
 from regression.sweeping.run import Run, sweep
 
 DESIGN = "fm_spiral_bevel_14x39"

@@ -8,9 +8,7 @@ A grid of `efficiency.conditions.grid` in tasks. Each finished task is stored; a
 from __future__ import annotations
 
 import hashlib
-import json
 import math
-import os
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -34,13 +32,14 @@ from efficiency.mesh import POINTS_PER_LINE, POSITIONS
 from efficiency.pair import GearPair
 from ehl import __version__
 from ehl.common.errors import InputError
+from ehl.common.journal import Journal
 from ehl.common.numbers import finite_or_none
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from ehl.common.quantities import Quantity, quantities
+from ehl.common.runner import checked_jobs, run_tasks
 from ehl.fluid.oil import Oil
 from regression.formula import Formula
 from regression.friction.models import FrictionModel
-from regression.plan.cost import checked_jobs
 
 if TYPE_CHECKING:
     import pandas
@@ -419,7 +418,7 @@ def run_study(
     oil: str | None = None,
     positions: int = POSITIONS,
     points_per_line: int = POINTS_PER_LINE,
-    jobs: int | None = 1,
+    jobs: int | None = None,
     store: Path | None = None,
     progress: ProgressCallback | None = None,
     load_balance: LoadBalance = "frictional",
@@ -443,8 +442,8 @@ def run_study(
     positions, points_per_line : int
         Resolution of each point.
     jobs : int, optional
-        Worker processes, None for the cores there are. Models that solve contacts have their own: they are asked one
-        after the other.
+        Worker processes; by default all cores granted. Models that solve contacts have their own: their points are
+        computed one after the other.
     store : Path, optional
         File of the finished tasks, read and continued.
     progress : callable, optional
@@ -496,18 +495,18 @@ def run_study(
         tasks += _tasks(
             pair, own, chosen, reference, side, card, (positions, points_per_line), costly, load_balance, strength
         )
-    known = _read(store) if store is not None else {}
-    waiting = [task for task in tasks if task.key not in known]
-    total = sum(len(task.states) for task in tasks)
-    done = sum(len(task.states) for task in tasks if task.key in known)
-    reused = done
-    for key, found in _solve_all(waiting, 1 if costly else jobs):
-        known[key] = found
-        if store is not None:
-            _append(store, key, found)
-        done += len(found)
-        with progress_to(progress):
-            report_progress("points", done, total)
+    total, done = sum(len(task.states) for task in tasks), 0
+    ordered = sorted(tasks, key=lambda task: -len(task.states))
+    known: dict[str, list[StudyPoint]] = {}
+    with Journal(store, field="store") as journal:
+        for task, row in zip(
+            ordered, run_tasks(ordered, _solve, jobs=1 if costly else jobs, journal=journal), strict=True
+        ):
+            known[task.key] = [_point_of(point) for point in row["points"]]
+            done += len(task.states)
+            with progress_to(progress):
+                report_progress("points", done, total)
+    reused = sum(len(known[key]) for key in journal.reused)
     points = [point for task in tasks for point in known[task.key]]
     seconds = time.perf_counter() - clock
     return Study(
@@ -566,23 +565,7 @@ def _tasks(
             yield replace(task, states=tuple(part))
 
 
-Found = list[StudyPoint]
-
-
-def _solve_all(tasks: Sequence[StudyTask], jobs: int) -> Iterator[tuple[str, Found]]:
-    """Key and result of each task, as they end; long ones first."""
-    ordered = sorted(tasks, key=lambda task: -len(task.states))
-    jobs = min(jobs, len(ordered))
-    if jobs <= 1:
-        yield from map(_solve, ordered)
-        return
-    from joblib import Parallel, delayed, parallel_config
-
-    with parallel_config(backend="loky", inner_max_num_threads=1):
-        yield from Parallel(n_jobs=jobs, return_as="generator_unordered")(delayed(_solve)(task) for task in ordered)
-
-
-def _solve(task: StudyTask) -> tuple[str, Found]:
+def _solve(task: StudyTask) -> dict[str, list[dict[str, Any]]]:
     """All points of a task; what cannot be computed is a failed point with its reason."""
     points: list[StudyPoint] = []
     pair = _pair(task.design.with_misalignment().model_dump_json())
@@ -604,7 +587,7 @@ def _solve(task: StudyTask) -> tuple[str, Found]:
         else:
             solved = with_result(replace(point, strength=found.strength), found.result)
             points.append(replace(solved, seconds=time.perf_counter() - clock))
-    return task.key, points
+    return {"points": [asdict(point) for point in points]}
 
 
 @lru_cache(maxsize=4)
@@ -612,33 +595,5 @@ def _pair(aligned: str) -> GearPair:
     return GearPair(Design.model_validate_json(aligned))
 
 
-def _append(store: Path, key: str, found: Found) -> None:
-    """Write a finished task as one line."""
-    line = json.dumps({"key": key, "points": finite_or_none(found)}, allow_nan=False)
-    try:
-        store.parent.mkdir(parents=True, exist_ok=True)
-        with store.open("a", encoding="utf-8") as file:
-            # a line that was cut off when an earlier run was killed must not swallow this one
-            file.write(f"\n{line}\n" if file.tell() else f"{line}\n")
-    except OSError as error:
-        raise InputError("store", str(store.parent), "a folder that can be written", f"{error}.") from None
-
-
-def _read(store: Path) -> dict[str, Found]:
-    """Finished tasks of an earlier run; a line that was cut off when it was killed counts as not computed."""
-    found: dict[str, Found] = {}
-    if not os.path.isfile(store):
-        return found
-    for line in store.read_text(encoding="utf-8").splitlines():
-        try:
-            row = json.loads(line)
-            found[row["key"]] = [StudyPoint(**_numbers(point)) for point in row["points"]]
-        except (ValueError, KeyError, TypeError):
-            continue
-    return found
-
-
-def _numbers(row: dict[str, Any]) -> dict[str, Any]:
-    values = {name: math.nan if value is None else value for name, value in row.items()}
-    strength = {name: math.nan if value is None else value for name, value in row["strength"].items()}
-    return values | {"strength": strength, "notes": tuple(row["notes"])}
+def _point_of(row: dict[str, Any]) -> StudyPoint:
+    return StudyPoint(**row | {"notes": tuple(row["notes"])})

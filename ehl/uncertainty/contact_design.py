@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from ehl.common.runner import run_tasks
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_uncertainty import VARIABLES
@@ -139,22 +140,19 @@ def contact_uncertainty(
     level : float
         Share of cases the interval is to hold [-].
     jobs : int, optional
-        Worker processes; one per core if not given.
+        Worker processes; by default all cores granted.
 
     Raises
     ------
     InputError
         The level is no share between 0 and 1.
     """
-    from joblib import Parallel, delayed, parallel_config
-
     score = score_of(level)
     mu, error, ratio = solve(problem)
     inputs = uncertain_contact_inputs(problem, spreads, oil, ratio)
 
     def friction(problems: Sequence[ContactProblem]) -> list[float]:
-        with parallel_config(backend="loky", inner_max_num_threads=1):
-            return [found[0] for found in Parallel(n_jobs=jobs or -1)(delayed(solve)(one) for one in problems)]
+        return [found[0] for found in run_tasks(problems, solve, jobs=jobs)]
 
     def together(scores: Sequence[Mapping[str, float]]) -> list[float]:
         cases = []

@@ -22,6 +22,7 @@ from ehl.common.numbers import finite_or_none
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to
 from ehl.common.quantities import quantity, si_unit
+from ehl.common.runner import checked_jobs
 from ehl.common.sections import Medium, Section
 from ehl.common.units import KELVIN
 from ehl.common.validation import validate
@@ -43,7 +44,6 @@ from regression.calibration.prediction import FrictionSolver
 from regression.calibration.robust import Noise, noise_of
 from regression.calibration.search import Fit, Target, best_start, search
 from regression.calibration.setup import CalibrationSetup, load_setup
-from regression.plan.cost import checked_jobs
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -309,7 +309,7 @@ def all_values(measurement: Measurement, setup: CalibrationSetup) -> dict[str, f
     return values
 
 
-def solver_of(measurement: Measurement, setup: CalibrationSetup, jobs: int) -> FrictionSolver:
+def solver_of(measurement: Measurement, setup: CalibrationSetup, jobs: int | None) -> FrictionSolver:
     """The contact solver over the rows of a measurement."""
     groups = contact_groups(measurement, setup)
     roughness = measurement.columns["roughness_rms"]
@@ -383,7 +383,7 @@ def calibrate(
     oil : str, optional
         Oil card to begin with, in place of the setup's.
     jobs : int, optional
-        Worker processes, one thread each; all processors if None.
+        Worker processes, one thread each; by default all cores granted.
     profile : bool, optional
         Whether intervals are profiles on the solver; where not given, if that is cheap (`PROFILE_CALLS`).
     progress : callable, optional

@@ -11,10 +11,12 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.common.runner import run_tasks
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.inputs import ModelInput
@@ -47,6 +49,10 @@ def _parts(result: ContactResult, *, rough: bool) -> tuple[float, float, float]:
     assert result.isothermal is not None
     second = result.asperity_load_share if rough else result.isothermal.film_central
     return result.friction_fluid, second, result.friction_error
+
+
+def _solve_task(task: tuple[Any, ...]) -> tuple[Array, tuple[FrozenFilm | None, ...], tuple[float | None, ...]]:
+    return solve_group(*task)
 
 
 def solve_group(
@@ -115,7 +121,7 @@ class FrictionSolver:
         Composite Rq of each row [m].
     temperature : float
         Where `pressure_viscosity` is meant [K].
-    jobs : int
+    jobs : int, optional
         Worker processes.
     calls : int
         Contacts solved so far.
@@ -131,7 +137,7 @@ class FrictionSolver:
     groups: tuple[ContactGroup, ...]
     roughness: Array
     temperature: float
-    jobs: int = 1
+    jobs: int | None = None
     calls: int = 0
     seconds: float = 0.0
     _known: dict[tuple[float, ...], Array] = field(default_factory=dict, repr=False)
@@ -174,9 +180,6 @@ class FrictionSolver:
         return tuple(values[name] for name in sorted(names))
 
     def _solve(self, sets: Sequence[Values], keys: Sequence[tuple[float, ...]], wanted: Mask) -> None:
-        from joblib import Parallel, delayed, parallel_config
-        from threadpoolctl import threadpool_limits
-
         clock = time.perf_counter()
         bodies = (self.setup.solid_1.body(), self.setup.solid_2.body())
         cards = [card_with(Oil.load(self.setup.oil), values, self.temperature) for values in sets]
@@ -189,12 +192,7 @@ class FrictionSolver:
             inputs = [(oils, self._surface(values)) for oils, values in zip(lubricants, sets, strict=True)]
             windows = tuple(self.windows.get(row) for row in group.rows) if self.windows else ()
             tasks.append((group, inputs, self.setup.model, bodies, windows))
-        if self.jobs == 1 or len(tasks) == 1:
-            with threadpool_limits(1):
-                found = [solve_group(*task) for task in tasks]
-        else:
-            with parallel_config(backend="loky", inner_max_num_threads=1):
-                found = Parallel(n_jobs=self.jobs)(delayed(solve_group)(*task) for task in tasks)
+        found = list(run_tasks(tasks, _solve_task, jobs=self.jobs))
         for group, (parts, films, windows) in zip(groups, found, strict=True):
             new = {row: window for row, window in zip(group.rows, windows, strict=True) if window is not None}
             self.windows = new | self.windows

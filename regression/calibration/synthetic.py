@@ -19,13 +19,13 @@ from ehl import __version__
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file
 from ehl.common.quantities import si_unit
+from ehl.common.runner import checked_jobs
 from ehl.common.table_reader import harmless
 from ehl.common.units import ValueRange
 from regression.calibration.calibrate import all_values, setup_of, solver_of
 from regression.calibration.measurement import CONDITIONS, SYNTHETIC, Measurement, read_measurement
 from regression.calibration.parameters import PARAMETERS
 from regression.calibration.setup import CalibrationSetup
-from regression.plan.cost import checked_jobs
 
 
 def synthetic_measurement(
@@ -37,7 +37,7 @@ def synthetic_measurement(
     seed: int = 1,
     parameters: Sequence[str] | None = None,
     oil: str | None = None,
-    jobs: int | None = 1,
+    jobs: int | None = None,
 ) -> Measurement:
     """Friction of a planned test by the solver, with Gaussian noise of the standard deviation that [noise] states.
 

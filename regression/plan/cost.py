@@ -9,7 +9,6 @@ squares of ln(seconds) on the rough contacts of the shipped datasets, each on on
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -18,13 +17,12 @@ from numpy.typing import NDArray
 
 from ehl.common.duration import duration
 from ehl.common.errors import InputError
+from ehl.common.runner import MAX_JOBS, granted_workers
 from ehl.inputs import ModelInput
 from ehl.rough.mixed import roughness_matters
 
 Array = NDArray[np.float64]
 
-MAX_JOBS = 1024  # processors of one machine
-MIN_MOST_JOBS = 32  # worker processes any machine may be asked for; a worker takes about 0.2 GB
 # seconds of the smooth solution with its heat, by accuracy
 SMOOTH: dict[str, float] = {"fast": 0.05, "standard": 0.15, "reference": 1.0}
 # shape of ln(seconds) of a rough run: q, l, d, q^2, q l, q d, l^2, l d, d^2 with q = ln(b/lc), l = ln(film ratio),
@@ -69,7 +67,7 @@ class CostEstimate:
 
     def to_text(self, jobs: int | None = None) -> str:
         """The estimate in words, with the wall time for so many workers; for all processors by default."""
-        jobs = available_jobs() if jobs is None else jobs
+        jobs = granted_workers() if jobs is None else jobs
         if not 1 <= jobs <= MAX_JOBS:
             raise InputError("jobs", jobs, f"at least 1, at most {MAX_JOBS}")
         rough = f", {self.rough} of them transient rough contacts" if self.rough else ""
@@ -86,31 +84,6 @@ class CostEstimate:
 
     def __str__(self) -> str:
         return self.to_text()
-
-
-def available_jobs() -> int:
-    """Processors this process may use, or those a Slurm task was given."""
-    given = os.environ.get("SLURM_CPUS_PER_TASK", "")
-    if given.isdigit() and int(given) > 0:
-        return int(given)
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def checked_jobs(jobs: int | None) -> int:
-    """Number of worker processes: the available ones where none is given, and never more than those.
-
-    Raises
-    ------
-    InputError
-        Below 1, or so many that they would fill the memory and only wait for each other.
-    """
-    available = available_jobs()
-    most = max(MIN_MOST_JOBS, 4 * available)
-    if jobs is not None and not 1 <= jobs <= most:
-        raise InputError(
-            "jobs", jobs, f"at least 1, at most {most} worker processes", f"This machine has {available} for you."
-        )
-    return available if jobs is None else min(jobs, available)
 
 
 def contact_seconds(model: ModelInput, table: Mapping[str, Array]) -> tuple[Array, NDArray[np.bool_]]:

@@ -29,7 +29,6 @@ class Recorder:
     costs: Mapping[str, float]
     counts: Counter[str] = field(default_factory=Counter)
     reasons: defaultdict[str, Counter[str]] = field(default_factory=lambda: defaultdict(Counter))
-    recorded: set[str] = field(default_factory=set)
     fallback: int = 0
     seconds_cases: float = 0.0
     seconds_cpu: float = 0.0
@@ -45,7 +44,6 @@ class Recorder:
     def record(self, row: Mapping[str, Any]) -> None:
         """Take a row; raises `KeyboardInterrupt` where a stop was requested."""
         self._buffer.append(row)
-        self.recorded.add(row["key"])
         self.counts[row["status"]] += 1
         if row["status"] != "converged":
             self.reasons[row["status"]][row["reason"]] += 1

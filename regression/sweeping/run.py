@@ -11,15 +11,14 @@ from typing import TYPE_CHECKING, Any
 from ehl import SOLVER
 from ehl.common.errors import InputError
 from ehl.common.progress import ProgressCallback
+from ehl.common.runner import checked_jobs, cluster
 from ehl.common.units import ValueRange
 from ehl.warmup import prepare_workers
 from regression.data.dataset import Dataset, RunStatus, load_dataset, merge_compressed, results_path, run_status
 from regression.data.store import merge, read_run
 from regression.friction.published_registry import PUBLISHED
-from regression.plan.cost import checked_jobs
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs, solve_outputs
-from regression.sweeping.executors import cluster
 from regression.sweeping.rerun import SHARE, Rerun, rerun
 from regression.sweeping.slurm import DEFAULT_JOBS, job_script
 from regression.sweeping.sweep import SweepReport, sweep_shard

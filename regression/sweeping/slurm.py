@@ -7,7 +7,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 
 from ehl.common.errors import InputError
-from regression.plan.cost import MAX_JOBS
+from ehl.common.runner import MAX_JOBS
 
 MAX_TASKS = 10_000
 DEFAULT_JOBS = 4  # processors of a task by default

@@ -9,7 +9,8 @@ from __future__ import annotations
 import hashlib
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -22,18 +23,17 @@ from ehl.common.duration import duration
 from ehl.common.errors import InputError
 from ehl.common.files import make_folder
 from ehl.common.progress import ProgressCallback, progress_to
+from ehl.common.runner import Executor, TaskRun, checked_jobs, local_executor
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil
 from regression.data.row_format import TEXT_WIDTHS
 from regression.data.store import CaseStatus, ResultStore, rows_of_other_files
 from regression.friction.oil_cards import card_hash, cards_hash
-from regression.plan.cost import checked_jobs
 from regression.plan.plan import Plan
 from regression.plan.sampling import Array
 from regression.sweeping.evaluators import Evaluator, case_key, fallback_settings, solve_outputs
-from regression.sweeping.executors import Executor, compute, local_executor
 from regression.sweeping.recorder import Recorder, stop_requests
-from regression.sweeping.workers import TIME_CAP, WORKER_CRASHED, CaseRunner, Task
+from regression.sweeping.workers import TIME_CAP, WORKER_CRASHED, CaseRunner, CaseTask
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ class SweepOptions:
     jobs : int
         Worker processes, one thread each; 1 computes in this process.
     executor : Executor, optional
-        Where to compute in place of `jobs` local processes, as of `regression.sweeping.dask_workers.dask_executor`.
+        Where to compute in place of `jobs` local processes, as of `ehl.common.runner.cluster`.
     flush_every : int
         Rows written to disk together.
     flush_seconds : float
@@ -273,18 +273,18 @@ def compute_cases(
         resumed = len(points) - len(waiting)
         recorder = Recorder(store, len(points), resumed, options.flush_every, options.flush_seconds, stop, costs)
 
-        def pending() -> Iterator[Task]:
-            for key, point in waiting:
-                if key not in recorder.recorded:
-                    yield Task(key, point.origin, point.case(), failures.get(key, 0))
-
+        # built one by one: a long plan would fill the memory
+        tasks = (CaseTask(key, point.origin, point.case(), failures.get(key, 0)) for key, point in waiting)
+        # never more workers than cases
+        jobs = max(1, min(options.jobs, len(waiting)))
+        executor = local_executor(jobs) if options.executor is None else options.executor
+        solve = CaseRunner(options.evaluate, options.time_cap, options.retries)
+        run = TaskRun(tasks, solve, executor, solve.crashed, options.time_cap)
         try:
             recorder.show()
-            # never more workers than cases
-            jobs = max(1, min(options.jobs, len(waiting)))
-            executor = local_executor(jobs) if options.executor is None else options.executor
-            runner = CaseRunner(options.evaluate, options.time_cap, options.retries)
-            restarts = compute(pending, runner, executor, recorder.record)
+            with closing(iter(run)) as results:
+                for _, row in results:
+                    recorder.record(row)
         finally:
             recorder.flush()
     return SweepReport(
@@ -296,7 +296,7 @@ def compute_cases(
         recorder.counts["failed"],
         dict(recorder.reasons["unsettled"]),
         dict(recorder.reasons["failed"] + Counter(kept.values())),
-        restarts,
+        run.restarts,
         store.truncated,
         store.corrupt,
         store.recovered,

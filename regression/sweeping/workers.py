@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import ctypes
-import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache
 from types import FrameType
 from typing import Any
 
@@ -20,12 +18,10 @@ from regression.sweeping.evaluators import FINAL_REASONS, Evaluator, fallback_se
 
 TIME_CAP = "time_cap"
 WORKER_CRASHED = "worker_lost"  # the reason as result files state it
-# processor time after which a worker process is ended: the time cap times the first, plus the second [s]
-CPU_LIMIT = (1.5, 30.0)
 
 
 @dataclass(frozen=True)
-class Task:
+class CaseTask:
     """One case for a worker; so many of its settings have `failed` before."""
 
     key: str
@@ -52,7 +48,7 @@ class CaseRunner:
     time_cap: float | None = None
     retries: int = 0
 
-    def __call__(self, task: Task) -> dict[str, Any]:
+    def __call__(self, task: CaseTask) -> dict[str, Any]:
         """Row of one case. Never raises: an error becomes status "failed" and a reason."""
         clock, processor = time.perf_counter(), time.thread_time()
         row = _failed_row(task)
@@ -71,11 +67,11 @@ class CaseRunner:
         row["seconds_cpu"] = time.thread_time() - processor
         return row
 
-    def crashed(self, task: Task) -> dict[str, Any]:
+    def crashed(self, task: CaseTask) -> dict[str, Any]:
         """Row of a case whose worker crashed."""
         return _failed_row(task) | {"reason": WORKER_CRASHED} | input_row(task.case)
 
-    def _attempt(self, task: Task, row: dict[str, Any]) -> None:
+    def _attempt(self, task: CaseTask, row: dict[str, Any]) -> None:
         for step in range(task.failed, task.failed + self.retries + 1):
             setting = fallback_settings(task.case, step)
             if setting is None:
@@ -92,7 +88,7 @@ class CaseRunner:
                 return
 
 
-def _failed_row(task: Task) -> dict[str, Any]:
+def _failed_row(task: CaseTask) -> dict[str, Any]:
     row = {"key": task.key, "origin": task.origin, "status": "failed", "reason": "", "skipped": "", "setting": ""}
     return {**row, "attempts": task.failed + 1}
 
@@ -159,42 +155,3 @@ def _thread_alarm(seconds: float) -> Iterator[None]:
             except _TimeCapReached:
                 # it came on the way out: the block is done all the same
                 continue
-
-
-@contextmanager
-def cpu_limit(seconds: float | None) -> Iterator[None]:
-    """Let the system end this process where a block exceeds its time cap by far.
-
-    A compiled loop that never returns receives no exception; the timer counts processor time, not waiting.
-    """
-    if seconds is None or not hasattr(signal, "setitimer"):
-        yield
-        return
-    signal.setitimer(signal.ITIMER_VIRTUAL, CPU_LIMIT[0] * seconds + CPU_LIMIT[1])
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
-
-
-@cache
-def init_worker(parent: int) -> None:
-    """Set up a worker process, once: it ignores Ctrl-C, and ends when its parent has ended."""
-    # Ctrl-C reaches the whole process group; the parent alone decides what it means
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(1.0)
-        # a killed parent cannot end its workers; idle ones would stay for minutes
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
-
-
-@cache
-def one_thread() -> Callable[[], None]:
-    """Keep the linear algebra of this process to one thread; what is returned lifts the limit."""
-    from threadpoolctl import threadpool_limits
-
-    return threadpool_limits(1).restore_original_limits  # type: ignore[no-any-return]

@@ -28,11 +28,12 @@ from ehl.common.figures import save_figure
 from ehl.common.files import MAX_BYTES, MAX_DEPTH, parse_json, parse_toml, read_text
 from ehl.common.pages import figure_svg, write_csv
 from ehl.common.table import Table
+from ehl.common.runner import checked_jobs
 from ehl.common.table_reader import MAX_CELLS, MAX_ROWS, harmless, read_table
 from ehl.common.units import ValueRange, parse_quantity
 from ehl.fluid.oil import Oil
+from regression.data.store import MAX_ROWS as MAX_STORED
 from regression.data.store import read_file
-from regression.plan.cost import checked_jobs
 
 Cli = Callable[..., Any]
 EXAMPLES = Path(__file__).resolve().parents[2] / "docs" / "examples"

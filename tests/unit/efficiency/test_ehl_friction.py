@@ -319,7 +319,7 @@ def test_real_solver_at_two_points() -> None:
 
 def test_worker_processes_give_the_same_friction(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "MIN_SECONDS", 0.1)
-    monkeypatch.setattr(module, "_cores", lambda: 2)
+    monkeypatch.setattr("joblib.externals.loky.cpu_count", lambda: 2)
     state = states(24, 4)
     one, two = (replace(ehl_friction("ehl:load_sharing"), jobs=jobs).mu(state, oil=OIL) for jobs in (1, 2))
     np.testing.assert_array_equal(two.mu, one.mu)

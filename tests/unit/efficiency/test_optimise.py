@@ -7,7 +7,7 @@ import math
 import shutil
 import tomllib
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,7 @@ from efficiency.mesh import Mesh
 from efficiency.optimisation import check, report
 from efficiency.optimisation import optimise as search
 from efficiency.optimisation.check import Correction
-from efficiency.optimisation.evaluation import Evaluation, Store, Task, evaluate, evaluate_all, settings_of
+from efficiency.optimisation.evaluation import Evaluation, EvaluationTask, evaluate, evaluate_all, settings_of
 from efficiency.optimisation.optimise import load_start, make_problem, optimise
 from efficiency.optimisation.pareto import hypervolume, non_dominated, spread_out
 from efficiency.optimisation.problem import (
@@ -39,9 +39,10 @@ from efficiency.optimisation.surrogate import Processes, first_points, next_poin
 from efficiency.pair import GearPair
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.journal import Journal
+from ehl.common.runner import WorkersCrashed, cluster
 from ehl.common.sections import Row
 from ehl.common.validation import validate
-from regression.sweeping.executors import WorkersCrashed, cluster
 
 PAIR = "fh_spiral_bevel_12x37"
 BOUNDS = {"lengthwise_crowning": "30:90 um", "profile_crowning": (8e-6, 24e-6)}
@@ -52,6 +53,7 @@ RUN: dict[str, Any] = {
     "misalignment": {},
     "friction": "constant:0.05",
     "evaluations": 7,
+    "jobs": 1,
     "batch": 2,
     "check": 1,
 }
@@ -118,17 +120,17 @@ def test_a_point_is_what_its_parts_give(found: Optimisation, start: SettingsInpu
 def test_a_killed_search_ends_with_the_same_front(found: Optimisation, folder: Path, tmp_path: Path) -> None:
     lines = [line for line in (folder / "points.jsonl").read_text("utf-8").splitlines(keepends=True) if line.strip()]
     cut = tmp_path / "points.jsonl"
-    # start, three points, start and best checked, a point, it checked, two more, another checked: one cut off, one gone
-    assert len(lines) == 11
-    cut.write_text("".join(lines[:3]) + lines[3][:50] + "\n" + "".join(lines[5:]), encoding="utf-8")
+    # header, start, three points, start and best checked, a point, it checked, two more, another checked
+    assert len(lines) == 12
+    cut.write_text("".join(lines[:4]) + lines[4][:50] + "\n" + "".join(lines[6:]), encoding="utf-8")
     again = optimise(PAIR, BOUNDS, store=cut, **RUN)
     assert again.reused == 9
     assert values(again) == values(found)
     assert [c.exact.figures for c in again.candidates] == [c.exact.figures for c in found.candidates]
     # another problem takes nothing from it
     other = make_problem(start=found.problem.start, **{**_arguments(), "friction": "constant:0.06"})
-    assert Task(other, found.evaluations[1].variables, other.states, SMALL).key not in {
-        json.loads(x)["key"] for x in lines
+    assert EvaluationTask(other, found.evaluations[1].variables, other.states, SMALL).key not in {
+        json.loads(x)["key"] for x in lines[1:]
     }
 
 
@@ -137,7 +139,7 @@ def test_points_are_known_by_what_formula_and_oil_hold(
     found: Optimisation, tmp_path: Path, what: str, shipped: str
 ) -> None:
     def key(name: str) -> str:
-        return Task(replace(found.problem, **{what: name}), {}, ({},), SMALL).key
+        return EvaluationTask(replace(found.problem, **{what: name}), {}, ({},), SMALL).key
 
     content, own = data_path(*shipped.split("/")).read_bytes(), tmp_path / Path(shipped).name
     own.write_bytes(content)
@@ -207,27 +209,25 @@ def test_the_rest_of_a_search_knows_the_checked_points(
 def test_workers_give_the_same_points_and_one_that_crashes_costs_its_point_alone(
     found: Optimisation, start: SettingsInput
 ) -> None:
-    tasks = [Task(found.problem, e.variables, found.search_states, SMALL) for e in found.evaluations[1:3]]
+    tasks = [EvaluationTask(found.problem, e.variables, found.search_states, SMALL) for e in found.evaluations[1:3]]
     bodies = settings_of(found.problem, {}).design.model_dump_json()
     tasks = [replace(task, bodies=bodies) for task in tasks]
     with cluster("local:1") as workers:
         assert workers is not None
-        points = evaluate_all(tasks, workers, Store(None))
+        points = evaluate_all(tasks, workers, Journal(None))
     assert [p.figures for p in points] == [p.figures for p in found.evaluations[1:3]]
 
     class Crashes:
         """Its first row is lost with its worker, and when it is alone again."""
 
-        def rows(self, tasks: Any, runner: Any, in_flight: dict[str, Any]) -> Any:
-            for task in tasks:
-                in_flight[task.key] = task
+        def results(self, tasks: Any, function: Any, time_cap: Any = None) -> Any:
+            for number, task in tasks:
                 if task.key == lost:
                     raise WorkersCrashed
-                yield {"key": task.key, "found": Evaluation(task.key, task.values, {"power_loss": 1.0})}
-                del in_flight[task.key]
+                yield number, asdict(Evaluation(task.key, task.values, {"power_loss": 1.0}))
 
-    lost, store = tasks[0].key, Store(None)
-    first, second = evaluate_all(tasks, Crashes(), store)
+    lost = tasks[0].key
+    first, second = evaluate_all(tasks, Crashes(), Journal(None))
     assert first.reason.startswith("worker_lost")
     assert second.figures == {"power_loss": 1.0}
 
@@ -325,12 +325,12 @@ def test_a_figure_without_data_is_refused_or_left_out(
 def test_a_point_that_lost_its_root_has_a_reason(monkeypatch: pytest.MonkeyPatch, found: Optimisation) -> None:
     monkeypatch.setattr(Mesh, "root_teeth", lambda self: ("no fillet, for the test",) * 2)
     problem = make_problem(found.problem.start, **(_arguments() | {"limits": {"root_stress_gear": "start"}}))
-    task = Task(problem, found.evaluations[1].variables, ({},), SMALL)
+    task = EvaluationTask(problem, found.evaluations[1].variables, ({},), SMALL)
     assert evaluate(task).reason.startswith("no_data: no root_stress_gear: no fillet, for the test")
 
 
 def test_reasons_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fails(task: Task) -> Evaluation:
+    def fails(task: EvaluationTask) -> Evaluation:
         if task.values.get("lengthwise_crowning", 0.0) > 45e-6:
             return Evaluation(task.key, task.values, reason="no_contact: for the test")
         return Evaluation(
@@ -390,7 +390,7 @@ def test_a_pair_as_made_has_the_errors_and_settings_of_its_own(found: Optimisati
 
     errors = {"lengthwise_crowning": 10e-6}
     point = found.evaluations[1]
-    task = Task(found.problem, point.variables, ({}, errors), SMALL)
+    task = EvaluationTask(found.problem, point.variables, ({}, errors), SMALL)
     both, alone = evaluate(task), evaluate(replace(task, states=({},)))
     moved = {**point.variables, "lengthwise_crowning": point.variables["lengthwise_crowning"] + 10e-6}
     shifted = evaluate(replace(task, values=moved, states=({},)))

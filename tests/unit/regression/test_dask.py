@@ -14,17 +14,17 @@ from pathlib import Path
 import pytest
 from small_plans import sweep_plan
 
+from ehl.common import dask_workers
+from ehl.common.dask_workers import ClusterLost, DaskCluster, dask_executor
 from ehl.common.errors import InputError
+from ehl.common.runner import Executor
 from ehl.common.validation import validate
 from ehl.contact import Contact
 from regression.data.dataset import load_dataset
 from regression.plan.plan import Plan
-from regression.sweeping import dask_workers
-from regression.sweeping.dask_workers import ClusterLost, DaskCluster, dask_executor
 from regression.sweeping.evaluators import Outputs, published_outputs
-from regression.sweeping.executors import Executor
 from regression.sweeping.sweep import sweep_shard
-from regression.sweeping.workers import CaseRunner, Task
+from regression.sweeping.workers import CaseRunner, CaseTask
 
 XU = partial(published_outputs, name="xu_kahraman_2007")
 
@@ -118,7 +118,8 @@ class _Silent:
 @pytest.mark.parametrize(("status", "words"), [("running", "no worker for 0 s"), ("closed", "the scheduler is gone")])
 def test_a_cluster_that_is_gone_is_said(plan: Plan, status: str, words: str) -> None:
     _, case = next(plan.cases())
-    rows = DaskCluster(_Silent(status), worker_timeout=0.0).rows(iter([Task("k", "sobol", case)]), CaseRunner(XU), {})
+    cluster = DaskCluster(_Silent(status), worker_timeout=0.0)
+    rows = cluster.results(iter([(0, CaseTask("k", "sobol", case))]), CaseRunner(XU))
     with pytest.raises(ClusterLost, match=f"{words}.*start scheduler and workers"):
         next(iter(rows))
 

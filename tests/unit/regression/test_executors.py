@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 import time
 from collections.abc import Iterator
@@ -15,17 +16,18 @@ import pytest
 from small_plans import sweep_plan
 
 from ehl.common.errors import ConvergenceError
+from ehl.common.journal import Journal
 from ehl.common.progress import Progress
+from ehl.common.runner import MAX_CRASHES, AllWorkersCrashed, Numbered, WorkersCrashed, checked_jobs, run_tasks
 from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.inputs import ModelInput
 from regression.data.dataset import load_dataset, run_status
-from regression.plan.cost import checked_jobs, contact_seconds
+from regression.plan.cost import contact_seconds
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import Outputs, fallback_settings, published_outputs
-from regression.sweeping.executors import MAX_CRASHES, AllWorkersCrashed, Row, WorkersCrashed
 from regression.sweeping.sweep import sweep_shard
-from regression.sweeping.workers import CaseRunner, Task
+from regression.sweeping.workers import CaseRunner, CaseTask
 
 XU = partial(published_outputs, name="xu_kahraman_2007")
 
@@ -40,24 +42,22 @@ class Fragile:
 
     deadly: set[float]
     depth: int = 4
-    handed_out: list[str] = field(default_factory=list)
+    handed_out: list[int] = field(default_factory=list)
 
-    def rows(self, tasks: Iterator[Task], work: CaseRunner, in_flight: dict[str, Task]) -> Iterator[Row]:
-        waiting: list[Task] = []
+    def results(self, tasks: Iterator[Numbered], work: Any, time_cap: float | None = None) -> Iterator[Numbered]:
+        waiting: list[Numbered] = []
         for task in tasks:
-            in_flight[task.key] = task
             waiting.append(task)
             if len(waiting) == self.depth:
-                yield self._work(waiting.pop(0), work, in_flight)
+                yield self._work(*waiting.pop(0), work)
         for task in waiting:
-            yield self._work(task, work, in_flight)
+            yield self._work(*task, work)
 
-    def _work(self, task: Task, work: CaseRunner, in_flight: dict[str, Task]) -> Row:
-        self.handed_out.append(task.key)
+    def _work(self, number: int, task: CaseTask, work: Any) -> Numbered:
+        self.handed_out.append(number)
         if task.case.contact.slide_to_roll in self.deadly:
             raise WorkersCrashed
-        del in_flight[task.key]
-        return work(task)
+        return number, work(task)
 
 
 def ratios(plan: Plan) -> list[float]:
@@ -165,7 +165,7 @@ def test_physical_failures_are_not_tried_again() -> None:
         tried.append(case.model.accuracy)
         raise ConvergenceError("too_hot")
 
-    row = CaseRunner(hot, None, 3)(Task("k", "sobol", make_plan(accuracy="fast").case_at(0)))
+    row = CaseRunner(hot, None, 3)(CaseTask("k", "sobol", make_plan(accuracy="fast").case_at(0)))
     assert (row["reason"], row["attempts"], tried) == ("too_hot", 1, ["fast"])
 
 
@@ -180,9 +180,9 @@ def test_the_cap_holds_in_a_thread_and_ends_with_the_case() -> None:
         return XU(case)
 
     def worker() -> None:
-        rows.append(CaseRunner(hang, 0.1)(Task("a", "sobol", case)))
+        rows.append(CaseRunner(hang, 0.1)(CaseTask("a", "sobol", case)))
         # nothing of the first cap reaches the next case
-        rows.extend(CaseRunner(XU, 10.0)(Task("b", "sobol", case)) for _ in range(50))
+        rows.extend(CaseRunner(XU, 10.0)(CaseTask("b", "sobol", case)) for _ in range(50))
         time.sleep(1.2)
 
     thread = threading.Thread(target=worker)
@@ -198,7 +198,7 @@ def test_a_retry_out_of_time_leaves_the_reason_of_the_solver() -> None:
         time.sleep(30.0)
         return XU(case)
 
-    row = CaseRunner(slow_retry, 0.1, 1)(Task("k", "sobol", make_plan(accuracy="fast").case_at(0)))
+    row = CaseRunner(slow_retry, 0.1, 1)(CaseTask("k", "sobol", make_plan(accuracy="fast").case_at(0)))
     assert (row["status"], row["reason"], row["attempts"]) == ("failed", "mesh_budget", 2)
 
 
@@ -216,9 +216,9 @@ def test_long_cases_come_first_and_the_rest_of_the_time_follows_their_cost(tmp_p
     sweep_shard(plan, tmp_path, evaluate=evaluate, progress=seen.append)
     assert order == sorted(order, reverse=True)
     assert max(order) > 3.0 * min(order)
-    assert seen[0].remaining is None
-    assert seen[-1].remaining == pytest.approx(0.0, abs=1e-12)
-    assert all(p.remaining > 0.0 for p in seen[1:-1] if p.remaining is not None)
+    assert seen[0].seconds_left is None
+    assert seen[-1].seconds_left == pytest.approx(0.0, abs=1e-12)
+    assert all(p.seconds_left > 0.0 for p in seen[1:-1] if p.seconds_left is not None)
 
 
 def test_estimate_of_a_plan() -> None:
@@ -255,6 +255,7 @@ def test_the_estimate_is_that_of_this_engine(name: str) -> None:
 
 
 def test_no_more_workers_than_cases_or_processors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("joblib.externals.loky.cpu_count", lambda: 12)
     monkeypatch.setenv("SLURM_CPUS_PER_TASK", "3")
     assert [checked_jobs(jobs) for jobs in (None, 1, 3, 8)] == [3, 1, 3, 3]
     plan = make_plan()
@@ -262,3 +263,38 @@ def test_no_more_workers_than_cases_or_processors(tmp_path: Path, monkeypatch: p
     # one case is left of this shard: no process is started for it
     report = sweep_shard(plan, tmp_path, evaluate=XU, shard=(2, 16), jobs=8)
     assert (report.converged, report.workers) == (1, 1)
+
+
+@dataclass(frozen=True)
+class Square:
+    """A task with a key; 3 crashes its worker where that is one."""
+
+    value: int
+    parent: int
+
+    @property
+    def key(self) -> str:
+        return f"value={self.value}"
+
+
+def square(task: Square) -> dict[str, int]:
+    if task.value == 3 and os.getpid() != task.parent:
+        os._exit(1)
+    return {"square": task.value**2}
+
+
+def test_rows_come_in_the_order_of_the_tasks_and_the_journal_resumes(tmp_path: Path) -> None:
+    tasks = [Square(value, os.getpid()) for value in (5, 3, 2, 4, 2)]
+    seen: list[Progress] = []
+    with Journal(tmp_path / "rows.jsonl") as journal:
+        crashed = {"square": -1}
+        how = {"crashed": lambda task: crashed, "progress": seen.append, "step": "squares"}
+        found = run_tasks(tasks, square, jobs=2, journal=journal, **how)
+        assert [row["square"] for row in found] == [25, -1, 4, 16, 4]
+    assert (seen[0], seen[-1]) == (Progress("squares", 1, 5), Progress("squares", 5, 5))
+    with Journal(tmp_path / "rows.jsonl") as journal:
+        again = run_tasks([*tasks, Square(6, 0)], square, jobs=1, journal=journal)
+        assert [row["square"] for row in again] == [25, -1, 4, 16, 4, 36]
+        assert len(journal.reused) == 4
+    assert list(run_tasks([1, 2, 3], abs, jobs=1)) == [1, 2, 3]
+    assert list(run_tasks([], abs)) == []

@@ -16,15 +16,15 @@ from small_plans import sweep_plan
 
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.progress import Progress
+from ehl.common.runner import granted_workers
 from ehl.common.validation import validate
 from ehl.contact import Contact
 from regression.data.dataset import load_dataset, run_status
-from regression.plan.cost import available_jobs
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import Outputs, case_key, published_outputs, solve_outputs
 from regression.sweeping.slurm import job_script
 from regression.sweeping.sweep import sweep_shard
-from regression.sweeping.workers import CaseRunner, Task
+from regression.sweeping.workers import CaseRunner, CaseTask
 
 XU = partial(published_outputs, name="xu_kahraman_2007")
 
@@ -123,7 +123,7 @@ def test_the_cap_holds_where_its_exception_is_swallowed(plan: Plan) -> None:
         return {}
 
     for evaluate in (swallow_once, break_on_it):
-        assert CaseRunner(evaluate, 0.05)(Task("k", "sobol", case))["reason"] == "time_cap"
+        assert CaseRunner(evaluate, 0.05)(CaseTask("k", "sobol", case))["reason"] == "time_cap"
 
 
 def test_a_lost_worker_costs_its_case_and_nothing_else(plan: Plan, tmp_path: Path) -> None:
@@ -212,7 +212,7 @@ def test_a_full_disk_is_an_error_in_words(plan: Plan, tmp_path: Path, monkeypatc
 def test_a_task_never_raises(plan: Plan) -> None:
     _, case = next(plan.cases())
     broken = case.model_copy(update={"contact": None})
-    row = CaseRunner(XU, None)(Task("k", "sobol", broken))
+    row = CaseRunner(XU, None)(CaseTask("k", "sobol", broken))
     assert row["status"] == "failed"
     assert row["reason"].startswith("error:")
 
@@ -227,7 +227,7 @@ def test_key_follows_input_seed_and_version(plan: Plan) -> None:
 
 def test_the_solver_gives_every_column(plan: Plan) -> None:
     _, case = next(plan.cases())
-    row = CaseRunner(solve_outputs, None)(Task("k", "sobol", case))
+    row = CaseRunner(solve_outputs, None)(CaseTask("k", "sobol", case))
     assert row["status"] == "converged"
     assert row["friction_coefficient"] == pytest.approx(row["friction_fluid"] + row["friction_asperity"], rel=1e-12)
     assert 0.0 < row["friction_error"] < 0.05
@@ -246,10 +246,14 @@ def test_a_folder_that_cannot_be_made(plan: Plan, tmp_path: Path) -> None:
 
 
 def test_slurm(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("joblib.externals.loky.cpu_count", lambda: 12)
     monkeypatch.setenv("SLURM_CPUS_PER_TASK", "7")
-    assert available_jobs() == 7
-    monkeypatch.delenv("SLURM_CPUS_PER_TASK")
-    assert 1 <= available_jobs() <= (os.cpu_count() or 1)
+    assert granted_workers() == 7
+    monkeypatch.setenv("OMP_THREAD_LIMIT", "3")
+    assert granted_workers() == 3
+    monkeypatch.undo()
+    monkeypatch.delenv("SLURM_CPUS_PER_TASK", raising=False)
+    assert 1 <= granted_workers() <= (os.cpu_count() or 1)
     script = job_script("my plan.toml", "runs/a b", 12, jobs=3)
     assert "#SBATCH --array=1-12" in script
     assert "#SBATCH --cpus-per-task=3" in script

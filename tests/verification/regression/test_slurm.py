@@ -13,11 +13,11 @@ from typing import Any
 import pytest
 from small_plans import GEAR_VARIABLES, sweep_plan
 
+from ehl.common.dask_workers import DaskCluster
 from ehl.common.validation import validate
 from regression.data.dataset import load_dataset
 from regression.formula import Formula
 from regression.plan.plan import Plan
-from regression.sweeping.dask_workers import DaskCluster
 from regression.sweeping.evaluators import published_outputs
 from regression.sweeping.sweep import sweep_shard
 

@@ -1,4 +1,4 @@
-"""A sweep on a dask cluster: `client.map` distributes cases, `as_completed` returns rows, the parent alone writes.
+"""Tasks on a dask cluster: `client.map` distributes them, `as_completed` returns rows, the parent alone writes.
 
 joblib's dask backend is not used: it ignores n_jobs and hung when a task kept killing its worker.
 """
@@ -9,17 +9,16 @@ import logging
 import os
 import time
 import uuid
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from itertools import islice
 from typing import Any
 
-from ehl import __version__
 from ehl.common.errors import InputError, MixedEhlError
-from regression.sweeping.executors import MAX_CRASHES, Executor, Row, Runner, Task, WorkersCrashed
-from regression.sweeping.workers import cpu_limit, one_thread
+from ehl.common.runner import MAX_CRASHES, Executor, Numbered, WorkersCrashed, cpu_limit, one_thread
+from ehl.common.version import __version__
 
 # cases at each thread of a worker: one runs, one waits
 _CASES_PER_THREAD = 2
@@ -48,20 +47,23 @@ class DaskCluster:
     client: Any
     worker_timeout: float = 60.0
 
-    def rows(self, tasks: Iterator[Task], runner: Runner, in_flight: dict[str, Task]) -> Iterator[Row]:
-        """As `regression.sweeping.executors.Executor.rows`."""
+    def results(
+        self, tasks: Iterator[Numbered], function: Callable[[Any], Any], time_cap: float | None = None
+    ) -> Iterator[Numbered]:
+        """As `ehl.common.runner.Executor.results`."""
         distributed = import_module("distributed")
         self._wait_for_workers()
         run = uuid.uuid4().hex[:8]
-        futures: dict[Any, Task] = {}
+        futures: set[Any] = set()
         crashes = 0
+        crashed = False
 
         def distribute(count: int) -> list[Any]:
             batch = list(islice(tasks, count))
-            in_flight.update({task.key: task for task in batch})
-            keys = [f"mixed-ehl-{run}-{task.key}" for task in batch]
-            new = self.client.map(_in_dask_worker, batch, runner=runner, version=__version__, key=keys, pure=False)
-            futures.update(zip(new, batch, strict=True))
+            keys = [f"mixed-ehl-{run}-{number}" for number, _ in batch]
+            shared = {"function": function, "time_cap": time_cap, "version": __version__}
+            new = self.client.map(_in_dask_worker, batch, key=keys, pure=False, **shared)
+            futures.update(new)
             return list(new)
 
         try:
@@ -70,21 +72,21 @@ class DaskCluster:
                 finished = distributed.as_completed(list(futures), timeout=_CHECK_EVERY)
                 try:
                     for future in finished:
-                        task = futures.pop(future)
-                        row = self._result(future)
-                        if row is None:
+                        futures.remove(future)
+                        result = self._result(future)
+                        if result is None:
+                            crashed = True
                             crashes += 1
                             if crashes >= MAX_CRASHES:
                                 raise WorkersCrashed
                         else:
                             crashes = 0
-                            del in_flight[task.key]
-                            yield row
+                            yield result
                         for new in distribute(max(1, self._width() - len(futures))):
                             finished.add(new)
                 except TimeoutError:
                     self._wait_for_workers()
-            if in_flight:
+            if crashed:
                 raise WorkersCrashed
         finally:
             if futures and self.client.status == "running":
@@ -93,8 +95,8 @@ class DaskCluster:
     def _width(self) -> int:
         return _CASES_PER_THREAD * max(1, sum(int(n) for n in self.client.nthreads().values()))
 
-    def _result(self, future: Any) -> Row | None:
-        """The row of a finished future; None where its worker crashed.
+    def _result(self, future: Any) -> Numbered | None:
+        """Number and row of a finished future; None where its worker crashed.
 
         Raises
         ------
@@ -105,8 +107,8 @@ class DaskCluster:
         """
         distributed = import_module("distributed")
         try:
-            row: Row = future.result()
-            return row
+            result: Numbered = future.result()
+            return result
         except distributed.KilledWorker:
             return None
         except distributed.CancelledError:
@@ -150,12 +152,12 @@ class _OtherVersion(Exception):
     """The worker's mixed-ehl is another version: its results would be stored under the wrong key."""
 
 
-def _in_dask_worker(task: Task, runner: Runner, version: str) -> Row:
+def _in_dask_worker(task: Numbered, function: Callable[[Any], Any], time_cap: float | None, version: str) -> Numbered:
     if version != __version__:
         raise _OtherVersion(__version__)
     one_thread()
-    with cpu_limit(runner.time_cap):
-        return runner(task)
+    with cpu_limit(time_cap):
+        return task[0], function(task[1])
 
 
 @contextmanager

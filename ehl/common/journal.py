@@ -1,0 +1,229 @@
+"""Append-only journal of finished rows: what a run keeps on disk so that the same command resumes it.
+
+One JSON object a line. The first line is the header: schema, writer, and what identifies the run. Every line begins
+with the CRC-32 of its other bytes: a line with a flipped bit, or one that a killed writer left incomplete, does not
+count, and its row is computed again. The later of two rows with one key counts. One process writes a file (an advisory
+lock where the file system has one); others may read it meanwhile.
+
+Sync policy of the program: a row is kept when `Journal.append` returns, as every append ends with `fsync`; output files
+are written by `ehl.common.files.write_file` to a temporary file, synced, and renamed.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import re
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any, BinaryIO, Self
+
+from ehl.common.errors import InputError
+from ehl.common.files import make_folder
+from ehl.common.version import __version__
+
+SCHEMA = 1
+_LINE = re.compile(rb'\{"check":"([0-9a-f]{8})",(.+\})\n')
+
+
+class Journal:
+    """A journal that is open for writing.
+
+    Parameters
+    ----------
+    path : Path or None
+        The file; created with its folder where it does not exist. None keeps the rows in memory alone.
+    run : mapping
+        Identifies the run, JSON values; stored in the header.
+    same : mapping
+        Names in `run` that an existing file must agree with, each with what differs otherwise.
+    field : str
+        Names the file in errors.
+    keep : callable
+        What is kept in memory of each row; by default the whole row.
+
+    Attributes
+    ----------
+    rows : dict
+        Key to what is kept of its last row.
+    on_disk, reused : set of str
+        Keys found when the file was opened, and those of them that `run_tasks` was to compute.
+    truncated : int
+        1 where a killed writer had left an incomplete line, which was cut off.
+    corrupt : int
+        Lines that do not match their checksum.
+
+    Raises
+    ------
+    InputError
+        The file belongs to another run, is no journal, has a newer schema, or another process writes to it.
+    """
+
+    def __init__(
+        self,
+        path: Path | None,
+        run: Mapping[str, Any] | None = None,
+        same: Mapping[str, str] | None = None,
+        field: str = "run",
+        keep: Callable[[dict[str, Any]], Any] = lambda row: row,
+    ) -> None:
+        self.field, self._keep = field, keep
+        self.rows: dict[str, Any] = {}
+        self.reused: set[str] = set()
+        self.truncated = self.corrupt = 0
+        self._file: BinaryIO | None = None
+        if path is not None:
+            self._open(path, run or {}, same or {})
+        self.on_disk = frozenset(self.rows)
+
+    def _open(self, path: Path, run: Mapping[str, Any], same: Mapping[str, str]) -> None:
+        self.path = path
+        header = _line({"schema": SCHEMA, "writer": f"mixed-ehl {__version__}", **run})
+        make_folder(path.parent, self.field)
+        try:
+            self._file = open(path, "a+b", buffering=0)  # noqa: SIM115 (closed by `close`)
+        except OSError as error:
+            raise InputError(self.field, str(path), "a file that can be read and written", f"{error}.") from None
+        try:
+            self._lock(self._file)
+            self._read(self._file, header, run, same)
+        except BaseException:
+            self._file.close()
+            raise
+
+    def _lock(self, file: BinaryIO) -> None:
+        try:
+            import fcntl
+
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            hint = "Is the same shard running?"
+            raise InputError(self.field, str(self.path), "a file no other process writes to", hint) from None
+        except (ImportError, OSError):
+            pass  # some network file systems cannot lock; there the user must keep to one writer per file
+
+    def _read(self, opened: BinaryIO, header: bytes, run: Mapping[str, Any], same: Mapping[str, str]) -> None:
+        """Take the rows on disk and cut off what a killed writer left incomplete."""
+        size = os.fstat(opened.fileno()).st_size
+        opened.seek(0)
+        if size < len(header) and header.startswith(opened.read(size)):  # new, or killed within the first line
+            os.ftruncate(opened.fileno(), 0)
+            self._write(opened, header)
+            return
+        found = header_of(self.path, self.field)
+        for name, what in same.items():
+            if found.get(name) != run.get(name):
+                hint = f"It holds results of {what}; give another output folder."
+                raise InputError(self.field, str(self.path), "a folder of this run's own results", hint)
+        with open(self.path, "rb") as file:
+            end = len(file.readline())
+            for line in file:
+                if not line.endswith(b"\n"):
+                    break
+                end += len(line)
+                row = _content(line)
+                if row is None or "key" not in row:
+                    self.corrupt += 1
+                else:
+                    self.rows[row["key"]] = self._keep(row)
+        if end < size:
+            self.truncated = 1
+            os.ftruncate(opened.fileno(), end)
+
+    def append(self, rows: Iterable[Mapping[str, Any]]) -> None:
+        """Write rows and sync them to disk.
+
+        Raises
+        ------
+        InputError
+            The disk is full or gone; what was on it before stays valid.
+        """
+        lines = [_line(row) for row in rows]
+        if lines and self._file is not None:
+            self._write(self._file, b"".join(lines))
+        for line in lines:
+            row = json.loads(line)
+            self.rows[row["key"]] = self._keep(row)
+
+    def _write(self, file: BinaryIO, content: bytes) -> None:
+        size = os.fstat(file.fileno()).st_size
+        try:
+            left = memoryview(content)
+            while left:
+                left = left[file.write(left) :]
+            os.fsync(file.fileno())
+        except OSError as error:
+            with contextlib.suppress(OSError):
+                os.ftruncate(file.fileno(), size)
+            hint = f"{error}. Free some space and repeat the command."
+            raise InputError(self.field, str(self.path), "a disk that can be written", hint) from None
+
+    def close(self) -> None:
+        """Close the file and release its lock."""
+        if self._file is not None:
+            self._file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def header_of(path: Path, field: str = "run") -> dict[str, Any]:
+    """Header of a journal.
+
+    Raises
+    ------
+    InputError
+        The file is no journal, cannot be read, or has a newer schema.
+    """
+    try:
+        with open(path, "rb") as file:
+            header = _content(file.readline())
+    except OSError as error:
+        raise InputError(field, str(path), "a file that can be read", f"{error}.") from None
+    if header is None or not isinstance(schema := header.get("schema"), int):
+        hint = "It is corrupt or no journal of results; move it away and run again to compute its rows."
+        raise InputError(field, str(path), "a readable result file", hint)
+    if schema > SCHEMA:
+        hint = f"It was written by the newer version {header.get('writer')}; update mixed-ehl to read it."
+        raise InputError(f"{path.name}.schema", schema, f"at most {SCHEMA}", hint)
+    return header
+
+
+def read_rows(path: Path, field: str = "run") -> Iterator[dict[str, Any]]:
+    """Valid rows of a journal in the order in which they were written; also while another process writes it.
+
+    Raises
+    ------
+    InputError
+        As `header_of`.
+    """
+    header_of(path, field)
+    with open(path, "rb") as file:
+        file.readline()
+        for line in file:
+            row = _content(line)
+            if row is not None and "key" in row:
+                yield row
+
+
+def _line(row: Mapping[str, Any]) -> bytes:
+    """A row as a line; NumPy scalars as numbers, not finite ones as NaN and Infinity."""
+    body = json.dumps(row, separators=(",", ":"), default=lambda value: value.item()).encode()[1:]
+    return b'{"check":"%08x",%b\n' % (zlib.crc32(body), body)
+
+
+def _content(line: bytes) -> dict[str, Any] | None:
+    """Row of a line; None where it is incomplete or does not match its checksum."""
+    match = _LINE.fullmatch(line)
+    if match is None or int(match[1], 16) != zlib.crc32(match[2]):
+        return None
+    content = json.loads(b"{" + match[2])
+    return content if isinstance(content, dict) else None

@@ -1,0 +1,365 @@
+"""Parallel work: tasks are computed in this process, in worker processes, or on a dask cluster.
+
+`run_tasks` is the one entry: it returns one row per task, in the order of the tasks. With a journal, tasks whose row is
+known are not computed again. A worker that crashes is replaced; the task that crashed it is found by computing the
+suspects one by one, each alone in a fresh worker.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+import warnings
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
+
+from ehl.common.errors import InputError, MixedEhlError
+from ehl.common.progress import ProgressCallback, progress_to, report_progress
+
+if TYPE_CHECKING:
+    from ehl.common.journal import Journal
+
+# after so many crashes in a row without a finished task, the tasks are not the cause
+MAX_CRASHES = 5
+MAX_JOBS = 1024  # processors of one machine
+MIN_MOST_JOBS = 32  # worker processes that every machine may start; a worker takes about 0.2 GB
+# processor time after which a worker process is ended: the time cap times the first, plus the second [s]
+CPU_LIMIT = (1.5, 30.0)
+_in_worker_process = False
+
+Row = TypeVar("Row")
+Numbered = tuple[int, Any]
+
+
+class WorkersCrashed(Exception):
+    """Workers crashed; the tasks in flight are suspects."""
+
+
+class AllWorkersCrashed(MixedEhlError):
+    """Every worker crashes, whatever it computes."""
+
+    exit_code = 1
+
+
+def granted_workers() -> int:
+    """Processors that affinity, cgroup quota, scheduler (Slurm) and OMP_THREAD_LIMIT grant together; 1 in a worker."""
+    if _in_worker_process:
+        return 1
+    from joblib.externals.loky import cpu_count
+
+    granted = [int(cpu_count())]
+    for name in ("SLURM_CPUS_PER_TASK", "OMP_THREAD_LIMIT"):
+        value = os.environ.get(name, "")
+        if value.isdigit() and int(value) > 0:
+            granted.append(int(value))
+    return min(granted)
+
+
+def checked_jobs(jobs: int | None) -> int:
+    """Number of worker processes: `granted_workers` where None is given, and never more than those.
+
+    Raises
+    ------
+    InputError
+        Below 1, or so many that they would fill the memory and only wait for each other.
+    """
+    granted = granted_workers()
+    most = max(MIN_MOST_JOBS, 4 * granted)
+    if jobs is not None and not 1 <= jobs <= most:
+        hint = f"This process may use {granted}."
+        raise InputError("jobs", jobs, f"at least 1, at most {most} worker processes", hint)
+    return granted if jobs is None else min(jobs, granted)
+
+
+class Executor(Protocol):
+    """Where tasks are computed."""
+
+    def results(
+        self, tasks: Iterator[Numbered], function: Callable[[Any], Any], time_cap: float | None = None
+    ) -> Iterator[Numbered]:
+        """Number and row of each numbered task, in the order in which they are finished.
+
+        Raises
+        ------
+        WorkersCrashed
+            Workers crashed.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class ThisProcess:
+    """One task after the other, in this process."""
+
+    def results(
+        self, tasks: Iterator[Numbered], function: Callable[[Any], Any], time_cap: float | None = None
+    ) -> Iterator[Numbered]:
+        """As `Executor.results`."""
+        from threadpoolctl import threadpool_limits
+
+        with threadpool_limits(1):
+            for number, task in tasks:
+                yield number, function(task)
+
+
+@dataclass(frozen=True)
+class LocalProcesses:
+    """Worker processes of this machine (loky), one thread each."""
+
+    jobs: int
+
+    def results(
+        self, tasks: Iterator[Numbered], function: Callable[[Any], Any], time_cap: float | None = None
+    ) -> Iterator[Numbered]:
+        """As `Executor.results`."""
+        from joblib import Parallel, delayed, parallel_config
+        from joblib.externals.loky.process_executor import BrokenProcessPool
+
+        calls = (delayed(_in_worker)(os.getpid(), task, function, time_cap) for task in tasks)
+        with parallel_config(backend="loky", inner_max_num_threads=1):
+            # one task waits at each worker: the longest tasks come first and the last ones must not queue
+            parallel = Parallel(
+                n_jobs=self.jobs, return_as="generator_unordered", batch_size=1, pre_dispatch=2 * self.jobs
+            )
+            found = parallel(calls)
+            try:
+                yield from found
+            except BrokenProcessPool:
+                raise WorkersCrashed from None
+            finally:
+                with warnings.catch_warnings():
+                    # a run that is stopped leaves tasks unused, on purpose
+                    warnings.simplefilter("ignore", UserWarning)
+                    found.close()
+
+
+def _in_worker(parent: int, task: Numbered, function: Callable[[Any], Any], time_cap: float | None) -> Numbered:
+    init_worker(parent)
+    with cpu_limit(time_cap):
+        return task[0], function(task[1])
+
+
+def local_executor(jobs: int) -> Executor:
+    """This process for one job, worker processes for more."""
+    return ThisProcess() if jobs == 1 else LocalProcesses(jobs)
+
+
+def cluster(dask: Any) -> AbstractContextManager[Executor | None]:
+    """Workers of a dask cluster: address, scheduler file, ``local:N``, or a connected client; None for None."""
+    if dask is None:
+        return nullcontext(None)
+    from ehl.common.dask_workers import DaskCluster, dask_executor
+
+    return dask_executor(dask) if isinstance(dask, str) else nullcontext(DaskCluster(dask, worker_timeout=3600.0))
+
+
+def run_tasks(
+    tasks: Sequence[Any],
+    function: Callable[[Any], Row],
+    *,
+    jobs: int | None = None,
+    journal: Journal | None = None,
+    progress: ProgressCallback | None = None,
+    step: str = "",
+    executor: Executor | None = None,
+    crashed: Callable[[Any], Row] | None = None,
+) -> Iterator[Row]:
+    """Rows of tasks, in the order of the tasks.
+
+    Parameters
+    ----------
+    tasks : sequence
+        Tasks that pickle; with a journal each has a `key` (str), and of those with one key one is computed.
+    function : callable
+        Row of a task; it pickles, and a failure that concerns one task is part of its row. With a journal the row is a
+        mapping of JSON values.
+    jobs : int, optional
+        Worker processes of one thread each; by default `granted_workers`.
+    journal : Journal, optional
+        Rows found there are not computed again; new rows are appended as soon as they are finished.
+    progress : callable, optional
+        Called with a `Progress` after each finished task.
+    step : str
+        What `progress` counts, as "contacts"; empty for no progress of the tasks.
+    executor : Executor, optional
+        Where to compute in place of local processes, as of `cluster`.
+    crashed : callable, optional
+        Row of a task that crashed its worker; by default that is an error.
+
+    Raises
+    ------
+    AllWorkersCrashed
+        All workers crash, or one crashed and `crashed` is not given.
+    """
+    keys: Sequence[Any] = range(len(tasks)) if journal is None else [task.key for task in tasks]
+    found: dict[Any, Any] = {} if journal is None else journal.rows
+    if journal is not None:
+        journal.reused |= journal.on_disk.intersection(keys)
+    waiting = {key: task for key, task in zip(keys, tasks, strict=True) if key not in found}
+    order, done = list(waiting), len(tasks) - len(waiting)
+    if len(waiting) < 2:
+        executor = ThisProcess()
+    elif executor is None:
+        executor = local_executor(min(checked_jobs(jobs), len(waiting)))
+    new = iter(TaskRun(waiting.values(), function, executor, crashed or _crash_is_an_error))
+
+    def report() -> None:
+        if step:
+            with progress_to(progress):
+                report_progress(step, done, len(tasks))
+
+    report()
+    for key in keys:
+        while key not in found:
+            number, row = next(new)
+            if journal is None:
+                found[order[number]] = row
+            else:
+                journal.append([{"key": order[number], **cast("Mapping[str, Any]", row)}])
+            done += 1
+            report()
+        yield found.pop(key) if journal is None else found[key]
+
+
+def _crash_is_an_error(task: Any) -> Any:
+    raise AllWorkersCrashed(f"a worker crashed at {task!r:.200}. Check the memory, and run `mixed-ehl doctor`.")
+
+
+class TaskRun:
+    """Computes tasks and replaces crashed workers; iterating gives number and row of each task as it is finished.
+
+    Parameters
+    ----------
+    tasks : iterable
+        Tasks that pickle; taken when a worker is free.
+    function : callable
+        Row of a task.
+    executor : Executor
+        Where to compute.
+    crashed : callable
+        Row of a task that crashed its worker.
+    time_cap : float, optional
+        Wall time of a task [s]: a process that exceeds it by far (`CPU_LIMIT`) is ended by the system.
+
+    Attributes
+    ----------
+    restarts : int
+        How often workers crashed and were replaced.
+    """
+
+    def __init__(
+        self,
+        tasks: Iterable[Any],
+        function: Callable[[Any], Any],
+        executor: Executor,
+        crashed: Callable[[Any], Any],
+        time_cap: float | None = None,
+    ) -> None:
+        self._numbered = enumerate(tasks)
+        self._function, self._executor, self._crashed, self._time_cap = function, executor, crashed, time_cap
+        self._lock = threading.Lock()
+        self._in_flight: dict[int, Any] = {}
+        self.restarts = 0
+
+    def _taken(self) -> Iterator[Numbered]:
+        """The tasks that were not taken yet; executors may take them from a thread of their own."""
+        while True:
+            with self._lock:
+                entry = next(self._numbered, None)
+                if entry is None:
+                    return
+                self._in_flight[entry[0]] = entry[1]
+            yield entry
+
+    def _results(self, tasks: Iterator[Numbered]) -> Iterator[Numbered]:
+        for number, row in self._executor.results(tasks, self._function, self._time_cap):
+            self._in_flight.pop(number, None)
+            yield number, row
+
+    def __iter__(self) -> Generator[Numbered, None, None]:
+        """Number and row of every task.
+
+        Raises
+        ------
+        AllWorkersCrashed
+            `MAX_CRASHES` tasks in a row crashed their worker and none was finished.
+        """
+        crashed: dict[int, Any] = {}
+
+        def known_as_crashed() -> Iterator[Numbered]:
+            while crashed:
+                number, task = crashed.popitem()
+                yield number, self._crashed(task)
+
+        while True:
+            try:
+                for result in self._results(self._taken()):
+                    # other tasks are finished, so those that crashed are the cause
+                    yield from known_as_crashed()
+                    yield result
+                if not self._in_flight:
+                    yield from known_as_crashed()
+                    return
+            except WorkersCrashed:
+                self.restarts += 1
+            # one of these crashed its worker: alone in a fresh worker each, they show which
+            for number, task in list(self._in_flight.items()):
+                try:
+                    for result in self._results(iter([(number, task)])):
+                        yield from known_as_crashed()
+                        yield result
+                except WorkersCrashed:
+                    self.restarts += 1
+                    crashed[number] = self._in_flight.pop(number)
+                    if len(crashed) >= MAX_CRASHES:
+                        raise AllWorkersCrashed(
+                            f"all workers crash: the last {len(crashed)} cases each crashed their worker, and none was "
+                            "finished. Check the memory, and run `mixed-ehl doctor` where the workers run. "
+                            "Finished cases are on disk; the same command resumes."
+                        ) from None
+
+
+@contextmanager
+def cpu_limit(seconds: float | None) -> Iterator[None]:
+    """Let the system end this process where a block exceeds its time cap by far.
+
+    A compiled loop that never returns receives no exception; the timer counts processor time, not waiting.
+    """
+    if seconds is None or not hasattr(signal, "setitimer"):
+        yield
+        return
+    signal.setitimer(signal.ITIMER_VIRTUAL, CPU_LIMIT[0] * seconds + CPU_LIMIT[1])
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+
+
+@cache
+def init_worker(parent: int) -> None:
+    """Set up a worker process, once: it ignores Ctrl-C, and ends when its parent has ended."""
+    global _in_worker_process
+    _in_worker_process = True
+    # Ctrl-C reaches the whole process group; the parent alone decides what it means
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(1.0)
+        # a killed parent cannot end its workers; idle ones would stay for minutes
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@cache
+def one_thread() -> Callable[[], None]:
+    """Limit the linear algebra of this process to one thread; what is returned lifts the limit."""
+    from threadpoolctl import threadpool_limits
+
+    return threadpool_limits(1).restore_original_limits  # type: ignore[no-any-return]
