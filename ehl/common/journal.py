@@ -145,7 +145,7 @@ class Journal:
         if lines and self._file is not None:
             self._write(self._file, b"".join(lines))
         for line in lines:
-            row = json.loads(line)
+            row = _content(line) or {}
             self.rows[row["key"]] = self._keep(row)
 
     def _write(self, file: BinaryIO, content: bytes) -> None:

@@ -127,7 +127,6 @@ def test_a_killed_study_goes_on(study: Study, designs: list[Design], store: Path
 
     assert numbers(again) == numbers(study)
     assert again.notes == study.notes
-    # what was cut off stays there and does no harm
     assert run_study(designs, MODEL, LEVELS, store=store, **GRID).reused == len(study.points)
     other = run_study(designs[:1], "constant:0.05", replace(LEVELS, E=()), store=store, **GRID)
     assert other.reused == 0
