@@ -7,11 +7,16 @@ large, or nested too deep, is refused with its number before memory is taken.
 from __future__ import annotations
 
 import csv
+import errno
 import json
 import os
 import re
+import shutil
 import stat
+import threading
 import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -133,20 +138,53 @@ def make_folder(folder: Path, field: str) -> None:
         raise InputError(field, str(folder), "a folder that can be written", hint) from None
 
 
-def write_file(path: Path, content: str | bytes, field: str = "path", *, folder: bool = False) -> None:
-    """Write a file, its folder too if `folder`.
+@contextmanager
+def replacing(path: Path, field: str = "path", *, folder: bool = False) -> Iterator[Path]:
+    """Path of a temporary file in which the block writes the content of `path`; afterwards it is synced and renamed.
+
+    So a file is whole or as it was before, whenever the process or the machine stops. All output files are written
+    this way; a device or pipe is written in place.
 
     Raises
     ------
     InputError
         Naming `field`: the file cannot be written.
     """
+    target = Path(os.path.realpath(path))
+    draft = target.with_name(f".mixed-ehl-{os.getpid()}-{threading.get_ident()}{target.suffix}")
     try:
         if folder:
-            path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content.encode(errors="replace") if isinstance(content, str) else content)
+            target.parent.mkdir(parents=True, exist_ok=True)
+        if os.path.exists(target) and not os.path.isfile(target):
+            yield target
+            return
+        if os.path.isfile(target) and not os.access(target, os.W_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(target))
+        try:
+            yield draft
+            with open(draft, "rb+") as file:
+                os.fsync(file.fileno())
+            if os.path.isfile(target):
+                shutil.copymode(target, draft)
+            os.replace(draft, target)
+        finally:
+            draft.unlink(missing_ok=True)
+    except InputError:
+        raise
     except (OSError, ValueError) as error:
         raise InputError(field, str(path), "a writable file", f"{error}.") from None
+
+
+def write_file(path: Path, content: str | bytes, field: str = "path", *, folder: bool = False) -> None:
+    """Write a file as of `replacing`, its folder too if `folder`.
+
+    Raises
+    ------
+    InputError
+        Naming `field`: the file cannot be written.
+    """
+    with replacing(path, field, folder=folder) as draft:
+        draft.write_bytes(content.encode(errors="replace") if isinstance(content, str) else content)
 
 
 def toml_text(content: dict[str, Any]) -> str:

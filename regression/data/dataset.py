@@ -12,20 +12,20 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 import pandas as pd
 
 from ehl.common.data import data_names, named_file
 from ehl.common.duration import duration
 from ehl.common.errors import InputError
+from ehl.common.files import replacing
 from ehl.common.table import Column, Table
 from ehl.common.table_reader import harmless
 from ehl.fluid.oil import Oil
 from ehl.fluid.pressure_viscosity import alpha_film
 from ehl.fluid.viscosity import RoelandsLaw
+from regression.data.result_files import one_row_per_case, read_file, read_run, run_files, table_of
 from regression.data.row_format import NUMBER_UNITS, TIMING_UNITS
-from regression.data.store import LIBVER, merge, one_row_per_case, read_file, read_run, run_files
 from regression.friction.conditions import DERIVED_UNITS, UNITS, Array, derive
 from regression.friction.oil_cards import hashes_of_cards
 from regression.plan.plan import Plan
@@ -134,15 +134,13 @@ class Dataset:
         """
         target = Path(path)
         units = [self.units.get(str(name), "") or "1" for name in self.frame]
-        try:
-            with target.open("w", encoding="utf-8", newline="") as file:
-                file.write(",".join(map(str, self.frame.columns)) + "\n" + ",".join(units) + "\n")
-                frame = self.frame.copy()
-                for name in frame.select_dtypes(exclude=["number", "bool"]):
-                    frame[name] = frame[name].map(harmless)
-                frame.to_csv(file, index=False, header=False, float_format="%.17g", lineterminator="\n")
-        except OSError as error:
-            raise InputError("target", str(target), "a writable path", f"{error.strerror}.") from None
+        frame = self.frame.copy()
+        for name in frame.select_dtypes(exclude=["number", "bool"]):
+            frame[name] = frame[name].map(harmless)
+        head = ",".join(map(str, frame.columns)) + "\n" + ",".join(units) + "\n"
+        with replacing(target, "target") as draft, draft.open("w", encoding="utf-8", newline="") as file:
+            file.write(head)
+            frame.to_csv(file, index=False, header=False, float_format="%.17g", lineterminator="\n")
 
     def to_dict(self) -> dict[str, Any]:
         """Origin and number of the cases, and the range of the main quantities.
@@ -266,9 +264,10 @@ def dataset_plan(name: str) -> Plan:
 
 
 def _read(run: Path) -> Dataset:
-    meta, frame = read_run(run)
-    if frame.empty:
+    meta, rows = read_run(run)
+    if not len(rows):
         raise InputError("run", str(run), "a run with at least one finished case", "Sweep first.")
+    frame = table_of(rows)
     # the law of an oil takes hundreds of numbers a row: of many rows, some at a time
     film = [_film_coefficient(frame[start : start + _ROWS]) for start in range(0, len(frame), _ROWS)]
     frame = frame.assign(pressure_viscosity_film=np.concatenate(film))
@@ -462,20 +461,20 @@ def run_status(run: Path) -> RunStatus:
     InputError
         There are no results, or a file cannot be read.
     """
-    shards, frames = [], []
+    shards, parts = [], []
     plan_name, planned = "", 0
     for path in run_files(run):
-        # without lock, so that a running sweep is neither disturbed nor in the way
-        meta, frame = read_file(path, locking=False, names=_OF_STATUS)
+        meta, rows = read_file(path)
+        frame = table_of(rows, _OF_STATUS)
         failed = frame[frame["status"] == "failed"]
         unsettled = int((frame["status"] == "unsettled").sum())
         converged = len(frame) - len(failed) - unsettled
         reasons = {str(reason): int(count) for reason, count in failed["reason"].value_counts().items()}
         seconds = float(frame["seconds_cpu"].sum())
         shards.append(ShardStatus(path, len(frame), converged, unsettled, reasons, seconds))
-        frames.append(frame)
+        parts.append(rows)
         plan_name, planned = str(meta["plan_name"]), int(meta["count"])
-    every = one_row_per_case(frames)
+    every = table_of(one_row_per_case(parts), _OF_STATUS)
     failures = tuple(_failed_cases(every[every["status"] == "failed"]))
     longest = float(every["seconds_cpu"].max()) if len(every) else 0.0
     return RunStatus(plan_name, planned, len(every), failures, tuple(shards), longest)
@@ -492,34 +491,3 @@ def _failed_cases(frame: pd.DataFrame) -> Iterator[FailedCase]:
             float(record["seconds"]),
             {**where, "roughness_rms": rough},
         )
-
-
-def merge_compressed(run: Path, target: Path) -> int:
-    """Write all rows of a run into one compressed file, as datasets are shipped; returns how many.
-
-    The file is read like any other result file, and can be swept into as well.
-
-    Raises
-    ------
-    InputError
-        As `regression.data.store.merge`.
-    """
-    plain = target.with_name(target.name + ".plain")
-    plain.unlink(missing_ok=True)
-    if os.path.exists(target):
-        raise InputError("target", str(target), "a file that does not exist yet")
-    try:
-        count = merge(run, plain)
-        with h5py.File(plain, "r", libver=LIBVER) as source, h5py.File(target, "w", libver=LIBVER) as packed:
-            packed.attrs.update(source.attrs)
-            for name, column in source.items():
-                small = column.shape == ()
-                how = {} if small else {"compression": "gzip", "compression_opts": 9, "shuffle": True}
-                size = {} if small else {"chunks": (max(min(len(column), 1024), 1),), "maxshape": (None,)}
-                packed.create_dataset(name, data=column[()], dtype=column.dtype, **how, **size)
-                packed[name].attrs.update(column.attrs)
-    except OSError as error:
-        raise InputError("target", str(target), "a file that can be written", f"{error}.") from None
-    finally:
-        plain.unlink(missing_ok=True)
-    return count

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
-from typing import get_args
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, get_args
 
 import numpy as np
+from pydantic import BaseModel
 
 from ehl.common.errors import ConvergenceError
 from ehl.contact import Contact
@@ -24,12 +25,23 @@ FINAL_REASONS = frozenset({"too_hot", "shear_strength", "undefined"})
 _ACCURACIES: tuple[str, ...] = get_args(Accuracy)
 
 
-def case_key(case: Contact, version: str) -> str:
-    """Key of a case: hash of the validated input, the seed and the version of what computes it.
+def case_numbers(case: Contact) -> dict[str, Any]:
+    """Every input of a case that has a value, by its name, as ``surface.seed``; rows of journals hold them."""
+    return dict(_values(case, ""))
 
-    The seed of the roughness is one of the validated inputs.
-    """
-    return hashlib.sha256(f"{version}\n{case.model_dump_json()}".encode()).hexdigest()
+
+def _values(model: BaseModel, prefix: str) -> Iterator[tuple[str, Any]]:
+    for name in type(model).model_fields:
+        value = getattr(model, name)
+        if isinstance(value, BaseModel):
+            yield from _values(value, f"{prefix}{name}.")
+        elif value is not None:
+            yield prefix + name, value
+
+
+def case_key(case: Contact, version: str) -> str:
+    """Key of a case: digest of the version of the solver and of `case_numbers`, the seed among them."""
+    return hashlib.sha256(repr((version, *case_numbers(case).items())).encode()).hexdigest()
 
 
 def input_row(case: Contact) -> dict[str, float | str]:

@@ -12,15 +12,15 @@ from dataclasses import dataclass, field
 from types import FrameType
 from typing import Any
 
+from ehl.common.journal import Journal
 from ehl.common.progress import report_progress
-from regression.data.store import ResultStore
 
 
 @dataclass
 class Recorder:
     """Writes rows to disk in groups, counts them, and ends the sweep between two cases on request."""
 
-    store: ResultStore
+    journal: Journal
     total: int
     resumed: int
     flush_every: int
@@ -43,7 +43,8 @@ class Recorder:
 
     def record(self, row: Mapping[str, Any]) -> None:
         """Take a row; raises `KeyboardInterrupt` where a stop was requested."""
-        self._buffer.append(row)
+        # what is not given is nan, or empty, when the rows are read
+        self._buffer.append({name: value for name, value in row.items() if value == value and value != ""})
         self.counts[row["status"]] += 1
         if row["status"] != "converged":
             self.reasons[row["status"]][row["reason"]] += 1
@@ -60,7 +61,7 @@ class Recorder:
 
     def flush(self) -> None:
         """Write the waiting rows to disk."""
-        self.store.append(self._buffer)
+        self.journal.append(self._buffer)
         self._buffer.clear()
         self._flushed = time.perf_counter()
 

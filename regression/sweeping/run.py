@@ -14,8 +14,8 @@ from ehl.common.progress import ProgressCallback
 from ehl.common.runner import checked_jobs, cluster
 from ehl.common.units import ValueRange
 from ehl.warmup import prepare_workers
-from regression.data.dataset import Dataset, RunStatus, load_dataset, merge_compressed, results_path, run_status
-from regression.data.store import merge, read_run
+from regression.data.dataset import Dataset, RunStatus, load_dataset, results_path, run_status
+from regression.data.result_files import merge, read_meta
 from regression.friction.published_registry import PUBLISHED
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs, solve_outputs
@@ -64,7 +64,7 @@ class Run(PathLike[str]):
     @cached_property
     def plan(self) -> Plan:
         """The plan of the run, as stored with the results."""
-        return Plan.from_json(str(read_run(self.path, locking=False)[0]["plan"]))
+        return Plan.from_json(str(read_meta(self.path)["plan"]))
 
     @property
     def status(self) -> RunStatus:
@@ -122,7 +122,7 @@ class Run(PathLike[str]):
         -------
         Run
         """
-        computed_by = str(read_run(self.path, locking=False)[0]["solver_version"])
+        computed_by = str(read_meta(self.path)["solver_version"])
         if computed_by in PUBLISHED:
             options.setdefault("formula", computed_by)
         return sweep(self.plan, self.path, retry_failed=True, **options)
@@ -178,7 +178,7 @@ class Run(PathLike[str]):
             dataset = self.dataset()
             dataset.save(target)
             return len(dataset)
-        return merge_compressed(self.path, target) if compress else merge(self.path, target)
+        return merge(self.path, target, compress=compress)
 
     def to_text(self) -> str:
         """What the last call of `sweep` did, in words.

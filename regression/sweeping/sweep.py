@@ -22,12 +22,13 @@ from ehl import SOLVER
 from ehl.common.duration import duration
 from ehl.common.errors import InputError
 from ehl.common.files import make_folder
+from ehl.common.journal import Journal
 from ehl.common.progress import ProgressCallback, progress_to
 from ehl.common.runner import Executor, TaskRun, checked_jobs, local_executor
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil
+from regression.data.result_files import JOURNAL, SAME_RUN, CaseStatus, case_status, cases_of_other_files
 from regression.data.row_format import TEXT_WIDTHS
-from regression.data.store import CaseStatus, ResultStore, rows_of_other_files
 from regression.friction.oil_cards import card_hash, cards_hash
 from regression.plan.plan import Plan
 from regression.plan.sampling import Array
@@ -60,8 +61,6 @@ class SweepReport:
         Incomplete rows of an interrupted process that were cut off.
     corrupt : int
         Rows on disk that no longer match their checksum; computed again.
-    recovered : int or None
-        Rows recovered from a truncated or corrupt file; None where it was sound.
     fallback : int
         Cases that have a result only with fallback settings.
     seconds, seconds_cases, seconds_cpu : float
@@ -81,7 +80,6 @@ class SweepReport:
     restarts: int
     truncated: int
     corrupt: int
-    recovered: int | None
     fallback: int
     seconds: float
     seconds_cases: float
@@ -112,11 +110,6 @@ class SweepReport:
             lines.append(
                 f"CPU time of the cases {duration(self.seconds_cpu)}; {workers} spent {100.0 * self.occupancy:.1f} % "
                 "of the time in cases"
-            )
-        if self.recovered is not None:
-            lines.append(
-                f"{self.path.name} was truncated or corrupt: {self.recovered} cases were recovered, the others "
-                "computed again; the corrupt file is kept in the same folder"
             )
         if self.corrupt:
             lines.append(f"{self.corrupt} rows on disk did not match their checksum and were computed again")
@@ -250,9 +243,13 @@ def compute_cases(
     clock = time.perf_counter()
     # the longest first: the last cases are short, and no core waits long for another
     order = np.lexsort((np.arange(len(points)), -cost))
-    with progress_to(options.progress), ResultStore(path, meta) as store, stop_requests() as stop:
+    with (
+        progress_to(options.progress),
+        Journal(path, meta, SAME_RUN, keep=case_status) as journal,
+        stop_requests() as stop,
+    ):
         # cases of another division into shards count as well
-        known = _joined(rows_of_other_files(path), store.rows())
+        known = _joined(cases_of_other_files(path), journal.rows)
         done = {key for key, (status, _, _) in known.items() if not (options.retry_failed and status == "failed")}
         failures = {key: _failed_settings(*entry) for key, entry in known.items()}
         costs: dict[str, float] = {}
@@ -271,7 +268,7 @@ def compute_cases(
                 costs[key] = float(cost[position])
                 waiting.append((key, point))
         resumed = len(points) - len(waiting)
-        recorder = Recorder(store, len(points), resumed, options.flush_every, options.flush_seconds, stop, costs)
+        recorder = Recorder(journal, len(points), resumed, options.flush_every, options.flush_seconds, stop, costs)
 
         # built one by one: a long plan would fill the memory
         tasks = (CaseTask(key, point.origin, point.case(), failures.get(key, 0)) for key, point in waiting)
@@ -297,9 +294,8 @@ def compute_cases(
         dict(recorder.reasons["unsettled"]),
         dict(recorder.reasons["failed"] + Counter(kept.values())),
         run.restarts,
-        store.truncated,
-        store.corrupt,
-        store.recovered,
+        journal.truncated,
+        journal.corrupt,
         recorder.fallback,
         time.perf_counter() - clock,
         recorder.seconds_cases,
@@ -327,7 +323,7 @@ def shard_path(folder: Path, number: int, shards: int) -> Path:
         The folder cannot be created.
     """
     make_folder(folder, "run")
-    return folder / f"shard-{number:04d}-of-{shards:04d}.h5"
+    return folder / f"shard-{number:04d}-of-{shards:04d}{JOURNAL}"
 
 
 def _failed_settings(status: str, reason: str, attempts: int) -> int:

@@ -14,7 +14,7 @@ from typing import Any
 
 from ehl.common.errors import ConvergenceError
 from ehl.contact import Contact
-from regression.sweeping.evaluators import FINAL_REASONS, Evaluator, fallback_settings, input_row
+from regression.sweeping.evaluators import FINAL_REASONS, Evaluator, case_numbers, fallback_settings, input_row
 
 TIME_CAP = "time_cap"
 WORKER_CRASHED = "worker_lost"  # the reason as result files state it
@@ -53,7 +53,7 @@ class CaseRunner:
         clock, processor = time.perf_counter(), time.thread_time()
         row = _failed_row(task)
         try:
-            row |= input_row(task.case)
+            row |= input_row(task.case) | {"case": case_numbers(task.case)}
             with _time_limit(self.time_cap):
                 self._attempt(task, row)
         except _TimeCapReached:
@@ -69,7 +69,7 @@ class CaseRunner:
 
     def crashed(self, task: CaseTask) -> dict[str, Any]:
         """Row of a case whose worker crashed."""
-        return _failed_row(task) | {"reason": WORKER_CRASHED} | input_row(task.case)
+        return _failed_row(task) | {"reason": WORKER_CRASHED, "case": case_numbers(task.case)} | input_row(task.case)
 
     def _attempt(self, task: CaseTask, row: dict[str, Any]) -> None:
         for step in range(task.failed, task.failed + self.retries + 1):

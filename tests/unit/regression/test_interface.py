@@ -11,7 +11,7 @@ from small_plans import gear_plan, sweep_plan
 
 import regression
 from ehl import ContactState, InputError, Oil
-from regression.data.store import read_run
+from regression.data.result_files import read_run
 
 XU = "xu_kahraman_2007"
 
@@ -86,7 +86,7 @@ def test_errors_name_the_keyword(tmp_path: Path, options: dict[str, object], fie
     with pytest.raises(InputError) as caught:
         regression.sweep("demo", tmp_path, **{"formula": XU, **options})  # type: ignore[arg-type]
     assert caught.value.field == field
-    assert not list(tmp_path.glob("*.h5"))
+    assert not list(tmp_path.glob("*.jsonl"))
 
 
 def test_the_slurm_script_has_all_options(tmp_path: Path) -> None:

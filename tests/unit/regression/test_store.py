@@ -1,7 +1,9 @@
-"""The result file: whole rows survive whatever happens to the process, and foreign files are refused."""
+"""Result files: whole rows survive whatever happens to the process, and foreign files are refused."""
 
 from __future__ import annotations
 
+import json
+import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -13,8 +15,19 @@ import numpy as np
 import pytest
 
 from ehl.common.errors import InputError
+from ehl.common.journal import SCHEMA as JOURNAL_SCHEMA
+from ehl.common.journal import Journal
+from regression.data.result_files import (
+    SAME_RUN,
+    SCHEMA,
+    case_status,
+    cases_of_other_files,
+    merge,
+    read_file,
+    read_run,
+    table_of,
+)
 from regression.data.row_format import NUMBER_UNITS
-from regression.data.store import STORE_SCHEMA, ResultStore, merge, read_file, read_run, rows_of_other_files
 
 META: dict[str, str | int] = {
     "plan": "{}",
@@ -26,6 +39,10 @@ META: dict[str, str | int] = {
     "bodies_hash": "c" * 64,
     "count": 10,
 }
+
+
+def journal(path: Path, **changes: Any) -> Journal:
+    return Journal(path, META | changes, SAME_RUN, keep=case_status)
 
 
 def row(number: int, **changes: Any) -> dict[str, Any]:
@@ -41,113 +58,131 @@ def row(number: int, **changes: Any) -> dict[str, Any]:
     return {**values, **changes}
 
 
+def keys(path: Path) -> list[str]:
+    return table_of(read_file(path)[1])["key"].tolist()
+
+
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
-    target = tmp_path / "shard-0001-of-0001.h5"
-    with ResultStore(target, META) as store:
-        store.append([row(1), row(2)])
-        store.append([row(3, status="failed", reason="diverged", friction_coefficient=float("nan"))])
+    target = tmp_path / "shard-0001-of-0001.jsonl"
+    with journal(target) as rows:
+        rows.append([row(1), row(2)])
+        rows.append([row(3, status="failed", reason="diverged", friction_coefficient=float("nan"))])
     return target
 
 
-def test_rows_come_back_as_they_were_written(path: Path) -> None:
-    meta, frame = read_file(path)
-    assert meta["plan_name"] == "test"
-    assert meta["schema"] == STORE_SCHEMA
-    assert frame["key"].tolist() == [row(n)["key"] for n in (1, 2, 3)]
-    assert frame["pressure_hertz"].tolist() == [1e9 + 1, 1e9 + 2, 1e9 + 3]
-    assert frame["status"].tolist() == ["converged", "converged", "failed"]
-    assert frame["reason"].tolist() == ["", "", "diverged"]
-    assert np.isnan(frame["friction_coefficient"][2])
-    # not given at all
-    assert np.isnan(frame["film_central"]).all()
+@pytest.fixture
+def merged(path: Path, tmp_path: Path) -> Path:
+    merge(path, tmp_path / "merged.h5")
+    return tmp_path / "merged.h5"
 
 
-def test_every_column_states_its_unit(path: Path) -> None:
-    with h5py.File(path) as file:
+def test_rows_come_back_as_they_were_written(path: Path, merged: Path) -> None:
+    for file, schema in ((path, JOURNAL_SCHEMA), (merged, SCHEMA)):
+        meta, rows = read_file(file)
+        frame = table_of(rows)
+        assert {name: meta[name] for name in META} == META
+        assert meta["schema"] == schema
+        assert frame["key"].tolist() == [row(n)["key"] for n in (1, 2, 3)]
+        assert frame["pressure_hertz"].tolist() == [1e9 + 1, 1e9 + 2, 1e9 + 3]
+        assert frame["status"].tolist() == ["converged", "converged", "failed"]
+        assert frame["reason"].tolist() == ["", "", "diverged"]
+        assert np.isnan(frame["friction_coefficient"][2])
+        # not given at all
+        assert np.isnan(frame["film_central"]).all()
+
+
+def test_every_column_states_its_unit(merged: Path) -> None:
+    with h5py.File(merged) as file:
         assert file["pressure_hertz"].attrs["unit"] == "Pa"
         assert file["friction_coefficient"].attrs["unit"] == "1"
         assert all("unit" in file[name].attrs for name in file)
 
 
+def test_a_journal_is_read_by_any_program_for_json_lines(path: Path) -> None:
+    header, *rows = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    assert header["solver_version"] == "test 1"
+    assert [entry["pressure_hertz"] for entry in rows] == [1e9 + 1, 1e9 + 2, 1e9 + 3]
+
+
 def test_reopening_goes_on_behind_the_last_row(path: Path) -> None:
-    with ResultStore(path, META) as store:
-        assert store.truncated == 0
-        assert set(store.rows()) == {row(n)["key"] for n in (1, 2, 3)}
-        store.append([row(4)])
-        store.append([])
-    assert len(read_file(path)[1]) == 4
+    with journal(path) as rows:
+        assert (rows.truncated, rows.corrupt) == (0, 0)
+        assert set(rows.rows) == {row(n)["key"] for n in (1, 2, 3)}
+        rows.append([row(4)])
+        rows.append([])
+    assert len(keys(path)) == 4
 
 
-def _tear(path: Path, *, values: int, keys: int) -> None:
-    """What a process leaves that dies in the middle of writing: longer columns, blank or missing keys."""
-    with h5py.File(path, "r+", libver=("earliest", "v110")) as file:
-        for name in list(file)[: len(file) // 2]:
-            if name not in ("key", "plan"):
-                file[name].resize((3 + values,))
-        file["key"].resize((3 + keys,))
+@pytest.mark.parametrize("cut", [1, 20, 100])
+def test_an_incomplete_row_is_ignored_and_cut(path: Path, cut: int) -> None:
+    """What a process leaves that dies in the middle of writing."""
+    os.truncate(path, path.stat().st_size - cut)
+    assert len(keys(path)) == 2
+    with journal(path) as rows:
+        assert (rows.truncated, rows.corrupt) == (1, 0)
+        rows.append([row(9)])
+    assert keys(path) == [row(n)["key"] for n in (1, 2, 9)]
 
 
-@pytest.mark.parametrize(("values", "keys"), [(4, 0), (4, 2), (0, 2)])
-def test_incomplete_rows_are_ignored_and_cut(path: Path, values: int, keys: int) -> None:
-    _tear(path, values=values, keys=keys)
-    assert len(read_file(path)[1]) == 3
-    with ResultStore(path, META) as store:
-        assert store.truncated == max(values, keys)
-        store.append([row(9)])
-    frame = read_file(path)[1]
-    assert frame["key"].tolist() == [row(n)["key"] for n in (1, 2, 3, 9)]
-    assert frame["pressure_hertz"].iloc[-1] == 1e9 + 9
+@pytest.mark.parametrize("size", [0, 1, 30])
+def test_a_journal_killed_within_its_header_begins_again(path: Path, size: int) -> None:
+    os.truncate(path, size)
+    with journal(path) as rows:
+        assert rows.rows == {}
+        rows.append([row(1)])
+    assert keys(path) == [row(1)["key"]]
 
 
-def test_newer_schema_is_refused_in_clear_words(path: Path) -> None:
-    with h5py.File(path, "r+") as file:
-        file.attrs["schema"] = STORE_SCHEMA + 1
+def test_newer_schemas_are_refused(path: Path, merged: Path, tmp_path: Path) -> None:
+    with h5py.File(merged, "r+") as file:
+        file.attrs["schema"] = SCHEMA + 1
         file.attrs["writer"] = "mixed-ehl 9.9"
-    for use in (lambda: read_file(path), lambda: ResultStore(path, META)):
-        with pytest.raises(InputError, match=r"newer version mixed-ehl 9\.9; update"):
+    newer = tmp_path / "newer.jsonl"
+    journal(newer, schema=JOURNAL_SCHEMA + 1, writer="mixed-ehl 9.9").close()
+    for use in (lambda: read_file(merged), lambda: read_file(newer), lambda: journal(newer)):
+        with pytest.raises(InputError, match=r"newer version mixed-ehl 9\.9") as caught:
             use()
+        assert caught.value.field.endswith(".schema")
 
 
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [
-        ("plan_hash", "another plan"),
-        ("solver_version", "another version of the solver"),
-        ("oil_hash", "an oil card with other properties"),
-        ("bodies_hash", "materials with other properties"),
-    ],
-)
-def test_results_of_another_run_are_not_mixed_in(path: Path, name: str, words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        ResultStore(path, META | {name: "other"})
-    other = path.with_name("shard-0002-of-0002.h5")
-    ResultStore(other, META | {name: "other"}).close()
-    with pytest.raises(InputError, match=words):
+@pytest.mark.parametrize("name", ["plan_hash", "solver_version", "oil_hash", "bodies_hash"])
+def test_results_of_another_run_are_not_mixed_in(path: Path, name: str) -> None:
+    with pytest.raises(InputError, match=SAME_RUN[name]):
+        journal(path, **{name: "other"})
+    journal(path.with_name("shard-0002-of-0002.jsonl"), **{name: "other"}).close()
+    with pytest.raises(InputError, match=SAME_RUN[name]):
         read_run(path.parent)
 
 
-def test_other_and_corrupt_files(path: Path) -> None:
-    path.write_text("no HDF5")
-    for use in (lambda: read_file(path), lambda: ResultStore(path, META)):
-        with pytest.raises(InputError, match="corrupt or no result file"):
+@pytest.mark.parametrize("content", [b"no journal", b"no journal\n", b'{"schema":1}\n', b"\x00" * 400])
+def test_other_and_corrupt_journals(path: Path, content: bytes) -> None:
+    path.write_bytes(content)
+    for use in (lambda: read_file(path), lambda: journal(path)):
+        with pytest.raises(InputError) as caught:
             use()
-    assert [file.name for file in path.parent.iterdir()] == [path.name]
-    with h5py.File(path, "w") as file:
-        file["x"] = 1
-    with pytest.raises(InputError, match="no schema number"):
-        read_file(path)
-    with h5py.File(path, "w") as file:
-        file.attrs["schema"] = STORE_SCHEMA
-    for use in (lambda: read_file(path), lambda: ResultStore(path, META)):
-        with pytest.raises(InputError, match="Columns key, pressure_hertz"):
-            use()
+        assert (caught.value.field, caught.value.value) == ("run", str(path))
+    assert path.read_bytes() == content
+
+
+def test_other_and_corrupt_merged_files(merged: Path) -> None:
+    def refused() -> None:
+        with pytest.raises(InputError) as caught:
+            read_file(merged)
+        assert (caught.value.field, caught.value.value) == ("run", str(merged))
+
+    merged.write_text("no HDF5")
+    refused()
+    for attributes in ({}, {"schema": SCHEMA}):
+        with h5py.File(merged, "w") as file:
+            file.attrs.update(attributes)
+        refused()
 
 
 def test_second_writer_is_refused(path: Path) -> None:
     holder = (
-        "import sys, h5py\n"
-        f"with h5py.File({str(path)!r}, 'r+', libver=('earliest', 'v110')):\n"
+        "import sys\nfrom pathlib import Path\nfrom ehl.common.journal import Journal\n"
+        f"with Journal(Path({str(path)!r})):\n"
         "    print('open', flush=True)\n"
         "    sys.stdin.read()\n"
     )
@@ -158,24 +193,28 @@ def test_second_writer_is_refused(path: Path) -> None:
         assert process.stdin is not None
         assert process.stdout.readline() == "open\n"
         with pytest.raises(InputError, match="Is the same shard running"):
-            ResultStore(path, META)
-        # how far it is can be read all the same
-        assert len(read_file(path, locking=False)[1]) == 3
+            journal(path)
+        # its rows can be read all the same
+        assert len(keys(path)) == 3
         process.stdin.close()
         assert process.wait() == 0
+    journal(path).close()
 
 
 def test_merge_sorts_and_removes_doubles(path: Path, tmp_path: Path) -> None:
-    with ResultStore(path.with_name("shard-0002-of-0002.h5"), META) as store:
-        store.append([row(0), row(2)])
+    with journal(path.with_name("shard-0002-of-0002.jsonl")) as rows:
+        rows.append([row(0), row(2)])
     target = tmp_path / "merged" / "all.h5"
     with pytest.raises(InputError, match="folder that exists"):
         merge(path.parent, target)
     target.parent.mkdir()
     assert merge(path.parent, target) == 4
-    assert read_file(target)[1]["key"].tolist() == [row(n)["key"] for n in (0, 1, 2, 3)]
+    assert keys(target) == [row(n)["key"] for n in (0, 1, 2, 3)]
     with pytest.raises(InputError, match="does not exist yet"):
         merge(path.parent, target)
+    small = target.with_name("small.h5")
+    merge(path.parent, small, compress=True)
+    assert read_file(small)[1].tobytes() == read_file(target)[1].tobytes()
 
 
 def test_runs_that_are_not_there(tmp_path: Path) -> None:
@@ -190,80 +229,97 @@ WRITTEN = {r["key"]: r for r in MANY}
 
 
 @pytest.fixture(scope="module")
-def content(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """A file of many rows with a number in every column."""
-    path = tmp_path_factory.mktemp("many") / "many.h5"
-    with ResultStore(path, META) as store:
+def content(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """A journal and a merged file of many rows with a number in every column."""
+    path = tmp_path_factory.mktemp("many") / "many.jsonl"
+    with journal(path) as rows:
         for start in range(0, len(MANY), 40):
-            store.append(MANY[start : start + 40])
-    return path.read_bytes()
+            rows.append(MANY[start : start + 40])
+    merge(path, path.with_suffix(".h5"))
+    return {suffix: path.with_suffix(suffix).read_bytes() for suffix in (".jsonl", ".h5")}
 
 
 def true_rows(path: Path) -> int:
     """Number of rows in a file, every one of which is what was written."""
-    records = read_file(path)[1].to_dict("records")
+    records = table_of(read_file(path)[1]).to_dict("records")
     assert all(record == {**record, **WRITTEN[record["key"]]} for record in records)
     return len(records)
 
 
+def resumed(path: Path) -> int:
+    """Rows of a journal after a run that computes what is missing."""
+    with journal(path) as rows:
+        rows.append([r for key, r in WRITTEN.items() if key not in rows.rows])
+    return true_rows(path)
+
+
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 0.999])
-def test_whole_rows_of_a_file_cut_short_are_saved(path: Path, content: bytes, share: float) -> None:
-    path.write_bytes(content[: int(share * len(content))])
-    for read in (lambda: read_file(path), lambda: read_run(path.parent)):
-        with pytest.raises(InputError, match=r"shard-0001-of-0001\.h5.*corrupt.*sweep again") as caught:
-            read()
-        assert "running" not in str(caught.value)
-    with ResultStore(path, META) as store:
-        assert store.recovered == len(store.rows())
-        store.append([r for key, r in WRITTEN.items() if key not in store.rows()])
-    # the rows of all blocks before the cut
-    assert store.recovered >= 64 * int((share - 0.25) * len(MANY) / 64)
-    assert (share >= 0.5) == (store.recovered > 0)
-    assert path.with_name(path.name + ".corrupt").stat().st_size == int(share * len(content))
-    assert true_rows(path) == len(MANY)
+def test_whole_rows_of_a_journal_cut_short_are_kept(path: Path, content: dict[str, bytes], share: float) -> None:
+    path.write_bytes(content[".jsonl"][: int(share * len(content[".jsonl"]))])
+    assert true_rows(path) == pytest.approx(share * len(MANY), abs=2.0)
+    assert resumed(path) == len(MANY)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 0.999])
+def test_a_merged_file_cut_short_is_refused(merged: Path, content: dict[str, bytes], share: float) -> None:
+    merged.write_bytes(content[".h5"][: int(share * len(content[".h5"]))])
+    with pytest.raises(InputError) as caught:
+        read_file(merged)
+    assert (caught.value.field, caught.value.value) == ("run", str(merged))
 
 
 def _outcome(use: Callable[[], int]) -> int | str:
     try:
         return use()
     except InputError as error:
-        return str(error)
+        return str(error.value)
 
 
-@pytest.mark.parametrize("offset", range(500, 240_000, 17_001))
-def test_a_file_overwritten_anywhere_never_gives_a_wrong_number(path: Path, content: bytes, offset: int) -> None:
-    noise = np.random.default_rng(offset).integers(0, 256, 3000, dtype=np.uint8).tobytes()
-    path.write_bytes(content[:offset] + noise + content[offset + len(noise) :])
-    assert len(content) > 240_000
+@pytest.mark.parametrize("share", np.linspace(0.0001, 0.98, 14))
+@pytest.mark.parametrize("length", [1, 3000])
+def test_a_file_overwritten_anywhere_never_gives_a_wrong_number(
+    tmp_path: Path, content: dict[str, bytes], share: float, length: int
+) -> None:
+    noise = np.random.default_rng(int(1e6 * share)).integers(0, 256, length, dtype=np.uint8).tobytes()
+    for suffix, whole in content.items():
+        path, offset = tmp_path / f"damaged{suffix}", int(share * len(whole))
+        path.write_bytes(whole[:offset] + noise + whole[offset + length :])
+        assert len(whole) > 200_000
+        assert _outcome(lambda path=path: true_rows(path)) in (str(path), *range(len(MANY) + 1))  # type: ignore[misc]
+    # behind its header a journal can always be resumed
+    path, header = tmp_path / "damaged.jsonl", content[".jsonl"].index(b"\n") + 1
+    behind = int(share * len(content[".jsonl"])) >= header
+    assert _outcome(lambda: resumed(path)) == (len(MANY) if behind else str(path))
 
-    def resume() -> int:
-        with ResultStore(path, META) as store:
-            known = store.rows()
-            store.append([r for key, r in WRITTEN.items() if key not in known])
-        return true_rows(path)
 
-    for outcome in (_outcome(lambda: true_rows(path)), _outcome(resume)):
-        assert isinstance(outcome, int) or (path.name in outcome and "corrupt" in outcome)
-    # past the head of the file something says what it is, and it can be gone on with
-    assert outcome == len(MANY) or offset < 40_000
+def test_every_flipped_bit_of_a_row_is_detected(path: Path) -> None:
+    whole = bytearray(path.read_bytes())
+    begin = whole.index(b"\n") + 1
+    for bit in range(8 * begin, 8 * whole.index(b"\n", begin), 7):
+        whole[bit // 8] ^= 1 << bit % 8
+        path.write_bytes(whole)
+        whole[bit // 8] ^= 1 << bit % 8
+        assert keys(path) == [row(n)["key"] for n in (2, 3)]
 
 
-def test_rows_that_lost_their_checksum_do_not_count(path: Path) -> None:
-    with h5py.File(path, "r+") as file:
+def test_rows_that_do_not_match_their_checksum_do_not_count(path: Path, merged: Path) -> None:
+    with h5py.File(merged, "r+") as file:
         file["friction_coefficient"][1] = 0.7
-    assert read_file(path)[1]["key"].tolist() == [row(n)["key"] for n in (1, 3)]
-    with ResultStore(path, META) as store:
-        assert (store.corrupt, store.truncated, store.recovered) == (1, 0, None)
-        assert row(2)["key"] not in store.rows()
-        store.append([row(2)])
-    assert len(read_file(path)[1]) == 3
+    assert keys(merged) == [row(n)["key"] for n in (1, 3)]
+    path.write_bytes(path.read_bytes().replace(b'"friction_coefficient":0.02', b'"friction_coefficient":0.72'))
+    assert keys(path) == [row(n)["key"] for n in (1, 3)]
+    with journal(path) as rows:
+        assert (rows.corrupt, rows.truncated) == (1, 0)
+        assert row(2)["key"] not in rows.rows
+        rows.append([row(2)])
+    assert len(keys(path)) == 3
 
 
 def test_of_two_shards_the_one_with_a_result_counts(path: Path) -> None:
-    with ResultStore(path.with_name("shard-0002-of-0002.h5"), META) as store:
-        store.append([row(3, friction_coefficient=0.03), row(2, status="failed", reason="time_cap")])
-    frame = read_run(path.parent)[1]
+    with journal(path.with_name("shard-0002-of-0002.jsonl")) as rows:
+        rows.append([row(3, friction_coefficient=0.03), row(2, status="failed", reason="time_cap")])
+    frame = table_of(read_run(path.parent)[1])
     assert frame["status"].tolist() == ["converged"] * 3
     assert frame["friction_coefficient"].tolist() == [0.01, 0.02, 0.03]
-    others = rows_of_other_files(path)
+    others = cases_of_other_files(path)
     assert {key: entry[0] for key, entry in others.items()} == {row(2)["key"]: "failed", row(3)["key"]: "converged"}

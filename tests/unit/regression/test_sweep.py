@@ -10,7 +10,6 @@ from collections import Counter
 from functools import partial
 from pathlib import Path
 
-import h5py
 import pytest
 from small_plans import sweep_plan
 
@@ -152,7 +151,7 @@ def test_workers_and_shards_give_the_data_of_one_process(plan: Plan, tmp_path: P
         sweep_shard(plan, tmp_path / "three", evaluate=XU, shard=(number, 3))
     hashes = {load_dataset(tmp_path / run).data_hash for run in ("one", "two", "three")}
     assert len(hashes) == 1
-    assert len(list((tmp_path / "three").glob("*.h5"))) == 3
+    assert len(list((tmp_path / "three").glob("*.jsonl"))) == 3
 
 
 def test_interrupted_rows_are_kept(plan: Plan, tmp_path: Path) -> None:
@@ -200,13 +199,16 @@ def test_failed_cases_on_disk_count_in_every_call_and_in_every_division_into_sha
 
 
 def test_a_full_disk_is_an_error_in_words(plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def no_space(file: h5py.File) -> None:
+    def no_space(descriptor: int) -> None:
         raise OSError("No space left on device")
 
     sweep_shard(plan, tmp_path, evaluate=XU, shard=(1, 2))
-    monkeypatch.setattr(h5py.File, "flush", no_space)
-    with pytest.raises(InputError, match=r"No space left on device\. Free some space"):
-        sweep_shard(plan, tmp_path, evaluate=XU, shard=(2, 2))
+    with monkeypatch.context() as patch:
+        patch.setattr("os.fsync", no_space)
+        with pytest.raises(InputError, match="No space left on device") as caught:
+            sweep_shard(plan, tmp_path, evaluate=XU, shard=(2, 2))
+    assert caught.value.field == "run"
+    assert sweep_shard(plan, tmp_path, evaluate=XU, shard=(2, 2)).converged == 8
 
 
 def test_a_task_never_raises(plan: Plan) -> None:

@@ -18,7 +18,7 @@ from small_plans import GEAR_VARIABLES
 
 from ehl.common.errors import InputError
 from regression.data.dataset import load_dataset, run_status
-from regression.data.store import merge
+from regression.data.result_files import merge
 from regression.fitting.fit import fit_formula
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs, solve_outputs
@@ -127,7 +127,7 @@ def test_a_full_disk_stops_in_words_and_the_resumed_run_is_bit_identical(tmp_pat
     plan = Plan.from_file(_plan(tmp_path, 256))
     evaluate = partial(published_outputs, name="arana_2019")
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (900_000, before[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, before[1]))
     try:
         with pytest.raises(InputError, match=r"disk that can be written\. .*Free some space and repeat"):
             sweep_shard(plan, tmp_path / "full", evaluate=evaluate, version="arana_2019")
@@ -146,11 +146,12 @@ def test_a_truncated_shard_is_resumed_bit_identically(tmp_path: Path) -> None:
     evaluate = partial(published_outputs, name="arana_2019")
     for run in ("whole", "cut"):
         sweep_shard(plan, tmp_path / run, evaluate=evaluate, version="arana_2019")
-    (path,) = (tmp_path / "cut").glob("*.h5")
+    (path,) = (tmp_path / "cut").glob("*.jsonl")
     os.truncate(path, int(0.9 * path.stat().st_size))
     resumed = sweep_shard(plan, tmp_path / "cut", evaluate=evaluate, version="arana_2019")
-    assert resumed.recovered == resumed.resumed == 64
-    assert resumed.converged == 64
+    assert (resumed.truncated, resumed.corrupt) == (1, 0)
+    assert resumed.resumed == pytest.approx(0.9 * 128, abs=3)
+    assert resumed.resumed + resumed.converged == 128
     assert load_dataset(tmp_path / "cut").data_hash == load_dataset(tmp_path / "whole").data_hash
     assert _formula(tmp_path / "cut") == _formula(tmp_path / "whole")
 

@@ -92,9 +92,9 @@ def test_array_merge_and_fit_give_what_a_local_run_gives(
     assert (slurm / "calls").read_text().splitlines() == ["--parsable", "--parsable --dependency=afterany:4711"]
     for job in slurm.glob("job.*"):
         assert {"#SBATCH --partition=short", "#SBATCH --mem=8G"} <= set(job.read_text().splitlines())
-    assert {path.name for path in (tmp_path / "runs" / "a b").glob("*.h5")} == {
-        "shard-0001-of-0002.h5",
-        "shard-0002-of-0002.h5",
+    assert {path.name for path in (tmp_path / "runs" / "a b").glob("*.jsonl")} == {
+        "shard-0001-of-0002.jsonl",
+        "shard-0002-of-0002.jsonl",
     }
     assert mixed_ehl("sweep", "my plan.toml", "-o", "local", "--jobs", "1", *options).code == 0
     assert load_dataset(tmp_path / "all.h5").data_hash == load_dataset(tmp_path / "local").data_hash

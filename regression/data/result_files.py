@@ -1,0 +1,278 @@
+"""Result files: the journals of a run, and the HDF5 file into which `merge` writes them.
+
+A sweep appends to journals (`ehl.common.journal`), one per shard. HDF5 is written once, when a run is merged. Both give
+the same rows: those that match their checksum, one per case, the one with an answer if there is one.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pandas as pd
+
+from ehl.common.errors import InputError
+from ehl.common.file_kinds import told_kind
+from ehl.common.files import write_file
+from ehl.common.journal import header_of, read_rows
+from regression import __version__
+from regression.data.row_format import KEY_WIDTH, NUMBER_UNITS, ROW, TEXT_WIDTHS, Rows, checksums, pack
+
+SCHEMA = 2  # of the HDF5 file
+JOURNAL = ".jsonl"
+CaseStatus = tuple[str, str, int]  # status, reason, settings tried
+LIBVER = ("earliest", "v110")
+MAX_ROWS = 2_000_000  # of one file; a plan has half as many cases at most, each with one retry
+_BLOCK = 16_384  # rows read or checked together
+_COLUMNS = (*NUMBER_UNITS, *TEXT_WIDTHS, "check")
+_TABLE = ("key", *TEXT_WIDTHS, *NUMBER_UNITS)
+# what all files of one run share
+_SHARED = ("plan_name", "plan_hash", "solver_version", "oil", "oil_hash", "bodies_hash", "count")
+# what must be unchanged when a run is resumed
+SAME_RUN = {
+    "plan_hash": "another plan",
+    "solver_version": "another version of the solver",
+    "oil_hash": "an oil card with other properties",
+    "bodies_hash": "materials with other properties",
+}
+
+
+def run_files(run: Path) -> list[Path]:
+    """The result files of a run: the file itself, or all in the folder.
+
+    Raises
+    ------
+    InputError
+        There are none.
+    """
+    hint = "Run `mixed-ehl sweep PLAN.toml -o RUN` first."
+    if os.path.isfile(run):
+        if run.suffix not in (JOURNAL, ".h5") and not h5py.is_hdf5(run):
+            kind = told_kind(run.read_text(encoding="utf-8", errors="replace"))
+            raise InputError("run", str(run), "a folder or file of results", f"{kind} {hint}".strip())
+        return [run]
+    found = sorted([*run.glob(f"*{JOURNAL}"), *run.glob("*.h5")]) if os.path.isdir(run) else []
+    files = [path for path in found if path.stat().st_size > 0]  # an empty journal was created a moment ago
+    if not files:
+        raise InputError("run", str(run), "a folder or file of results", hint)
+    return files
+
+
+def read_meta(run: Path) -> dict[str, Any]:
+    """What the first file of a run states about it; `InputError` as of `read_file`."""
+    path = run_files(run)[0]
+    if path.suffix == JOURNAL:
+        return header_of(path)
+    with _corruption_reported(path), h5py.File(path, "r", locking=False) as file:
+        _check_schema(file, path)
+        return _attributes(file)
+
+
+def read_file(path: Path) -> tuple[dict[str, Any], Rows]:
+    """What a result file states about its run, and its valid rows, the last one of each case.
+
+    Of a journal that another process writes these are the rows that are whole.
+
+    Raises
+    ------
+    InputError
+        The file is corrupt or no result file, or has a newer schema.
+    """
+    if path.suffix != JOURNAL:
+        return _read_hdf5(path)
+    header, rows = header_of(path), read_rows(path)
+    blocks = []
+    while block := list(islice(rows, _BLOCK)):
+        blocks.append(pack(block))
+    packed = np.concatenate([np.zeros(0, ROW), *blocks])
+    _, last = np.unique(packed["key"][::-1], return_index=True)
+    return header, packed[np.sort(packed.size - 1 - last)]
+
+
+def read_run(run: Path) -> tuple[dict[str, Any], Rows]:
+    """What all files of a run share, and all their rows, one per case.
+
+    The rows of journals are sorted by key; those of one HDF5 file have the order of the file.
+
+    Raises
+    ------
+    InputError
+        There are no results, or the files belong to different runs.
+    """
+    files = run_files(run)
+    (meta, rows), *others = [read_file(path) for path in files]
+    for path, (other, _) in zip(files[1:], others, strict=True):
+        for name, what in SAME_RUN.items():
+            if other.get(name) != meta.get(name):
+                hint = f"One of them holds results of {what}; keep one run per folder."
+                raise InputError("run", str(run), f"files of one run ({files[0].name}, {path.name})", hint)
+    if others or files[0].suffix == JOURNAL:
+        rows = one_row_per_case([rows, *(found for _, found in others)])
+    return {name: meta.get(name) for name in ("schema", "writer", "plan", *_SHARED)}, rows
+
+
+def one_row_per_case(parts: Sequence[Rows]) -> Rows:
+    """The rows of several files sorted by key; of those with one key the first with an answer, else the first."""
+    rows = np.concatenate(parts)
+    order = np.lexsort((rows["status"] == b"failed", rows["key"]))
+    fresh = np.ones(order.size, dtype=bool)
+    fresh[1:] = rows["key"][order[1:]] != rows["key"][order[:-1]]
+    return np.asarray(rows[order[fresh]])
+
+
+def table_of(rows: Rows, names: Sequence[str] = _TABLE) -> pd.DataFrame:
+    """Rows as a table."""
+    table: dict[str, Any] = {name: rows[name] if name in NUMBER_UNITS else _texts(rows[name]) for name in names}
+    # not gathered into one block: that would take the memory of all numbers once more
+    return pd.DataFrame({name: np.ascontiguousarray(column) for name, column in table.items()}, copy=False)
+
+
+def _texts(column: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Texts, each different one decoded once."""
+    known: dict[bytes, str] = {}
+    found = [known.get(text) or known.setdefault(text, text.decode("ascii", "replace")) for text in column]
+    return np.array(found, dtype=object)
+
+
+def case_status(row: Mapping[str, Any]) -> CaseStatus:
+    """Status, reason and attempts of a row of a journal."""
+    return str(row.get("status", "")), str(row.get("reason", "")), int(row.get("attempts", 1))
+
+
+def cases_of_other_files(path: Path) -> dict[str, CaseStatus]:
+    """Status, reason and attempts of the cases in the other files of a run's folder, by key.
+
+    A file that cannot be read is ignored: its cases are computed again.
+    """
+    parts = []
+    for other in sorted([*path.parent.glob(f"*{JOURNAL}"), *path.parent.glob("*.h5")]):
+        if other != path:
+            with suppress(InputError):
+                parts.append(read_file(other)[1])
+    rows = one_row_per_case(parts) if parts else np.zeros(0, ROW)
+    keys, status, reasons = (_texts(rows[name]) for name in ("key", "status", "reason"))
+    attempts = np.nan_to_num(rows["attempts"], nan=1.0).astype(int)
+    return dict(zip(keys, zip(status, reasons, attempts.tolist(), strict=True), strict=True))
+
+
+def merge(run: Path, target: Path, *, compress: bool = False) -> int:
+    """Write all rows of a run into one HDF5 file; returns how many.
+
+    Raises
+    ------
+    InputError
+        As `read_run`; or the target exists already or cannot be written.
+    """
+    if os.path.exists(target):
+        raise InputError("target", str(target), "a file that does not exist yet")
+    if not os.path.isdir(target.parent):
+        raise InputError("target", str(target), "a file in a folder that exists")
+    meta, rows = read_run(run)
+    write_hdf5(target, meta, rows, compress=compress)
+    return len(rows)
+
+
+def write_hdf5(target: Path, meta: Mapping[str, Any], rows: Rows, *, compress: bool = False) -> None:
+    """Write rows into a new HDF5 file, made in memory: HDF5 itself crashes the process where the disk is full."""
+    how = {"compression": "gzip", "compression_opts": 9, "shuffle": True} if compress and len(rows) else {}
+    chunks = (min(len(rows), 1024),) if how else None
+    with h5py.File(target.name, "w", libver=LIBVER, driver="core", backing_store=False) as file:
+        file.attrs["schema"] = SCHEMA
+        file.attrs["writer"] = f"mixed-ehl {__version__}"
+        for name in _SHARED:
+            file.attrs[name] = meta[name]
+        # a dataset: the plan of a long table is too much for an attribute
+        file["plan"] = str(meta["plan"])
+        file["plan"].attrs["unit"] = "JSON"
+        units = NUMBER_UNITS | dict.fromkeys((*TEXT_WIDTHS, "key"), "text")
+        for name, unit in units.items():
+            column = file.create_dataset(name, data=rows[name], chunks=chunks, **how)
+            column.attrs["unit"] = unit or "1"
+        column = file.create_dataset("check", data=checksums(rows), chunks=chunks, **how)
+        column.attrs["unit"] = "CRC-32 of the row"
+        file.flush()
+        content = file.id.get_file_image()
+    write_file(target, content, "target")
+
+
+def _read_hdf5(path: Path) -> tuple[dict[str, Any], Rows]:
+    with _corruption_reported(path), h5py.File(path, "r", locking=False) as file:
+        _check_schema(file, path)
+        meta = _attributes(file)
+        size = _declared_rows(file, path)
+        rows = np.zeros(size, ROW)
+        for name in ROW.names or ():
+            rows[name] = file[name][:size]
+        stated = file["check"][:size]
+        valid = rows["key"] != b""
+        for start in range(0, size, _BLOCK):
+            block = slice(start, start + _BLOCK)
+            valid[block] &= checksums(rows[block]) == stated[block]
+        return meta, np.asarray(rows[valid])
+
+
+@contextmanager
+def _corruption_reported(path: Path) -> Iterator[None]:
+    """Turn any error of reading a corrupt file in the block into one sentence that names the file."""
+    try:
+        yield
+    except InputError:
+        raise
+    except PermissionError as error:
+        raise InputError("run", str(path), "a file that can be read", f"{error}.") from None
+    except Exception as error:  # h5py lets errors of every kind through
+        hint = f"It is corrupt or no result file ({error}); move it away and merge or sweep again."
+        raise InputError("run", str(path), "a readable result file", hint) from None
+
+
+def _attribute(file: h5py.File, name: str) -> Any:
+    value = file.attrs.get(name)
+    return int(value) if isinstance(value, np.integer) else value
+
+
+def _attributes(file: h5py.File) -> dict[str, Any]:
+    """What the file states about its run; a text with a flipped bit may hold signs that no terminal takes."""
+    meta = {name: _attribute(file, name) for name in ("schema", "writer", *_SHARED)}
+    for name, value in meta.items():
+        if name in ("schema", "count"):
+            sound = isinstance(value, int) and 0 < value <= MAX_ROWS
+        else:
+            sound = isinstance(value, str) and value.isprintable()
+        if not sound:
+            raise ValueError(f"its attribute {name} is {value!r}")
+    plan = file["plan"].asstr()[()]
+    if not isinstance(plan, str):
+        raise TypeError("its plan is no text")
+    return meta | {"plan": plan}
+
+
+def _declared_rows(file: h5py.File, path: Path) -> int:
+    """Rows every column has; a file that declares more than there may be is refused before memory is taken."""
+    sizes = [file[name].shape for name in ("key", *_COLUMNS)]
+    largest = max(math.prod(size) for size in sizes)
+    if largest > MAX_ROWS:
+        raise InputError("run", str(path), f"a result file of at most {MAX_ROWS} rows", f"It declares {largest}.")
+    if max(file[name].dtype.itemsize for name in ("key", *_COLUMNS)) > max(KEY_WIDTH, *TEXT_WIDTHS.values()):
+        raise TypeError("its columns are of another type")
+    return int(min(size[0] if len(size) == 1 else 0 for size in sizes))
+
+
+def _check_schema(file: h5py.File, path: Path) -> None:
+    schema = _attribute(file, "schema")
+    if not isinstance(schema, int):
+        raise InputError("run", str(path), "a result file of `mixed-ehl sweep merge`", "It has no schema number.")
+    if schema > SCHEMA:
+        hint = f"It was written by the newer version {_attribute(file, 'writer')}; update mixed-ehl to read it."
+        raise InputError(f"{path.name}.schema", schema, f"at most {SCHEMA}", hint)
+    missing = [name for name in ("key", *_COLUMNS) if name not in file]
+    if schema < SCHEMA or missing:
+        columns = f"Columns {', '.join(missing[:5])} are missing: " if missing else ""
+        hint = f"{columns}it is corrupt, or of an older version. Move it away and merge or sweep again."
+        raise InputError("run", str(path), f"a result file of schema {SCHEMA} with all columns", hint)
