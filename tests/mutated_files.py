@@ -46,7 +46,7 @@ from ehl.surface.finish import _AdditiveFile, _FinishFile
 from ehl.surface.measured_profile import load_profile
 from regression.calibration.measurement import read_measurement
 from regression.calibration.setup import load_setup
-from regression.data.store import read_file
+from regression.data.result_files import merge, read_file
 from regression.friction.fitted import _checksum
 from regression.friction.models import FrictionFlag
 from regression.plan.plan import Plan
@@ -175,7 +175,8 @@ def kinds(folder: Path) -> dict[str, Kind]:
     pair.mesh(side="drive", positions=4, points_per_line=9).load("200 N m").write_load(folder / "load.csv")
     load = "\n".join((folder / "load.csv").read_text().splitlines()[:60]).encode()
     regression.sweep("demo", folder / "run", formula="xu_kahraman_2007", jobs=1)
-    (results,) = (folder / "run").glob("*.h5")
+    results = folder / "run.h5"
+    merge(folder / "run", results)
     table = b"pressure_hertz [GPa],radius_equivalent [mm],speed_entrainment,slide_to_roll,temperature_oil [degC]\n"
     points = folder / "points.csv"
     relief = "\n".join(

@@ -27,12 +27,11 @@ from ehl.common.errors import InputError
 from ehl.common.figures import save_figure
 from ehl.common.files import MAX_BYTES, MAX_DEPTH, parse_json, parse_toml, read_text
 from ehl.common.pages import figure_svg, write_csv
-from ehl.common.table import Table
 from ehl.common.runner import checked_jobs
+from ehl.common.table import Table
 from ehl.common.table_reader import MAX_CELLS, MAX_ROWS, harmless, read_table
 from ehl.common.units import ValueRange, parse_quantity
 from ehl.fluid.oil import Oil
-from regression.data.result_files import MAX_ROWS as MAX_STORED
 from regression.data.result_files import read_file
 
 Cli = Callable[..., Any]
