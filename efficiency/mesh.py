@@ -48,7 +48,6 @@ from efficiency.ltca.load_distribution import TeethElasticity
 from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids, load_grids
 from efficiency.ltca.shaft_deflection import solve_deflection
 from efficiency.ltca.solid_tooth import SolidTooth, elastic_teeth
-from efficiency.output.gear_output import GearOutput
 from efficiency.strength.rating import LocalConditions, rate_strength
 from efficiency.strength.result import Strength
 from efficiency.strength.root_stress import RootTooth, root_tooth
@@ -278,7 +277,7 @@ class Mesh:
             here: dict[str, Any] = {**held, **condition}
             return self.load(here.pop("torque", None)).efficiency(model, many=True, **here)
 
-        return solve_grid(axes, solve, progress, GearOutput(self.design), strength)
+        return solve_grid(axes, solve, progress, strength)
 
     def map(
         self,
@@ -331,6 +330,11 @@ class LoadedMesh:
     torque: float
     grids: LoadedGrids
     external_load: Path | None = None
+
+    @property
+    def design(self) -> Design:
+        """The design of the pair, misalignments included."""
+        return self.mesh.design
 
     def efficiency(
         self, friction: Friction = CONSTANT, *, many: bool = False, **conditions: Unpack[ConditionValues]
@@ -416,7 +420,7 @@ class LoadedMesh:
         models = [resolve_friction(friction, design) for friction in names]
         balance, operation = self._balance_of(chosen.load_balance), chosen.operation(design)
         compared = one_thread(compare_models)
-        return compared(self.grids, models, oil, operation, self.mesh.pitch, GearOutput(design), balance)
+        return compared(self.grids, models, oil, operation, self.mesh.pitch, balance)
 
     def strength(self, friction: Friction = CONSTANT, **conditions: Unpack[ConditionValues]) -> Strength:
         """Grades of pressure, root stress, safety factors, scuffing and micropitting.
@@ -475,7 +479,7 @@ class LoadedMesh:
     ) -> EfficiencyResult:
         """As `efficiency`, of a model at an operation; `many` as in `efficiency.loss.efficiency.solve_balanced`."""
         result = solve_balanced(self.grids, model, oil, operation, self._balance_of(load_balance), many=many)
-        return replace(result, source=self, output=GearOutput(self.mesh.design))
+        return replace(result, source=self)
 
     def _chosen(self, friction: Friction, given: Mapping[str, Any]) -> tuple[FrictionModel, Conditions]:
         return resolve_friction(friction, self.mesh.design), Conditions.of(given)

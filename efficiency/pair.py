@@ -41,17 +41,17 @@ from efficiency.loss.compare import Comparison
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import OPERATION_LIMITS, loaded_points
 from efficiency.mesh import POINTS_PER_LINE, POSITIONS, Mesh, elastic_bodies
-from efficiency.output.gear_output import GearOutput
 from efficiency.strength.root_stress import RootTooth
 from efficiency.vehicle.axle_test import REVOLUTIONS_PER_MILE, AxleTest, axle_test_points, solve_axle_test
 from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.figures import interactive
 from ehl.common.progress import ProgressCallback
 from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil
 from regression.friction.models import FrictionModel
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
     from efficiency.geometry.misalignment import MisalignmentGrid, MisalignmentStudy
     from efficiency.geometry.pair_geometry import PairGeometry
@@ -292,7 +292,7 @@ class GearPair:
             pair: GearPair = here.pop("design", pairs[0])
             return solvers[pair.name](here)
 
-        return solve_grid(axes, solve, progress, GearOutput(self.design), strength)
+        return solve_grid(axes, solve, progress, strength)
 
     def duty(
         self,
@@ -317,7 +317,7 @@ class GearPair:
         rows = read_duty(file) if isinstance(file, Path | str) else tuple(file)
         model, oil, solve = self._points(friction, grid, conditions)
         points = solve_points([row.condition for row in rows], solve, progress)
-        return duty_cycle(rows, points, self.name, model.name, oil, GearOutput(self.design))
+        return duty_cycle(rows, points, self.name, model.name, oil)
 
     def loss_map(
         self,
@@ -454,8 +454,7 @@ class GearPair:
         """
         from efficiency.geometry.pair_geometry import chosen_sides, marking_thickness, pair_geometry
 
-        found = pair_geometry(self.design, chosen_sides(side), marking_thickness(marking))
-        return replace(found, output=GearOutput(self.design))
+        return pair_geometry(self.design, chosen_sides(side), marking_thickness(marking))
 
     @one_thread
     def misalignment(
@@ -527,17 +526,20 @@ class GearPair:
             )
 
         studies = tuple(study(part, marking_thickness(marking)) for part in chosen_sides(side))
-        return MisalignmentGrid(studies, GearOutput(self.design))
+        return MisalignmentGrid(self.design, studies)
 
-    def plot_contact(self, side: Side = "drive", member: Literal["pinion", "gear"] = "gear") -> Figure:
-        """Contact pattern without load on a flank, as a matplotlib figure."""
+    def plot_contact(
+        self, side: Side = "drive", member: Literal["pinion", "gear"] = "gear", ax: Axes | None = None
+    ) -> Axes:
+        """Draw the contact pattern without load on a flank."""
         from efficiency.output.plots_geometry import contact_pattern_figure
 
         found = self.geometry(side)
         if side in found.failures:
             raise ConvergenceError("no_contact", found.failures[side])
         shown = found.sides[side]
-        return contact_pattern_figure(shown.pair, shown.pattern, shown.pair.path, member)
+        with interactive():
+            return contact_pattern_figure(shown.pair, shown.pattern, shown.pair.path, member, ax)
 
     @one_thread
     def export(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -191,10 +191,10 @@ class Formula(Reportable, FittedFormula):
         tried, data = ((), None) if record is None else (record.tried, record.dataset)
         return formula_sections(self.candidates, tried, data, medium)
 
-    def _plot(self, ax: Axes | None, dataset: Results | None = None) -> Axes:
+    def _plot(self, ax: Axes | None, **options: Any) -> Axes:
         from regression.view.plots import plot_parity
 
-        fitted = self._fitted(dataset)
+        fitted = self._fitted(options.get("dataset"))
         return plot_parity(fitted.dataset, fitted.candidates, ax)
 
     def to_frame(self) -> pd.DataFrame:

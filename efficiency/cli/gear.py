@@ -127,12 +127,10 @@ def gear(
             result = loaded.efficiency(model, load_balance=balance_of, bulk="oil", **conditions)
         if save_load is not None:
             loaded.write_load(save_load)
-        spread = None
         if uncertainty and result.status == "converged":
             result = result.with_inputs(result.uncertainty(solved=True))
-            spread = result.inputs
-    more = given({"balance": balance, "uncertainty": spread})
-    present(result, json_output, units=system, plot=plot, report=report, xlsx=xlsx, csv=csv, **more)
+    files = {"plot": plot, "report": report, "xlsx": xlsx, "csv": csv}
+    present(result, json_output, units=system, balance=balance, **files)
 
 
 def map_points(

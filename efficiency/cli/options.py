@@ -124,15 +124,14 @@ def load_balance_of(text: str | None) -> Literal["frictional", "frictionless"] |
 
 def present(result: Any, json_output: bool, **files: Any) -> None:
     """Print and write a result; exit code 1 where it failed."""
-    parts = {name: files[name] for name in ("balance", "uncertainty") if name in files}
+    balance, units = files.pop("balance", None), files.pop("units", None)
+    options = given({"balance": balance, "units": units})
     if json_output:
-        more = {"heat_balance": parts["balance"].to_dict()} if "balance" in parts else {}
+        more = {} if balance is None else {"heat_balance": balance.to_dict()}
         print_json(result.to_dict() | more)
     else:
-        result.show(**parts)
-    # the page writers load matplotlib
-    if any(path is not None for name, path in files.items() if name not in ("units", *parts)):
-        result.write(**files)
+        result.show(**options)
+    result.write(**files, **options)
     fail_unless_converged(result.status, result.reason)
 
 

@@ -13,10 +13,11 @@ import numpy as np
 
 from efficiency.conditions.grid import GridPoint, count_reasons
 from efficiency.contact.gear_flanks import Side
-from efficiency.loss.efficiency_result import EfficiencyResult, Output, Presented
+from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import OPERATION_LIMITS, Driver
 from ehl.common.errors import InputError
 from ehl.common.numbers import finite_or_none
+from ehl.common.pages import Reportable
 from ehl.common.table_reader import read_table
 from ehl.common.units import ValueRange
 from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, combined
@@ -135,7 +136,7 @@ class DutyEnergy:
 
 
 @dataclass(frozen=True, repr=False)
-class DutyCycle(Presented):
+class DutyCycle(Reportable):
     """Energies of all rows of a duty cycle.
 
     Parameters
@@ -146,8 +147,6 @@ class DutyCycle(Presented):
         In the order of the file.
     points : tuple of GridPoint
         Of the rows, with their results; not in `to_dict`.
-    output : Output, optional
-        Draws, prints and writes it.
 
     Examples
     --------
@@ -159,12 +158,13 @@ class DutyCycle(Presented):
     2.0
     """
 
+    presenter = "efficiency.output.map_report:duty"
+
     design: str
     friction_model: str
     oil: str
     rows: tuple[DutyEnergy, ...]
     points: tuple[GridPoint, ...] = field(repr=False, compare=False)
-    output: Output | None = field(default=None, repr=False, compare=False)
 
     @property
     def results(self) -> tuple[EfficiencyResult, ...]:
@@ -304,11 +304,10 @@ def duty_cycle(
     design: str,
     friction_model: str,
     oil: str,
-    output: Output | None = None,
 ) -> DutyCycle:
     """Energies of the rows of a duty cycle from the efficiency at each (`efficiency.conditions.grid.solve_points`)."""
     rows = tuple(_energy(row, point) for row, point in zip(duty, points, strict=True))
-    return DutyCycle(design, friction_model, oil, rows, tuple(points), output)
+    return DutyCycle(design, friction_model, oil, rows, tuple(points))
 
 
 def _energy(row: DutyRow, point: GridPoint) -> DutyEnergy:

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.conditions.conditions import AXES
-from efficiency.loss.efficiency_result import EfficiencyResult, Output, Presented
+from efficiency.loss.efficiency_result import EfficiencyResult
 from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 
 if TYPE_CHECKING:
@@ -75,7 +76,7 @@ class GridPoint:
 
 
 @dataclass(frozen=True, repr=False)
-class Grid(Presented):
+class Grid(Reportable):
     """Efficiencies at all combinations of some axes; a failed point keeps its reason.
 
     Parameters
@@ -84,8 +85,6 @@ class Grid(Presented):
         Values of each axis, SI units; a design by its name.
     points : tuple of GridPoint
         First axis outermost.
-    output : Output, optional
-        Draws, prints and writes it.
 
     Examples
     --------
@@ -96,9 +95,10 @@ class Grid(Presented):
     ((2, 2), 4)
     """
 
+    presenter = "efficiency.output.map_report:map"
+
     axes: dict[str, tuple[Any, ...]]
     points: tuple[GridPoint, ...] = field(repr=False)
-    output: Output | None = field(default=None, repr=False, compare=False)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -224,7 +224,6 @@ def solve_grid(
     axes: Mapping[str, Sequence[Any]],
     solve: Solve,
     progress: ProgressCallback | None = None,
-    output: Output | None = None,
     strength: bool = False,
 ) -> Grid:
     """Efficiency at every combination of the axes; geometry and load once each, whatever the order of the axes.
@@ -235,8 +234,6 @@ def solve_grid(
         Names of `AXES` to values in SI units.
     solve, progress, strength
         As in `solve_points`.
-    output : Output, optional
-        Draws, prints and writes the grid.
 
     Raises
     ------
@@ -256,4 +253,4 @@ def solve_grid(
     solved = solve_points([conditions[k] for k in order], solve, progress, strength)
     points = dict(zip(order, solved, strict=True))
     named = {name: tuple(getattr(v, "name", v) for v in values) for name, values in axes.items()}
-    return Grid(named, tuple(points[k] for k in range(len(places))), output)
+    return Grid(named, tuple(points[k] for k in range(len(places))))

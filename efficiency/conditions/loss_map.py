@@ -24,11 +24,11 @@ from efficiency.loss.kinematics import OPERATION_LIMITS
 from efficiency.loss.notes import pair_notes
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file
-from ehl.common.notes import notes_table
 from ehl.common.numbers import finite_or_none
-from ehl.common.pages import write_csv, write_xlsx
+from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback
 from ehl.common.quantities import quantity
+from ehl.common.sections import Head, Medium, Notes, Section
 from ehl.common.table import Table
 from ehl.common.units import ValueRange
 from regression.friction.published_registry import model_label
@@ -67,8 +67,8 @@ class LossPoint:
     reason: str
 
 
-class Tabulated:
-    """A result that is one table, with what has to be known of it.
+class LossTable(Reportable):
+    """A result that is one table with notes.
 
     Attributes
     ----------
@@ -87,28 +87,10 @@ class Tabulated:
         """The table."""
         raise NotImplementedError
 
-    def notes_table(self) -> Table:
-        """One row for each kind of note, with the point where it is worst."""
-        return notes_table(pair_notes(self.said), len({case for case, _ in self.said if case}))
-
-    def show(self) -> None:
-        """Print what the command line prints."""
-        for table in (self.table(), self.notes_table()):
-            table.print()
-
-    def write(self, *, xlsx: Path | str | None = None, csv: Path | str | None = None) -> None:
-        """Write a workbook in display units, a folder of CSV files in SI units.
-
-        Raises
-        ------
-        InputError
-            A place that cannot be written.
-        """
-        tables = [self.table(), self.notes_table()]
-        if xlsx is not None:
-            write_xlsx(Path(xlsx), tables, tables[0].title)
-        if csv is not None:
-            write_csv(Path(csv), tables)
+    def sections(self, medium: Medium = "page", **options: Any) -> list[Section]:
+        """The table and its notes, one for each kind with the worst point."""
+        notes = Notes(pair_notes(self.said), len({case for case, _ in self.said if case}))
+        return [Section("", [Head(self.table().title), self.table(), notes])]
 
     def to_frame(self) -> pandas.DataFrame:
         """One row per point, SI units."""
@@ -116,7 +98,7 @@ class Tabulated:
 
 
 @dataclass(frozen=True, repr=False)
-class LossMap(Tabulated):
+class LossMap(LossTable):
     """Torque loss over pinion torque and speed at one oil temperature.
 
     Parameters

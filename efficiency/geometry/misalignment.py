@@ -19,9 +19,9 @@ from efficiency.contact.flank_grid import FlankGrid
 from efficiency.contact.flank_pair import MARKING, FlankPair, flank_pair
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design
-from efficiency.loss.efficiency_result import Output, Presented
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.numbers import finite_or_none
+from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 
 if TYPE_CHECKING:
@@ -177,17 +177,21 @@ class MisalignmentStudy:
 
 
 @dataclass(frozen=True, repr=False)
-class MisalignmentGrid(Presented):
+class MisalignmentGrid(Reportable):
     """Contact of a pair over misalignments: from `GearPair.misalignment`.
 
     Attributes
     ----------
+    pair : Design
+        Design of the pair.
     studies : tuple of MisalignmentStudy
         One for each side.
     """
 
+    presenter = "efficiency.output.misalignment_report:misalignment"
+
+    pair: Design
     studies: tuple[MisalignmentStudy, ...]
-    output: Output | None = None
 
     @property
     def status(self) -> str:

@@ -17,9 +17,9 @@ from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import flank_limits
 from efficiency.design.design import Design
-from efficiency.loss.efficiency_result import Output, Presented
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.numbers import finite_or_none
+from ehl.common.pages import Reportable
 from ehl.common.units import ValueRange
 
 FloatArray = NDArray[np.float64]
@@ -127,7 +127,7 @@ class FlankSummary:
 
 
 @dataclass(frozen=True, repr=False)
-class PairGeometry(Presented):
+class PairGeometry(Reportable):
     """Geometry of a pair: its flanks and the unloaded contact of each side asked for.
 
     Attributes
@@ -148,6 +148,8 @@ class PairGeometry(Presented):
         Wall time of all.
     """
 
+    presenter = "efficiency.output.geometry_report:geometry"
+
     design: Design
     marking: float
     flanks: dict[str, FlankSummary]
@@ -155,7 +157,6 @@ class PairGeometry(Presented):
     failures: dict[Side, str]
     notes: tuple[str, ...]
     seconds: float
-    output: Output | None = field(default=None, repr=False, compare=False)
     status: str = field(init=False)
 
     def __post_init__(self) -> None:

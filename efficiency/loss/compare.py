@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type
 from efficiency.loss.efficiency import LoadedGrids, solve_balanced
-from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance, Output, Presented
+from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.regions import loss_by_region
 from ehl.common.numbers import finite_or_none
+from ehl.common.pages import Reportable
 from ehl.fluid.oil import Oil
 from regression.friction.models import ConstantFriction, FrictionModel
 from regression.friction.published_registry import PUBLISHED, model_label
@@ -75,7 +76,7 @@ class ComparisonRow:
 
 
 @dataclass(frozen=True, repr=False)
-class Comparison(Presented):
+class Comparison(Reportable):
     """Efficiencies of one pair at one operating point.
 
     Attributes
@@ -91,6 +92,8 @@ class Comparison(Presented):
         Friction model that the fitted constant has the same loss as; empty where none was fitted.
     """
 
+    presenter = "efficiency.output.comparison_report:comparison"
+
     design: str
     side: str
     oil: str
@@ -100,7 +103,6 @@ class Comparison(Presented):
     rows: tuple[ComparisonRow, ...]
     results: tuple[EfficiencyResult, ...] = field(repr=False, compare=False)
     reference: str = ""
-    output: Output | None = field(default=None, repr=False, compare=False)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -144,7 +146,6 @@ def compare_models(
     oil: Oil,
     operation: Operation,
     pitch: PitchGeometry | None = None,
-    output: Output | None = None,
     load_balance: LoadBalance = "frictional",
 ) -> Comparison:
     """Efficiency of a loaded mesh with each friction model, a constant fitted to the best of them, and closed forms.
@@ -165,8 +166,6 @@ def compare_models(
         Speed, oil temperature, roughness.
     pitch : PitchGeometry, optional
         Pitch-point data of the pair.
-    output : Output, optional
-        Draws, prints and writes the comparison.
     """
     results = [solve_balanced(loaded, model, oil, operation, load_balance) for model in models]
     names = [result.friction_model for result in results]
@@ -193,7 +192,6 @@ def compare_models(
         tuple(rows),
         tuple(results),
         reference.friction_model if reference is not None else "",
-        output,
     )
 
 

@@ -15,15 +15,13 @@ from efficiency.loss.kinematics import Driver, LoadedPoints, Operation
 from efficiency.loss.lubrication import LocalLubrication
 from efficiency.ltca.load_distribution import LoadDistribution
 from ehl.common.errors import InputError
+from ehl.common.pages import Reportable
 from ehl.fluid.oil import Oil
 from ehl.uncertainty.result import InputUncertainty
 from regression.friction.models import FrictionEstimate, FrictionModel
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import pandas
-    from matplotlib.figure import Figure
 
     from efficiency.loss.heat_balance import CoolingInput, HeatBalance
     from efficiency.strength.result import Strength
@@ -53,13 +51,16 @@ _ARRAYS_KEPT_OUT = (
     "operation",
     "card",
     "source",
-    "output",
     "asked",
 )
 
 
 class ResultSource(Protocol):
     """The loaded mesh a result comes from, which answers further questions about the same operating point."""
+
+    @property
+    def design(self) -> Any:
+        """The design of the pair, misalignments included."""
 
     def solve(
         self, model: FrictionModel, operation: Operation, oil: Oil, load_balance: LoadBalance | None = None
@@ -73,81 +74,8 @@ class ResultSource(Protocol):
         """Strength of the teeth."""
 
 
-class Output(Protocol):
-    """What draws, prints and writes results; the pair gives it to them."""
-
-    def figures(self, result: Any) -> dict[str, Figure]:
-        """Figures by their names, the most telling one first."""
-
-    def show(self, result: Any, **parts: Any) -> None:
-        """Print tables."""
-
-    def write(self, result: Any, units: str, **files: Any) -> list[Path]:
-        """Write files."""
-
-
-class Presented:
-    """A result that can be drawn, printed and written."""
-
-    output: Output | None
-
-    def plot(self, name: str | None = None) -> Figure:
-        """One of the figures of the report; an unknown name raises an `InputError` that lists all of them.
-
-        Parameters
-        ----------
-        name : str, optional
-            Of the figure; the most telling one if not given.
-
-        Returns
-        -------
-        Figure
-            Of matplotlib, not shown.
-        """
-        figures = self._output("plot").figures(self)
-        if name is not None and name not in figures:
-            raise InputError("plot", name, "one of " + ", ".join(figures))
-        return figures[name or next(iter(figures))]
-
-    def show(self, **parts: Any) -> None:
-        """Print what the command line prints; `balance` and `uncertainty` of an efficiency with it."""
-        self._output("show").show(self, **parts)
-
-    def report(self, path: Path | str) -> None:
-        """Write one HTML page, for print too."""
-        self.write(report=path)
-
-    def write(self, *, units: str = "metric", **files: Any) -> list[Path]:
-        """Write files.
-
-        Parameters
-        ----------
-        units : {"metric", "inch"}
-            Of the tables of the design.
-        **files : Path or str
-            `plot` (folder of figures), `report` (HTML page), `xlsx` (workbook), `csv` (folder); `balance` and
-            `uncertainty` of an efficiency are written with it; a study takes `folder` alone.
-
-        Returns
-        -------
-        list of Path
-            What was written.
-
-        Raises
-        ------
-        InputError
-            A suffix that does not belong to the kind of file, or a place that cannot be written.
-        """
-        return self._output("write").write(self, units, **files)
-
-    def _output(self, what: str) -> Output:
-        if self.output is None:
-            raise InputError(what, "a result without its pair", "a result of `GearPair`, `Mesh` or `LoadedMesh`")
-        return self.output
-
-
 @dataclass(frozen=True, repr=False)
-class EfficiencyResult(Presented):
+class EfficiencyResult(Reportable):
     """Efficiency of one pair at one operating point; SI units.
 
     Parameters
@@ -242,8 +170,6 @@ class EfficiencyResult(Presented):
         Oil card.
     source : ResultSource, optional
         The loaded mesh it comes from; not in `to_dict`.
-    output : Output, optional
-        Draws, prints and writes it; not in `to_dict`.
     asked : InputUncertainty, optional
         In place of the interval by the formula and the usual spreads; see `with_inputs`.
 
@@ -255,6 +181,8 @@ class EfficiencyResult(Presented):
     >>> f"{100.0 * result.efficiency:.1f} %"
     '99.0 %'
     """
+
+    presenter = "efficiency.output.gear_report:gear"
 
     design: str
     side: str
@@ -321,7 +249,6 @@ class EfficiencyResult(Presented):
     operation: Operation = field(repr=False, compare=False)
     card: Oil = field(repr=False, compare=False)
     source: ResultSource | None = field(default=None, repr=False, compare=False)
-    output: Output | None = field(default=None, repr=False, compare=False)
     asked: InputUncertainty | None = field(default=None, repr=False, compare=False)
 
     @cached_property

@@ -41,7 +41,7 @@ from efficiency.optimisation.problem import (
     checked_objectives,
     variables_of,
 )
-from efficiency.optimisation.result import Candidate, Optimisation, OptimisationOutput
+from efficiency.optimisation.result import Candidate, Optimisation
 from efficiency.optimisation.surrogate import Processes, first_points, next_points, table_of, transformed
 from efficiency.pair import GearPair
 from ehl import __version__
@@ -214,7 +214,6 @@ def optimise(
         jobs=jobs,
         reused=len(journal.reused),
         seconds=time.perf_counter() - clock,
-        output=OptimisationOutput(),
     )
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ehl.common.figures import BLUE, GREY, ORANGE, new_figure
+from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, new_figure
 from ehl.common.quantities import quantities
+from ehl.common.sections import Picture
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,21 +23,22 @@ _LIGHT = "0.8"
 _VIEW = 1.6
 
 
-def optimisation_figures(result: Optimisation) -> Iterator[tuple[str, Figure, str]]:
-    """(name, figure, caption) of a search."""
-    yield (
-        "trade",
-        trade_figure(result),
+def optimisation_figures(result: Optimisation) -> list[Picture]:
+    """Figures of a search."""
+    trade = (
         "Points of the search: grey beyond a limit, blue within all limits, orange the front; the square is the start. "
-        "Axes in shares of the start, load at edges in % of the torque; dashed the limit.",
+        "Axes in shares of the start, load at edges in % of the torque; dashed the limit."
     )
-    yield (
-        "parallel",
-        parallel_figure(result),
+    parallel = (
         "Parallel coordinates of the front: variables between their bounds, then figures in shares of the start, load "
-        "at edges in % of the torque; a line for each point, dark for little loss.",
+        "at edges in % of the torque; a line for each point, dark for little loss."
     )
-    yield "progress", progress_figure(result), "Least first objective within the limits over the evaluations."
+    progress = "Least first objective within the limits over the evaluations."
+    return [
+        Picture(partial(trade_figure, result), trade, "trade"),
+        Picture(partial(parallel_figure, result), parallel, "parallel"),
+        Picture(partial(progress_figure, result), progress, "progress"),
+    ]
 
 
 def _scale(result: Optimisation, name: str) -> float:
@@ -135,11 +137,10 @@ def parallel_figure(result: Optimisation) -> Figure:
     return figure
 
 
-def progress_figure(result: Optimisation) -> Figure:
+def progress_figure(result: Optimisation, ax: Axes | None = None) -> Axes:
     """Least value of the first objective so far, over the evaluations."""
     name = result.problem.objectives[0]
-    figure = new_figure(6.4, 3.4)
-    axes = figure.add_subplot()
+    axes = axes_or_new(ax, 6.4, 3.4)
     kept = np.array([p.figures[name] if p.feasible(result.allowed) else np.inf for p in result.evaluations])
     least = np.minimum.accumulate(kept)
     scale = result.start.figures[name]
@@ -149,4 +150,4 @@ def progress_figure(result: Optimisation) -> Figure:
     axes.scatter(np.flatnonzero(within), kept[within] / scale, color=GREY, s=10)
     axes.set(xlabel="evaluations [-]", ylabel=_label(result, name))
     axes.grid(alpha=0.3)
-    return figure
+    return axes

@@ -1,11 +1,12 @@
-"""A search as tables, design files and one HTML page for print."""
+"""Sections and design files of a search."""
 
 from __future__ import annotations
 
 import math
-import platform
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,23 +17,25 @@ from efficiency.machine_settings.design_file import targets_text
 from efficiency.machine_settings.inputs import targets_beside
 from efficiency.optimisation.check import CHECK_GRID
 from efficiency.optimisation.evaluation import duty_results, targets_of
-from efficiency.optimisation.plots import optimisation_figures
+from efficiency.optimisation.plots import optimisation_figures, progress_figure
 from efficiency.optimisation.problem import EDGE_FREE, START, state_text
 from efficiency.optimisation.result import state_of
 from efficiency.output.flank_map import FlankMap
+from efficiency.output.gear_report import SPIN
 from efficiency.output.plots_flank import LOSS, PRESSURE, contact_figure, field_figure, field_values
 from efficiency.output.plots_load import plot_transmission_error
 from efficiency.pair import GearPair
-from ehl import __version__
 from ehl.common.files import write_file
 from ehl.common.notes import GRADES, Note
-from ehl.common.pages import save_figures, write_csv, write_report, write_xlsx
 from ehl.common.quantities import quantities
-from ehl.common.sections import Item, KeyFigures, MainResult, Notes, Picture, Row, Section, Text
+from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Column, Table
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
     from efficiency.optimisation.evaluation import Evaluation
     from efficiency.optimisation.result import Candidate, Optimisation
 
@@ -202,45 +205,50 @@ def timing(result: Optimisation) -> str:
     return f"{result.status}: {count} evaluations{again}, {result.seconds:.0f} s with {result.jobs} {workers}"
 
 
-def write_optimisation(result: Optimisation, folder: Path) -> list[Path]:
-    """Page, tables, figures, and design file and machine summary of each checked point.
+def optimisation_sections(result: Optimisation, medium: Medium) -> list[Section]:
+    """Sections of a search: gain and its costs, before and after, trade-offs, checked designs."""
+    if medium == "files":
+        tables = [front_table(result), candidates_table(result), evaluations_table(result)]
+        return [Section("", [Head(headline(result)), *tables])]
+    if medium == "terminal":
+        return [Section("", [candidates_table(result), Notes(search_notes(result))])]
+    head = Head(
+        f"Less loss: {result.name}",
+        f"{duty_text(result)}; {result.problem.oil}, friction: {model_label(result.problem.friction)}",
+        f"{timing(result).capitalize()}. {SPIN}",
+    )
+    return [
+        Section("", [head, *_answer(result)]),
+        *_before_after(result),
+        Section("The trade", optimisation_figures(result)),
+        Section("Checked designs", [replace(candidates_table(result), title="", notes=())]),
+        Section("How it was searched", _search(result)),
+    ]
+
+
+def plot_optimisation(result: Optimisation, ax: Axes | None) -> Axes:
+    """Least first objective within the limits over the evaluations."""
+    return progress_figure(result, ax)
+
+
+def write_designs(result: Optimisation, folder: Path) -> list[Path]:
+    """Design file, targets and machine summary of each checked point.
 
     Raises
     ------
     InputError
         The folder cannot be written.
     """
-    tables = [front_table(result), candidates_table(result), evaluations_table(result)]
-    written = write_csv(folder, tables)
-    written.append(write_xlsx(folder / "optimise.xlsx", tables, headline(result)))
-    pairs: dict[str, GearPair] = {}
+    written = []
     for candidate in result.candidates:
-        made = result.settings(candidate)
         path = folder / f"{candidate.name}.toml"
-        write_file(path, design_head(result, candidate) + made.text, "output", folder=True)
-        pairs[candidate.name] = GearPair(path)
-        pairs[candidate.name].export(folder / candidate.name, ("summary",))
+        write_file(path, design_head(result, candidate) + result.settings(candidate).text, "output", folder=True)
+        GearPair(path).export(folder / candidate.name, ("summary",))
         inputs = targets_of(result.problem, candidate.point.variables, candidate.name)
         beside = targets_beside(path)
         write_file(beside, targets_text(inputs, f"Targets that {path.name} was made from."), "output")
         written += [path, beside]
-    figures = list(optimisation_figures(result))
-    save_figures(figures, folder)
-    page = write_report(
-        folder / "optimise.html",
-        f"Less loss: {result.name}",
-        f"{duty_text(result)}; {result.problem.oil}, friction: {model_label(result.problem.friction)}",
-        [
-            _answer(result),
-            *_before_after(result, pairs),
-            Section("The trade", [Picture(figure, caption) for _, figure, caption in figures]),
-            Section("Checked designs", [replace(candidates_table(result), title="", notes=())]),
-            Section("How it was searched", _search(result)),
-        ],
-        f"mixed-ehl {__version__}, Python {platform.python_version()}. {timing(result).capitalize()}. Churning, "
-        "windage and bearing losses are not part of any figure here.",
-    )
-    return [page, *written]
+    return written
 
 
 def duty_text(result: Optimisation) -> str:
@@ -266,13 +274,13 @@ def design_head(result: Optimisation, candidate: Candidate) -> str:
     return "".join(f"# {line}\n" for line in lines)
 
 
-def _answer(result: Optimisation) -> Section:
+def _answer(result: Optimisation) -> list[Item]:
     best = result.best
     notes = search_notes(result)
     if best is None:
         answer = MainResult("no gain", f"{result.name}: {result.reason}")
         none = "The start is as good as this search finds within its limits."
-        return Section("", [answer, Notes(notes, none=none)])
+        return [answer, Notes(notes, none=none)]
     known = quantities()
     first = result.problem.objectives[0]
     low, high = best.gain_interval
@@ -315,14 +323,11 @@ def _answer(result: Optimisation) -> Section:
         )
         notes.append(Note("for information", text))
     others = [name for name in result.problem.figures if name != first]
-    return Section(
-        "",
-        [
-            MainResult(change_text(best.change(first)), f"{known[first].label}, {best.name} against the start", said),
-            KeyFigures([(_figure_change(best, name), known[name].label) for name in others]),
-            Notes(sorted(notes, key=lambda note: GRADES.index(note.grade))),
-        ],
-    )
+    return [
+        MainResult(change_text(best.change(first)), f"{known[first].label}, {best.name} against the start", said),
+        KeyFigures([(_figure_change(best, name), known[name].label) for name in others]),
+        Notes(sorted(notes, key=lambda note: GRADES.index(note.grade))),
+    ]
 
 
 def aligned_gain(candidate: Candidate) -> float:
@@ -330,7 +335,7 @@ def aligned_gain(candidate: Candidate) -> float:
     return 1.0 - candidate.exact.losses["aligned"][0] / candidate.start.losses["aligned"][0]
 
 
-def _before_after(result: Optimisation, pairs: dict[str, GearPair]) -> list[Section]:
+def _before_after(result: Optimisation) -> list[Section]:
     """Pattern, pressure, loss and transmission error of start and best, aligned, at the first operating point."""
     best = result.best
     if best is None:
@@ -338,27 +343,32 @@ def _before_after(result: Optimisation, pairs: dict[str, GearPair]) -> list[Sect
     from efficiency.optimisation.evaluation import settings_of
 
     before = GearPair(settings_of(result.problem, {}).design)
-    both = before, pairs[best.name]
+    both = before, GearPair(result.settings(best).design)
     results: list[EfficiencyResult] = [duty_results(pair, result.problem, {}, CHECK_GRID)[0] for pair in both]
     maps = [FlankMap.of(pair.design.flanks(), found) for pair, found in zip(both, results, strict=True)]
     names = (f"Start: {result.name}", f"After: {best.name}")
     # both on one scale, or the eye is misled
     pressure, loss = (max(float(np.nanmax(field_values(m, what))) for m in maps) for what in (PRESSURE, LOSS))
-    errors = [plot_transmission_error(found) for found in results]
-    spans = [figure.axes[0].get_ylim() for figure in errors]
-    for figure in errors:
-        figure.axes[0].set_ylim(min(low for low, _ in spans), max(high for _, high in spans))
-    rows = (
-        ("pattern under load", [contact_figure(m, top=pressure) for m in maps]),
-        (PRESSURE.title, [field_figure(m, PRESSURE, top=pressure) for m in maps]),
-        (LOSS.title, [field_figure(m, LOSS, top=loss) for m in maps]),
-        ("transmission error", errors),
+    figures: tuple[tuple[str, list[Callable[[], Figure | Axes]]], ...] = (
+        ("pattern under load", [partial(contact_figure, m, top=pressure) for m in maps]),
+        (PRESSURE.title, [partial(field_figure, m, PRESSURE, top=pressure) for m in maps]),
+        (LOSS.title, [partial(field_figure, m, LOSS, top=loss) for m in maps]),
+        ("transmission error", _on_one_scale(results)),
     )
-    blocks: list[Item] = [
-        Row([Picture(figure, f"{name}, {what}.") for name, figure in zip(names, figures, strict=True)])
-        for what, figures in rows
+    rows = [
+        Row([Picture(draw, f"{name}, {what}.") for name, draw in zip(names, drawn, strict=True)])
+        for what, drawn in figures
     ]
-    return [Section("Before and after, aligned, at the first operating point", blocks)]
+    return [Section("Before and after, aligned, at the first operating point", rows)]
+
+
+def _on_one_scale(results: list[EfficiencyResult]) -> list[Callable[[], Figure | Axes]]:
+    """Transmission errors of both results with the same axis."""
+    drawn = [plot_transmission_error(found) for found in results]
+    low, high = zip(*(axes.get_ylim() for axes in drawn), strict=True)
+    for axes in drawn:
+        axes.set_ylim(min(low), max(high))
+    return [partial(lambda axes: axes, axes) for axes in drawn]
 
 
 def _search(result: Optimisation) -> list[Item]:

@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from efficiency.loss.efficiency_result import Output, Presented
 from efficiency.machine_settings.settings_result import SettingsResult
 from efficiency.optimisation.evaluation import Evaluation, settings_of
 from efficiency.optimisation.pareto import non_dominated
 from efficiency.optimisation.problem import Problem
 from ehl.common.numbers import finite_or_none
+from ehl.common.pages import Reportable
 from ehl.uncertainty.result import Change, combined
 
 if TYPE_CHECKING:
     import pandas
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -104,7 +103,7 @@ class Candidate:
 
 
 @dataclass(frozen=True, repr=False)
-class Optimisation(Presented):
+class Optimisation(Reportable):
     """What a search for the pair that loses less has found; SI units.
 
     Parameters
@@ -129,9 +128,10 @@ class Optimisation(Presented):
         Of the random numbers; worker processes; evaluations that an earlier run had computed.
     seconds : float
         Wall time.
-    output : Output, optional
-        Draws, prints and writes it.
     """
+
+    presenter = "efficiency.optimisation.report:optimisation"
+    file_name = "optimise"
 
     name: str
     problem: Problem
@@ -145,7 +145,6 @@ class Optimisation(Presented):
     jobs: int
     reused: int
     seconds: float
-    output: Output | None = field(default=None, repr=False, compare=False)
 
     @property
     def front(self) -> tuple[Evaluation, ...]:
@@ -175,6 +174,11 @@ class Optimisation(Presented):
     def settings(self, candidate: Candidate) -> SettingsResult:
         """Machine settings and design of a candidate."""
         return settings_of(self.problem, candidate.point.variables, candidate.name)
+
+    def _write_all(self, folder: Path, **options: Any) -> list[Path]:
+        from efficiency.optimisation.report import write_designs
+
+        return [*super()._write_all(folder, **options), *write_designs(self, folder)]
 
     def to_frame(self) -> pandas.DataFrame:
         """One row per evaluation, SI units."""
@@ -230,31 +234,6 @@ class Optimisation(Presented):
         return (
             f"Optimisation({self.name}: {len(self.evaluations)} evaluations, {len(self.front)} on the front, {found})"
         )
-
-
-@dataclass(frozen=True)
-class OptimisationOutput:
-    """Draws, prints and writes a search (`efficiency.loss.efficiency_result.Output`)."""
-
-    def figures(self, result: Optimisation) -> dict[str, Figure]:
-        """Figures by their names."""
-        from efficiency.optimisation.plots import optimisation_figures
-
-        return {name: figure for name, figure, _ in optimisation_figures(result)}
-
-    def show(self, result: Optimisation, **parts: Any) -> None:
-        """Print the candidates beside the start, and what has to be known of the search."""
-        from efficiency.optimisation.report import candidates_table, search_notes
-        from ehl.common.notes import notes_table
-
-        candidates_table(result).print()
-        notes_table(search_notes(result)).print()
-
-    def write(self, result: Optimisation, units: str, **files: Any) -> list[Path]:
-        """Page, tables, figures, and the design of each candidate into `folder`."""
-        from efficiency.optimisation.report import write_optimisation
-
-        return write_optimisation(result, Path(files["folder"]))
 
 
 def state_of(point: Evaluation, allowed: Mapping[str, float]) -> str:

@@ -1,28 +1,30 @@
-"""A comparison of friction models as one HTML page."""
+"""Sections of a comparison of friction models."""
 
 from __future__ import annotations
 
 import math
-import platform
+from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
+from functools import partial
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 from efficiency.output.notes import comparison_notes
 from efficiency.output.plots_comparison import (
+    plot_comparison,
     plot_friction_along_mesh,
     plot_loss_along_mesh,
     plot_loss_by_region,
     plot_run_time,
 )
-from efficiency.output.plots_load import plot_comparison
-from efficiency.output.tables import models_table, operating_point, percent
-from ehl import __version__
-from ehl.common.pages import write_report
-from ehl.common.sections import KeyFigures, MainResult, Notes, Picture, Row, Section, Text
+from efficiency.output.tables import comparison_tables, models_table, operating_point, percent
+from ehl.common.sections import Head, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
     from efficiency.loss.compare import Comparison, ComparisonRow
 
 CAPTION = (
@@ -32,52 +34,47 @@ CAPTION = (
 REGIONS = "Share of the sliding loss in thirds of face width and height of the gear flank; each panel adds up to 100 %."
 
 
-def write_comparison_report(comparison: Comparison, path: Path) -> Path:
-    """One self-contained page: efficiencies with their intervals, friction along the mesh, loss on the flank, notes.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
-    """
+def comparison_sections(comparison: Comparison, medium: Medium) -> list[Section]:
+    """Efficiencies with their intervals, friction along the mesh, loss on the flank, notes."""
+    point = operating_point(comparison)
+    notes = Notes(comparison_notes(comparison), len(comparison.results))
+    if medium == "files":
+        return [Section("", [Head(f"{point}: friction models"), *comparison_tables(comparison)])]
+    if medium == "terminal":
+        return [Section("", [models_table(comparison), notes])]
     mesh = [row for row in comparison.rows if row.kind == "mesh"]
-    along = [
-        Picture(plot_friction_along_mesh(comparison), "Weighted with the sliding power, of all pairs in mesh."),
-        Picture(plot_loss_along_mesh(comparison), "Power loss at each position of a pinion pitch."),
-    ]
     fitted = f"The constant fitted to {model_label(comparison.reference)} has its loss at this operating point. "
     shared = (
         f"{fitted if comparison.reference else ''}Geometry and load are shared; the closed forms take one constant "
         "friction coefficient for the whole pair. A model that knows no uncertain input has no interval: its error "
         "is not small, it is not known."
     )
-    return write_report(
-        path,
-        f"Friction models compared: {comparison.design}",
-        operating_point(comparison),
-        [
-            Section(
-                "",
-                [
-                    _answer(comparison),
-                    KeyFigures([_tile(row) for row in mesh[:10]]),
-                    Notes(comparison_notes(comparison), len(comparison.results)),
-                ],
-            ),
-            Section(
-                "Power loss",
-                [
-                    Picture(plot_comparison(comparison), CAPTION),
-                    replace(models_table(comparison), title=""),
-                    Text(shared),
-                ],
-            ),
-            Section("Along the mesh", [Row(along)]),
-            Section("Where on the tooth", [Picture(plot_loss_by_region(comparison), REGIONS)]),
-            Section("Run time", [Picture(plot_run_time(comparison), "One run each; geometry and load are shared.")]),
-        ],
-        f"mixed-ehl {__version__}, Python {platform.python_version()}.",
+    along = (
+        (plot_friction_along_mesh, "Weighted with the sliding power, of all pairs in mesh."),
+        (plot_loss_along_mesh, "Power loss at each position of a pinion pitch."),
     )
+
+    def picture(draw: Callable[[Comparison], Figure | Axes], caption: str) -> Picture:
+        return Picture(partial(draw, comparison), caption, draw.__name__.removeprefix("plot_"))
+
+    return [
+        Section(
+            "",
+            [
+                Head(f"Friction models compared: {comparison.design}", point),
+                _answer(comparison),
+                KeyFigures([_tile(row) for row in mesh[:10]]),
+                notes,
+            ],
+        ),
+        Section(
+            "Power loss",
+            [picture(plot_comparison, CAPTION), replace(models_table(comparison), title=""), Text(shared)],
+        ),
+        Section("Along the mesh", [Row([picture(*each) for each in along])]),
+        Section("Where on the tooth", [picture(plot_loss_by_region, REGIONS)]),
+        Section("Run time", [picture(plot_run_time, "One run each; geometry and load are shared.")]),
+    ]
 
 
 def _answer(comparison: Comparison) -> MainResult:
@@ -85,7 +82,7 @@ def _answer(comparison: Comparison) -> MainResult:
     found = [row for row in comparison.rows if row.kind == "mesh" and math.isfinite(row.efficiency)]
     if not found:
         return MainResult("no answer", f"of any friction model: {comparison.reason}")
-    best, worst = max(found, key=_efficiency), min(found, key=_efficiency)
+    best, worst = max(found, key=attrgetter("efficiency")), min(found, key=attrgetter("efficiency"))
     known = [
         (f"{percent(row.efficiency, 2)} %", f"{word}, {row.label}") for row, word in ((worst, "least"), (best, "most"))
     ]
@@ -93,10 +90,6 @@ def _answer(comparison: Comparison) -> MainResult:
     known.append((f"±\N{NO-BREAK SPACE}{error:.1g} %", "greatest error of the solution of a model"))
     value = f"{percent(worst.efficiency, 2)} to {percent(best.efficiency, 2)} %"
     return MainResult(value, f"mesh efficiency by {len(found)} friction models", known)
-
-
-def _efficiency(row: ComparisonRow) -> float:
-    return row.efficiency
 
 
 def _tile(row: ComparisonRow) -> tuple[str, str]:

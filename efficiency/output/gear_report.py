@@ -1,13 +1,11 @@
-"""A gear run as figures and as one HTML page for print: load, lubrication, friction and loss of one operating point,
-efficiency over several."""
+"""Sections of one operating point: load, lubrication, friction and loss; with a map the efficiency over several."""
 
 from __future__ import annotations
 
 import math
-import platform
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +14,7 @@ from efficiency.geometry.pair_geometry import geometry_notes
 from efficiency.loss.notes import pair_notes
 from efficiency.output import plots_flank as flank_plots
 from efficiency.output.flank_map import FlankMap
+from efficiency.output.geometry_report import AXIAL_SECTION
 from efficiency.output.geometry_tables import blank_table, misalignment_text, setting_tables, words
 from efficiency.output.machine_summary import FLANKS, Units, summary_rows
 from efficiency.output.notes import result_notes
@@ -27,7 +26,7 @@ from efficiency.output.plots_load import (
     plot_root_stress,
     plot_transmission_error,
 )
-from efficiency.output.plots_map import is_map, map_figures
+from efficiency.output.plots_map import map_figures
 from efficiency.output.tables import (
     efficiency_grids,
     efficiency_table,
@@ -36,48 +35,98 @@ from efficiency.output.tables import (
     percent,
     position_table,
     range_table,
+    result_tables,
 )
-from ehl import __version__
 from ehl.common.errors import InputError
-from ehl.common.pages import write_report
-from ehl.common.sections import Folded, Item, KeyFigures, MainResult, Notes, Picture, Row, Section, Text
+from ehl.common.sections import Folded, Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table
 from ehl.surface.finish import default_correlation_length
+from ehl.uncertainty.result import plot_sources
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
     from efficiency.conditions.grid import Grid
     from efficiency.design.design import Design, FlankSurfaceInput, MemberInput
     from efficiency.loss.efficiency_result import EfficiencyResult
+    from efficiency.loss.heat_balance import HeatBalance
 
-Named = tuple[str, "Figure", str]
+SPIN = "Churning, windage and bearing losses are not part of any figure here."
 
 
-def load_figures(flank: FlankMap) -> Iterator[Named]:
-    """(name, figure, caption) of what the load does to the flanks."""
-    yield (
-        "contact_pattern_gear",
-        flank_plots.contact_figure(flank),
+def gear_sections(
+    result: EfficiencyResult, medium: Medium, units: Units = "metric", balance: HeatBalance | None = None
+) -> list[Section]:
+    """Sections of one operating point.
+
+    Parameters
+    ----------
+    result : EfficiencyResult
+    medium : {"page", "terminal", "files"}
+    units : {"metric", "inch"}
+        Of the tables of the design.
+    balance : HeatBalance, optional
+        Heat balance of the teeth, where one was computed.
+    """
+    more = [] if balance is None else [balance.table()]
+    if medium == "page":
+        return page_sections(result, None, units, more)
+    if medium == "files":
+        return [Section("", [Head(_title(result)), *result_tables(result), *more])]
+    strength = [replace(result.strength.table(), notes=result.strength.notes)] if result.source else []
+    inputs = [] if result.asked is None else [result.asked.table()]
+    notes = Notes(pair_notes(result_notes(result)))
+    return [Section("", [efficiency_table(result), notes, *strength, *more, *inputs])]
+
+
+def plot_gear(result: EfficiencyResult, ax: Axes | None) -> Axes:
+    """Friction and loss over a pinion pitch."""
+    return plot_friction_and_loss(result, ax)
+
+
+def design_of(result: EfficiencyResult) -> Design:
+    """The design of a result."""
+    if result.source is None:
+        raise InputError("report", "a result without its mesh", "a result of `GearPair`, `Mesh` or `LoadedMesh`")
+    design: Design = result.source.design
+    return design
+
+
+def _title(result: EfficiencyResult) -> str:
+    return f"{operating_point(result)}, friction: {model_label(result.friction_model)}"
+
+
+def load_figures(flank: FlankMap) -> Iterator[Picture]:
+    """What the load does to the flanks."""
+    yield Picture(
+        partial(flank_plots.contact_figure, flank),
         "Contact pattern under load: Hertz pressure where the flank carries load in the mesh cycle. Orange: the "
         "lines in contact where the pressure is greatest, as wide as their load per length.",
+        "contact_pattern_gear",
     )
-    yield "contact_pattern_pinion", flank_plots.contact_figure(flank, "pinion"), "The same on the pinion."
+    yield Picture(
+        partial(flank_plots.contact_figure, flank, "pinion"), "The same on the pinion.", "contact_pattern_pinion"
+    )
     for field, caption in (
         (flank_plots.PRESSURE, "Hertz pressure on the gear flank; outlined: what carries load."),
         (flank_plots.LOAD, "Load per length of contact line."),
     ):
-        yield field.name, flank_plots.field_figure(flank, field), caption
+        yield field_picture(flank, field, caption)
 
 
-def loss_figures(flank: FlankMap) -> Iterator[Named]:
-    """(name, figure, caption) of lubrication, friction and loss over the gear flank."""
-    yield (
-        "sliding",
-        flank_plots.sliding_figure(flank),
+def field_picture(flank: FlankMap, field: flank_plots.Field, caption: str) -> Picture:
+    """A field over the gear flank."""
+    return Picture(partial(flank_plots.field_figure, flank, field), caption, field.name)
+
+
+def loss_figures(flank: FlankMap) -> Iterator[Picture]:
+    """Lubrication, friction and loss over the gear flank."""
+    yield Picture(
+        partial(flank_plots.sliding_figure, flank),
         "Sliding velocity in the projection of the flank; along a tooth of a hypoid gear it does not vanish at the "
         "pitch cone (dash-dotted).",
+        "sliding",
     )
     for field, caption in (
         (flank_plots.SLIDE_TO_ROLL, "Length of the sliding vector over the entrainment speed."),
@@ -89,111 +138,66 @@ def loss_figures(flank: FlankMap) -> Iterator[Named]:
             "Mean power loss per projected area of the flank; its integral, with what edges lose, is the loss.",
         ),
     ):
-        yield field.name, flank_plots.field_figure(flank, field), caption
+        yield field_picture(flank, field, caption)
 
 
-def mesh_figures(result: EfficiencyResult) -> Iterator[Named]:
-    """(name, figure, caption) of what changes as the pair goes through the mesh."""
-    yield "load_sharing", plot_load_sharing(result), "Share of the torque one tooth pair carries."
-    yield "pair_load", plot_pair_load(result), "Normal force and greatest pressure of one tooth pair."
-    yield (
-        "transmission_error",
-        plot_transmission_error(result),
-        "Transmission error without load and under load, each less its mean.",
-    )
-    yield (
-        "friction_and_loss",
-        plot_friction_and_loss(result),
-        "Friction coefficient and power loss at each position of a pinion pitch.",
-    )
+def mesh_figures(result: EfficiencyResult) -> list[Picture]:
+    """What changes as the pair goes through the mesh."""
+    return [
+        Picture(partial(draw, result), caption, draw.__name__.removeprefix("plot_"))
+        for draw, caption in (
+            (plot_load_sharing, "Share of the torque one tooth pair carries."),
+            (plot_pair_load, "Normal force and greatest pressure of one tooth pair."),
+            (plot_transmission_error, "Transmission error without load and under load, each less its mean."),
+            (plot_friction_and_loss, "Friction coefficient and power loss at each position of a pinion pitch."),
+        )
+    ]
 
 
-def strength_figures(flank: FlankMap) -> Iterator[Named]:
-    """(name, figure, caption) of root stress and micropitting; none of a result without its pair."""
+def strength_figures(flank: FlankMap) -> Iterator[Picture]:
+    """Root stress and micropitting; none of a result without its pair."""
     result = flank.result
     if result.source is None:
         return
     if result.strength.pinion is not None or result.strength.gear is not None:
-        yield (
-            "root_stress",
-            plot_root_stress(result),
-            "Greatest tensile stress of the root fillets, over the roll of a tooth pair and along the face.",
-        )
+        caption = "Greatest tensile stress of the root fillets, over the roll of a tooth pair and along the face."
+        yield Picture(partial(plot_root_stress, result), caption, "root_stress")
     if flank.drawable:
-        field = flank_plots.FILM_SPECIFIC
         caption = "Film over the mean Ra of both flanks: micropitting begins where it is least."
-        yield field.name, flank_plots.field_figure(flank, field), caption
+        yield field_picture(flank, flank_plots.FILM_SPECIFIC, caption)
 
 
-def gear_figures(design: Design, result: EfficiencyResult) -> list[Named]:
-    """(name, figure, caption) of all figures of one operating point, friction and loss first."""
+def page_sections(
+    result: EfficiencyResult, grid: Grid | None = None, units: Units = "metric", more: Sequence[Table] = ()
+) -> list[Section]:
+    """Sections of the page of one operating point; with a map, of the map and one of its points in detail."""
+    design = design_of(result)
     flank = FlankMap.of(design.flanks(), result)
-    on_tooth = [*load_figures(flank), *loss_figures(flank)] if flank.drawable else []
-    return [*reversed(list(mesh_figures(result))), *on_tooth, *strength_figures(flank)]
-
-
-def write_gear_report(
-    design: Design,
-    result: EfficiencyResult,
-    path: Path,
-    grid: Grid | None = None,
-    units: Units = "metric",
-    more: Sequence[Table] = (),
-) -> Path:
-    """One self-contained page of one operating point; with a map, of the map and one of its points in detail.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
-    """
-    flank = FlankMap.of(design.flanks(), result)
-    if grid is not None and not is_map(grid):
-        raise InputError("report", ", ".join(grid.axes), "a grid over torque, speed and temperature")
     of_design = geometry_notes(design, "coast" if result.side == "coast" else "drive")
     on_tooth = [
-        Section("Contact under load", [_pictures(load_figures(flank))]),
-        Section("Lubrication, friction and loss on the tooth", [_pictures(loss_figures(flank))]),
+        Section("Contact under load", [Row(list(load_figures(flank)))]),
+        Section("Lubrication, friction and loss on the tooth", [Row(list(loss_figures(flank)))]),
     ]
-    sections = [
-        _headline(result, of_design, grid),
-        *([Section("Efficiency over torque, speed and temperature", _map_blocks(grid, result))] if grid else []),
-        *(on_tooth if flank.drawable else ()),
-        *([Section("Uncertainty of the inputs", _input_blocks(result))] if result.inputs.sources else []),
-        *([Section("Strength", _strength_blocks(result, flank))] if result.source else []),
-        Section("Over the mesh", [_pictures(mesh_figures(result))]),
-        Section("Results in numbers", _number_blocks(result, more)),
-        Section("Design", _design_blocks(design, units)),
-        Section("How it was computed", _model_blocks(result)),
-    ]
-    return write_report(
-        path,
+    head = Head(
         f"Gear efficiency: {design.name}",
-        f"{operating_point(result)}, friction: {model_label(result.friction_model)}. "
-        f"{misalignment_text(design).capitalize()}. "
+        f"{_title(result)}. {misalignment_text(design).capitalize()}. "
         f"Source of the design: {design.source or 'not stated'}",
-        sections,
-        f"mixed-ehl {__version__}, Python {platform.python_version()}. Churning, windage and bearing losses are not "
-        "part of any figure here.",
+        SPIN,
     )
+    return [
+        Section("", [head, *_headline(result, of_design, grid)]),
+        *([Section("Efficiency over torque, speed and temperature", _map_items(grid, result))] if grid else []),
+        *(on_tooth if flank.drawable else ()),
+        *([Section("Uncertainty of the inputs", _input_items(result))] if result.inputs.sources else []),
+        *([Section("Strength", _strength_items(result, flank))] if result.source else []),
+        Section("Over the mesh", [Row(mesh_figures(result))]),
+        Section("Results in numbers", _number_items(result, more)),
+        Section("Design", _design_items(design, units)),
+        Section("How it was computed", _model_items(result)),
+    ]
 
 
-def nearest_point(design: Design, grid: Grid) -> EfficiencyResult:
-    """The result of a map that lies next to the operating point of the design file; one that did not fail if any."""
-    operation = design.operation
-    usable = [result for result in grid.results if result.status == "converged"] or list(grid.results)
-
-    def distance(result: EfficiencyResult) -> float:
-        return (
-            abs(result.torque / operation.torque - 1.0)
-            + abs(result.speed / operation.speed - 1.0)
-            + abs(result.temperature - operation.temperature) / 50.0
-        )
-
-    return min(usable, key=distance)
-
-
-def _headline(result: EfficiencyResult, of_design: Sequence[str], grid: Grid | None) -> Section:
+def _headline(result: EfficiencyResult, of_design: Sequence[str], grid: Grid | None) -> list[Item]:
     film = result.lubrication.film_ratio
     tiles = [
         (f"{result.power_loss:.4g} W", f"friction loss of {result.power_input / 1e3:.4g} kW"),
@@ -210,7 +214,7 @@ def _headline(result: EfficiencyResult, of_design: Sequence[str], grid: Grid | N
         own = {text for _, text in said}
         for other in grid.results:
             said += [pair for pair in result_notes(other, (), operating_state(other)) if pair[1] not in own]
-    return Section("", [answer(result, grid), KeyFigures(tiles), Notes(pair_notes(said), cases)])
+    return [answer(result, grid), KeyFigures(tiles), Notes(pair_notes(said), cases)]
 
 
 def answer(result: EfficiencyResult, grid: Grid | None = None) -> MainResult:
@@ -241,15 +245,15 @@ def _range(result: EfficiencyResult) -> str:
     return f"the range of {model_label(result.friction_model)}"
 
 
-def _map_blocks(grid: Grid, shown: EfficiencyResult) -> list[Item]:
+def _map_items(grid: Grid, shown: EfficiencyResult) -> list[Item]:
     return [
-        _pictures(map_figures(grid)),
+        Row(map_figures(grid)),
         *efficiency_grids(grid),
         Text(f"The sections below are of one point of it, {operating_point(shown)}."),
     ]
 
 
-def _number_blocks(result: EfficiencyResult, more: Sequence[Table]) -> list[Item]:
+def _number_items(result: EfficiencyResult, more: Sequence[Table]) -> list[Item]:
     return [
         replace(efficiency_table(result), title="", notes=()),
         *more,
@@ -258,7 +262,7 @@ def _number_blocks(result: EfficiencyResult, more: Sequence[Table]) -> list[Item
     ]
 
 
-def _model_blocks(result: EfficiencyResult) -> list[Item]:
+def _model_items(result: EfficiencyResult) -> list[Item]:
     return [
         Table(("left out", "because or instead"), [_reason(text) for text in result.skipped]),
         Text(
@@ -274,22 +278,17 @@ def _reason(text: str) -> tuple[str, str]:
     return what, why
 
 
-def _strength_blocks(result: EfficiencyResult, flank: FlankMap) -> list[Item]:
+def _strength_items(result: EfficiencyResult, flank: FlankMap) -> list[Item]:
     strength = result.strength
     table = replace(strength.table(), notes=())
     assumed = Table(("assumed",), [(note,) for note in strength.notes])
-    return [_pictures(strength_figures(flank)), table, Folded("What is assumed of the strength", [assumed])]
+    return [Row(list(strength_figures(flank))), table, Folded("What is assumed of the strength", [assumed])]
 
 
-def _input_blocks(result: EfficiencyResult) -> list[Item]:
-    return [
-        Picture(result.inputs.plot(), "What each input alone does to the efficiency; the error of the solution apart."),
-        Folded("Where each spread comes from", [result.inputs.table()]),
-    ]
-
-
-def _pictures(figures: Iterator[Named]) -> Row:
-    return Row([Picture(figure, caption) for _, figure, caption in figures])
+def _input_items(result: EfficiencyResult) -> list[Item]:
+    caption = "Change of the efficiency by each input alone; the error of the solution is separate."
+    bars = Picture(partial(plot_sources, result.inputs), caption)
+    return [bars, Folded("Where each spread comes from", [result.inputs.table()])]
 
 
 def _finish(member: MemberInput, texture: FlankSurfaceInput) -> tuple[str, ...]:
@@ -304,7 +303,7 @@ def _finish(member: MemberInput, texture: FlankSurfaceInput) -> tuple[str, ...]:
     return how, f"{rms * 1e6:.3g}", f"{length * 1e6:.3g}", f"{ratio:.3g}"
 
 
-def _design_blocks(design: Design, units: Units) -> list[Item]:
+def _design_items(design: Design, units: Units) -> list[Item]:
     rows = summary_rows(design, units)
     flanks = (
         Table((words(part), "unit", *FLANKS), lines, "Settings that are zero for all four flanks are not listed.")
@@ -317,7 +316,7 @@ def _design_blocks(design: Design, units: Units) -> list[Item]:
     waves = ("correlation length [µm]", "its ratio along the marks to across")
     heads = ("member", "material", "finish", "roughness Rq [µm]", *waves)
     return [
-        Picture(blank_figure(design), "Axial section of both members in the plane of the axes."),
+        Picture(partial(blank_figure, design), AXIAL_SECTION),
         Table(("quantity", "unit", "pinion", "gear"), blank_table(rows)),
         Table(heads, surface),
         *flanks,

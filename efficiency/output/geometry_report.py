@@ -1,16 +1,16 @@
-"""Geometry and unloaded contact of a pair as figures and as one HTML page for print."""
+"""Sections of the geometry and unloaded contact of a pair."""
 
 from __future__ import annotations
 
-import platform
-from collections.abc import Iterator
-from pathlib import Path
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from efficiency.output.geometry_tables import (
     blank_table,
     contact_table,
     flank_table,
+    geometry_tables,
     graded_notes,
     key_side,
     misalignment_text,
@@ -28,100 +28,85 @@ from efficiency.output.plots_geometry import (
     transmission_figure,
 )
 from efficiency.output.plots_teeth import tooth_pair_figure
-from ehl import __version__
-from ehl.common.pages import write_report
-from ehl.common.sections import Item, KeyFigures, MainResult, Notes, Picture, Row, Section, Text
+from ehl.common.errors import InputError
+from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from efficiency.geometry.pair_geometry import PairGeometry, SideGeometry
 
 
-def side_figures(side: SideGeometry) -> Iterator[tuple[str, Figure, str]]:
-    """(name, figure, caption) of one side."""
-    pair, path = side.pair, side.pair.path
-    yield "teeth_in_mesh", tooth_pair_figure(pair), "Teeth in mesh; positions include the misalignments."
-    yield (
-        "ease_off_gear",
-        ease_off_figure(pair, path, "gear"),
-        "Ease-off on the projection of the gear. Dashed: the limit of the part both flanks reach.",
-    )
-    yield "ease_off_pinion", ease_off_figure(pair, path, "pinion"), "The same on the projection of the pinion."
-    yield (
-        "contact_pattern_gear",
-        contact_pattern_figure(pair, side.pattern, path, "gear"),
-        "Contact pattern: where the flanks come closer than the marking compound is thick.",
-    )
-    yield (
-        "contact_pattern_pinion",
-        contact_pattern_figure(pair, side.pattern, path, "pinion"),
-        "The same on the pinion.",
-    )
-    yield (
-        "transmission_error",
-        transmission_figure(side),
-        "Unloaded transmission error: the gear lags where it is negative. Dotted: an edge is in contact.",
-    )
-    yield "harmonics", harmonics_figure(side), "Amplitudes at multiples of the mesh frequency, all pairs together."
-    yield (
-        "contact_lines",
-        contact_lines_figure(pair, side.cycle, path),
-        "Potential contact lines of all positions in a pitch. Black: all pairs at one position.",
-    )
-    yield (
-        "equivalent_radius",
-        radius_figure(pair, side.cycle),
-        "Equivalent radius normal to the contact line, along some of the lines.",
-    )
+AXIAL_SECTION = "Axial section of both members in the plane of the axes."
 
 
-def geometry_figures(geometry: PairGeometry) -> Iterator[tuple[str, Figure]]:
-    """(name, figure): `blank_section`, and `drive_...`, `coast_...`."""
-    for name, side in geometry.sides.items():
-        for what, figure, _ in side_figures(side):
-            yield f"{name}_{what}", figure
-    yield "blank_section", blank_figure(geometry.design)
+def side_figures(side: SideGeometry) -> Iterator[Picture]:
+    """Figures of one side; the first one is wide."""
+    pair, path, name = side.pair, side.pair.path, side.side
+
+    def picture(what: str, caption: str, draw: Callable[..., Figure | Axes], *args: Any) -> Picture:
+        return Picture(partial(draw, *args), caption, f"{name}_{what}")
+
+    yield picture("teeth_in_mesh", "Teeth in mesh; positions include the misalignments.", tooth_pair_figure, pair)
+    caption = "Ease-off on the projection of the gear. Dashed: the limit of the part both flanks reach."
+    yield picture("ease_off_gear", caption, ease_off_figure, pair, path, "gear")
+    yield picture("ease_off_pinion", "The same on the projection of the pinion.", ease_off_figure, pair, path, "pinion")
+    caption = "Contact pattern: where the flanks come closer than the marking compound is thick."
+    for member, text in (("gear", caption), ("pinion", "The same on the pinion.")):
+        yield picture(f"contact_pattern_{member}", text, contact_pattern_figure, pair, side.pattern, path, member)
+    caption = "Unloaded transmission error: the gear lags where it is negative. Dotted: an edge is in contact."
+    yield picture("transmission_error", caption, transmission_figure, side)
+    caption = "Amplitudes at multiples of the mesh frequency, all pairs together."
+    yield picture("harmonics", caption, harmonics_figure, side)
+    caption = "Potential contact lines of all positions in a pitch. Black: all pairs at one position."
+    yield picture("contact_lines", caption, contact_lines_figure, pair, side.cycle, path)
+    caption = "Equivalent radius normal to the contact line, along some of the lines."
+    yield picture("equivalent_radius", caption, radius_figure, pair, side.cycle)
 
 
-def write_geometry_report(geometry: PairGeometry, path: Path, units: Units = "metric") -> Path:
-    """One self-contained page: blanks, settings, contact of each side, notes, versions.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
-    """
+def geometry_sections(geometry: PairGeometry, medium: Medium, units: Units = "metric") -> list[Section]:
+    """Blanks, settings, contact of each side, notes."""
     design = geometry.design
-    sections = [
-        _headline(geometry),
-        *(Section(f"{name.capitalize()} side", _side_blocks(side)) for name, side in geometry.sides.items()),
+    if medium != "page":
+        return [Section("", [Head(f"{design.name}: geometry"), *geometry_tables(geometry, units), _notes(geometry)])]
+    teeth = f"{design.pinion.blank.teeth} x {design.gear.blank.teeth} teeth"
+    head = Head(
+        f"Gear geometry: {design.name}",
+        f"{teeth}, {misalignment_text(design)}. Source: {design.source or 'not stated'}",
+        f"Computed in {geometry.seconds:.2f} s. Unloaded: rigid flanks, no deflection.",
+    )
+    return [
+        Section("", [head, *_headline(geometry), _notes(geometry)]),
+        *(Section(f"{name.capitalize()} side", _side_items(side)) for name, side in geometry.sides.items()),
         _contact(geometry),
         _blanks(geometry, units),
         _settings(geometry, units),
     ]
-    return write_report(
-        path,
-        f"Gear geometry: {design.name}",
-        f"{design.pinion.blank.teeth} x {design.gear.blank.teeth} teeth, {misalignment_text(design)}. "
-        f"Source: {design.source or 'not stated'}",
-        sections,
-        f"mixed-ehl {__version__}, Python {platform.python_version()}; computed in {geometry.seconds:.2f} s. Unloaded: "
-        "rigid flanks, no deflection.",
-    )
 
 
-def _headline(geometry: PairGeometry) -> Section:
+def plot_geometry(geometry: PairGeometry, ax: Axes | None) -> Axes:
+    """Contact pattern on the gear, of the drive side where it was computed."""
+    if not geometry.sides:
+        raise InputError("plot", geometry.reason, "a geometry with a side that was computed")
+    side = next(iter(geometry.sides.values()))
+    return contact_pattern_figure(side.pair, side.pattern, side.pair.path, "gear", ax)
+
+
+def _notes(geometry: PairGeometry) -> Notes:
+    return Notes(graded_notes(geometry), len(geometry.sides) + len(geometry.failures))
+
+
+def _headline(geometry: PairGeometry) -> list[Item]:
     sides = geometry.sides
-    notes = Notes(graded_notes(geometry), len(sides) + len(geometry.failures))
     if not sides:
-        return Section("", [MainResult("no answer", "transmission error without load"), notes])
+        return [MainResult("no answer", "transmission error without load")]
     first = next(iter(sides))
     known = [(key_side(side), f"{name}") for name, side in sides.items() if name != first]
-    answer = MainResult(key_side(sides[first]), f"transmission error without load, {first}, peak to peak", known)
+    label = f"transmission error without load, {first}, peak to peak"
     tiles = [(f"{side.contact_ratio:.2f}", f"potential contact ratio, {name}") for name, side in sides.items()]
-    return Section("", [answer, KeyFigures(tiles), notes])
+    return [MainResult(key_side(sides[first]), label, known), KeyFigures(tiles)]
 
 
 def _blanks(geometry: PairGeometry, units: Units) -> Section:
@@ -129,7 +114,7 @@ def _blanks(geometry: PairGeometry, units: Units) -> Section:
     return Section(
         "Blanks",
         [
-            Picture(blank_figure(geometry.design), "Axial section of both members in the plane of the axes."),
+            Picture(partial(blank_figure, geometry.design), AXIAL_SECTION, "blank_section"),
             Table(("quantity", "unit", "pinion", "gear"), rows),
         ],
     )
@@ -156,13 +141,12 @@ def _contact(geometry: PairGeometry) -> Section:
         "its place at constant ratio. Places on a flank: along the pitch cone from the mean point to the heel, and "
         "square to it over the pitch cone."
     )
-    blocks: list[Item] = [text]
+    items: list[Item] = [text]
     if geometry.sides:
-        blocks.append(contact_table(geometry))
-    return Section("Unloaded contact in numbers", blocks)
+        items.append(contact_table(geometry))
+    return Section("Unloaded contact in numbers", items)
 
 
-def _side_blocks(side: SideGeometry) -> list[Item]:
-    pictures = {name: Picture(figure, caption) for name, figure, caption in side_figures(side)}
-    wide = pictures.pop("teeth_in_mesh")
-    return [wide, Row(list(pictures.values()))]
+def _side_items(side: SideGeometry) -> list[Item]:
+    wide, *others = side_figures(side)
+    return [wide, Row(others)]

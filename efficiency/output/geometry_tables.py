@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from efficiency.loss.notes import pair_notes
 from efficiency.output.machine_summary import FLANKS, SummaryRow, Units, summary_rows
-from ehl.common.notes import Note, notes_table
+from ehl.common.notes import Note
 from ehl.common.quantities import quantity
 from ehl.common.table import Column, Table
 
@@ -136,7 +136,7 @@ def geometry_tables(geometry: PairGeometry, units: Units = "metric") -> list[Tab
     if geometry.sides:
         tables.append(contact_table(geometry))
     tables[-1] = replace(tables[-1], notes=(f"{geometry.status}, {geometry.seconds:.2f} s",))
-    return [*tables, notes_table(graded_notes(geometry), len(geometry.sides) + len(geometry.failures))]
+    return tables
 
 
 def key_side(side: SideGeometry) -> str:

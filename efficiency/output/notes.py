@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from efficiency.loss.notes import pair_notes
 from efficiency.output.tables import operating_state, percent
-from ehl.common.notes import notes_table
+from ehl.common.sections import Notes
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
@@ -17,7 +16,6 @@ if TYPE_CHECKING:
     from efficiency.loss.compare import Comparison
     from efficiency.loss.efficiency_result import EfficiencyResult
     from ehl.common.notes import Note
-    from ehl.common.table import Table
 
 
 def result_notes(result: EfficiencyResult, of_design: Sequence[str] = (), case: str = "") -> list[tuple[str, str]]:
@@ -44,16 +42,14 @@ def result_notes(result: EfficiencyResult, of_design: Sequence[str] = (), case: 
     return [(case, text) for text in said] + [("", note) for note in of_design if note not in said]
 
 
-def grid_notes(grid: Grid) -> Table:
-    """What has to be known of a map: a row for each kind of note with the worst point; below what is left out."""
+def grid_notes(grid: Grid) -> Notes:
+    """Notes of a map, one for each kind with the worst point."""
     said = [pair for result in grid.results for pair in result_notes(result, (), operating_state(result))]
-    skipped = dict.fromkeys(text for result in grid.results for text in result.skipped)
-    table = notes_table(pair_notes(said), len(grid.results))
-    return replace(table, notes=tuple(f"skipped: {text}" for text in skipped))
+    return Notes(pair_notes(said), len(grid.results))
 
 
-def duty_notes(cycle: DutyCycle) -> Table:
-    """What has to be known of a duty cycle: a row for each kind of note with the worst row of the cycle."""
+def duty_notes(cycle: DutyCycle) -> Notes:
+    """Notes of a duty cycle, one for each kind with the worst row of the cycle."""
     said = []
     for number, point in enumerate(cycle.points, start=1):
         row = f"row {number}"
@@ -61,7 +57,7 @@ def duty_notes(cycle: DutyCycle) -> Table:
             said += [(row, f"no answer: {note}") for note in point.notes]
         else:
             said += result_notes(point.result, (), row)
-    return notes_table(pair_notes(said), len(cycle.points))
+    return Notes(pair_notes(said), len(cycle.points))
 
 
 def comparison_notes(comparison: Comparison) -> list[Note]:

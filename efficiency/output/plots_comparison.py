@@ -1,7 +1,8 @@
-"""Figures of a comparison of friction models: friction and loss along the mesh, loss by region, run time."""
+"""Figures of a comparison of friction models: loss, friction along the mesh, loss by region, run time."""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,8 @@ from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from efficiency.loss.regions import FACES, HEIGHTS, friction_along_mesh
-from ehl.common.figures import BLUE, new_figure
+from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, figure_of, new_figure
+from ehl.common.quantities import quantity, typeset_units
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,6 +22,56 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 MARKERS = "os^vD<>PX*"
+
+
+def plot_comparison(comparison: Comparison, ax: Axes | None = None) -> Axes:
+    """Power loss in percent of the input, one bar per friction model; closed forms in grey.
+
+    The axis is that of the many: a bar or interval far beyond them ends in an arrow, with its number.
+    """
+    rows = comparison.rows
+    axes = axes_or_new(ax, 7.5, 0.9 + 0.42 * len(rows))
+    loss = np.array([100.0 * (1.0 - row.efficiency) for row in rows])
+    low, high = (np.array([100.0 * (1.0 - getattr(row, f"efficiency_{end}")) for row in rows]) for end in _ENDS)
+    limit = axis_limit(np.fmax(loss, high))
+    place = np.arange(len(rows))[::-1]
+    colors = [GREY if row.kind == "closed form" else BLUE for row in rows]
+    axes.barh(place, np.minimum(np.nan_to_num(loss), limit), color=colors)
+    for at, row, value, left, right in zip(place, rows, loss, low, high, strict=True):
+        text = f"{100.0 * row.efficiency:.3f} %" if math.isfinite(row.efficiency) else row.reason
+        end = value if math.isfinite(value) else 0.0
+        if right > left and value <= limit:
+            ends = [[max(value - left, 0.0)], [max(min(right, limit) - value, 0.0)]]
+            axes.errorbar(value, at, xerr=ends, fmt="none", ecolor=ORANGE, capsize=3)
+        end = np.fmax(end, right)
+        if end > limit:
+            axes.plot(limit, at, marker=">", ms=8, color=ORANGE, zorder=5)
+            if right > left:
+                text += f"\n{100.0 * row.efficiency_lower:.3g} to {100.0 * row.efficiency_upper:.3g} %"
+        size, gap = (8, 8) if end > limit else (9, 5)
+        axes.annotate(
+            text, (min(end, limit), at), xytext=(gap, 0), textcoords="offset points", fontsize=size, va="center"
+        )
+    axes.set_yticks(place, [row.label for row in rows])
+    axes.set(xlabel="mesh power loss [% of input]; bars end with the efficiency", xlim=(0.0, 1.35 * limit))
+    # over the whole figure: long names of friction models leave the axes narrow
+    state = ", ".join(quantity(n).text(getattr(comparison, n)) for n in ("torque", "speed", "temperature"))
+    title = axes.set_title if ax is not None else figure_of(axes).suptitle
+    title(typeset_units(f"{comparison.design}: {state}"))
+    return axes
+
+
+_ENDS = ("upper", "lower")
+_FAR = 6.0  # times the median
+
+
+def axis_limit(ends: FloatArray) -> float:
+    """End of an axis for bars of lengths `ends`: what is far beyond the median does not stretch it."""
+    known = ends[np.isfinite(ends) & (ends > 0.0)]
+    if not known.size:
+        return 1.0
+    near = known[known <= _FAR * np.median(known)]
+    return float(near.max())
 
 
 def plot_friction_along_mesh(comparison: Comparison) -> Figure:

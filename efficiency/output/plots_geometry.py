@@ -14,7 +14,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from ehl.common.figures import BLUE, GREY, ORANGE, new_figure
+from ehl.common.figures import BLUE, GREY, ORANGE, figure_of, new_figure
 from ehl.common.units import ARCSEC
 
 if TYPE_CHECKING:
@@ -70,15 +70,15 @@ def flank_axes(axes: Axes, pair: FlankPair, member: Member) -> None:
     axes.set_ylabel("over pitch cone [mm]\nroot → tip")
 
 
-def flank_figure(pair: FlankPair, member: Member, what: str) -> tuple[Figure, Axes]:
+def flank_figure(pair: FlankPair, member: Member, what: str, ax: Axes | None = None) -> tuple[Figure, Axes]:
     """Figure as high as the flank of a member needs, and its axes with a title."""
     flank = pair.surface.gear if member == "gear" else pair.surface.pinion
     u = np.array([-0.5, 0.5]) * flank.blank.face_width
     extent = float(np.max(flank.blank.tip(u)) - np.min(flank.blank.root(u)))
-    figure = new_figure(6.6, min(1.75 + 4.4 * extent / flank.blank.face_width, 7.0), layout="compressed")
-    axes = figure.add_subplot()
+    size = 6.6, min(1.75 + 4.4 * extent / flank.blank.face_width, 7.0)
+    axes = new_figure(*size, layout="compressed").add_subplot() if ax is None else ax
     axes.set_title(f"{pair.name}, {pair.side}:\n{what} on the {member} ({flank.side} flank)", fontsize=10)
-    return figure, axes
+    return figure_of(axes), axes
 
 
 def draw_path(axes: Axes, pair: FlankPair, path: ContactPath, member: Member, colour: str) -> None:
@@ -192,21 +192,23 @@ def radius_figure(pair: FlankPair, cycle: tuple[MeshPosition, ...], lines: int =
     return figure
 
 
-def contact_pattern_figure(pair: FlankPair, pattern: ContactPattern, path: ContactPath, member: Member) -> Figure:
+def contact_pattern_figure(
+    pair: FlankPair, pattern: ContactPattern, path: ContactPath, member: Member, ax: Axes | None = None
+) -> Axes:
     """Contact pattern on a member, shaded in quarters of the marking thickness, with the path of contact."""
     thickness = pattern.thickness * _UM
-    figure, axes = flank_figure(pair, member, f"contact pattern, marking {thickness:.4g} µm,")
+    _, axes = flank_figure(pair, member, f"contact pattern, marking {thickness:.4g} µm,", ax)
     u, height = (pattern.gear_u, pattern.gear_height) if member == "gear" else (pattern.pinion_u, pattern.pinion_height)
     gap = np.ma.masked_where(~pattern.inside, np.where(pattern.inside, pattern.separation, 0.0) * _UM)
     levels = np.linspace(0.0, thickness, 5)
     shades = axes.contourf(u * _MM, height * _MM, gap, levels=levels, cmap="Blues_r", vmin=-0.3 * thickness)
     if pattern.marked.any():
         axes.contour(u * _MM, height * _MM, gap, levels=levels[-1:], colors=BLUE, linewidths=1.4)
-    figure.colorbar(shades, ax=axes, label="least distance\nof the flanks [µm]", shrink=0.85, format="%.3g")
+    figure_of(axes).colorbar(shades, ax=axes, label="least distance\nof the flanks [µm]", shrink=0.85, format="%.3g")
     draw_path(axes, pair, path, member, ORANGE)
     flank_axes(axes, pair, member)
     axes.legend(loc="lower left", fontsize=8, frameon=False)
-    return figure
+    return axes
 
 
 def transmission_figure(side: SideGeometry) -> Figure:
@@ -259,9 +261,6 @@ def harmonics_figure(side: SideGeometry) -> Figure:
     )
     axes.set_title(f"{side.pair.name}, {side.side}:\nharmonics of the transmission error", fontsize=10)
     return figure
-
-
-_MM = 1e3
 
 
 def blank_figure(design: Design) -> Figure:

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from functools import partial
 from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.ticker import MaxNLocator
 
-from efficiency.output.plots_load import plot_map
-from ehl.common.figures import new_figure
+from ehl.common.figures import axes_or_new, new_figure
 from ehl.common.quantities import axis_label, quantity, to_display, typeset_units
+from ehl.common.sections import Picture
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from efficiency.conditions.duty import DutyCycle
@@ -28,20 +28,36 @@ def is_map(grid: Grid) -> bool:
     return tuple(grid.axes) == ("torque", "speed", "temperature")
 
 
-def grid_figures(grid: Grid) -> Iterator[tuple[str, Figure, str]]:
-    """(name, figure, caption) of any grid."""
-    if is_map(grid):
-        yield from map_figures(grid)
+def plot_map(map_: Grid, ax: Axes | None = None) -> Axes:
+    """Efficiency over speed, one line per torque, one panel per oil temperature; in `ax` the first one alone."""
+    from matplotlib import colormaps
+
+    if not is_map(map_):
+        return plot_lines(map_, ax)
+    values = 100.0 * map_.values()
+    panels = len(map_.axes["temperature"])
+    if ax is None:
+        all_axes = list(np.atleast_1d(new_figure(1.5 + 3.6 * panels, 3.8).subplots(1, panels, sharey=True)))
     else:
-        yield "efficiency", lines_figure(grid), "Mesh efficiency over the axes."
+        all_axes = [ax]
+    speed = to_display("speed", np.array(map_.axes["speed"]))
+    shades = colormaps["viridis"](np.linspace(0.1, 0.85, len(map_.axes["torque"])))
+    for k, (axes, temperature) in enumerate(zip(all_axes, map_.axes["temperature"], strict=False)):
+        for j, torque in enumerate(map_.axes["torque"]):
+            axes.plot(speed, values[j, :, k], color=shades[j], marker="o", ms=3, label=quantity("torque").text(torque))
+        axes.set(xlabel=axis_label("speed"), title=typeset_units(quantity("temperature").text(temperature)))
+        axes.grid(alpha=0.3)
+    all_axes[0].set_ylabel("mesh efficiency [%]")
+    all_axes[-1].legend(frameon=False, title="pinion torque")
+    main: Axes = all_axes[0]
+    return main
 
 
-def lines_figure(grid: Grid) -> Figure:
+def plot_lines(grid: Grid, ax: Axes | None = None) -> Axes:
     """Efficiency over the longest axis of numbers, one line per combination of the others."""
     numeric = [name for name, values in grid.axes.items() if all(isinstance(v, int | float) for v in values)]
     along = max(numeric, key=lambda name: len(grid.axes[name]), default=next(iter(grid.axes)))
-    figure = new_figure()
-    axes = figure.subplots()
+    axes = axes_or_new(ax)
     place = list(grid.axes).index(along)
     lines = np.moveaxis(100.0 * grid.values(), place, -1).reshape(-1, len(grid.axes[along]))
     others = [name for name in grid.axes if name != along]
@@ -52,31 +68,34 @@ def lines_figure(grid: Grid) -> Figure:
     axes.grid(alpha=0.3)
     if others:
         axes.legend(frameon=False, fontsize=7)
-    return figure
+    return axes
 
 
-def duty_figure(duty: DutyCycle) -> Figure:
+def plot_duty(duty: DutyCycle, ax: Axes | None = None) -> Axes:
     """Energy lost at each operating point of a duty cycle."""
-    figure = new_figure()
-    axes = figure.subplots()
+    axes = axes_or_new(ax)
     torque, speed = quantity("torque"), quantity("speed")
     names = [f"{torque.text(r.torque)}, {speed.text(r.speed)}, {r.side}" for r in duty.rows]
     axes.barh(names, [to_display("energy_loss", row.energy_loss) for row in duty.rows])
     axes.set(xlabel=axis_label("energy_loss"))
     axes.invert_yaxis()
-    return figure
+    return axes
 
 
-def map_figures(grid: Grid) -> Iterator[tuple[str, Figure, str]]:
-    """(name, figure, caption): lines over speed, and contours where there are enough torques and speeds."""
-    yield "efficiency_map", plot_map(grid), "Mesh efficiency over pinion speed."
+def map_figures(grid: Grid) -> list[Picture]:
+    """Lines over speed, and contours where there are enough torques and speeds."""
+    pictures = [Picture(partial(plot_map, grid), "Mesh efficiency over pinion speed.", "efficiency_map")]
     if grid.shape[0] >= _CONTOURS and grid.shape[1] >= _CONTOURS:
         for name in ("efficiency", "power_loss", "friction_coefficient_mean"):
-            yield f"contours_{name}", contour_figure(grid, name), f"Contours: {quantity(name).label}."
+            caption = f"Contours: {quantity(name).label}."
+            pictures.append(Picture(partial(contour_figure, grid, name), caption, f"contours_{name}"))
+    return pictures
 
 
 def contour_figure(grid: Grid, name: str) -> Figure:
     """Contours of one value over speed and torque, one panel per oil temperature."""
+    from matplotlib.ticker import MaxNLocator
+
     values = to_display(name, grid.values(name))
     panels = len(grid.axes["temperature"])
     figure = new_figure(2.2 + 3.4 * panels, 3.8)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,11 +12,11 @@ from numpy.typing import NDArray
 
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.geometry.misalignment import AXES
-from efficiency.output.misalignment_table import misalignment_quantity
 from efficiency.output.plots_geometry import flank_axes, flank_figure
 from ehl.common.errors import ConvergenceError
 from ehl.common.figures import BLUE, GREY, ORANGE, new_figure
-from ehl.common.quantities import axis_label, quantity, to_display, typeset_units
+from ehl.common.quantities import Quantity, axis_label, quantity, to_display, typeset_units
+from ehl.common.sections import Picture
 from ehl.common.units import ARCSEC
 
 if TYPE_CHECKING:
@@ -24,14 +25,19 @@ if TYPE_CHECKING:
 
     from efficiency.contact.flank_pair import ContactPattern
     from efficiency.design.design import Design
-    from efficiency.geometry.misalignment import MisalignmentPoint, MisalignmentStudy
+    from efficiency.geometry.misalignment import MisalignmentGrid, MisalignmentPoint, MisalignmentStudy
 
 FloatArray = NDArray[np.float64]
 
 _PATTERNS = 7
 
 
-def sections(study: MisalignmentStudy, name: str) -> tuple[FloatArray, list[MisalignmentPoint]]:
+def misalignment_quantity(name: str) -> Quantity:
+    """What one of `AXES` is."""
+    return quantity(f"misalignment.{name}")
+
+
+def section_points(study: MisalignmentStudy, name: str) -> tuple[FloatArray, list[MisalignmentPoint]]:
     """Values of one misalignment, in the unit shown, and the states with all others nearest to zero."""
     others = {other: min(getattr(study, other), key=abs) for other in AXES if other != name}
     chosen = [p for p in study.points if all(getattr(p, other) == value for other, value in others.items())]
@@ -47,7 +53,7 @@ def section_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
     grid = np.atleast_2d(figure.subplots(len(names), 3, squeeze=False))
     for row, name in zip(grid, names, strict=True):
         for study, colour in zip(studies, (BLUE, ORANGE), strict=False):
-            values, points = sections(study, name)
+            values, points = section_points(study, name)
             _lines(row, values, points, colour, study.side)
         for axes, label in zip(
             row, ("TE, peak to peak [arcsec]", "along the gear face [mm]", "of the gear [%]"), strict=True
@@ -97,7 +103,7 @@ def loaded_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
     for row, name in zip(grid, names, strict=True):
         for axes, field in zip(row, fields, strict=True):
             for study, colour in zip(studies, (BLUE, ORANGE), strict=False):
-                values, points = sections(study, name)
+                values, points = section_points(study, name)
                 shown = to_display(field, np.array([getattr(point, field) for point in points]))
                 axes.plot(values, shown, color=colour, marker="o", ms=4, label=study.side)
             axes.set(xlabel=misalignment_quantity(name).axis_label, ylabel=axis_label(field))
@@ -109,12 +115,9 @@ def loaded_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
     return figure
 
 
-def map_figure(study: MisalignmentStudy) -> Figure | None:
-    """Maps over the first two varied misalignments, the others nearest to zero; None where fewer than two vary."""
-    names = study.varied
-    if len(names) < 2:
-        return None
-    first, second = names[:2]
+def map_figure(study: MisalignmentStudy) -> Figure:
+    """Maps over the first two varied misalignments, the others nearest to zero."""
+    first, second = study.varied[:2]
     others = {other: min(getattr(study, other), key=abs) for other in AXES if other not in (first, second)}
     states = {
         (getattr(p, first), getattr(p, second)): p
@@ -197,7 +200,7 @@ def section_contacts(
 
     States that cannot be computed are left out.
     """
-    values, points = sections(study, name)
+    values, points = section_points(study, name)
     chosen = np.unique(np.linspace(0, values.size - 1, _PATTERNS).round().astype(int))
     start = design.assembly.misalignment
     found: list[tuple[float, FlankPair, ContactPattern]] = []
@@ -212,16 +215,32 @@ def section_contacts(
     return found
 
 
-def misalignment_figures(design: Design, studies: Sequence[MisalignmentStudy]) -> Iterator[tuple[str, Figure]]:
-    """(name, figure): sections of all studies, then maps and patterns of each."""
-    yield "misalignment", section_figure(studies)
+def misalignment_figures(design: Design, studies: Sequence[MisalignmentStudy]) -> Iterator[Picture]:
+    """Sections of all studies, then maps and patterns of each."""
+    caption = "Transmission error, place and size of the contact over each misalignment."
+    yield Picture(partial(section_figure, studies), caption, "misalignment")
     if studies[0].torque is not None:
-        yield "misalignment_loaded", loaded_figure(studies)
+        caption = "Transmission error, pressure, load at edges and efficiency at the torque."
+        yield Picture(partial(loaded_figure, studies), caption, "misalignment_loaded")
     for study in studies:
-        figure = map_figure(study)
-        if figure is not None:
-            yield f"{study.side}_map", figure
+        if len(study.varied) > 1:
+            yield Picture(partial(map_figure, study), "Over two misalignments.", f"{study.side}_map")
         for name in study.varied:
             contacts = section_contacts(design, study, name)
             if contacts:
-                yield f"{study.side}_pattern_{name}", pattern_figure(study, name, contacts)
+                drawn = partial(pattern_figure, study, name, contacts)
+                yield Picture(drawn, f"Contact pattern on the gear over {name}.", f"{study.side}_pattern_{name}")
+
+
+def plot_misalignment(grid: MisalignmentGrid, ax: Axes | None) -> Axes:
+    """Transmission error, place and size of the contact; in `ax` the error over the first misalignment alone."""
+    if ax is None:
+        return section_figure(grid.studies).axes[0]
+    name = (grid.studies[0].varied or ["E"])[0]
+    for study, colour in zip(grid.studies, (BLUE, ORANGE), strict=False):
+        values, points = section_points(study, name)
+        error = to_display("peak_to_peak", np.array([point.peak_to_peak for point in points]))
+        ax.plot(values, error, color=colour, marker="o", ms=4, label=study.side)
+    ax.set(xlabel=misalignment_quantity(name).axis_label, ylabel=axis_label("peak_to_peak"))
+    ax.legend(fontsize=7, framealpha=0.6)
+    return ax

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from efficiency.loss.compare import Comparison
 from efficiency.mesh import Mesh
 from efficiency.pair import GearPair
 from ehl.common.files import make_folder
+from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from ehl.common.runner import checked_jobs
 from regression.data.dataset import Dataset
@@ -23,7 +24,7 @@ CONSTANT = "constant:0.05"
 
 
 @dataclass(frozen=True)
-class DemoResult:
+class DemoResult(Reportable):
     """What the demonstration computed.
 
     Parameters
@@ -44,6 +45,8 @@ class DemoResult:
         Wall time of each step.
     """
 
+    presenter = "efficiency.studies.demonstration_report:demo"
+
     folder: Path
     run: Run
     dataset: Dataset
@@ -51,6 +54,25 @@ class DemoResult:
     gear: Mesh
     comparison: Comparison
     seconds: dict[str, float]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Numbers of all steps, for JSON."""
+        best, report = self.formulas[0], self.run.reports[0]
+        return {
+            "sweep": {
+                "cases": report.total,
+                "failed": report.unanswered,
+                "reasons": report.reasons_failed,
+            },
+            "formula": {
+                "family": best.family,
+                "coefficients": best.coefficients,
+                "validation": best.validation.model_dump(mode="json"),
+            },
+            "gear": self.comparison.results[0].to_dict(),
+            "comparison": self.comparison.to_dict(),
+            "seconds": self.seconds,
+        }
 
 
 def run_demo(folder: Path | str, jobs: int | None = None, progress: ProgressCallback | None = None) -> DemoResult:
@@ -84,8 +106,6 @@ def run_demo(folder: Path | str, jobs: int | None = None, progress: ProgressCall
     >>> import efficiency
     >>> efficiency.demo("mixed-ehl-demo")  # doctest: +SKIP
     """
-    from efficiency.studies.demonstration_report import write_demo_report
-
     folder, jobs = Path(folder), checked_jobs(jobs)
     make_folder(folder, "folder")
     seconds: dict[str, float] = {}
@@ -117,26 +137,6 @@ def run_demo(folder: Path | str, jobs: int | None = None, progress: ProgressCall
         lap("gear")
 
     result = DemoResult(folder, run, dataset, formulas, gear, comparison, seconds)
-    (folder / "demo.json").write_text(json.dumps(demo_summary(result), indent=2) + "\n", encoding="utf-8")
-    write_demo_report(result)
+    result.report(folder / "demo.json")
+    result.report(folder / "report.html")
     return result
-
-
-def demo_summary(result: DemoResult) -> dict[str, object]:
-    """The figures of the demonstration, for other programs."""
-    best, report = result.formulas[0], result.run.reports[0]
-    return {
-        "sweep": {
-            "cases": report.total,
-            "failed": report.unanswered,
-            "reasons": report.reasons_failed,
-        },
-        "formula": {
-            "family": best.family,
-            "coefficients": best.coefficients,
-            "validation": best.validation.model_dump(mode="json"),
-        },
-        "gear": result.comparison.results[0].to_dict(),
-        "comparison": result.comparison.to_dict(),
-        "seconds": result.seconds,
-    }

@@ -1,29 +1,27 @@
-"""The demonstration as one HTML page."""
+"""Sections of the demonstration."""
 
 from __future__ import annotations
 
-import platform
 from dataclasses import replace
-from pathlib import Path
+from functools import partial
 from typing import TYPE_CHECKING
 
 from efficiency.output.comparison_report import CAPTION
 from efficiency.output.flank_map import FlankMap
-from efficiency.output.gear_report import answer
+from efficiency.output.gear_report import SPIN, answer
 from efficiency.output.notes import comparison_notes
+from efficiency.output.plots_comparison import plot_comparison
 from efficiency.output.plots_flank import LOSS, contact_figure, field_figure
 from efficiency.output.plots_geometry import contact_lines_figure, ease_off_figure
 from efficiency.output.plots_load import (
-    plot_comparison,
     plot_friction_and_loss,
     plot_load_sharing,
     plot_transmission_error,
 )
 from efficiency.output.tables import efficiency_table, models_table, operating_point, percent
 from ehl import __version__
-from ehl.common.pages import write_report
 from ehl.common.quantities import quantity
-from ehl.common.sections import Code, Folded, KeyFigures, Notes, Picture, Row, Section, Text
+from ehl.common.sections import Code, Folded, Head, KeyFigures, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table
 from regression.view.plots import plot_bands, plot_friction, plot_parity
 from regression.view.tables import band_table, family_table
@@ -32,18 +30,12 @@ if TYPE_CHECKING:
     from efficiency.studies.demonstration import DemoResult
 
 
-def write_demo_report(result: DemoResult) -> Path:
-    """Write `report.html` into the folder of the demonstration."""
+def demo_sections(result: DemoResult, medium: Medium) -> list[Section]:
+    """Sections of the demonstration: contacts, formulas, gear pair, friction models compared."""
+    if medium != "page":
+        return result.comparison.sections(medium)
     sections = [_summary(result), _gear(result), _comparison(result), _formulas(result), _contacts(result)]
-    sections.append(_provenance(result))
-    return write_report(
-        result.folder / "report.html",
-        "From lubricated contacts to gear efficiency",
-        f"mixed-ehl {__version__}: {operating_point(result.comparison)}",
-        sections,
-        f"mixed-ehl {__version__}, Python {platform.python_version()}. Spin losses (churning, windage, bearings) are "
-        "not part of any figure here.",
-    )
+    return [*sections, _provenance(result)]
 
 
 def _summary(result: DemoResult) -> Section:
@@ -56,7 +48,9 @@ def _summary(result: DemoResult) -> Section:
         (f"{100 * best.validation.mape:.1f} %", f"mean error of the formula ({best.family}) on held-out contacts"),
         (f"{result.run.reports[0].total - result.run.unanswered}", "contacts solved"),
     ]
-    return Section("", [answer(gear), KeyFigures(tiles), notes])
+    point = operating_point(result.comparison)
+    head = Head("From lubricated contacts to gear efficiency", f"mixed-ehl {__version__}: {point}", SPIN)
+    return Section("", [head, answer(gear), KeyFigures(tiles), notes])
 
 
 def _contacts(result: DemoResult) -> Section:
@@ -77,8 +71,11 @@ def _contacts(result: DemoResult) -> Section:
             ),
             Row(
                 [
-                    Picture(plot_friction(result.dataset), "Friction coefficient of every contact of the sweep."),
-                    Picture(plot_parity(result.dataset, result.formulas), "Formula against computed friction (fit)."),
+                    Picture(partial(plot_friction, result.dataset), "Friction of every contact of the sweep."),
+                    Picture(
+                        partial(plot_parity, result.dataset, result.formulas),
+                        "Formula against computed friction.",
+                    ),
                 ]
             ),
         ],
@@ -96,7 +93,7 @@ def _formulas(result: DemoResult) -> Section:
                 "contact would not give it: the contacts were computed with a load-sharing model of the same kind."
             ),
             family_table(result.formulas),
-            Picture(plot_bands(best), "Held-out errors by band of each variable, with the number of cases."),
+            Picture(partial(plot_bands, best), "Held-out errors by band of each variable, with the number of cases."),
             Folded("Errors by region in numbers", [band_table(best)]),
             Folded(f"Equation and coefficients of {best.name}", [Code(best.to_text())]),
         ],
@@ -118,13 +115,16 @@ def _gear(result: DemoResult) -> Section:
             ),
             Row(
                 [
-                    Picture(ease_off_figure(pair), "Ease-off and unloaded contact path."),
-                    Picture(contact_lines_figure(pair, cycle), "Potential contact lines over one mesh cycle."),
-                    Picture(contact_figure(flank), "Contact pattern and Hertz pressure on the gear flank under load."),
-                    Picture(field_figure(flank, LOSS), "Power loss per area of the gear flank, fitted formula."),
-                    Picture(plot_load_sharing(gear), "Share of the torque one tooth pair carries."),
-                    Picture(plot_transmission_error(gear), "Transmission error, unloaded and loaded."),
-                    Picture(plot_friction_and_loss(gear), "Friction and loss over one mesh cycle, fitted formula."),
+                    Picture(partial(ease_off_figure, pair), "Ease-off and unloaded contact path."),
+                    Picture(partial(contact_lines_figure, pair, cycle), "Potential contact lines over one mesh cycle."),
+                    Picture(
+                        partial(contact_figure, flank),
+                        "Contact pattern and Hertz pressure under load.",
+                    ),
+                    Picture(partial(field_figure, flank, LOSS), "Power loss per area of the gear flank."),
+                    Picture(partial(plot_load_sharing, gear), "Share of the torque one tooth pair carries."),
+                    Picture(partial(plot_transmission_error, gear), "Transmission error, unloaded and loaded."),
+                    Picture(partial(plot_friction_and_loss, gear), "Friction and loss over one mesh cycle."),
                 ]
             ),
             replace(efficiency_table(gear), title="", notes=()),
@@ -142,7 +142,7 @@ def _comparison(result: DemoResult) -> Section:
                 "is what the formula costs; 'ehl' would roll the rough surfaces through. Loads come from frictionless "
                 "equilibrium. The closed forms take one constant mu for the whole pair."
             ),
-            Picture(plot_comparison(result.comparison), CAPTION),
+            Picture(partial(plot_comparison, result.comparison), CAPTION),
             replace(models_table(result.comparison), title=""),
         ],
     )

@@ -26,7 +26,7 @@ from efficiency.conditions.conditions import Friction, axis_values, default_fric
 from efficiency.conditions.grid import count_reasons, solve_points
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design
-from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance, Output, Presented
+from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance
 from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.mesh import POINTS_PER_LINE, POSITIONS
 from efficiency.pair import GearPair
@@ -34,6 +34,7 @@ from ehl import __version__
 from ehl.common.errors import InputError
 from ehl.common.journal import Journal
 from ehl.common.numbers import finite_or_none
+from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from ehl.common.quantities import Quantity, quantities
 from ehl.common.runner import checked_jobs, run_tasks
@@ -43,7 +44,6 @@ from regression.friction.models import FrictionModel
 
 if TYPE_CHECKING:
     import pandas
-    from matplotlib.figure import Figure
 
 OPERATING = ("torque", "speed", "temperature", "roughness_rms_each")
 MISALIGNED = ("E", "P", "G", "shaft_angle_error")
@@ -224,7 +224,7 @@ def with_result(point: StudyPoint, result: EfficiencyResult) -> StudyPoint:
 
 
 @dataclass(frozen=True, repr=False)
-class Study(Presented):
+class Study(Reportable):
     """Efficiencies of some designs over the parameters.
 
     Attributes
@@ -242,6 +242,9 @@ class Study(Presented):
         Wall time.
     """
 
+    presenter = "efficiency.studies.report:study"
+    file_name = "study"
+
     designs: tuple[str, ...]
     side: str
     oil: str
@@ -252,7 +255,6 @@ class Study(Presented):
     jobs: int
     reused: int
     seconds: float
-    output: Output | None = field(default=None, repr=False, compare=False)
 
     @property
     def status(self) -> Literal["converged", "failed"]:
@@ -333,31 +335,6 @@ class Study(Presented):
         reference = finite_or_none([self.reference_point(design) for design in self.designs])
         head |= {"designs": list(self.designs), "levels": self.levels.to_dict(), "points": rows}
         return head | {"reference_points": reference}
-
-
-@dataclass(frozen=True)
-class StudyOutput:
-    """Draws, prints and writes a study (`efficiency.loss.efficiency_result.Output`)."""
-
-    def figures(self, result: Study) -> dict[str, Figure]:
-        """Figures by their names."""
-        from efficiency.studies.plots import study_figures
-
-        return {name: figure for name, figure, _ in study_figures(result)}
-
-    def show(self, result: Study, **parts: Any) -> None:
-        """Print what each parameter does to the efficiency, and what has to be known of it."""
-        from efficiency.studies.report import influence_table, study_notes
-        from ehl.common.notes import notes_table
-
-        influence_table(result).print()
-        notes_table(study_notes(result), len(result.points)).print()
-
-    def write(self, result: Study, units: str, **files: Any) -> list[Path]:
-        """`study.html`, `study.xlsx`, `study.csv` and the figures into `folder`."""
-        from efficiency.studies.report import write_study
-
-        return write_study(result, Path(files["folder"]))
 
 
 State = tuple[float, float, float, float]
@@ -520,7 +497,6 @@ def run_study(
         jobs,
         reused,
         seconds,
-        StudyOutput(),
     )
 
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib import colormaps
 
 from efficiency.studies.parameter_study import level_quantity
-from ehl.common.figures import BLUE, GREY, ORANGE, new_figure
+from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, new_figure
 from ehl.common.quantities import to_display, typeset_units
+from ehl.common.sections import Picture
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,35 +37,35 @@ def reference_text(study: Study, *without: str) -> str:
     return typeset_units(", ".join(levels))
 
 
-def study_figures(study: Study) -> Iterator[tuple[str, Figure, str]]:
-    """(name, figure, caption) of everything the study varies."""
+def study_figures(study: Study) -> Iterator[Picture]:
+    """Figures of everything the study varies."""
+
+    def picture(name: str, caption: str, draw: Callable[..., Figure | Axes], *args: str) -> Picture:
+        return Picture(partial(draw, study, *args), caption, name)
+
     if len(study.designs) > 1 and set(study.varied) & set(study.reference):
-        yield "designs", designs_figure(study), "Each parameter alone, the others at the reference."
+        yield picture("designs", "Each parameter alone, the others at the reference.", designs_figure)
     offsets = {study.reference_point(design).hypoid_offset for design in study.designs}
     if len(offsets) > 1:
-        yield (
-            "offset",
-            offset_figure(study),
+        caption = (
             "Designs by their hypoid offset. They differ in more than the offset: spiral angles, cutters and settings "
-            "follow from it.",
+            "follow from it."
         )
+        yield picture("offset", caption, offset_figure)
     for along, lines in _CROSSED:
         if len(getattr(study.levels, along)) > 1:
-            name = level_quantity(along).label
-            yield f"over_{along}", crossed_figure(study, along, lines), f"Efficiency over {name}; the rest as stated."
+            caption = f"Efficiency over {level_quantity(along).label}; the rest as stated."
+            yield picture(f"over_{along}", caption, crossed_figure, along, lines)
     if any(study.levels.shifts()):
-        yield (
-            "misalignment",
-            misalignment_figure(study),
-            f"One misalignment at a time, added to that of the design; {reference_text(study)}.",
-        )
-    yield "influence", influence_figure(study), "Range of the efficiency over the levels of each parameter alone."
+        caption = f"One misalignment at a time, added to that of the design; {reference_text(study)}."
+        yield picture("misalignment", caption, misalignment_figure)
+    yield picture("influence", "Range of the efficiency over the levels of each parameter alone.", influence_figure)
     if causes_of(study):
-        yield (
-            "causes",
-            causes_figure(study),
-            "What each cause of uncertainty leaves open at the reference.",
+        caption = (
+            "Half width of the efficiency at the reference by each cause alone, 90 % interval: measure first what "
+            "makes the longest bar. The error of the solution is not in it."
         )
+        yield picture("causes", caption, causes_figure)
 
 
 def crossed_figure(study: Study, along: str, lines: str) -> Figure:
@@ -179,12 +181,11 @@ def misalignment_figure(study: Study) -> Figure:
     return figure
 
 
-def influence_figure(study: Study) -> Figure:
+def influence_figure(study: Study, ax: Axes | None = None) -> Axes:
     """Range of the efficiency over each parameter alone, one bar per parameter and design; a line at the reference."""
     names = study.varied or ["torque"]
     count = len(study.designs)
-    figure = new_figure(7.6, 1.1 + 0.34 * len(names) * count + 0.2 * len(names))
-    axes = figure.add_subplot()
+    axes = axes_or_new(ax, 7.6, 1.1 + 0.34 * len(names) * count + 0.2 * len(names))
     for number, design in enumerate(study.designs):
         bounds = [study.influence(design, name) for name in names]
         low, high = (np.array([100.0 * bound[side] for bound in bounds]) for side in (0, 1))
@@ -204,7 +205,7 @@ def influence_figure(study: Study) -> Figure:
     axes.set_xlabel("mesh efficiency [%]; dashed: at the reference")
     axes.grid(axis="x", alpha=0.3)
     axes.legend(fontsize=8, frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=max(1, min(count, 3)))
-    return figure
+    return axes
 
 
 def causes_of(study: Study) -> list[str]:

@@ -1,34 +1,29 @@
-"""A parameter study as tables, files and one HTML page for print."""
+"""Sections of a parameter study."""
 
 from __future__ import annotations
 
 import math
-import platform
-from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from efficiency.loss.notes import pair_notes
+from efficiency.output.gear_report import SPIN
 from efficiency.output.notes import outside_note
 from efficiency.output.tables import percent
 from efficiency.studies.parameter_study import MISALIGNED, StudyPoint, level_quantity
-from efficiency.studies.plots import causes_figure, causes_of, reference_text, span_text, study_figures
-from ehl import __version__
+from efficiency.studies.plots import causes_of, influence_figure, reference_text, span_text, study_figures
 from ehl.common.notes import Note
-from ehl.common.pages import save_figures, write_csv, write_report, write_xlsx
 from ehl.common.quantities import quantities
-from ehl.common.sections import Item, KeyFigures, MainResult, Notes, Picture, Section, Text
+from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Section, Text
 from ehl.common.table import Column, Table
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
 
     from efficiency.studies.parameter_study import Study
 
 _FAILED_SHOWN = 40
-_ON_TOP = ("influence", "causes")
 _OUTCOME = ("status", "reason")
 _SECTION = (
     "efficiency",
@@ -112,44 +107,34 @@ def timing(study: Study) -> str:
     return f"{study.status}: {len(study.points)} points{again}, {study.seconds:.1f} s with {study.jobs} {workers}"
 
 
-def write_study(study: Study, folder: Path) -> list[Path]:
-    """`study.html`, `study.xlsx`, `study.csv` and the figures as PNG files.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written.
-    """
-    tables = study_tables(study)
-    written = write_csv(folder, tables[:1])
-    written.append(write_xlsx(folder / "study.xlsx", tables, f"parameter study: {', '.join(study.designs)}"))
-    figures = list(study_figures(study))
-    save_figures(figures, folder)
-    sections = [
-        _headline(study),
-        Section("What each parameter does", [*_pictures(figures, "influence"), influence_bars(study)]),
-        Section("What the uncertainty comes from", _causes(study)),
-        Section("Over the parameters", _pictures(figures, *(name for name, *_ in figures if name not in _ON_TOP))),
-        Section(
-            "Sections through the reference",
-            [section_table(study, design, name) for name in study.varied for design in study.designs],
-        ),
-        Section("How it was computed", _computed(study)),
-    ]
-    page = write_report(
-        folder / "study.html",
+def study_sections(study: Study, medium: Medium) -> list[Section]:
+    """Sections of a study: influence of each parameter, uncertainty, efficiency over the parameters, all points."""
+    title = f"parameter study: {', '.join(study.designs)}"
+    if medium == "files":
+        return [Section("", [Head(title), *study_tables(study)])]
+    if medium == "terminal":
+        return [Section("", [influence_table(study), Notes(study_notes(study), len(study.points))])]
+    pictures = {picture.name: picture for picture in study_figures(study)}
+    influence, causes = pictures.pop("influence"), pictures.pop("causes", None)
+    head = Head(
         "Parameter study: mesh efficiency",
         f"{', '.join(study.designs)}; {study.side} side, {study.oil}, friction: {model_label(study.friction_model)}",
-        sections,
-        f"mixed-ehl {__version__}, Python {platform.python_version()}. {timing(study).capitalize()}. Churning, windage "
-        "and bearing losses are not part of any figure here.",
+        f"{timing(study).capitalize()}. {SPIN}",
     )
-    return [page, *written]
+    cuts = [section_table(study, design, name) for name in study.varied for design in study.designs]
+    return [
+        Section("", [head, *_headline(study)]),
+        Section("Influence of each parameter", [influence, replace(influence_table(study), title="", notes=())]),
+        Section("Sources of uncertainty", _causes(study, causes)),
+        Section("Over the parameters", list(pictures.values())),
+        Section("Sections through the reference", cuts),
+        Section("How it was computed", _computed(study)),
+    ]
 
 
-def influence_bars(study: Study) -> Table:
-    """The table of influences without its notes."""
-    return replace(influence_table(study), title="", notes=())
+def plot_study(study: Study, ax: Axes | None) -> Axes:
+    """Range of the efficiency over each parameter alone."""
+    return influence_figure(study, ax)
 
 
 def causes_table(study: Study) -> Table:
@@ -161,22 +146,14 @@ def causes_table(study: Study) -> Table:
     return Table(columns, rows, title=title, name="causes")
 
 
-def _pictures(figures: Sequence[tuple[str, Figure, str]], *names: str) -> list[Item]:
-    return [Picture(figure, caption) for name, figure, caption in figures if name in names]
-
-
-def _causes(study: Study) -> list[Item]:
-    if not causes_of(study):
+def _causes(study: Study, picture: Picture | None) -> list[Item]:
+    if picture is None:
         model = model_label(study.friction_model)
         return [Text(f"No input of the friction model ({model}) is uncertain: it has no interval.")]
-    caption = (
-        "Half width of the efficiency at the reference that each cause alone leaves, 90 % interval: measure first what "
-        "makes the longest bar. The error of the solution is not in it."
-    )
-    return [Picture(causes_figure(study), caption), causes_table(study)]
+    return [picture, causes_table(study)]
 
 
-def _headline(study: Study) -> Section:
+def _headline(study: Study) -> list[Item]:
     points = [study.reference_point(design) for design in study.designs]
     first = points[0]
     tiles = [
@@ -197,7 +174,7 @@ def _headline(study: Study) -> Section:
     value = f"{percent(first.efficiency, 2)} %" if math.isfinite(first.efficiency) else "no answer"
     answer = MainResult(value, f"mesh efficiency of {first.design} at {reference_text(study)}", known)
     notes = Notes(study_notes(study), len(study.points))
-    return Section("", [answer, *([KeyFigures(tiles)] if tiles else []), notes])
+    return [answer, *([KeyFigures(tiles)] if tiles else []), notes]
 
 
 def _interval(point: StudyPoint) -> str:

@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from efficiency.conditions.loss_map import LossMap, Tabulated, require_all
+from efficiency.conditions.loss_map import LossMap, LossTable, require_all
 from efficiency.loss.axle import AxleLosses
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file
@@ -134,7 +134,7 @@ class AxleTestRow:
 
 
 @dataclass(frozen=True, repr=False)
-class AxleTest(Tabulated):
+class AxleTest(LossTable):
     """Power loss at the test points.
 
     Parameters

@@ -6,7 +6,8 @@ import io
 import json
 import platform
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,18 +33,32 @@ _ID, _REFERENCE = re.compile(r' id="([^"]*)"'), re.compile(r'(?:url\(|href=")#([
 
 
 class Reportable:
-    """A result that can be printed, drawn and written: a subclass gives `sections` and `to_dict`."""
+    """A result that can be printed, drawn and written.
 
-    def sections(self, medium: Medium = "page") -> list[Section]:
+    A subclass gives `to_dict`, and either `sections` or the name of the module that makes them.
+    """
+
+    presenter = ""
+    """``"module:name"`` with functions ``name_sections(result, medium, **options)`` and ``plot_name(result, ax)``."""
+    file_name = "report"
+    """Of page and workbook in a folder."""
+
+    def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
         """Content of the result for a medium."""
-        raise NotImplementedError
+        module, _, name = self.presenter.partition(":")
+        found: list[Section] = getattr(import_module(module), f"{name}_sections")(self, medium, *args, **options)
+        return found
+
+    def _plot(self, ax: Axes | None, **options: Any) -> Axes:
+        module, _, name = self.presenter.partition(":")
+        draw: Callable[[Any, Axes | None], Axes] | None = getattr(import_module(module), f"plot_{name}", None)
+        if draw is None:
+            raise InputError("plot", type(self).__name__, "a result with figures")
+        return draw(self, ax)
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON."""
         raise NotImplementedError
-
-    def _plot(self, ax: Axes | None) -> Axes:
-        raise InputError("plot", type(self).__name__, "a result with figures")
 
     def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw the main figure of the result.
@@ -106,6 +121,7 @@ class Reportable:
         xlsx: Path | str | None = None,
         csv: Path | str | None = None,
         plot: Path | str | None = None,
+        folder: Path | str | None = None,
         **options: Any,
     ) -> list[Path]:
         """Write several files.
@@ -120,6 +136,8 @@ class Reportable:
             Folder for all tables; or one file, which takes the first table.
         plot : Path or str, optional
             Folder for all figures (PNG); or one file (PNG, SVG, PDF), which takes the main one.
+        folder : Path or str, optional
+            Folder for page, workbook, all tables (CSV) and all figures (PNG).
         **options
             As in `sections`.
 
@@ -139,13 +157,24 @@ class Reportable:
             if name in places and places[name].suffix.lower() not in suffixes:
                 raise InputError(name, str(places[name]), f"a file name ending in {suffixes[0]}")
         for name, place in places.items():
-            if name == "plot":
+            suffix = place.suffix.lower()
+            if name == "plot" and suffix in FIGURE:
+                save_figure(self.figure(**options), place)
+            elif name == "plot":
                 write_figures(place, self.sections("page", **options))
-            elif name == "csv" and place.suffix.lower() != ".csv":
+            elif name == "csv" and suffix != ".csv":
                 write_csv(place, tables_of(self.sections("files", **options)))
             else:
                 self.report(place, **options)
-        return list(places.values())
+        return [*places.values(), *([] if folder is None else self._write_all(Path(folder), **options))]
+
+    def _write_all(self, folder: Path, **options: Any) -> list[Path]:
+        page, files = self.sections("page", **options), self.sections("files", **options)
+        written = [write_page(folder / f"{self.file_name}.html", page)]
+        written += write_csv(folder, tables_of(files))
+        written.append(write_workbook(folder / f"{self.file_name}.xlsx", files))
+        write_figures(folder, page)
+        return written
 
     def figure(self, name: str | None = None, **options: Any) -> Figure:
         """One of the figures of the report.
@@ -167,10 +196,12 @@ class Reportable:
         InputError
             An unknown name; the message lists all names.
         """
+        if name is None:
+            return figure_of(self._plot(None, **options))
         named = {picture.name: picture for picture in pictures_of(self.sections("page", **options))}
-        if not named or name not in (None, *named):
+        if name not in named:
             raise InputError("figure", name, "one of " + ", ".join(named) if named else "a result with figures")
-        return _drawn(named[name or next(iter(named))])
+        return figure_of(named[name].draw())
 
 
 def inner_items(items: Sequence[Item]) -> Iterator[Item]:
@@ -189,8 +220,9 @@ def all_items(sections: Sequence[Section]) -> Iterator[Item]:
 
 
 def tables_of(sections: Sequence[Section]) -> list[Table]:
-    """All tables of the sections."""
-    return [item for item in all_items(sections) if isinstance(item, Table)]
+    """All tables of the sections, notes among them."""
+    found = (notes_table(x.notes, x.cases) if isinstance(x, Notes) else x for x in all_items(sections))
+    return [item for item in found if isinstance(item, Table)]
 
 
 def pictures_of(sections: Sequence[Section]) -> list[Picture]:
@@ -201,10 +233,6 @@ def pictures_of(sections: Sequence[Section]) -> list[Picture]:
 def head_of(sections: Sequence[Section]) -> Head:
     """The head of the sections."""
     return next((item for item in all_items(sections) if isinstance(item, Head)), Head(""))
-
-
-def _drawn(picture: Picture) -> Figure:
-    return figure_of(picture.draw() if callable(picture.draw) else picture.draw)
 
 
 def print_sections(sections: Sequence[Section]) -> None:
@@ -244,7 +272,7 @@ def write_page(path: Path, sections: Sequence[Section]) -> Path:
         lstrip_blocks=True,
     )
     environment.filters["typeset"] = typeset_units
-    environment.filters["svg"] = lambda picture: figure_svg(_drawn(picture))
+    environment.filters["svg"] = lambda picture: figure_svg(figure_of(picture.draw()))
     head = head_of(sections)
     footer = f"mixed-ehl {__version__}, Python {platform.python_version()}. {head.footer}".strip()
     page = environment.get_template("report.html").render(head=head, sections=sections, footer=footer)
@@ -267,23 +295,20 @@ def figure_svg(figure: Figure) -> str:
     return _ID.sub(lambda found: found[0] if found[1] in used else "", text)
 
 
-def write_figures(place: Path, sections: Sequence[Section]) -> None:
-    """Write all named figures as PNG files into a folder, or the first one to a file (.png, .svg, .pdf).
+def write_figures(folder: Path, sections: Sequence[Section]) -> None:
+    """Write all named figures as PNG files into a folder.
 
     Raises
     ------
     InputError
-        There is no figure, or the file or folder cannot be written.
+        There is no figure, or the folder cannot be written.
     """
     pictures = pictures_of(sections)
     if not pictures:
-        raise InputError("plot", str(place), "a result with figures")
-    if place.suffix.lower() in FIGURE:
-        save_figure(_drawn(pictures[0]), place)
-        return
-    make_folder(place, "plot")
+        raise InputError("plot", str(folder), "a result with figures")
+    make_folder(folder, "plot")
     for picture in pictures:
-        save_figure(_drawn(picture), place / f"{picture.name}.png")
+        save_figure(picture.draw(), folder / f"{picture.name}.png")
 
 
 def write_csv(folder: Path, tables: Sequence[Table]) -> list[Path]:
@@ -371,22 +396,3 @@ def _sheet_names(tables: Sequence[Table]) -> list[str]:
             name = f"{clean[: _MAX_SHEET_NAME - 4]} {number}"
         names.append(name)
     return names
-
-
-def write_report(path: Path, title: str, subtitle: str, sections: Sequence[Section], footer: str = "") -> Path:
-    """Write the page of sections without a head."""
-    footer = footer.partition(f"Python {platform.python_version()}")[2].lstrip(".; ")
-    first = Section("", [Head(title, subtitle, footer), *sections[0].items])
-    return write_page(path, [first, *sections[1:]])
-
-
-def write_xlsx(path: Path, tables: Sequence[Table], title: str) -> Path:
-    """Write tables as a workbook."""
-    return write_workbook(path, [Section("", [Head(title), *tables])])
-
-
-def save_figures(figures: Iterable[tuple[Any, ...]], folder: Path) -> None:
-    """Write figures, each of them (name, figure, ...), as PNG files into a folder."""
-    make_folder(folder, "plot")
-    for name, figure, *_ in figures:
-        save_figure(figure, folder / f"{name}.png")

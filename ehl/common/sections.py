@@ -56,7 +56,7 @@ class Picture:
         Of its file; a picture without name is part of the page alone.
     """
 
-    draw: Callable[[], Figure | Axes] | Figure | Axes
+    draw: Callable[[], Figure | Axes]
     caption: str
     name: str = ""
     kind = "picture"

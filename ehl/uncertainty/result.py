@@ -275,7 +275,7 @@ class InputUncertainty(Reportable):
         bars = Picture(lambda: plot_sources(self), "Change by each input alone.", "uncertainty")
         return [Section("", [Head(f"Input uncertainty: {self.quantity.label}", self.headline()), bars, self.table()])]
 
-    def _plot(self, ax: Axes | None) -> Axes:
+    def _plot(self, ax: Axes | None, **options: Any) -> Axes:
         return plot_sources(self, ax)
 
 

@@ -243,7 +243,7 @@ class Calibration(Reportable):
 
         return calibration_sections(self, self._inputs()[0], medium)
 
-    def _plot(self, ax: Axes | None) -> Axes:
+    def _plot(self, ax: Axes | None, **options: Any) -> Axes:
         from regression.calibration.report import plot_calibration
 
         return plot_calibration(self._inputs()[0], self, ax)

@@ -1,25 +1,22 @@
-"""A misalignment study as a table and as CSV."""
+"""Sections of a misalignment study."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ehl.common.files import write_file
-from ehl.common.quantities import Quantity, quantity
+from efficiency.geometry.misalignment import AXES
+from efficiency.output.plots_misalignment import misalignment_figures, misalignment_quantity, plot_misalignment
+from ehl.common.quantities import quantity
+from ehl.common.sections import Head, Medium, Row, Section
 from ehl.common.table import Column, Table
 
 if TYPE_CHECKING:
     from efficiency.geometry.misalignment import MisalignmentGrid, MisalignmentStudy
 
+__all__ = ["misalignment_sections", "plot_misalignment"]
 _ROWS = 60
 # share of the torque at edges that is worth a word
 EDGE_SHARE = 0.02
-
-
-def misalignment_quantity(name: str) -> Quantity:
-    """What one of `AXES` is."""
-    return quantity(f"misalignment.{name}")
 
 
 def misalignment_table(study: MisalignmentStudy) -> Table:
@@ -94,14 +91,20 @@ def _notes(study: MisalignmentStudy) -> list[str]:
     return notes
 
 
-def write_misalignment(path: Path, grid: MisalignmentGrid) -> None:
-    """Write all states as CSV in SI units: a line that starts with #, the column names, one line per state.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
-    """
+def misalignment_sections(grid: MisalignmentGrid, medium: Medium) -> list[Section]:
+    """Contact over all states: a table for each side, figures; files hold all states in one table."""
     first = grid.studies[0]
-    head = f"# mixed-ehl misalignment study v1; design={first.design}; marking={first.marking:g} m; units=m, rad\n"
-    write_file(path, head + grid.to_frame().to_csv(index=False), "csv", folder=True)
+    head = Head(f"Misalignment study: {first.design}", f"marking {1e6 * first.marking:.4g} µm")
+    if medium == "files":
+        records = grid.to_frame().to_dict("list")
+        known = {name: misalignment_quantity(name).name for name in AXES} | {
+            "crest_u": "error_maximum_u",
+            "crest_depth": "error_maximum_depth",
+        }
+        columns = {Column(str(name), of=known.get(str(name), "")): values for name, values in records.items()}
+        return [Section("", [head, Table.from_columns(columns, name="misalignment")])]
+    tables = [misalignment_table(study) for study in grid.studies]
+    if medium == "terminal":
+        return [Section("", [head, *tables])]
+    wide, *others = misalignment_figures(grid.pair, grid.studies)
+    return [Section("", [head]), Section("Contact", [wide, Row(others)]), Section("In numbers", tables)]

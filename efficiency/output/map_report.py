@@ -1,0 +1,86 @@
+"""Sections of maps and duty cycles."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+from efficiency.output.gear_report import SPIN, design_of, page_sections
+from efficiency.output.machine_summary import Units
+from efficiency.output.notes import duty_notes, grid_notes
+from efficiency.output.plots_map import is_map, plot_duty, plot_map
+from efficiency.output.tables import duty_table, efficiency_grids, map_table, map_tables, percent, remarks_table
+from ehl.common.errors import InputError
+from ehl.common.sections import Head, Item, MainResult, Medium, Picture, Row, Section, Text
+from regression.friction.published_registry import model_label
+
+if TYPE_CHECKING:
+    from efficiency.conditions.duty import DutyCycle
+    from efficiency.conditions.grid import Grid
+    from efficiency.loss.efficiency_result import EfficiencyResult
+
+
+def map_sections(grid: Grid, medium: Medium, units: Units = "metric") -> list[Section]:
+    """Sections of a grid; over torque, speed and temperature the page shows one point in detail."""
+    if not grid.results:
+        raise InputError("report", grid.reason, "a grid with a result")
+    first = grid.results[0]
+    title = f"{first.design}, {first.side}: map, friction: {model_label(first.friction_model)}"
+    if medium == "files":
+        return [Section("", [Head(title), *map_tables(grid)])]
+    if medium == "terminal":
+        skipped = dict.fromkeys(text for result in grid.results for text in result.skipped)
+        below: list[Item] = [grid_notes(grid), *(Text(f"skipped: {text}") for text in skipped)]
+        return [Section("", [*(efficiency_grids(grid) if is_map(grid) else [map_table(grid)]), *below])]
+    if is_map(grid):
+        found = page_sections(nearest_point(grid), grid, units)
+        # the files are those of the map
+        return [found[0], found[1], *(Section(part.title, [_unnamed(x) for x in part.items]) for part in found[2:])]
+    lines = Picture(partial(plot_map, grid), "Mesh efficiency over the axes.", "efficiency")
+    return [
+        Section("", [Head(title, footer=SPIN), grid_notes(grid)]),
+        Section("Efficiency", [lines, map_table(grid)]),
+    ]
+
+
+def _unnamed(item: Item) -> Item:
+    if isinstance(item, Row):
+        return Row([_unnamed(inner) for inner in item.items])
+    return replace(item, name="") if isinstance(item, Picture) else item
+
+
+def nearest_point(grid: Grid) -> EfficiencyResult:
+    """The result of a map nearest to the operating point of the design file; one that converged if any."""
+    usable = [result for result in grid.results if result.status == "converged"] or list(grid.results)
+    operation = design_of(usable[0]).operation
+
+    def distance(result: EfficiencyResult) -> float:
+        return (
+            abs(result.torque / operation.torque - 1.0)
+            + abs(result.speed / operation.speed - 1.0)
+            + abs(result.temperature - operation.temperature) / 50.0
+        )
+
+    return min(usable, key=distance)
+
+
+def duty_sections(duty: DutyCycle, medium: Medium, units: Units = "metric") -> list[Section]:
+    """Sections of a duty cycle."""
+    title = f"{duty.design}: duty cycle, friction: {model_label(duty.friction_model)}"
+    if medium == "files":
+        return [Section("", [Head(title), duty_table(duty), remarks_table(duty.results)])]
+    if medium == "terminal":
+        return [Section("", [duty_table(duty), duty_notes(duty)])]
+    inputs = duty.inputs
+    known = [(f"±\N{NO-BREAK SPACE}{percent(duty.efficiency_error, 4)} %", "error of the solution")]
+    if inputs.low < inputs.high:
+        interval = f"{percent(inputs.low, 2)} to {percent(inputs.high, 2)} %"
+        known.insert(0, (interval, f"{percent(inputs.level, 0)} % interval by uncertain inputs"))
+    value = f"{percent(duty.efficiency, 2)} %" if math.isfinite(duty.efficiency) else "no answer"
+    energy = Picture(partial(plot_duty, duty), "Energy lost at each operating point.", "duty")
+    return [
+        Section("", [Head(title, footer=SPIN), MainResult(value, "efficiency of the cycle", known), duty_notes(duty)]),
+        Section("Energies", [energy, replace(duty_table(duty), title="")]),
+    ]
