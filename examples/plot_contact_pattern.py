@@ -11,4 +11,4 @@ pair = efficiency.load("fm_hypoid_13x42_relieved")
 shape = pair.geometry("drive")
 answer = float(shape.to_dict()["sides"]["drive"]["transmission_error_peak_to_peak"]) * 206265.0
 print(f"transmission error {answer:.1f} arcsec peak to peak")
-figure = pair.plot_contact()
+axes = pair.plot_contact()

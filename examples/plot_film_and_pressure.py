@@ -12,6 +12,6 @@ contact = ehl.Contact(
     speed_entrainment="3 m/s", slide_to_roll=0.1,
 )  # fmt: skip
 result = contact.solve()
-figure = result.plot()
+axes = result.plot()
 answer = 1e9 * result.film_min
 print(f"smallest film {answer:.0f} nm, error of the solution {100 * result.film_error:.2g} %")

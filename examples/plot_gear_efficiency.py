@@ -11,4 +11,4 @@ pair = efficiency.load("fm_spiral_bevel_14x39_relieved")
 result = pair.mesh(side="drive").load("300 N m").efficiency("75w90", speed="1500 rpm")
 answer = 100 * result.efficiency
 print(f"efficiency {answer:.3f} %, error of the solution {100 * result.efficiency_error:.1g} %")
-figure = result.inputs.plot()
+axes = result.inputs.plot()

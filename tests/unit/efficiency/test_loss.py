@@ -21,13 +21,13 @@ from efficiency.loss.kinematics import LoadedPoints, Operation, join_states
 from efficiency.loss.power_loss import efficiency_of, position_losses
 from efficiency.ltca.limits import limit_notes, pressure_peak
 from efficiency.ltca.load_distribution import distribute_load
+from efficiency.output.plots_comparison import plot_comparison
 from efficiency.output.plots_load import (
-    plot_comparison,
     plot_friction_and_loss,
     plot_load_sharing,
-    plot_map,
     plot_transmission_error,
 )
+from efficiency.output.plots_map import plot_map
 from efficiency.pair import GearPair
 from ehl.common.data import data_path
 from ehl.common.errors import ConvergenceError, InputError
@@ -114,7 +114,7 @@ def test_missing_friction_is_a_failure_not_a_number(loaded: LoadedGrids, flag: F
     assert result.to_dict()["efficiency"] is None
     beyond = np.count_nonzero(result.points.state.pressure_hertz > 1e9)
     assert f"formula test has no value at {beyond} of {result.points_loaded} loaded points" in result.notes
-    assert plot_friction_and_loss(result).axes[0].get_title().endswith(f"failed ({reason})")
+    assert plot_friction_and_loss(result).get_title().endswith(f"failed ({reason})")
 
 
 def test_a_formula_without_a_value_fails_the_run() -> None:
@@ -300,13 +300,13 @@ def test_run_functions_agree_and_figures_show_the_result(mesh: MeshGrids) -> Non
     assert map_.values()[0, 0, 1] == pytest.approx(result.efficiency, abs=map_.results[1].efficiency_error_balance)
     assert json.dumps(map_.to_dict())
 
-    sharing = plot_load_sharing(result).axes[0].lines[0].get_ydata()
+    sharing = plot_load_sharing(result).lines[0].get_ydata()
     assert np.max(sharing) == pytest.approx(max(max(p.share.values()) for p in result.load.positions))
-    assert len(plot_transmission_error(result).axes[0].lines) == 2
-    loss = plot_friction_and_loss(result).axes[1].lines[0].get_ydata()
+    assert len(plot_transmission_error(result).lines) == 2
+    loss = plot_friction_and_loss(result).figure.axes[1].lines[0].get_ydata()
     np.testing.assert_array_equal(loss, result.power_loss_positions)
-    assert len(plot_comparison(comparison).axes[0].patches) == len(comparison.rows)
-    assert [len(axes.lines) for axes in plot_map(map_).axes] == [2, 2]
+    assert len(plot_comparison(comparison).patches) == len(comparison.rows)
+    assert [len(axes.lines) for axes in plot_map(map_).figure.axes] == [2, 2]
 
 
 def test_map_refuses_an_empty_list_and_reports_progress() -> None:

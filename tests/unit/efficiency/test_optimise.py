@@ -39,9 +39,10 @@ from efficiency.optimisation.surrogate import Processes, first_points, next_poin
 from efficiency.pair import GearPair
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.figures import figure_of
 from ehl.common.journal import Journal
 from ehl.common.runner import WorkersCrashed, cluster
-from ehl.common.sections import Row
+from ehl.common.sections import Picture, Row
 from ehl.common.validation import validate
 
 PAIR = "fh_spiral_bevel_12x37"
@@ -251,10 +252,10 @@ def test_the_next_best_are_checked_where_the_front_is_short(found: Optimisation,
 def test_figures_before_and_after_share_their_scales(found: Optimisation) -> None:
     best = found.best
     assert best is not None
-    (section,) = report._before_after(found, {best.name: GearPair(found.settings(best).design)})
-    for row in section.blocks:
+    (section,) = report._before_after(found)
+    for row in section.items:
         assert isinstance(row, Row)
-        before, after = (picture.figure for picture in row.pictures)
+        before, after = (figure_of(item.draw()) for item in row.items if isinstance(item, Picture))
         assert before.axes[-1].get_ylim() == after.axes[-1].get_ylim()
 
 

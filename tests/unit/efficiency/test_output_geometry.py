@@ -25,6 +25,7 @@ from efficiency.output.inspection_grid import FORMAT, inspection_grid, write_ins
 from efficiency.output.machine_summary import summary_rows, write_summary
 from efficiency.output.plots_geometry import blank_figure
 from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.figures import figure_of
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "gear_geometry.sh"
 TOUR = EXAMPLE.parents[1] / "tour.md"
@@ -93,7 +94,7 @@ def drawn(figure: Figure) -> Iterator[Axes]:
 
 
 def test_every_axis_has_a_name_and_a_unit(geometry: PairGeometry, design: Design) -> None:
-    figures = [figure for side in geometry.sides.values() for _, figure, _ in side_figures(side)]
+    figures = [figure_of(shown.draw()) for side in geometry.sides.values() for shown in side_figures(side)]
     for figure in [*figures, blank_figure(design)]:
         for axes in drawn(figure):
             labels = [axes.get_xlabel(), axes.get_ylabel()]
@@ -107,9 +108,9 @@ def test_every_axis_has_a_name_and_a_unit(geometry: PairGeometry, design: Design
 def test_figures_of_an_undercut_hypoid_pair() -> None:
     found = pair_geometry(load_design("fh_hypoid_9x34"), ("drive",))
     assert any("undercut" in note.text for note in graded_notes(found))
-    for name, figure, _ in side_figures(found.sides["drive"]):
-        if name in ("teeth_in_mesh", "ease_off_pinion", "contact_pattern_gear"):
-            assert len(list(drawn(figure))) >= 2
+    pictures = {picture.name: picture for picture in side_figures(found.sides["drive"])}
+    for name in ("teeth_in_mesh", "ease_off_pinion", "contact_pattern_gear"):
+        assert len(list(drawn(figure_of(pictures[f"drive_{name}"].draw())))) >= 2
 
 
 def test_contact_table_has_a_column_for_each_side(geometry: PairGeometry) -> None:

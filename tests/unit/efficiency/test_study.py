@@ -25,8 +25,9 @@ from efficiency.mesh import Mesh
 from efficiency.pair import GearPair
 from efficiency.studies.parameter_study import Levels, Study, level_quantity, run_study
 from efficiency.studies.plots import causes_figure, causes_of, designs_figure, influence_figure, study_figures
-from efficiency.studies.report import causes_table, influence_table, section_table, study_tables, write_study
+from efficiency.studies.report import causes_table, influence_table, section_table, study_tables
 from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.figures import figure_of
 from ehl.fluid.oil import Oil
 from regression.formula import friction_model
 
@@ -140,8 +141,9 @@ def test_constant_friction_does_not_care_for_the_oil(designs: list[Design]) -> N
 
 
 def test_files_hold_the_points(study: Study, tmp_path: Path) -> None:
-    written = write_study(study, tmp_path)
-    assert {path.name for path in written} == {"study.html", "study.csv", "study.xlsx"}
+    written = study.write(folder=tmp_path)
+    assert {path.name for path in written} >= {"study.html", "study.csv", "study.xlsx"}
+    assert {path.stem for path in tmp_path.glob("*.png")} == {picture.name for picture in study_figures(study)}
     with (tmp_path / "study.csv").open(encoding="utf-8", newline="") as file:
         header, *rows = list(csv.reader(file))
     assert len(rows) == len(study.points)
@@ -206,12 +208,13 @@ def test_figures_show_the_sections(study: Study) -> None:
     points = study.section("fh_hypoid_9x34", "speed")
     np.testing.assert_allclose(np.asarray(axes.lines[0].get_ydata()), [100.0 * p.efficiency for p in points])
     np.testing.assert_allclose(np.asarray(axes.lines[0].get_xdata()), [p.speed * 30.0 / math.pi for p in points])
-    for name, figure, caption in study_figures(study):
+    for picture in study_figures(study):
+        figure, name = figure_of(picture.draw()), picture.name
         labels = [label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel()) if label]
         assert labels, name
         assert all("[" in label and "]" in label for label in labels), name
-        assert caption.endswith(".")
-    bars = influence_figure(study).axes[0].patches
+        assert picture.caption.endswith(".")
+    bars = influence_figure(study).patches
     low, high = study.influence("fh_hypoid_9x34", "torque")
     assert bars[0].get_x() == pytest.approx(100.0 * low)  # type: ignore[attr-defined]
     assert bars[0].get_width() == pytest.approx(100.0 * (high - low))  # type: ignore[attr-defined]
