@@ -41,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, default=Path("docs/figures"))
     given = parser.parse_args(arguments)
     if given.what == "comparison":
-        efficiency.load(PAIR).compare(MODELS).plot("comparison").savefig(given.out / "comparison.png", dpi=150)
+        efficiency.load(PAIR).compare(MODELS).write(plot=given.out / "comparison.png")
     elif given.what == "gear":
         with tempfile.TemporaryDirectory() as folder:
             page = Path(folder) / "gear.html"

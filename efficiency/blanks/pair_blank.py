@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from math import tan
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from efficiency.blanks.dimensions import UndercutLimit
 from efficiency.blanks.slots import Three
 from efficiency.blanks.virtual_gears import VirtualGears
 from efficiency.cutting.blank import Blank, Hand
-
-if TYPE_CHECKING:
-    from ehl.common.table import Table
+from ehl.common.pages import Reportable
 
 
 @dataclass(frozen=True)
@@ -176,7 +174,7 @@ class MemberBlank:
 
 
 @dataclass(frozen=True, repr=False)
-class PairBlank:
+class PairBlank(Reportable):
     """Blank of a pair: lengths in m, angles in rad.
 
     Attributes
@@ -240,6 +238,8 @@ class PairBlank:
         What a designer should look at.
     """
 
+    presenter = "efficiency.blanks.report:blank"
+
     name: str
     method: int
     process: str
@@ -292,37 +292,6 @@ class PairBlank:
             f"hypoid_offset={self.hypoid_offset:.4g} m, module_normal={self.module_normal:.4g} m, "
             f"{len(self.warnings)} warnings)"
         )
-
-    def _repr_html_(self) -> str:
-        return "\n".join(table.html() for table in self.tables())
-
-    def tables(self) -> list[Table]:
-        """Dimensions of the pair, of both members and of the virtual gears.
-
-        Returns
-        -------
-        list of Table
-            Defaults and warnings are notes of the last.
-
-        Examples
-        --------
-        >>> [table.name for table in blank("iso23509_f2").tables()]
-        ['pair', 'members', 'virtual_gears']
-        """
-        from efficiency.blanks.report import blank_tables
-
-        return blank_tables(self)
-
-    def show(self) -> None:
-        """Print the blank as tables, then defaults and warnings.
-
-        Examples
-        --------
-        >>> blank("iso23509_f2").show()  # doctest: +ELLIPSIS
-        iso23509_f2...
-        """
-        for table in self.tables():
-            table.print()
 
     def to_dict(self) -> dict[str, Any]:
         """All values as plain numbers, lists and tables.

@@ -7,6 +7,7 @@ from dataclasses import fields
 
 from efficiency.blanks.pair_blank import MemberBlank, PairBlank
 from ehl.common.quantities import quantity
+from ehl.common.sections import Head, Item, Medium, Section
 from ehl.common.table import Column, Table
 
 _MEMBER = tuple(f.name for f in fields(MemberBlank) if f.type == "float")
@@ -22,7 +23,7 @@ _AT_PLACES = ("normal_thickness", "top_land", "slot_width")
 _DECIMALS = 12  # in SI; what is less is rounding error
 
 
-def blank_tables(pair: PairBlank) -> list[Table]:
+def blank_sections(pair: PairBlank, medium: Medium) -> list[Section]:
     """Tables of the pair, of both members, and of its virtual gears; defaults and warnings below the last."""
     places = [(name, i, place) for name in _AT_PLACES for i, place in enumerate(("toe", "mean", "heel"))]
     members = [
@@ -41,7 +42,7 @@ def blank_tables(pair: PairBlank) -> list[Table]:
     title = f"{pair.name}: {pair.pinion.teeth}x{pair.gear.teeth}, Method {pair.method}, {process}"
     at_places = [_column(name, place) for name, _, place in places]
     notes = [f"default: {item}" for item in pair.defaults] + [f"warning: {item}" for item in pair.warnings]
-    return [
+    tables: list[Item] = [
         Table(
             _columns(_PAIR),
             [[round(getattr(pair, name), _DECIMALS) for name in _PAIR]],
@@ -65,6 +66,7 @@ def blank_tables(pair: PairBlank) -> list[Table]:
             vertical=True,
         ),
     ]
+    return [Section("", [Head(title), *tables])]
 
 
 def _columns(names: Sequence[str]) -> list[Column]:

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from math import nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,10 +31,8 @@ from efficiency.design.design import Design, MemberInput, load_design
 from efficiency.machine_settings.design_file import machine_tables
 from efficiency.machine_settings.fit import FitParameter, RootLine, with_setting
 from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.pages import Reportable
 from ehl.common.units import parse_quantity
-
-if TYPE_CHECKING:
-    from ehl.common.table import Table
 
 FloatArray = NDArray[np.float64]
 Order = Literal[1, 2]
@@ -107,7 +105,7 @@ class FlankDeviation:
 
 
 @dataclass(frozen=True, repr=False)
-class MachineCorrections:
+class MachineCorrections(Reportable):
     """Corrections of the machine settings of one member.
 
     Attributes
@@ -126,6 +124,8 @@ class MachineCorrections:
         What to look at.
     """
 
+    presenter = "efficiency.machine_settings.report:correction"
+
     design: str
     member: Member
     corrections: tuple[SettingCorrection, ...]
@@ -142,22 +142,6 @@ class MachineCorrections:
             f"MachineCorrections({self.design!r}, {self.member}: {len(self.corrections)} settings, deviation RMS "
             f"{before:.3g} -> {after:.3g} m)"
         )
-
-    def tables(self) -> list[Table]:
-        """Corrections, and deviations before and after.
-
-        Returns
-        -------
-        list of Table
-        """
-        from efficiency.machine_settings.report import correction_tables
-
-        return correction_tables(self)
-
-    def show(self) -> None:
-        """Print corrections and deviations."""
-        for table in self.tables():
-            table.print()
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers in SI units.

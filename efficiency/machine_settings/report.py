@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ehl.common.quantities import quantity
+from ehl.common.sections import Head, Medium, Section
 from ehl.common.table import Column, Table
 
 if TYPE_CHECKING:
@@ -14,13 +15,14 @@ if TYPE_CHECKING:
 MAP_FROM = 1e-9  # a residual map is shown where the largest residual exceeds this [m]
 
 
-def settings_tables(result: SettingsResult) -> list[Table]:
+def settings_sections(result: SettingsResult, medium: Medium) -> list[Section]:
     """Settings, fit, and the residual map of a flank that does not meet its target; warnings below the fit."""
     maps = [_map(flank) for flank in result.flanks if flank.fitted.largest > MAP_FROM]
-    return [_settings(result), _fit(result), *maps]
+    head = Head(f"Machine settings: {result.design.name}")
+    return [Section("", [head, _settings(result), _fit(result), *maps])]
 
 
-def correction_tables(result: MachineCorrections) -> list[Table]:
+def correction_sections(result: MachineCorrections, medium: Medium) -> list[Section]:
     """What to set on the machine, then the deviations before and after."""
     tables = []
     for flanks in dict.fromkeys(item.flanks for item in result.corrections):
@@ -62,7 +64,8 @@ def correction_tables(result: MachineCorrections) -> list[Table]:
         name="deviations",
         vertical=True,
     )
-    return [*tables, deviations]
+    head = Head(f"Machine corrections: {result.design}, {result.member}")
+    return [Section("", [head, *tables, deviations])]
 
 
 def _settings(result: SettingsResult) -> Table:

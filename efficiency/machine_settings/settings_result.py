@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,7 @@ from efficiency.design.design import Design
 from efficiency.machine_settings.conjugate import FitGrid
 from efficiency.machine_settings.fit import FittedFlank
 from ehl.common.numbers import finite_or_none
-
-if TYPE_CHECKING:
-    from ehl.common.table import Table
+from ehl.common.pages import Reportable
 
 FloatArray = NDArray[np.float64]
 
@@ -83,7 +81,7 @@ class FlankFit:
 
 
 @dataclass(frozen=True, repr=False)
-class SettingsResult:
+class SettingsResult(Reportable):
     """Machine settings from targets.
 
     Attributes
@@ -104,6 +102,8 @@ class SettingsResult:
     warnings : tuple of str
         What to look at.
     """
+
+    presenter = "efficiency.machine_settings.report:settings"
 
     design: Design
     text: str
@@ -129,25 +129,6 @@ class SettingsResult:
             f"SettingsResult({self.design.name!r}: {self.status}, residual RMS {self.rms:.3g} m, "
             f"{len(self.warnings)} warnings)"
         )
-
-    def _repr_html_(self) -> str:
-        return "\n".join(table.html() for table in self.tables())
-
-    def tables(self) -> list[Table]:
-        """Settings of the four flanks, residuals of the fit, and maps of what is left.
-
-        Returns
-        -------
-        list of Table
-        """
-        from efficiency.machine_settings.report import settings_tables
-
-        return settings_tables(self)
-
-    def show(self) -> None:
-        """Print settings, residuals and warnings."""
-        for table in self.tables():
-            table.print()
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers in SI units.

@@ -176,6 +176,9 @@ class Reportable:
         write_figures(folder, page)
         return written
 
+    def _repr_html_(self) -> str:
+        return "\n".join(table.html() for table in tables_of(self.sections("terminal")))
+
     def figure(self, name: str | None = None, **options: Any) -> Figure:
         """One of the figures of the report.
 

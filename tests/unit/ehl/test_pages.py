@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from openpyxl import load_workbook
 from pages import read_page
@@ -45,6 +46,9 @@ class Result(Reportable):
     def to_dict(self) -> dict[str, Any]:
         return {"x": 1}
 
+    def _plot(self, ax: Axes | None, **options: Any) -> Axes:
+        return figure().axes[0] if ax is None else ax
+
 
 def test_page_holds_everything_and_escapes(tmp_path: Path) -> None:
     page = read_page(Result().report(tmp_path / "sub" / "page.html"))
@@ -68,17 +72,19 @@ def test_suffix_chooses_the_kind_of_file(tmp_path: Path, capsys: pytest.CaptureF
     assert json.loads(result.report(tmp_path / "r.json").read_text()) == {"x": 1}
     assert result.report(tmp_path / "r.csv").read_text() == "name,value\nx,1\ny,2\n"
     book = load_workbook(result.report(tmp_path / "r.xlsx"))
-    assert book.sheetnames == ["about", "numbers"]
+    assert book.sheetnames == ["about", "numbers", "notes"]
     assert book["about"]["B1"].value == "Title"
     places = {"report": "p.html", "xlsx": "p.xlsx", "csv": "tables", "plot": "figures"}
     written = result.write(**{name: tmp_path / place for name, place in places.items()})
     assert [path.name for path in written] == list(places.values())
     # a picture without name is part of the page alone
     assert [path.name for path in (tmp_path / "figures").iterdir()] == ["line.png"]
-    assert [path.name for path in (tmp_path / "tables").iterdir()] == ["numbers.csv"]
+    assert {path.name for path in (tmp_path / "tables").iterdir()} == {"numbers.csv", "notes.csv"}
+    assert result.figure("line").axes
     result.write(plot=tmp_path / "main.svg")
     assert "<svg" in (tmp_path / "main.svg").read_text(encoding="utf-8")
-    assert result.figure("line").axes
+    axes = figure().axes[0]
+    assert result.plot(axes) is axes
     for refused in (lambda: result.report(tmp_path / "r.doc"), lambda: result.write(report=tmp_path / "r.xlsx")):
         with pytest.raises(InputError) as error:
             refused()
