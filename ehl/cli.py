@@ -15,7 +15,6 @@ def solve(
     case_file: Annotated[Path, typer.Argument(metavar="CASE.toml", help="Input file of one contact.")],
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
     plot: Annotated[Path | None, typer.Option(help="Write a figure of the solution (PNG, SVG, PDF).")] = None,
-    animate: Annotated[Path | None, typer.Option(help="Write the moving roughness as a film (GIF, HTML).")] = None,
     report: Annotated[Path | None, typer.Option(help="Write one HTML page with results, notes and figure.")] = None,
     uncertainty: Annotated[
         bool, typer.Option("--uncertainty", help="What uncertain inputs leave open of mu: some twenty solutions.")
@@ -25,12 +24,10 @@ def solve(
 
     Exit code 0 with an answer, also where its interval is wider than asked for (status unsettled); 1 without.
     """
-    check_outputs({"plot": plot, "animate": animate, "report": report})
+    check_outputs({"plot": plot, "report": report})
     check_suffix(plot, "plot")
     check_suffix(report, "report")
     contact = ehl.Contact.from_file(case_file)
-    if animate is not None:
-        contact.check_animation(animate)
     result = contact.solve()
     # a page holds the interval by the inputs where it costs seconds
     quick = report is not None and result.seconds < _QUICK
@@ -43,8 +40,6 @@ def solve(
     else:
         result.show(uncertainty=spread)
     result.write(report=report, plot=plot if result.status != "failed" else None, uncertainty=spread)
-    if result.status != "failed" and animate is not None:
-        result.animate(animate)
     if result.status != "converged":
         typer.echo(result.outcome, err=True)
     if result.status == "failed":

@@ -5,32 +5,116 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import inspect
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Literal, Self, TypedDict, Unpack, cast
 
 from pydantic import ValidationError, model_validator
 
 from ehl.common.errors import InputError
-from ehl.common.units import parse_quantity
 from ehl.common.validation import InputModel, input_error, read_toml
 from ehl.fluid.lubricant_inputs import DirectLubricant, LubricantInput, OilLubricant
+from ehl.fluid.pressure_viscosity import AlphaDefinition
+from ehl.fluid.rheology import Limit, Rheology
 from ehl.inputs import (
+    EACH_RMS,
     MAX_PRESSURE_OVER_MODULUS,
     MAX_SLIDING,
+    Accuracy,
     ContactInput,
     ContactProblem,
     ModelInput,
     SolidInput,
     SurfaceInput,
+    Thermal,
 )
 from ehl.line_contact import LineContact
 from ehl.material import Material, effective_modulus
+from ehl.surface.finish import State
 
 if TYPE_CHECKING:
     from ehl.result import ContactResult
     from ehl.uncertainty.result import InputUncertainty
     from ehl.uncertainty.spread import UncertaintyInput
+
+Amount = float | str | None  # SI number or text with its unit; None takes an input away
+
+
+class ContactKeywords(TypedDict, total=False):
+    """Keywords of `Contact`: the keys of the input file without its tables, or whole tables."""
+
+    radius_equivalent: Amount
+    effective_modulus: Amount
+    pressure_hertz: Amount
+    load_per_length: Amount
+    speed_entrainment: Amount
+    slide_to_roll: Amount
+    speed_sliding_lengthwise: Amount
+    oil: str | None
+    temperature: Amount
+    temperature_oil: Amount
+    viscosity_inlet: Amount
+    pressure_viscosity: Amount
+    alpha_definition: AlphaDefinition | None
+    viscosity_law: Literal["roelands", "barus"] | None
+    viscosity: Mapping[str, object] | None
+    pressure_rise_factor: Amount
+    pressure_valid: Amount
+    density_law: Literal["incompressible", "dowson_higginson"] | None
+    density_coefficients: Sequence[float] | None
+    density_pressure: Mapping[str, object] | None
+    temperature_viscosity: Amount
+    density: Amount
+    thermal_conductivity: Amount
+    conductivity_pressure: str | Mapping[str, object] | None
+    heat_capacity: Amount
+    rheology: Rheology | None
+    eyring_stress: Amount
+    eyring_stress_law: Literal["constant", "pressure"] | None
+    eyring_stress_pressure: Mapping[str, object] | None
+    carreau_stress: Amount
+    carreau_exponent: Amount
+    limiting_shear: Limit | None
+    limiting_shear_coefficient: Amount
+    limiting_shear_ambient: Amount
+    shear_modulus: Amount
+    solid_1: str | Material | Mapping[str, object]
+    solid_2: str | Material | Mapping[str, object]
+    temperature_bulk_1: Amount
+    temperature_bulk_2: Amount
+    roughness_rms: Amount
+    roughness_rms_1: Amount
+    roughness_rms_2: Amount
+    profile_1: str | None
+    profile_2: str | None
+    cutoff_short: Amount
+    cutoff_long: Amount
+    finish: str | None
+    finish_state: State | None
+    additive: str | None
+    spectrum: Literal["gaussian", "self_affine"] | None
+    hurst_exponent: Amount
+    correlation_length: Amount
+    skewness: Amount
+    kurtosis: Amount
+    lay_angle: Amount
+    peklenik_number: Amount
+    boundary_film: Amount
+    boundary_friction: Amount
+    running_in: Literal["none", "plastic"] | None
+    seed: int | None
+    thermal: Thermal | None
+    accuracy: Accuracy | None
+    roughness: Literal["load_sharing", "deterministic"] | None
+    friction_tolerance: Amount
+    shortcuts: Literal["auto", "off"] | None
+    load_sharing: Literal["arana_2019", "doleschel_2002"] | None
+    load_sharing_scale: Amount
+    contact: Mapping[str, object]
+    lubricant: Mapping[str, object]
+    surface: Mapping[str, object]
+    model: Mapping[str, object]
+
 
 # keyword -> (table, key) of the input file
 KEYWORDS: dict[str, tuple[str, str]] = {
@@ -50,8 +134,7 @@ KEYWORDS: dict[str, tuple[str, str]] = {
     "temperature_bulk_2": ("solid_2", "temperature_bulk"),
 }
 
-
-# for completion and help, in place of the tables
+# for completion and help where types are not read
 _SIGNATURE = inspect.Signature(
     [inspect.Parameter("self", inspect.Parameter.POSITIONAL_ONLY)]
     + [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY) for name in (*KEYWORDS, "solid_1", "solid_2")]
@@ -96,7 +179,7 @@ class Contact(InputModel):
     temperature_bulk_1, temperature_bulk_2 : float or str
         Bulk temperatures [K]; that of the oil when not given.
     roughness_rms : float or str
-        Composite Rq [m], shared evenly by both surfaces; or `roughness_rms_1` and `roughness_rms_2`.
+        Composite Rq [m], shared evenly by both surfaces; or, of each surface, `roughness_rms_1` and `roughness_rms_2`.
     profile_1, profile_2 : str
         Files of measured profiles instead, kept between `cutoff_short` and `cutoff_long` [m].
     finish, finish_state : str
@@ -148,7 +231,7 @@ class Contact(InputModel):
     surface: SurfaceInput = SurfaceInput()
     model: ModelInput = ModelInput()
 
-    def __init__(self, **values: Any) -> None:
+    def __init__(self, **values: Unpack[ContactKeywords]) -> None:
         tables, written = _tables(values, type(self).model_fields)
         if written:
             tables.setdefault("contact", {})
@@ -189,7 +272,7 @@ class Contact(InputModel):
         return cls(**read_toml(path, "contact"))
 
     @classmethod
-    def from_dict(cls, content: Mapping[str, Any]) -> Self:
+    def from_dict(cls, content: Mapping[str, object]) -> Self:
         """The contact of a dictionary of keywords or of tables as in the input file.
 
         Parameters
@@ -215,7 +298,7 @@ class Contact(InputModel):
         >>> contact == ehl.Contact.from_dict(contact.to_dict())
         True
         """
-        return cls(**content)
+        return cls(**cast(ContactKeywords, content))
 
     def to_dict(self) -> dict[str, Any]:
         """The inputs that were given, as tables of the input file in SI units.
@@ -226,7 +309,7 @@ class Contact(InputModel):
         """
         return self.model_dump(mode="json", exclude_unset=True)
 
-    def replace(self, **changes: Any) -> Self:
+    def replace(self, **changes: Unpack[ContactKeywords]) -> Self:
         """The same contact with some inputs changed.
 
         Parameters
@@ -247,6 +330,8 @@ class Contact(InputModel):
         content = self.model_dump(exclude_unset=True)
         for name, table in tables.items():
             merged = {**content.get(name, {}), **table}
+            if "roughness_rms" in table:
+                merged |= {each: None for each in EACH_RMS if each not in table}
             content[name] = {key: value for key, value in merged.items() if value is not None}
         return type(self)(**content)
 
@@ -323,22 +408,6 @@ class Contact(InputModel):
             given = given.of_surface(roughness_rms=1e-6, additive=surface.additive)
         oil = Oil.load(self.lubricant.oil) if isinstance(self.lubricant, OilLubricant) else None
         return contact_uncertainty(self.problem(), _friction_of, given, oil, level, jobs)
-
-    def check_animation(self, path: str | Path) -> None:
-        """Check before solving that `ContactResult.animate` can write this file for this contact.
-
-        Parameters
-        ----------
-        path : str or Path
-
-        Raises
-        ------
-        InputError
-            Suffix other than .gif and .html, a missing folder, or a contact in which nothing moves.
-        """
-        from ehl.view.animation import check_animation
-
-        check_animation(self.problem(), Path(path))
 
     @property
     def effective_modulus(self) -> float:
@@ -497,20 +566,9 @@ def _tables(values: Mapping[str, Any], names: Mapping[str, Any]) -> tuple[dict[s
             known = f"Did you mean {' or '.join(close)}?" if close else ""
             raise InputError(name, value, "only the documented inputs of a contact", known)
         table, key = KEYWORDS[name]
-        content = dict(tables.get(table, {}))
-        if name == "roughness_rms":
-            content |= _shared_roughness(value)
-        else:
-            content[key] = value
-        tables[table] = content
+        tables[table] = {**tables.get(table, {}), key: value}
         written[f"{table}.{key}"] = name
     return tables, written
-
-
-def _shared_roughness(composite: Any) -> dict[str, float]:
-    """Rq of both surfaces from the composite one."""
-    each = parse_quantity(composite, "m", field="roughness_rms") / 2.0**0.5
-    return {"roughness_rms_1": each, "roughness_rms_2": each}
 
 
 def _solid(value: Any) -> Any:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from ehl.common.errors import InputError
-from ehl.common.units import ValueRange
+from ehl.common.units import ValueRange, parse_quantity
 from ehl.common.validation import InputModel
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.viscosity import Temperature
@@ -98,8 +98,15 @@ class SolidInput(InputModel):
         return Material.load(self.material).model_copy(update=changes)
 
 
+EACH_RMS = ("roughness_rms_1", "roughness_rms_2")
+
+
 class SurfaceInput(InputModel):
-    """Roughness of both surfaces and the boundary friction of their asperities."""
+    """Roughness of both surfaces and the boundary friction of their asperities.
+
+    Rq of each surface as `roughness_rms_1` and `roughness_rms_2`, or the composite one as `roughness_rms`, which both
+    share evenly.
+    """
 
     roughness_rms_1: Rms = 0.0
     roughness_rms_2: Rms = 0.0
@@ -122,6 +129,19 @@ class SurfaceInput(InputModel):
     boundary_friction: Annotated[float, ValueRange("", ge=0.0, le=1.0)] = 0.10
     running_in: Literal["none", "plastic"] = "none"
     seed: Annotated[int, Field(ge=0)] = 1
+
+    @model_validator(mode="before")
+    @classmethod
+    def _shared_roughness(cls, values: Any) -> Any:
+        if not isinstance(values, dict) or values.get("roughness_rms") is None:
+            return values
+        rest = {name: value for name, value in values.items() if name != "roughness_rms"}
+        for name in EACH_RMS:
+            if rest.get(name) is not None:
+                allowed = "either the composite roughness_rms, or roughness_rms_1 and roughness_rms_2 of the surfaces"
+                raise InputError("roughness_rms", values["roughness_rms"], allowed)
+        each = parse_quantity(values["roughness_rms"], "m", field="roughness_rms") / 2.0**0.5
+        return {**rest, **dict.fromkeys(EACH_RMS, each)}
 
     @model_validator(mode="after")
     def _one_description(self) -> Self:

@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ehl.common.errors import InputError
 from ehl.common.notes import group_notes
 from ehl.common.numbers import finite_or_none
 from ehl.common.pages import Reportable
@@ -252,29 +250,6 @@ class ContactResult(Reportable):
         from ehl.view.plots import plot_contact
 
         return plot_contact(self, ax)
-
-    def animate(self, path: str | Path) -> Path:
-        """Write the moving roughness as an animation (GIF or self-contained HTML page).
-
-        Parameters
-        ----------
-        path : str or Path
-
-        Returns
-        -------
-        Path
-
-        Raises
-        ------
-        InputError
-            As `Contact.check_animation`; or roughness was left out because the film is thick; or the file cannot be
-            written.
-        """
-        from ehl.view.animation import animate_contact
-
-        if self.problem is None:
-            raise InputError("animate", self.reason, "a contact that was solved")
-        return animate_contact(self.problem, self.transient, self.friction_coefficient, Path(path))
 
     def _title(self) -> str:
         return f"line contact, {self.operating_point}".removesuffix(", ")

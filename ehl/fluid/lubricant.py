@@ -117,7 +117,7 @@ class Lubricant:
     pressure_rise_factor: float = 1.0
     pressure_valid: float = math.inf
     shear_modulus: float = math.inf
-    film_conductivity: FilmConductivity = PAO
+    film_conductivity: FilmConductivity = field(default_factory=lambda: PAO)
     # known beforehand for a card; gone in what dataclasses.replace makes, whose law may be another
     _alpha_film: Any = field(init=False, default=None, repr=False, compare=False)
 

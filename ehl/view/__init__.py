@@ -1,3 +1,3 @@
-"""Tables, figures, pages and animations of one contact."""
+"""Tables, figures and pages of one contact."""
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from pages import read_page
 
 import ehl
-from ehl.contact import KEYWORDS
+from ehl.contact import KEYWORDS, ContactKeywords
 from ehl.uncertainty.result import Change, InputUncertainty
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "docs" / "examples"
@@ -59,6 +59,7 @@ def test_every_key_of_the_file_is_a_keyword_of_the_signature() -> None:
     import inspect
 
     assert set(inspect.signature(ehl.Contact).parameters) == {*KEYWORDS, "solid_1", "solid_2"}
+    assert set(ContactKeywords.__annotations__) == {*KEYWORDS, *ehl.Contact.model_fields}
 
 
 def test_bodies_by_name_table_or_material() -> None:
@@ -144,3 +145,16 @@ def test_failed_results_have_a_page_and_no_figure(tmp_path: Path) -> None:
     assert "fault failed: path_stalled" in page.sections[0]
     with pytest.raises(ehl.InputError, match="plot"):
         failed.plot()
+
+
+def test_composite_and_each_roughness_together_are_refused() -> None:
+    given = {
+        "oil": "75w90", "temperature": "80 degC", "pressure_hertz": "1 GPa", "radius_equivalent": "15 mm",
+        "speed_entrainment": "1 m/s", "roughness_rms": "0.4 um",
+    }  # fmt: skip
+    with pytest.raises(ehl.InputError) as error:
+        ehl.Contact(**given, roughness_rms_1="0.2 um")
+    assert error.value.field == "roughness_rms"
+    rough = ehl.Contact(**given)
+    assert rough.surface.roughness_rms == pytest.approx(0.4e-6)
+    assert rough.replace(roughness_rms="0.2 um").surface.roughness_rms == pytest.approx(0.2e-6)

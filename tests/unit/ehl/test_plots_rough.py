@@ -1,8 +1,7 @@
-"""Figure and animation of a rough contact show the solution they were given, and refuse what does not move."""
+"""The figure of a rough contact shows the solution it was given."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,11 +10,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from ehl.common.errors import InputError
 from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.result import ContactResult
-from ehl.view.animation import roll_on
 from ehl.view.rough_plots import running_mean
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "docs" / "examples"
@@ -91,78 +88,3 @@ def test_smooth_figure_keeps_two_axes(mixed_ehl: Callable[..., Any], tmp_path: P
     figure = tmp_path / "smooth.svg"
     assert mixed_ehl("solve", EXAMPLES / "contact_by_numbers.toml", "--plot", figure).code == 0
     assert "friction over" not in figure.read_text(encoding="utf-8")
-
-
-def test_frames_move_with_their_surface_and_leave_the_solution_alone(solution: tuple[Contact, ContactResult]) -> None:
-    case, result = solution
-    run = result.transient
-    assert run is not None
-    before, pressure = run.run.travel, run.run.state.fluid_pressure.copy()
-    frames = roll_on(run, count=6, travel=0.6)
-    assert run.run.travel == before
-    assert np.array_equal(run.run.state.fluid_pressure, pressure)
-    x, b = frames[0].contact.x, case.line_contact().half_width
-    for frame in frames:
-        assert frame.upper - frame.lower == pytest.approx(frame.contact.film, abs=1e-15)
-        assert frame.contact.film.min() >= 0.999 * run.boundary_film
-    # surface 2 is smooth: the middle of the gap is half of surface 1 and moves at u1
-    contact = case.line_contact()
-    first, last = frames[0], frames[-1]
-    shift = (last.travel - first.travel) * b * contact.speed_1 / contact.speed_entrainment
-    carried = np.interp(x - shift, x, 0.5 * (first.upper + first.lower))
-    seen = 0.5 * (last.upper + last.lower)
-    known = x - shift > x[0]
-    assert seen[known] == pytest.approx(carried[known], abs=0.02 * 0.3e-6)
-    assert np.std(seen) > 0.05e-6
-
-
-def test_gif_and_page(solution: tuple[Contact, ContactResult], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import ehl.view.animation
-
-    result = solution[1]
-    assert result.transient is not None
-    frames = roll_on(result.transient, count=4, travel=0.4)
-    monkeypatch.setattr(ehl.view.animation, "roll_on", lambda transient: frames)
-    with Image.open(result.animate(tmp_path / "rough.gif")) as film:
-        assert film.n_frames == len(frames)  # type: ignore[attr-defined]
-        film.seek(0)
-        first = np.asarray(film.convert("RGB"), dtype=int)
-        film.seek(len(frames) - 1)
-        assert np.abs(np.asarray(film.convert("RGB"), dtype=int) - first).max() > 50
-    page = result.animate(tmp_path / "rough.html").read_text(encoding="utf-8")
-    assert len(re.findall(r'"UklGR', page)) == len(frames)  # every WebP begins so
-    assert "http" not in page  # nothing is loaded from elsewhere
-
-
-def test_thick_film_has_nothing_to_show(tmp_path: Path) -> None:
-    case = rough(roughness_rms_1=1e-9)
-    result = case.solve()
-    assert result.transient is None
-    with pytest.raises(InputError, match="shortcuts"):
-        result.animate(tmp_path / "rough.gif")
-
-
-def test_what_cannot_move_is_refused_before_solving(tmp_path: Path) -> None:
-    rough().check_animation(tmp_path / "rough.GIF")
-    with pytest.raises(InputError, match="existing folder"):
-        rough().check_animation(tmp_path / "nowhere" / "rough.html")
-    with pytest.raises(InputError, match="rough surface"):
-        rough(roughness_rms_1=0.0).check_animation(tmp_path / "rough.gif")
-
-
-@pytest.mark.parametrize(
-    ("example", "name", "word"),
-    [
-        ("contact_rough.toml", "film.mp4", ".gif or .html"),
-        ("contact.toml", "film.gif", "Nothing moves in the load_sharing model"),
-        ("contact_by_numbers.toml", "film.html", "Nothing moves"),
-    ],
-)
-def test_command_line_says_why_not(
-    mixed_ehl: Callable[..., Any], tmp_path: Path, example: str, name: str, word: str
-) -> None:
-    outcome = mixed_ehl("solve", EXAMPLES / example, "--animate", tmp_path / name)
-    assert outcome.code == 2
-    assert word in outcome.err
-    assert outcome.err.count("\n") == 1
-    assert outcome.out == ""
