@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from efficiency.conditions.conditions import default_friction
-from efficiency.loss.notes import pair_notes
+from efficiency.loss.efficiency_result import pair_notes
 from efficiency.mesh import LoadedMesh
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.notes import result_notes

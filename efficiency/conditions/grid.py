@@ -18,12 +18,8 @@ from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import pandas
 
-    from efficiency.conditions.loss_map import LossMap
-    from efficiency.loss.axle import AxleLosses
 
 FloatArray = NDArray[np.float64]
 Condition = Mapping[str, Any]
@@ -137,31 +133,6 @@ class Grid(Reportable):
         import pandas
 
         return pandas.DataFrame([point.row() for point in self.points])
-
-    def to_vecto(self, path: Path | str, coast: Grid | None = None, axle: AxleLosses | None = None) -> LossMap:
-        """Write a VECTO loss map (.vtlm) of a grid over torque and speed; see `efficiency.conditions.loss_map.LossMap`.
-
-        Parameters
-        ----------
-        path : Path or str
-            File to write.
-        coast : Grid, optional
-            The same with the gear driving, where this grid holds the drive side alone.
-        axle : SimpleAxleLosses or TableAxleLosses, optional
-            Losses beside the mesh.
-
-        Raises
-        ------
-        InputError
-            Another axis with more than one value, one of drive and coast is missing, a combination is missing.
-        ConvergenceError
-            A point failed.
-        """
-        from efficiency.conditions.loss_map import loss_map_of
-
-        found = loss_map_of((self, coast) if coast is not None else (self,), axle)
-        found.to_vecto(path)
-        return found
 
     def to_dict(self) -> dict[str, Any]:
         """Axes, status and one object per point, for JSON."""

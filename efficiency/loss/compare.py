@@ -11,7 +11,7 @@ from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_
 from efficiency.loss.efficiency import LoadedGrids, solve_balanced
 from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance
 from efficiency.loss.kinematics import Operation
-from efficiency.loss.regions import loss_by_region
+from efficiency.loss.power_loss import loss_by_region
 from ehl.common.numbers import finite_or_none
 from ehl.common.pages import Reportable
 from ehl.fluid.oil import Oil

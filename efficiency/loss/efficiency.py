@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance, Reason
 from efficiency.loss.friction_equilibrium import balance_error, balance_friction, closed
 from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
-from efficiency.loss.line_values import values_on_lines
 from efficiency.loss.lubrication import SolvedFriction, local_lubrication
 from efficiency.loss.power_loss import efficiency_of, position_losses, rolling_losses
 from efficiency.ltca.limits import points_above_hardness
@@ -38,6 +37,7 @@ from regression.friction.models import ConstantFriction, FrictionEstimate, Frict
 from regression.friction.published_registry import PUBLISHED, model_label
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 SHAFTS = "shafts, bearings and the body beyond its held surfaces"
 SKIPPED = (SHAFTS, "churning, windage and bearing losses")
@@ -253,7 +253,7 @@ def _friction(
     if model.solves_contacts:
         estimate = model.evaluate(table, oil)
         grids = (loaded.fine, fine), (loaded.coarse, coarse)
-        mu = values_on_lines(estimate.mu, *grids)
+        mu = _values_on_lines(estimate.mu, *grids)
         flag = np.where(np.isfinite(mu), FrictionFlag.OK, FrictionFlag.NOT_CONVERGED).astype(np.int8)
         return estimate, FrictionEstimate(mu, mu, mu, flag)
     mu = model.coefficient(conditions_of(coarse.state, oil), oil)
@@ -338,3 +338,46 @@ def _outside_range(points: LoadedPoints, estimate: FrictionEstimate) -> float:
     power = points.force * points.speed_sliding
     total = float(power.sum())
     return float(power[outside].sum()) / total if total > 0.0 else 0.0
+
+
+def _values_on_lines(
+    values: FloatArray,
+    known: tuple[LoadDistribution, LoadedPoints],
+    wanted: tuple[LoadDistribution, LoadedPoints],
+) -> FloatArray:
+    """Values at the loaded points of the wanted grid, from those of another grid of the same positions and lines.
+
+    Linear interpolation along each contact line; beyond its known points the value of the last one. A line without a
+    known point (it carries next to nothing on one of both grids) takes the mean of its position.
+    """
+    lines, places = _lines(*known)
+    wanted_lines, wanted_places = _lines(*wanted)
+    result = np.empty(wanted[1].force.size)
+    for position in np.unique(wanted[1].position):
+        here = known[1].position == position
+        asked = wanted[1].position == position
+        for line in np.unique(wanted_lines[asked]):
+            target = np.flatnonzero(asked & (wanted_lines == line))
+            source = np.flatnonzero(here & (lines == line))
+            if source.size == 0:
+                result[target] = values[here].mean()
+                continue
+            chord = places[source[-1]] - places[source[0]]
+            if source.size == 1 or not chord.any():
+                result[target] = values[source[0]]
+                continue
+            run = places[source] @ chord
+            order = np.argsort(run)
+            result[target] = np.interp(wanted_places[target] @ chord, run[order], values[source][order])
+    return result
+
+
+def _lines(load: LoadDistribution, points: LoadedPoints) -> tuple[IntArray, FloatArray]:
+    """Number of the line (or edge) and place in the mesh frame of each loaded point."""
+    line = np.empty(points.force.size, np.int64)
+    place = np.empty((points.force.size, 3))
+    for number, position in enumerate(load.cycle):
+        at = points.position == number
+        line[at] = position.line_number[points.index[at]]
+        place[at] = position.position[points.index[at]]
+    return line, place

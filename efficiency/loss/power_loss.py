@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.loss.kinematics import Driver, LoadedPoints
 
+if TYPE_CHECKING:
+    from efficiency.loss.efficiency_result import EfficiencyResult
+
 FloatArray = NDArray[np.float64]
+
+HEIGHTS = ("root", "middle", "tip")
+FACES = ("toe", "middle", "heel")
 
 
 def position_losses(points: LoadedPoints, friction_coefficient: FloatArray, positions: int) -> FloatArray:
@@ -73,3 +81,56 @@ def efficiency_of(power_loss: float, torque: float, speed: float, driver: Driver
     """
     pinion = torque * speed
     return 1.0 - power_loss / pinion if driver == "pinion" else pinion / (pinion + power_loss)
+
+
+def loss_by_region(result: EfficiencyResult) -> FloatArray:
+    """Share of the sliding loss in nine regions of the gear flank, thirds of its height and of its face width.
+
+    Returns
+    -------
+    (3, 3) array
+        Rows root, middle, tip; columns toe, middle, heel of the gear; their sum is 1. nan without any loss.
+    """
+    points, outline = result.points, result.load.tooth_outline
+    face, height = (_at_points(result, name) for name in ("face_gear", "height_gear"))
+    width = float(outline[0].max() - outline[0].min())
+    column = _third((face - outline[0].min()) / width)
+    row = _third(height / local_height(outline, face))
+    power = result.friction.mu * points.force * points.speed_sliding
+    shares = np.zeros((3, 3))
+    np.add.at(shares, (row, column), power)
+    total = shares.sum()
+    return shares / total if total > 0.0 else np.full((3, 3), np.nan)
+
+
+def local_height(outline: FloatArray, face: FloatArray) -> FloatArray:
+    """Height of a flank at a distance from the toe [m]: the upper side of its closed outline (2, k)."""
+    x, y = outline
+    inside = np.clip(face, x.min(), x.max())[:, None]
+    x0, x1, y0, y1 = x[:-1], x[1:], y[:-1], y[1:]
+    run = np.where(x1 == x0, 1.0, x1 - x0)
+    height = y0 + (inside - x0) / run * (y1 - y0)
+    met = (inside >= np.minimum(x0, x1)) & (inside <= np.maximum(x0, x1)) & (x1 != x0)
+    return np.asarray(np.where(met, height, -np.inf).max(axis=1))
+
+
+def friction_along_mesh(result: EfficiencyResult) -> FloatArray:
+    """Friction coefficient at each position of the mesh cycle, weighted with the sliding power; nan without sliding."""
+    sliding = position_losses(result.points, np.ones(result.points.force.size), result.positions)
+    mu = np.full(result.positions, np.nan)
+    np.divide(result.power_loss_positions, sliding, out=mu, where=sliding > 0.0)
+    return mu
+
+
+def _at_points(result: EfficiencyResult, name: str) -> FloatArray:
+    """An array of the mesh positions at the loaded points."""
+    points = result.points
+    found = np.empty(points.force.size)
+    for number, load in enumerate(result.load.positions):
+        at = points.position == number
+        found[at] = getattr(load.position, name)[points.index[at]]
+    return found
+
+
+def _third(share: FloatArray) -> NDArray[np.int64]:
+    return np.clip((3.0 * share).astype(np.int64), 0, 2)

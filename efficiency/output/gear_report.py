@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from efficiency.geometry.pair_geometry import geometry_notes
-from efficiency.loss.notes import pair_notes
+from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output import plots_flank as flank_plots
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.geometry_report import AXIAL_SECTION

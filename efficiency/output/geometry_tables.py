@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from efficiency.loss.notes import pair_notes
+from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output.machine_summary import FLANKS, SummaryRow, Units, summary_rows
 from ehl.common.notes import Note
 from ehl.common.quantities import quantity

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from efficiency.loss.notes import pair_notes
+from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output.tables import operating_state, percent
 from ehl.common.sections import Notes
 from regression.friction.published_registry import model_label

@@ -10,7 +10,7 @@ from matplotlib import colormaps
 from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
-from efficiency.loss.regions import FACES, HEIGHTS, friction_along_mesh
+from efficiency.loss.power_loss import FACES, HEIGHTS, friction_along_mesh
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, figure_of, new_figure
 from ehl.common.quantities import quantity, typeset_units
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from efficiency.loss.regions import FACES, HEIGHTS, friction_along_mesh
+from efficiency.loss.power_loss import FACES, HEIGHTS, friction_along_mesh
 from ehl.common.quantities import quantity
 from ehl.common.table import Cell, Column, Table, cell
 from ehl.state import ContactState

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from efficiency.loss.notes import pair_notes
+from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output.gear_report import SPIN
 from efficiency.output.notes import outside_note
 from efficiency.output.tables import percent

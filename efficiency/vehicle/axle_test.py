@@ -16,8 +16,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from efficiency.conditions.loss_map import LossMap, LossTable, require_all
-from efficiency.loss.axle import AxleLosses
+from efficiency.vehicle.axle_losses import AxleLosses
+from efficiency.vehicle.loss_map import LossMap, LossTable, require_all
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file
 from ehl.common.numbers import finite_or_none

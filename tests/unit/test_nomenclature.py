@@ -11,7 +11,6 @@ import pytest
 from pydantic import BaseModel
 
 from efficiency.blanks.inputs import PairBlankInput
-from efficiency.conditions.loss_map import LossPoint
 from efficiency.design.design import Design
 from efficiency.geometry.misalignment import MisalignmentPoint, MisalignmentStudy
 from efficiency.geometry.pair_geometry import FlankSummary, PairGeometry, SideGeometry
@@ -20,6 +19,7 @@ from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.machine_settings.inputs import SettingsInput
 from efficiency.studies.parameter_study import Study, StudyPoint
 from efficiency.vehicle.axle_test import AxleTestRow
+from efficiency.vehicle.loss_map import LossPoint
 from ehl.common.quantities import nomenclature, quantities
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil

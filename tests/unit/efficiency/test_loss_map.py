@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from efficiency.conditions.loss_map import VECTO_HEAD, LossMap
-from efficiency.loss.axle import SimpleAxleLosses, read_axle_losses
 from efficiency.pair import GearPair
+from efficiency.vehicle.axle_losses import SimpleAxleLosses, read_axle_losses
 from efficiency.vehicle.axle_test import AxleTest, axle_test_points, power_loss_40cfr1037, solve_axle_test
+from efficiency.vehicle.loss_map import VECTO_HEAD, LossMap
 from ehl.common.errors import ConvergenceError, InputError
 
 DESIGN, GRID = "fm_spiral_bevel_14x39", (4, 9)
@@ -73,17 +73,13 @@ def test_vecto_file_is_read_back(tmp_path: Path) -> None:
     assert (values[:, 2] > 0.0).all()
 
 
-def test_grids_become_the_same_file(tmp_path: Path) -> None:
-    axes: dict[str, Any] = {"torque": "200 N m", "speed": "100, 1500 rpm"}
-    drive = pair().mesh("drive", *GRID).over(**axes)
-    coast = pair().mesh("coast", *GRID).over(driver="gear", **axes)
-    found = drive.to_vecto(tmp_path / "grid.vtlm", coast, AXLE)
-    assert found.values() == pytest.approx(map_of_pair().values()[:, [0, 2]], rel=1e-12)
-    assert "mesh alone" in drive.to_vecto(tmp_path / "mesh.vtlm", coast).notes[0]
-    with pytest.raises(InputError, match="below and above zero"):
+def test_map_without_coast_is_no_file(tmp_path: Path) -> None:
+    found = map_of_pair()
+    drive = replace(found, points=tuple(point for point in found.points if point.torque > 0.0))
+    with pytest.raises(InputError) as error:
         drive.to_vecto(tmp_path / "drive.vtlm")
-    with pytest.raises(InputError, match="each combination once"):
-        drive.to_vecto(tmp_path / "twice.vtlm", drive)
+    assert error.value.field == "torque"
+    assert not list(tmp_path.iterdir())
 
 
 def test_no_file_with_points_missing(tmp_path: Path) -> None:

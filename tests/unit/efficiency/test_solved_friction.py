@@ -18,7 +18,7 @@ from efficiency.loss import ehl_friction as module
 from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
 from efficiency.loss.ehl_friction import EhlFriction, ehl_friction
 from efficiency.loss.kinematics import Operation
-from efficiency.loss.regions import friction_along_mesh, loss_by_region
+from efficiency.loss.power_loss import friction_along_mesh, loss_by_region
 from efficiency.mesh import Mesh
 from efficiency.output.tables import efficiency_table, result_table
 from efficiency.pair import GearPair

@@ -17,11 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.conditions.duty import DutyRow
-from efficiency.conditions.grid import Condition, Grid, GridPoint, count_reasons, solve_points
-from efficiency.loss.axle import SIGNED_TORQUE, AxleLosses
-from efficiency.loss.efficiency_result import EfficiencyResult
+from efficiency.conditions.grid import Condition, GridPoint, count_reasons, solve_points
+from efficiency.loss.efficiency_result import EfficiencyResult, pair_notes
 from efficiency.loss.kinematics import OPERATION_LIMITS
-from efficiency.loss.notes import pair_notes
+from efficiency.vehicle.axle_losses import SIGNED_TORQUE, AxleLosses
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file
 from ehl.common.numbers import finite_or_none
@@ -115,7 +114,7 @@ class LossMap(LossTable):
     Examples
     --------
     >>> import efficiency
-    >>> from efficiency.loss.axle import SimpleAxleLosses
+    >>> from efficiency.vehicle.axle_losses import SimpleAxleLosses
     >>> pair = efficiency.load("fm_spiral_bevel_14x39")
     >>> axle = SimpleAxleLosses(drag=1.5, load_share=0.005)
     >>> found = pair.loss_map("-200:200:3 N m", "500, 1500 rpm", axle=axle, grid=(4, 9))
@@ -300,40 +299,3 @@ def _point(torque: float, speed: float, beside: float, point: GridPoint | None) 
         return LossPoint(torque, speed, math.nan, math.nan, beside, math.nan, "failed", point.reason)
     mesh = (result.power_loss + result.power_loss_rolling) / speed
     return LossPoint(torque, speed, mesh + beside, mesh, beside, result.outside_range_share, point.status, "")
-
-
-def loss_map_of(grids: Sequence[Grid], axle: AxleLosses | None = None) -> LossMap:
-    """The loss map of grids over torque and speed: points with the gear driving have torques below zero.
-
-    Raises
-    ------
-    InputError
-        Another axis has more than one value, or a combination of torque and speed is missing or there twice.
-    """
-    first = next((result for grid in grids for result in grid.results), None)
-    if first is None:
-        raise ConvergenceError("incomplete_map", "no point of the grid has a result")
-    for grid in grids:
-        for name, values in grid.axes.items():
-            if name not in ("torque", "speed", "side", "driver") and len(values) > 1:
-                raise InputError(name, f"{len(values)} values", "one value in a loss map")
-    same = ("design", "friction_model", "oil", "temperature")
-    found: dict[tuple[float, float], LossPoint] = {}
-    for point in (point for grid in grids for point in grid.points):
-        result = point.result
-        if result is None:
-            raise ConvergenceError("incomplete_map", f"{point.reason}: {point.detail}")
-        if any(getattr(result, name) != getattr(first, name) for name in same):
-            raise InputError("coast", repr(result), f"a grid of the same {', '.join(same)}")
-        torque = result.torque if result.driver == "pinion" else -result.torque
-        place = (result.speed, torque)
-        if place in found:
-            hint = "Drive and coast differ by the driver: driver='gear' on the coast flanks."
-            raise InputError("torque, speed", f"{torque:.6g} N m twice", "each combination once", hint)
-        found[place] = _point(torque, result.speed, axle.torque_loss(torque, place[0]) if axle else 0.0, point)
-    speeds, torques = ({place[k] for place in found} for k in (0, 1))
-    if len(found) != len(speeds) * len(torques):
-        raise InputError("torque, speed", f"{len(found)} points", "all combinations of torque and speed")
-    points = tuple(found[place] for place in sorted(found))
-    said = _said((point for grid in grids for point in grid.points), axle)
-    return LossMap(first.design, first.friction_model, first.oil, first.temperature, points=points, said=said)
