@@ -1,5 +1,4 @@
 from regression.calibration.calibrate import calibrate as calibrate
-from regression.calibration.synthetic import synthetic_measurement as synthetic_measurement
 from regression.data.dataset import Dataset as Dataset
 from regression.data.dataset import load_dataset as load_dataset
 from regression.formula import Formula as Formula

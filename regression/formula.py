@@ -20,7 +20,7 @@ from ehl.common.units import ValueRange
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.friction.conditions import UNITS, PointConditions, conditions_of
-from regression.friction.families import FAMILIES
+from regression.friction.families import FAMILIES, family_named
 from regression.friction.fitted import FittedFormula
 from regression.friction.models import COLEMAN_FRICTION, ConstantFriction
 from regression.friction.published_registry import PUBLISHED, PublishedFriction
@@ -42,7 +42,7 @@ class FitRecord:
     dataset: Dataset
 
 
-class Formula(Reportable, FittedFormula):
+class Formula(FittedFormula, Reportable):
     """A fitted friction formula with its errors, its range and its origin: the content of a formula file.
 
     `regression.fit` makes one from results, `Formula.load` reads one.
@@ -297,8 +297,10 @@ def fit(
     from regression.fitting.fit import fit_families, fit_formula
     from regression.fitting.rows import dataset_of
 
-    if family != "best" and nested:
-        raise InputError("nested", family, "family 'best'", "One family leaves no choice to hold out.")
+    if family != "best":
+        family_named(family)
+        if nested:
+            raise InputError("nested", family, "family 'best'", "One family leaves no choice to hold out.")
     dataset = dataset_of(results)
     checks = {
         "paths": None if paths is None else dataset_of(paths),

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from ehl.fluid.film_formulas import moes_1992
 from ehl.fluid.oil import Oil
-from regression.calibration.frozen_film import FrozenFilm, log_moes_film
 from regression.calibration.parameters import card_with, lubricant_of
-from regression.calibration.prediction import FrictionSolver
+from regression.calibration.prediction import FrictionSolver, FrozenFilm, log_moes_film
 
 Array = NDArray[np.float64]
 

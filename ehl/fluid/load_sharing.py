@@ -11,23 +11,30 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from ehl.common.errors import InputError
 
-
-def arana_2019(film_ratio: float) -> float:
-    """Asperity load share 1 - erf(lambda) (as used by Arana, Larranaga & Ulacia 2019)."""
-    return math.erfc(film_ratio)
+Array = NDArray[np.float64]
 
 
-def doleschel_2002(film_ratio: float) -> float:
-    """Asperity load share (1 - lambda/2)^2 for lambda <= 2, else 0 (Doleschel).
+def arana_2019(film_ratio: ArrayLike) -> Array:
+    """Asperity load share 1 - erf(lambda); found (Arana, Larranaga & Ulacia 2019)."""
+    from scipy.special import erfc
 
-    Doleschel's lambda uses the mean Ra of both surfaces; here it is taken with the composite Rq.
+    return np.asarray(erfc(np.asarray(film_ratio, dtype=float)))
+
+
+def doleschel_2002(film_ratio: ArrayLike) -> Array:
+    """Asperity load share (1 - lambda/2)^2 for lambda <= 2, else 0; found (Doleschel).
+
+    Doleschel's lambda uses the mean Ra of both surfaces; the load-sharing model takes it with the composite Rq.
     """
-    return (1.0 - 0.5 * film_ratio) ** 2 if film_ratio < 2.0 else 0.0
+    return np.asarray(np.square(1.0 - 0.5 * np.clip(np.asarray(film_ratio, dtype=float), 0.0, 2.0)))
 
 
-LOAD_SHARES: dict[str, Callable[[float], float]] = {
+LOAD_SHARES: dict[str, Callable[[ArrayLike], Array]] = {
     "arana_2019": arana_2019,
     "doleschel_2002": doleschel_2002,
 }
@@ -62,5 +69,5 @@ def load_sharing(
     """
     if model not in LOAD_SHARES:
         raise InputError("model.load_sharing", model, "one of " + ", ".join(sorted(LOAD_SHARES)))
-    share = LOAD_SHARES[model](scale * film_ratio) if math.isfinite(film_ratio) else 0.0
+    share = float(LOAD_SHARES[model](scale * film_ratio)) if math.isfinite(film_ratio) else 0.0
     return LoadSharing(share, (1.0 - share) * friction_smooth, share * boundary_friction)

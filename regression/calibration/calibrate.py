@@ -31,7 +31,7 @@ from regression.calibration import robust
 from regression.calibration.contacts import contact_groups, line_pressure
 from regression.calibration.determination import (
     DETERMINED,
-    Interval,
+    ParameterInterval,
     determination_of,
     intervals_by_errors,
     least_identifiable,
@@ -547,7 +547,7 @@ def _refit_without(
 
 
 def _estimate(
-    name: str, fit: Fit, error: float, interval: Interval, start: float, *, credible: bool
+    name: str, fit: Fit, error: float, interval: ParameterInterval, start: float, *, credible: bool
 ) -> ParameterEstimate:
     low, high = math.exp(interval.low), math.exp(interval.high)
     narrow = interval.half_width <= DETERMINED

@@ -105,7 +105,7 @@ def least_identifiable(fit: Fit, found: Determination, width: Array) -> str | No
 
 
 def why_not_identifiable(
-    name: str, fit: Fit, found: Determination, quantile: float, interval: Interval | None = None
+    name: str, fit: Fit, found: Determination, quantile: float, interval: ParameterInterval | None = None
 ) -> str:
     """Why a parameter is not identifiable, in words."""
     j = fit.names.index(name)
@@ -142,7 +142,7 @@ def _factor(log_width: float) -> str:
 
 
 @dataclass(frozen=True)
-class Interval:
+class ParameterInterval:
     """95 % interval of one ln(value); an end the data do not set is infinite."""
 
     low: float
@@ -154,16 +154,16 @@ class Interval:
         return 0.5 * (self.high - self.low)
 
 
-def intervals_by_errors(fit: Fit, noise: Noise, found: Determination) -> list[Interval]:
+def intervals_by_errors(fit: Fit, noise: Noise, found: Determination) -> list[ParameterInterval]:
     """Intervals by standard errors."""
     here = np.log([fit.values[name] for name in fit.names])
     width = noise.quantile * found.errors
-    return [Interval(float(a), float(b)) for a, b in zip(here - width, here + width, strict=True)]
+    return [ParameterInterval(float(a), float(b)) for a, b in zip(here - width, here + width, strict=True)]
 
 
 def profile_intervals(
     solver: FrictionSolver, fit: Fit, target: Target, noise: Noise, found: Determination
-) -> list[Interval]:
+) -> list[ParameterInterval]:
     """Intervals by profiles of the loss on the solver (Bates & Watts 1988, section 6.1).
 
     One parameter is set aside, the others are chosen by the surrogate, all rows are solved, and the deviance of the
@@ -199,7 +199,7 @@ def profile_intervals(
         for side in open_sides:
             side.follow(quantile)
     return [
-        Interval(float(here[j] - sides[2 * j].end), float(here[j] + sides[2 * j + 1].end))
+        ParameterInterval(float(here[j] - sides[2 * j].end), float(here[j] + sides[2 * j + 1].end))
         for j in range(len(fit.names))
     ]
 

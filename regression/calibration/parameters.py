@@ -22,7 +22,7 @@ Acts = Literal["oil", "roughness", "mix"]
 
 
 @dataclass(frozen=True)
-class Parameter:
+class CalibrationParameter:
     """One parameter; fitted in its logarithm, as all of them are positive.
 
     Parameters
@@ -45,16 +45,16 @@ class Parameter:
 
 
 _ALL = (
-    Parameter("eyring_stress", "Eyring stress tau0, the same at all pressures", 2e5, 1e8, "oil"),
-    Parameter("stress_low", "lower level of the rising Eyring stress", 1e5, 1e8, "oil"),
-    Parameter("stress_slope", "slope of the rising Eyring stress with pressure", 1e-3, 0.3, "oil"),
-    Parameter("limiting_shear_coefficient", "limiting stress over pressure", 5e-3, 0.3, "oil"),
-    Parameter("pressure_viscosity", "pressure-viscosity coefficient", 3e-9, 4.5e-8, "oil"),
-    Parameter("boundary_film", "boundary film of the asperities", 5e-9, 1e-7, "roughness"),
-    Parameter("boundary_friction", "friction of asperity contacts mu_b", 0.01, 0.5, "mix"),
-    Parameter("load_sharing_scale", "factor on the film ratio of the load share", 0.1, 10.0, "mix"),
+    CalibrationParameter("eyring_stress", "Eyring stress tau0, the same at all pressures", 2e5, 1e8, "oil"),
+    CalibrationParameter("stress_low", "lower level of the rising Eyring stress", 1e5, 1e8, "oil"),
+    CalibrationParameter("stress_slope", "slope of the rising Eyring stress with pressure", 1e-3, 0.3, "oil"),
+    CalibrationParameter("limiting_shear_coefficient", "limiting stress over pressure", 5e-3, 0.3, "oil"),
+    CalibrationParameter("pressure_viscosity", "pressure-viscosity coefficient", 3e-9, 4.5e-8, "oil"),
+    CalibrationParameter("boundary_film", "boundary film of the asperities", 5e-9, 1e-7, "roughness"),
+    CalibrationParameter("boundary_friction", "friction of asperity contacts mu_b", 0.01, 0.5, "mix"),
+    CalibrationParameter("load_sharing_scale", "factor on the film ratio of the load share", 0.1, 10.0, "mix"),
 )
-PARAMETERS: dict[str, Parameter] = {parameter.name: parameter for parameter in _ALL}
+PARAMETERS: dict[str, CalibrationParameter] = {parameter.name: parameter for parameter in _ALL}
 RISING = ("stress_low", "stress_slope")
 EXCLUSIVE = {"eyring_stress": RISING}
 

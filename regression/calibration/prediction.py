@@ -3,13 +3,14 @@
 What the solver gives for a row is kept in two parts: friction of the film, and what decides the load share of the
 asperities (film thickness with load sharing, the share itself with the deterministic solver). Boundary friction and the
 scale of the load share then mix the two without another solution. The surrogate takes the parts with the film held
-(`regression.calibration.frozen_film`), and a correction linear in the logarithms of the parameters.
+(`FrozenFilm`), and a correction linear in the logarithms of the parameters.
 """
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,30 +18,78 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl.common.runner import run_tasks
+from ehl.fluid.load_sharing import LOAD_SHARES
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.inputs import ModelInput
+from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.result import ContactResult
 from ehl.sequence import solve_path
 from ehl.solve import solve_contact
 from regression.calibration.contacts import ContactGroup
-from regression.calibration.frozen_film import FrozenFilm, frozen_film
 from regression.calibration.parameters import PARAMETERS, card_with, lubricant_of
 from regression.calibration.setup import CalibrationSetup
-from regression.friction.published import share_arana_2019, share_doleschel_2002
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Values = Mapping[str, float]
 
-SHARES: dict[str, Callable[[Array], Array]] = {
-    "arana_2019": share_arana_2019,
-    "doleschel_2002": share_doleschel_2002,
-}
 # shares are kept as ln(s/(1 - s)), friction as ln mu; both are held off nothing
 MIN_SHARE, MIN_FRICTION = 1e-5, 1e-9
 PARTS = 3  # film friction; film thickness or asperity share; relative error of the friction
+
+
+@dataclass(frozen=True, eq=False)
+class FrozenFilm:
+    """A solved film, which gives what figures of the oil do to its friction without another solution.
+
+    Pressure, temperature and shape of the film stay those of the solution; its thickness follows the formula of Moes
+    (1992), its shear stress the shear law with the new figures.
+
+    Parameters
+    ----------
+    pressure : ndarray, shape (m,)
+        [Pa].
+    log_rest : ndarray, shape (m,)
+        ln of v_s/h times the change of viscosity with temperature [1/s].
+    weight : ndarray, shape (m,)
+        Length of each node over the load per length [m^2/N]: friction is the sum of weight times stress.
+    log_film : float
+        ln of the film of Moes of the solution.
+    """
+
+    pressure: Array
+    log_shear_rate: Array
+    weight: Array
+    log_film: float
+
+    def friction_and_film(self, contact: LineContact, lubricant: Lubricant) -> tuple[float, float]:
+        """ln of the friction coefficient and ln of the film of Moes [m] with another lubricant."""
+        film = log_moes_film(contact, lubricant)
+        log_viscosity = math.log(lubricant.viscosity_inlet) + lubricant.log_viscosity_ratio(self.pressure)
+        law = lubricant.shear_law
+        stress = np.exp(law.log_stress(log_viscosity + self.log_shear_rate - (film - self.log_film), self.pressure)[0])
+        friction = float(self.weight @ np.minimum(stress, law.limiting_stress(self.pressure)))
+        return math.log(max(friction, 1e-300)), film
+
+
+def log_moes_film(contact: LineContact, lubricant: Lubricant) -> float:
+    """ln of the central film of Moes (1992) [m]."""
+    return math.log(contact.film_moes(lubricant))
+
+
+def frozen_film(result: ContactResult, contact: LineContact, lubricant: Lubricant) -> FrozenFilm | None:
+    """The film of a smooth, steady solution; None where there is none, or no sliding."""
+    if result.status == "failed" or result.transient is not None or result.film is None or contact.speed_sliding == 0.0:
+        return None
+    film = result.film
+    x, pressure = film.x, np.maximum(film.pressure, 0.0)
+    inside = pressure > 1e-3 * pressure.max()
+    hotter = np.zeros_like(x) if result.heat is None else np.interp(x, result.heat.x, result.heat.log_viscosity_offset)
+    rest = np.log(contact.speed_sliding / film.film) + hotter
+    weight = np.gradient(x) / contact.load_per_length
+    return FrozenFilm(pressure[inside], rest[inside], weight[inside], log_moes_film(contact, lubricant))
 
 
 def _parts(result: ContactResult, *, rough: bool) -> tuple[float, float, float]:
@@ -243,7 +292,7 @@ class FrictionSolver:
         thick = np.exp(transformed[..., 1])
         ratio = np.full_like(thick, np.inf)
         np.divide(thick, self.roughness, out=ratio, where=self.roughness > 0.0)
-        share = SHARES[self.setup.model.load_sharing](values["load_sharing_scale"] * ratio)
+        share = LOAD_SHARES[self.setup.model.load_sharing](values["load_sharing_scale"] * ratio)
         return np.asarray((1.0 - share) * film + share * boundary)
 
 

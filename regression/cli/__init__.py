@@ -63,7 +63,7 @@ def mu(
     speed: Annotated[str, typer.Option(help='Entrainment speed (u1 + u2)/2, "5 m/s".')],
     slide_to_roll: Annotated[str, typer.Option(help="Sliding across the contact line over entrainment speed.")],
     temperature: Annotated[str, typer.Option(help='Oil temperature at the inlet, "80 degC".')],
-    roughness: Annotated[str, typer.Option(help='Composite Rq of both surfaces, "0.4 um".')] = "0 um",
+    roughness_rms: Annotated[str, typer.Option(help='Composite Rq of both surfaces, "0.4 um".')] = "0 um",
     lengthwise: Annotated[str, typer.Option(help='Sliding along the contact line, "1 m/s".')] = "0 m/s",
     correlation_length: Annotated[
         str | None,
@@ -110,7 +110,7 @@ def mu(
         "speed_entrainment": speed,
         "slide_to_roll": slide_to_roll,
         "temperature_oil": temperature,
-        "roughness_rms": roughness,
+        "roughness_rms": roughness_rms,
         "speed_sliding_lengthwise": lengthwise,
         **({} if correlation_length is None else {"correlation_length": correlation_length}),
         **({} if peklenik_number is None else {"peklenik_number": peklenik_number}),

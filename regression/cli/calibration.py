@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 import regression
-from ehl.common.console import ADVANCED, FORMULA, App, check_outputs, check_suffix, pairs, print_json, working
+from ehl.common.console import ADVANCED, FORMULA, App, check_outputs, check_suffix, print_json, working
 
 
 def calibrate(
@@ -40,38 +40,14 @@ def calibrate(
         ),
     ] = False,
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
-    synthetic: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="OUT.csv",
-            help="Fit nothing: write synthetic friction for these conditions.",
-            rich_help_panel=ADVANCED,
-        ),
-    ] = None,
-    true: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--true",
-            metavar="NAME=VALUE",
-            help="True value behind the synthetic friction; repeat for several.",
-            rich_help_panel=ADVANCED,
-        ),
-    ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the synthetic noise.", rich_help_panel=ADVANCED)] = 1,
 ) -> None:
     """Fit oil and surface parameters to measured traction or Stribeck curves, and write an oil card."""
-    check_outputs({"output": output, "plot": plot, "report": report, "synthetic": synthetic})
+    check_outputs({"output": output, "plot": plot, "report": report})
     check_suffix(output, "output", (".toml",))
     check_suffix(plot, "plot")
     check_suffix(report, "report")
-    chosen: dict[str, Any] = {"parameters": fit, "oil": oil, "jobs": jobs}
-    if synthetic is not None:
-        truth = pairs("true", true)
-        regression.synthetic_measurement(measured, setup, synthetic, true=truth, seed=seed, **chosen)
-        typer.echo(f"written: {synthetic}, synthetic")
-        return
     with working("calibration"):
-        result = regression.calibrate(measured, setup, profile=profile, **chosen)
+        result = regression.calibrate(measured, setup, profile=profile, parameters=fit, oil=oil, jobs=jobs)
     result.write(plot=plot, report=report)
     if json_output:
         print_json(result.to_dict())

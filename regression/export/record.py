@@ -111,7 +111,7 @@ class Value(np.lib.mixins.NDArrayOperatorsMixin):
         raise AttributeError(name)
 
 
-class Columns:
+class ValueColumns:
     """A matrix of values, one row per point: what np.column_stack makes of them."""
 
     __array_ufunc__ = None
@@ -254,7 +254,7 @@ _LOWERED: dict[str, Callable[..., Any]] = {
 _ARRAY_FUNCTIONS: dict[str, Callable[..., Any]] = {
     "where": choose,
     "clip": lambda x, low, high: record("clip", x, low, high),
-    "column_stack": Columns,
+    "column_stack": ValueColumns,
     "ones_like": lambda x, dtype=None: constant(1.0),
     "zeros_like": lambda x, dtype=None: constant(0.0),
     "full_like": lambda x, fill, dtype=None: value_of(fill),

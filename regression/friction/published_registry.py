@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl.fluid.film_formulas import pan_hamrock_1989_minimum
+from ehl.fluid.load_sharing import arana_2019, doleschel_2002
 from ehl.fluid.oil import Oil
 from regression.friction import published as p
 from regression.friction.conditions import Array, Conditions
@@ -203,11 +204,11 @@ def _over(film: Array, roughness: Array) -> Array:
 
 
 def _arana(c: Conditions, base: str) -> Array:
-    return _mix(p.share_arana_2019(_over(_arana_film(c), c["roughness_rms"])), c)
+    return _mix(arana_2019(_over(_arana_film(c), c["roughness_rms"])), c)
 
 
 def _doleschel(c: Conditions, base: str) -> Array:
-    return _mix(p.share_doleschel_2002(_over(_arana_film(c), _mean_ra(c))), c)
+    return _mix(doleschel_2002(_over(_arana_film(c), _mean_ra(c))), c)
 
 
 def _matsumoto(c: Conditions, base: str) -> Array:
@@ -334,7 +335,7 @@ _ENTRIES = (
         "Doleschel; load sharing (1 - lambda/2)^2, lambda on the mean Ra",
         "found",
         _doleschel,
-        p.share_doleschel_2002,
+        doleschel_2002,
         applied=_SHARE + "; film friction of Arana et al. in place of the author's measured reference values",
     ),
     PublishedFriction(

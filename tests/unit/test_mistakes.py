@@ -219,7 +219,7 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
     "mu": (("mu", "75w90"), POINT, [
         ("--pressure", "1"), ("--pressure", "1 mm"), ("--radius", "15"), ("--radius", "15 s"), ("--speed", "3"),
         ("--speed", "3 rpm"), ("--slide-to-roll", "a"), ("--slide-to-roll", "3 m/s"), ("--temperature", "90"),
-        ("--temperature", "9000 degC"), ("--roughness", "0.5 mm"), ("--oil", "75w91"),
+        ("--temperature", "9000 degC"), ("--roughness-rms", "0.5 mm"), ("--oil", "75w91"),
     ]),
     "gear": (("gear", PAIR), {}, [
         ("--torque", "300"), ("--torque", "300 rpm"), ("--speed", "1500"), ("--speed", "1500 N m"),

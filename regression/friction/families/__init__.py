@@ -12,8 +12,7 @@ from regression.friction.families.family import Family
 from regression.friction.families.film_regimes import REGIMES
 from regression.friction.families.load_share import LOAD_SHARE, load_share_parts
 from regression.friction.families.log_linear import POWER_LAW, XU
-from regression.friction.families.rough_share import ROUGH_SHARE, rough_share_parts
-from regression.friction.families.short import SHORT, short_parts
+from regression.friction.families.rough_share import ROUGH_SHARE, SHORT, rough_share_parts, short_parts
 
 __all__ = [
     "FAMILIES",

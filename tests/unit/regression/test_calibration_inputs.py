@@ -115,27 +115,6 @@ def test_what_cannot_be_used_is_a_sentence(
         assert word in outcome.err
 
 
-@pytest.mark.parametrize(
-    ("option", "words"),
-    [
-        (["--true", "tau0=3"], ["--true", "eyring_stress"]),
-        (["--true", "eyring_stress=3"], ["eyring_stress", "unit"]),
-        (["--true", "stress_low=3 MPa", "--true", "stress_slope=0.02"], ["stress_low", "boundary_friction"]),
-        ([], ["noise", "standard deviation"]),
-    ],
-)
-def test_synthetic_friction_asks_for_what_it_needs(
-    mixed_ehl: Callable[..., Any], tmp_path: Path, option: list[str], words: list[str]
-) -> None:
-    setup = SETUP if not option else SETUP + "[noise]\nabsolute = 0.001\n"
-    measured, given = files(tmp_path, GOOD, setup)
-    outcome = mixed_ehl("calibrate", measured, "--setup", given, "--synthetic", tmp_path / "out.csv", *option)
-    assert outcome.code == 2
-    for word in words:
-        assert word in outcome.err
-    assert not (tmp_path / "out.csv").exists()
-
-
 def test_one_pressure_cannot_tell_a_slope_with_pressure(tmp_path: Path) -> None:
     from regression.calibration.calibrate import check_information
 

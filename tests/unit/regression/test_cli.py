@@ -22,7 +22,7 @@ POINT = {
     "--speed": "5 m/s",
     "--slide-to-roll": "0.3",
     "--temperature": "80 degC",
-    "--roughness": "0.4 um",
+    "--roughness-rms": "0.4 um",
 }
 Call = Callable[..., Any]
 
@@ -169,7 +169,7 @@ def test_mu_as_text_and_outside_its_range(mixed_ehl: Call) -> None:
         ({"slide_to_roll": "nan"}, ["--slide-to-roll", "finite"]),
         ({"temperature": "80"}, ["--temperature", "80 degC"]),
         ({"temperature": "300 degC"}, ["--temperature", "at most"]),
-        ({"roughness": "0.4"}, ["--roughness", "ambiguous"]),
+        ({"roughness_rms": "0.4"}, ["--roughness-rms", "ambiguous"]),
         ({"correlation_length": "50"}, ["--correlation-length", "ambiguous"]),
         ({"oil": "fva9"}, ["oil", "fva9", "fva3"]),
     ],

@@ -207,7 +207,10 @@ def test_example_of_the_page(mixed_ehl: Callable[..., Any], tmp_path: Path) -> N
     exec(python_text(program, "friction"), namespace)
     mu, lower, upper, flag = namespace["friction"](*given)
     point = ("--pressure", "1.2 GPa", "--radius", "12 mm", "--speed", "5 m/s", "--slide-to-roll", "0.3")
-    shown = mixed_ehl("mu", "fva3_load_share", *point, "--temperature", "80 degC", "--roughness", "0.4 um", "--json")
+    point += ("--temperature", "80 degC", "--roughness-rms", "0.4 um")
+    shown = mixed_ehl(
+        "mu", "fva3_load_share", *point, "--temperature", "80 degC", "--roughness-rms", "0.4 um", "--json"
+    )
     # the command takes E' of the steel card, the page a rounded one
     assert mu == pytest.approx(json.loads(shown.out)["friction_coefficient"], rel=1e-3)
     if shutil.which("gcc") is not None:

@@ -83,7 +83,7 @@ def test_runs_are_fitted_together(shelf: Path, tmp_path: Path, mixed_ehl: Call) 
     assert mixed_ehl("fit", "small", tmp_path / "more", "-o", formula, "--family", "xu").code == 0
     assert json.loads(formula.read_text())["data"]["hash"] == both.data_hash
     point = ("--pressure", "1 GPa", "--radius", "12 mm", "--speed", "5 m/s", "--slide-to-roll", "0.3")
-    point += ("--temperature", "80 degC", "--roughness", "0.4 um")
+    point += ("--temperature", "80 degC", "--roughness-rms", "0.4 um")
     within = mixed_ehl("mu", formula, *point, "--hull", "small", "--hull", tmp_path / "more", "--json")
     assert json.loads(within.out)["in_convex_hull"] in (True, False)
     assert mixed_ehl("mu", formula, *point, "--hull", "small").code == 2
@@ -102,7 +102,7 @@ def test_fit_of_a_name_on_the_command_line(shelf: Path, tmp_path: Path, mixed_eh
     fitted = mixed_ehl("fit", "small", "-o", formula, "--family", "load_share", "--paths", run, "--noise", run)
     assert fitted.code == 0
     assert "contacts along gear meshes, not fitted" in fitted.out
-    point = ("--radius", "18 mm", "--slide-to-roll", "0.2", "--temperature", "90 degC", "--roughness", "0.35 um")
+    point = ("--radius", "18 mm", "--slide-to-roll", "0.2", "--temperature", "90 degC", "--roughness-rms", "0.35 um")
     inside = mixed_ehl("mu", formula, "--pressure", "1 GPa", "--speed", "4 m/s", *point, "--refuse", "--hull", "small")
     assert inside.code == 0
     assert "in the convex hull of its data" in inside.out
@@ -112,7 +112,7 @@ def test_fit_of_a_name_on_the_command_line(shelf: Path, tmp_path: Path, mixed_eh
     assert "note: outside the data of" in outside.err
     assert "Hertz pressure 3 GPa (at most" in outside.err
     # within every range, but where the plan has few cases: high pressure, speed, temperature and sliding at once
-    corner = ("--radius", "35 mm", "--slide-to-roll", "1.0", "--temperature", "113 degC", "--roughness", "0.54 um")
+    corner = ("--radius", "35 mm", "--slide-to-roll", "1.0", "--temperature", "113 degC", "--roughness-rms", "0.54 um")
     beside = mixed_ehl("mu", formula, "--pressure", "1.5 GPa", "--speed", "12.5 m/s", *corner)
     assert "note: extrapolated" in beside.err
     refused = mixed_ehl("mu", formula, "--pressure", "3 GPa", "--speed", "4 m/s", *point, "--refuse")

@@ -18,7 +18,7 @@ SHIPPED = data_path("formulas", "fva3_load_share.json")
 Call = Callable[..., Any]
 POINT = (
     *("--pressure", "1 GPa", "--radius", "12 mm", "--speed", "5 m/s", "--slide-to-roll", "0.3"),
-    *("--temperature", "80 degC", "--roughness", "0.4 um"),
+    *("--temperature", "80 degC", "--roughness-rms", "0.4 um"),
 )
 
 

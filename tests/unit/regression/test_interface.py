@@ -50,7 +50,7 @@ def test_a_fit_of_half_a_run_says_what_is_missing(tmp_path: Path, capsys: pytest
     plan = regression.Plan.from_dict(gear_plan("half", {"size": 64}))
     half = regression.sweep(plan, tmp_path / "run", formula=XU, jobs=1, shard=(1, 2))
     regression.fit(half, "power_law").show()
-    assert "32 of the 64 cases of the plan are not there" in capsys.readouterr().out
+    assert "32 of the 64 cases of the plan are missing" in capsys.readouterr().out
     whole = regression.sweep(plan, tmp_path / "run", formula=XU, jobs=1, shard=(2, 2))
     regression.fit(whole, "power_law").show()
     assert "are not there" not in capsys.readouterr().out

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from calibration_stub import OneLineSolver
 from scipy.stats import binom
+from twins.synthetic_measurement import synthetic_measurement
 
 import regression.calibration.calibrate as calibrate_module
 from ehl.fluid.oil import Oil
@@ -282,14 +283,12 @@ CONDITIONS = "speed_entrainment [m/s],slide_to_roll [%]\n2,0.5\n2,2\n2,10\n1,20\
 def test_the_contact_solver_gives_back_what_was_put_in(
     mixed_ehl: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """From conditions to synthetic friction, values, figure and card, on the command line."""
+    """From synthetic friction to values, figure and card, on the command line."""
     monkeypatch.chdir(tmp_path)
     Path("setup.toml").write_text(SETUP, encoding="utf-8")
     Path("conditions.csv").write_text(CONDITIONS, encoding="utf-8")
     truth = {"eyring_stress": 8e6, "boundary_friction": 0.13}
-    given = ["--true", "eyring_stress=8 MPa", "--true", "boundary_friction=0.13", "--seed", "3", "--jobs", "1"]
-    outcome = mixed_ehl("calibrate", "conditions.csv", "--setup", "setup.toml", "--synthetic", "made.csv", *given)
-    assert outcome.code == 0
+    synthetic_measurement("conditions.csv", "setup.toml", "made.csv", true=truth, seed=3)
     assert Path("made.csv").read_text(encoding="utf-8").startswith("# SYNTHETIC, no measurement")
     files = ["-o", "mine.toml", "--plot", "curves.png", "--json", "--jobs", "1"]
     outcome = mixed_ehl("calibrate", "made.csv", "--setup", "setup.toml", *files)

@@ -1,7 +1,4 @@
-"""Synthetic measurements: friction by the solver with known parameters, and noise. Never a measurement.
-
-A test can be judged before it is run: write its conditions, make synthetic friction, calibrate.
-"""
+"""Synthetic measurements: friction by the solver with known parameters, and noise."""
 
 from __future__ import annotations
 
@@ -71,14 +68,6 @@ def synthetic_measurement(
         No noise is stated, a parameter of `true` is none of this model, or the file cannot be written.
     ConvergenceError
         The solver failed on a row.
-
-    Examples
-    --------
-    >>> from regression import calibrate, synthetic_measurement
-    >>> truth = {"eyring_stress": "8 MPa"}
-    >>> planned = synthetic_measurement("test.csv", "setup.toml", true=truth)  # doctest: +SKIP
-    >>> calibrate(planned, "setup.toml").parameters[0].note  # doctest: +SKIP
-    '95 % interval -2.1 % to +2.2 %'
     """
     setup = setup_of(setup, parameters, oil)
     truth = {name: _checked(name, value) for name, value in (true or {}).items()}
@@ -140,7 +129,7 @@ def write_synthetic(
     shown_values = ", ".join(f"{name} {value:.6g}" for name, value in values.items())
     text = io.StringIO()
     text.write(f"{SYNTHETIC}, no measurement: friction computed by ehl {__version__} for {setup.oil} with noise, ")
-    text.write(f"seed {seed}\n# by mixed-ehl calibrate --synthetic; parameters (SI): {shown_values}\n")
+    text.write(f"seed {seed}\n# parameters (SI): {shown_values}\n")
     writer = csv.writer(text, lineterminator="\n")
     names = [name for name in CONDITIONS if name in made.columns and np.ptp(made.columns[name]) > 0.0]
     names += [name for name in made.columns if name not in names and name not in setup.conditions.given()]
