@@ -119,7 +119,7 @@ def _kernels() -> Check:
 def _solver() -> Check:
     from ehl.fluid.lubricant import Lubricant
     from ehl.line_contact import LineContact
-    from ehl.smooth import solve_steady
+    from ehl.smooth.solver import solve_steady
 
     # case g01 of data/reference/ehl_smooth_cases.json
     expected = 7.796405e-07

@@ -23,7 +23,7 @@ from ehl.line_contact import LineContact
 from ehl.rough import TransientResult
 from ehl.rough.dry import DryContactResult
 from ehl.rough.mixed import ERROR_ALLOWED, SHEAR_STRENGTH
-from ehl.smooth import SteadyResult
+from ehl.smooth.solver import SteadyResult
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

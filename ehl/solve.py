@@ -153,11 +153,9 @@ def _solve(problem: ContactProblem, start: ContactResult | None, window: float |
         skipped.append("roughness and time: both surfaces are smooth")
     elif model.roughness == "load_sharing":
         skipped.append("time: the load-sharing model has no transient")
-        result = _shared(result, contact, surface, model)
+        result = _shared(result, problem)
     else:
-        result = _rough(
-            result, contact, lubricant, surface, model, bodies, bulk, skipped, heated=lost_heat, window=window
-        )
+        result = _rough(result, problem, skipped, heated=lost_heat, window=window)
     if result.status == "failed":
         return result
     reason = rejection_reason(result)
@@ -191,11 +189,12 @@ def _without_repeats(skipped: tuple[str, ...]) -> list[str]:
     return list({text.partition(":")[0]: text for text in skipped}.values())
 
 
-def _shared(smooth: ContactResult, contact: LineContact, surface: SurfaceInput, model: ModelInput) -> ContactResult:
+def _shared(smooth: ContactResult, problem: ContactProblem) -> ContactResult:
     """The smooth contact with a share of its load on asperities, which rub only where there is sliding."""
     assert smooth.isothermal is not None
+    surface, model = problem.surface, problem.model
     film_ratio = smooth.isothermal.film_central / surface.roughness_rms
-    boundary = surface.boundary_friction if contact.speed_sliding > 0.0 else 0.0
+    boundary = surface.boundary_friction if problem.line.speed_sliding > 0.0 else 0.0
     sharing = load_sharing(film_ratio, smooth.friction_fluid, boundary, model.load_sharing, model.load_sharing_scale)
     return replace(
         smooth,
@@ -209,20 +208,12 @@ def _shared(smooth: ContactResult, contact: LineContact, surface: SurfaceInput, 
 
 
 def _rough(
-    smooth: ContactResult,
-    contact: LineContact,
-    lubricant: Lubricant,
-    surface: SurfaceInput,
-    model: ModelInput,
-    bodies: tuple[Material, Material],
-    bulk: tuple[float, float],
-    skipped: list[str],
-    *,
-    heated: bool,
-    window: float | None,
+    smooth: ContactResult, problem: ContactProblem, skipped: list[str], *, heated: bool, window: float | None
 ) -> ContactResult:
     """The contact in time with its roughness, unless the film is so thick or so thin that no such run is needed."""
     assert smooth.isothermal is not None
+    contact, lubricant, surface, model = problem.line, problem.lubricant, problem.surface, problem.model
+    bodies, bulk = problem.bodies, problem.temperature_bulk
     rms, height = roughness_heights(surface, contact)
     known = SmoothFriction()
     if not heated:
@@ -238,7 +229,7 @@ def _rough(
     dry = dry_limit(contact, lubricant, smooth.isothermal.film_central, smooth.friction_fluid, surface, model, bodies)
     if dry is not None:
         skipped.append(f"film: {dry.note}")
-        return _dry(smooth, dry, contact, surface, bodies, bulk, thermal=thermal)
+        return _dry(smooth, dry, problem, thermal=thermal)
     try:
         rolling = rolling_heat_of(smooth.heat, lubricant)
         run = solve_mixed(
@@ -282,23 +273,15 @@ def _rough(
     )
 
 
-def _dry(
-    smooth: ContactResult,
-    dry: DryLimit,
-    contact: LineContact,
-    surface: SurfaceInput,
-    bodies: tuple[Material, Material],
-    bulk: tuple[float, float],
-    *,
-    thermal: bool,
-) -> ContactResult:
+def _dry(smooth: ContactResult, dry: DryLimit, problem: ContactProblem, *, thermal: bool) -> ContactResult:
     """Result with all of the load on the asperities."""
-    hot = flash_of_rubbing(contact, surface.boundary_friction, bodies, bulk) if thermal else max(bulk)
+    friction, bulk = problem.surface.boundary_friction, problem.temperature_bulk
+    hot = flash_of_rubbing(problem.line, friction, problem.bodies, bulk) if thermal else max(bulk)
     return replace(
         smooth,
-        friction_coefficient=surface.boundary_friction,
+        friction_coefficient=friction,
         friction_fluid=0.0,
-        friction_asperity=surface.boundary_friction,
+        friction_asperity=friction,
         film_central=dry.film_mean,
         film_min=dry.boundary_film,
         pressure_max=dry.pressure_max,

@@ -29,7 +29,7 @@ from efficiency.mesh import Mesh
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces, solve_transient
-from ehl.smooth import solve_steady
+from ehl.smooth.solver import solve_steady
 from ehl.surface.roughness import generate_profile
 from regression.data.dataset import load_dataset
 from regression.fitting.coefficients import fit_coefficients

@@ -41,7 +41,7 @@ from ehl.fluid.rheology import RisingStress
 from ehl.fluid.yasutomi import ImprovedYasutomi, OriginalYasutomi
 from ehl.rough._kernels.march import FILM_MEAN, ITERATIONS, STAGE
 from ehl.rough._kernels.newton import PLAIN
-from ehl.rough.run import Run
+from ehl.rough.run import TransientRun
 from ehl.rough.scaling import build_problem, solved_length
 
 RMS = 0.4e-6
@@ -52,17 +52,17 @@ ROUGHNESSES = (0.2e-6, 0.4e-6, 0.6e-6, 0.8e-6)
 ENDED_RATIOS, SOFT_RATIOS = (0.03, 0.1, 0.3, 1.0, 3.0), (0.1, 0.3, 1.0)
 
 
-def changed(scene: Scene, mesh: float, **settings: object) -> Run:
+def changed(scene: Scene, mesh: float, **settings: object) -> TransientRun:
     """A run with other settings."""
     usual = scene.run(mesh).problem.settings
-    return Run(
+    return TransientRun(
         build_problem(
             scene.contact, scene.lubricant, scene.surfaces, (STEEL, STEEL), replace(usual, **settings)  # type: ignore[arg-type]
         )
     )  # fmt: skip
 
 
-def in_turns(runs: Mapping[str, Run], startup: float) -> dict[str, tuple[float, float, float, float]]:
+def in_turns(runs: Mapping[str, TransientRun], startup: float) -> dict[str, tuple[float, float, float, float]]:
     """mu, mean film [m], iterations and us per step of runs that roll the same way in turns."""
     records: dict[str, list[np.ndarray]] = {name: [] for name in runs}
     times: dict[str, list[float]] = {name: [] for name in runs}

@@ -30,7 +30,7 @@ from ehl.rough._kernels.march import ITERATIONS, MACRO_LOAD, SHARE
 from ehl.rough.accuracy import make_run_plan
 from ehl.rough.averaging import Window
 from ehl.rough.batch_means import batch_means
-from ehl.rough.run import Run
+from ehl.rough.run import TransientRun
 from ehl.surface.roughness import generate_profile
 
 BATCH = 2.0  # [b]
@@ -348,7 +348,7 @@ TURN_STEPS = 200
 COST_MESHES = (35.0, 70.0, 140.0, 280.0, 560.0, 1120.0, 2240.0)  # nodes per b; drainage and heat on the first four
 
 
-def rolling(scene: Scene, mesh: float) -> Run:
+def rolling(scene: Scene, mesh: float) -> TransientRun:
     """A run past its start-up of 4 b; a fine one takes over the state of a coarser one and rolls 0.3 b more."""
     first = scene.run(min(mesh, 280.0))
     first.advance(round(4.0 * first.problem.units.steps_per_half_width))

@@ -23,15 +23,13 @@ from smooth_sample import contact_of, gear_range, neighbour
 
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
-from ehl.smooth import SteadyResult, solve_steady
 from ehl.smooth.continuation import PATH_NODES, PathReport, cold_path, features_of_level, transfer
-from ehl.smooth.estimate import extrapolate
 from ehl.smooth.mesh import Grading, grade
-from ehl.smooth.newton import Grid, Level, solve_level
+from ehl.smooth.newton import Level, NodeGrid, solve_level
 from ehl.smooth.outputs import numbers_of
-from ehl.smooth.refine import settled
+from ehl.smooth.refine import extrapolate, settled
 from ehl.smooth.scaling import scaled_contact
-from ehl.smooth.solver import film_shear
+from ehl.smooth.solver import SteadyResult, film_shear, solve_steady
 
 matplotlib.use("Agg")
 
@@ -57,7 +55,7 @@ def single_grids(contact: LineContact, lubricant: Lubricant, counts: tuple[int, 
     level = near
     for count in counts:
         started = time.process_time()
-        grid = Grid.of(grading, grading.points(2 * count - 1))
+        grid = NodeGrid.of(grading, grading.points(2 * count - 1))
         level = solve_level(grid, near.scene, transfer(level, grid))
         values = numbers_of(level, film_shear(contact, lubricant)).as_array()[:3] * [height, height, 1.0]
         found.append((values, base + time.process_time() - started))

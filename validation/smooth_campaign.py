@@ -21,7 +21,7 @@ import pandas as pd
 from common import OUT, command_line
 from smooth_sample import contact_of, gear_range, neighbour
 
-from ehl.smooth import solve_steady
+from ehl.smooth.solver import solve_steady
 
 matplotlib.use("Agg")
 

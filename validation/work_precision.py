@@ -30,10 +30,10 @@ from ehl.rough.accuracy import FRONT_STARTUP, SETTLING
 from ehl.rough.averaging import Window
 from ehl.rough.dry import uniform_grid
 from ehl.rough.exponential_sums import fit_log_kernel, range_of
-from ehl.rough.run import Run
+from ehl.rough.run import TransientRun
 from ehl.rough.scaling import ELASTIC_MODES
-from ehl.smooth import solve_steady
-from ehl.smooth.estimate import extrapolate
+from ehl.smooth.refine import extrapolate
+from ehl.smooth.solver import solve_steady
 
 matplotlib.use("Agg")
 
@@ -78,7 +78,7 @@ def take_over(scene: Scene, per_width: float, window: float) -> tuple[Window, fl
     coarse.start(FRONT_STARTUP)
     problem = scene.run(per_width, start_travel=coarse.run.travel).problem
     sharp = problem.model.contact._replace(tolerance=SHARP)
-    run = Window(Run(replace(problem, model=problem.model._replace(contact=sharp))))
+    run = Window(TransientRun(replace(problem, model=problem.model._replace(contact=sharp))))
     run.run.start_from(coarse.run)
     run.start(SETTLING)
     run.roll(window)

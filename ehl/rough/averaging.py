@@ -14,7 +14,7 @@ from ehl.line_contact import LineContact
 from ehl.rough._kernels.march import FILM_MEAN, ITERATIONS, MU_FLUID, SHARE
 from ehl.rough.accuracy import BATCH, FRONT_STARTUP
 from ehl.rough.batch_means import ONE_DRAW, batch_means
-from ehl.rough.run import Run
+from ehl.rough.run import TransientRun
 from ehl.rough.surfaces import RoughSurfaces
 
 Array = NDArray[np.float64]
@@ -32,7 +32,7 @@ MIN_EXCHANGES, EXCHANGE_LEVEL, PLACES = 4, 0.01, 10  # batches; level of the tes
 class Window:
     """What one run recorded: all steps, and the mean profiles since the start-up."""
 
-    run: Run
+    run: TransientRun
     batch: float = BATCH  # travel of a batch of the mean [b]
     started: list[Array] = field(default_factory=list)
     recorded: list[Array] = field(default_factory=list)

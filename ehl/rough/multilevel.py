@@ -46,7 +46,7 @@ def in_common(finer: Window, coarser: Window) -> list[int]:
 
 
 @dataclass
-class Levels:
+class MeshLevels:
     """Windows of the same contact, the coarsest mesh first.
 
     Parameters

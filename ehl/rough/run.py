@@ -24,7 +24,7 @@ from ehl.rough._kernels.records import (
     Step,
     Work,
 )
-from ehl.rough.scaling import Problem, hertz_start
+from ehl.rough.scaling import RunProblem, hertz_start
 
 Array = NDArray[np.float64]
 
@@ -74,7 +74,7 @@ def _macroscopic(pressure: Array) -> Macroscopic:
 
 
 @dataclass
-class Run:
+class TransientRun:
     """State of one march; `advance` is the only thing that changes it.
 
     Parameters
@@ -83,7 +83,7 @@ class Run:
         Constants.
     """
 
-    problem: Problem
+    problem: RunProblem
     state: State = field(init=False, repr=False)
     macroscopic: Macroscopic = field(init=False, repr=False)
     _step: Step = field(init=False, repr=False)
@@ -173,7 +173,7 @@ class Run:
         exponential_product(total, elastic.weights, elastic.ratios, response)
         return response
 
-    def start_from(self, other: Run) -> None:
+    def start_from(self, other: TransientRun) -> None:
         """Take over the state of a run of the same contact on another mesh, by linear interpolation.
 
         Thermal memories are not taken over: their modes belong to a time step.
@@ -203,9 +203,9 @@ class Run:
                 target[:] = np.interp(x, x_other[known], source[known])
             self.macroscopic.counts[1] = round(1.0 / self.problem.model.side_flow.memory)
 
-    def branch(self, problem: Problem) -> Run:
+    def branch(self, problem: RunProblem) -> TransientRun:
         """Another run that goes on from this state, on the same mesh, with other settings."""
-        other = Run(problem)
+        other = TransientRun(problem)
         for mine, its in ((self.state, other.state), (self.macroscopic, other.macroscopic), (self._step, other._step)):
             for source, target in zip(mine, its, strict=True):
                 target[...] = source

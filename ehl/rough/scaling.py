@@ -95,7 +95,7 @@ class Units:
 
 
 @dataclass(frozen=True)
-class Problem:
+class RunProblem:
     """A run that is ready to march."""
 
     units: Units
@@ -238,7 +238,7 @@ def build_problem(
     surfaces: RoughSurfaces,
     materials: tuple[Material, Material],
     settings: Settings,
-) -> Problem:
+) -> RunProblem:
     """Scaled constants on a mesh whose spacing divides the period of the roughness."""
     b = contact.half_width
     p_h = contact.pressure_hertz
@@ -310,7 +310,7 @@ def build_problem(
         ),
         strain=scaled_strain(contact, lubricant, units, estimate),
     )
-    return Problem(units, settings, model, x, estimate, deflection)
+    return RunProblem(units, settings, model, x, estimate, deflection)
 
 
 def density_ratio(pressure: Array, fluid: Fluid) -> Array:
@@ -320,7 +320,7 @@ def density_ratio(pressure: Array, fluid: Fluid) -> Array:
     return density
 
 
-def hertz_start(problem: Problem) -> tuple[Array, Array, float]:
+def hertz_start(problem: RunProblem) -> tuple[Array, Array, float]:
     """Hertz pressure, the mass of a film of the estimated height under it, and the approach of the bodies."""
     x, model = problem.x, problem.model
     pressure = np.sqrt(np.maximum(1.0 - x * x, 0.0))

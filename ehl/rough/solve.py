@@ -45,9 +45,9 @@ from ehl.rough.accuracy import (
     with_overrides,
 )
 from ehl.rough.averaging import Window, film_jumped, net_exchange, realisation_error
-from ehl.rough.multilevel import Levels, affordable
-from ehl.rough.run import Run
-from ehl.rough.scaling import Problem, Settings, build_problem, density_ratio
+from ehl.rough.multilevel import MeshLevels, affordable
+from ehl.rough.run import TransientRun
+from ehl.rough.scaling import RunProblem, Settings, build_problem, density_ratio
 from ehl.rough.startup import start_up
 from ehl.rough.surfaces import RoughSurfaces
 from ehl.rough.transient_result import Fallbacks, Profiles, Snapshot, TransientResult
@@ -168,16 +168,16 @@ def solve_transient(
     count = mesh_levels(plan, settings.nodes)
     meshes = [max(32, settings.nodes // 2**k) for k in range(count - 1, -1, -1)]
 
-    def problem(nodes: int, travel: float = 0.0, film: float = film) -> Problem:
+    def problem(nodes: int, travel: float = 0.0, film: float = film) -> RunProblem:
         chosen = replace(settings, nodes=nodes, start_travel=travel, boundary_film=film)
         return build_problem(contact, lubricant, rough, bodies, chosen)
 
-    def coarsest(plan: RunPlan) -> Problem:
+    def coarsest(plan: RunPlan) -> RunProblem:
         nonlocal settings
         settings = replace(settings, tolerance=plan.step_tolerance)
         return problem(meshes[0])
 
-    coarse = Window(Run(coarsest(plan)), plan.batch)
+    coarse = Window(TransientRun(coarsest(plan)), plan.batch)
     plan, flux, warming = start_up(coarse, plan, count, rough.correlation_length / contact.half_width, coarsest)
     settling = plan.settling if flux is None else SETTLING
     study = 0.0
@@ -187,10 +187,10 @@ def solve_transient(
         count = affordable(plan, coarse, count, study)
     begun = coarse.branch()
     while True:
-        levels = Levels([coarse], plan, study)
+        levels = MeshLevels([coarse], plan, study)
         for n in meshes[1:count]:
             before = levels.fine.run
-            finer = Window(Run(problem(n, before.travel)), plan.batch)
+            finer = Window(TransientRun(problem(n, before.travel)), plan.batch)
             finer.run.start_from(before)
             if flux is not None:
                 finer.run.preheat(warming, interpolated(flux, coarse.run.problem.x, finer.run.problem.x))
@@ -219,7 +219,7 @@ def interpolated(rows: Array, x: Array, x_new: Array) -> Array:
     return np.array([np.interp(x_new, x, row) for row in rows])
 
 
-def _friction_factor(begun: Run, problem: Problem, reference: Window) -> float:
+def _friction_factor(begun: TransientRun, problem: RunProblem, reference: Window) -> float:
     """mu with another boundary film over that of the reference, over its blocks but the first, in which it settles."""
     varied = Window(begun.branch(problem))
     steps = [len(block) for block in reference.recorded[:STUDY_BLOCKS]]
@@ -244,7 +244,7 @@ def _check(contact: LineContact, film: float, friction: float, peklenik: float, 
 
 
 def _notes(
-    contact: LineContact, lubricant: Lubricant, materials: tuple[Material, Material], problem: Problem, plan: RunPlan
+    contact: LineContact, lubricant: Lubricant, materials: tuple[Material, Material], problem: RunProblem, plan: RunPlan
 ) -> tuple[str, ...]:
     notes = []
     if problem.settings.nodes == plan.nodes_max:
@@ -266,7 +266,7 @@ def _notes(
     return tuple(notes)
 
 
-def _status(levels: Levels) -> tuple[str, str]:
+def _status(levels: MeshLevels) -> tuple[str, str]:
     mean, half_width = levels.interval()
     fine, plan = levels.fine, levels.plan
     stages = _everything(fine)[:, STAGE]
@@ -300,7 +300,7 @@ def _result(
     lubricant: Lubricant,
     surfaces: RoughSurfaces,
     materials: tuple[Material, Material],
-    levels: Levels,
+    levels: MeshLevels,
     wanted: int,
     estimate: float,
     factors: tuple[float, float],
@@ -377,7 +377,7 @@ def _result(
     )
 
 
-def snapshot(run: Run) -> Snapshot:
+def snapshot(run: TransientRun) -> Snapshot:
     """The last step of a run, SI."""
     state, units, fluid = run.state, run.problem.units, run.problem.model.fluid
     pressure = state.fluid_pressure

@@ -16,7 +16,7 @@ from ehl.common.errors import ConvergenceError
 from ehl.rough.accuracy import FRONT_STARTUP, SETTLING, RunPlan, thrifty
 from ehl.rough.averaging import Window
 from ehl.rough.multilevel import FINER_STEP, least_levels
-from ehl.rough.scaling import Problem
+from ehl.rough.scaling import RunProblem
 
 Array = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ WARMING_ROUNDS, WARMING_TRAVEL = 2, 0.5  # of the preheating; travel that its me
 
 
 def start_up(
-    window: Window, plan: RunPlan, levels: int, correlation_length: float, problem: Callable[[RunPlan], Problem]
+    window: Window, plan: RunPlan, levels: int, correlation_length: float, problem: Callable[[RunPlan], RunProblem]
 ) -> tuple[RunPlan, Array | None, float]:
     """Roll the coarsest mesh until it is settled.
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from ehl.rough.run import Run
+    from ehl.rough.run import TransientRun
 
 Array = NDArray[np.float64]
 
@@ -220,5 +220,5 @@ class TransientResult:
     history_friction: Array = field(repr=False)
     profiles: Profiles = field(repr=False)
     snapshot: Snapshot = field(repr=False)
-    run: Run = field(repr=False)
+    run: TransientRun = field(repr=False)
     subgrid_error: float = 0.0

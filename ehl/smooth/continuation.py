@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ehl.fluid.rheology import NEWTONIAN
 from ehl.smooth import _kernels
 from ehl.smooth.mesh import Features, features_of, grade
-from ehl.smooth.newton import Grid, Level, NewtonFailure, Unknowns, solve_level
+from ehl.smooth.newton import Level, NewtonFailure, NodeGrid, Unknowns, solve_level
 from ehl.smooth.scaling import ScaledContact
 
 Array = NDArray[np.float64]
@@ -31,13 +31,13 @@ class PathReport:
     iterations: int = 0
 
 
-def grid_for(features: Features, nodes: int) -> Grid:
+def grid_for(features: Features, nodes: int) -> NodeGrid:
     """Grid with the given number of nodes, graded for the features."""
     grading = grade(features)
-    return Grid.of(grading, grading.points(2 * nodes - 1))
+    return NodeGrid.of(grading, grading.points(2 * nodes - 1))
 
 
-def transfer(level: Level, grid: Grid) -> Unknowns:
+def transfer(level: Level, grid: NodeGrid) -> Unknowns:
     """Unknowns of a level carried to another grid (monotone cubic interpolation)."""
     stretch = (level.x[-1] - grid.grading.x_in) / (grid.grading.x_exit - grid.grading.x_in)
     x = grid.grading.x_in + stretch * (grid.nodes - grid.grading.x_in)
@@ -78,7 +78,7 @@ def easy_start(scaled: ScaledContact, nodes: int, report: PathReport) -> tuple[L
 
 
 @lru_cache(maxsize=4)
-def _easy_grid(nodes: int) -> Grid:
+def _easy_grid(nodes: int) -> NodeGrid:
     return grid_for(Features(0.3, 1.15, -1.0, 0.4, 0.9, 0.3), nodes)
 
 

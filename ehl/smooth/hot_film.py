@@ -20,7 +20,7 @@ from ehl.heat.traction import FilmTemperature, film_temperature
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.smooth.continuation import features_of_level, grid_for, transfer
-from ehl.smooth.newton import Factors, Grid, Level, NewtonFailure, Unknowns, solve_level
+from ehl.smooth.newton import Level, NewtonFactors, NewtonFailure, NodeGrid, Unknowns, solve_level
 from ehl.smooth.outputs import FilmShear, numbers_of
 from ehl.smooth.scaling import Offset, ScaledContact
 
@@ -146,12 +146,12 @@ class HotFilm:
         self._mixer = Mixer(Offset(self.x, self.x))
         self._trend: tuple[Array, Array] | None = None  # change of the offset from the grid before to the last one
         self._grids = 0
-        self._matrices: tuple[Grid, float, Matrices] | None = None
-        self._factors: tuple[Grid, Factors] | None = None
+        self._matrices: tuple[NodeGrid, float, Matrices] | None = None
+        self._factors: tuple[NodeGrid, NewtonFactors] | None = None
 
     def started(self, cold: Level, guess: Offset | None) -> Level:
         """Film and heat on a coarse grid graded for them, from the isothermal film and a guess of the heat."""
-        grid = Grid.of(cold.grid.grading, cold.grid.nodes)  # every other node
+        grid = NodeGrid.of(cold.grid.grading, cold.grid.nodes)  # every other node
         start = transfer(cold, grid)
         x = _nodes(grid, start)
         mixer = Mixer(Offset(x, np.zeros(x.size)))
@@ -165,7 +165,7 @@ class HotFilm:
             return self.started(cold, None)
         return self._settled(level, mixer, FIRST_ROUNDS * self.tolerance, regraded=True)
 
-    def solved(self, grid: Grid, guess: Unknowns) -> Level:
+    def solved(self, grid: NodeGrid, guess: Unknowns) -> Level:
         """Film and heat on a grid, from a guess of the film and the heat of the last grid."""
         x, spent = _nodes(grid, guess), self.iterations
         mixer = self._mixer.on_nodes(x)
@@ -215,14 +215,14 @@ class HotFilm:
             raise NewtonFailure("thermal_rounds", 0)
         return level
 
-    def _film(self, grid: Grid, mixer: Mixer, start: Unknowns) -> Level:
+    def _film(self, grid: NodeGrid, mixer: Mixer, start: Unknowns) -> Level:
         if self._factors is None or self._factors[0] is not grid:
-            self._factors = grid, Factors(grid)
+            self._factors = grid, NewtonFactors(grid)
         try:
             level = self._solved(self._factors[1], grid, mixer, start)
             if level.mass_residual > MASS_RESIDUAL:
                 self.iterations += level.iterations
-                self._factors = grid, Factors(grid)
+                self._factors = grid, NewtonFactors(grid)
                 level = self._solved(self._factors[1], grid, mixer, level.unknowns)
         except NewtonFailure as failure:
             self.iterations += failure.iterations
@@ -238,7 +238,7 @@ class HotFilm:
                 mixer.halve()
         return self._film(level.grid, mixer, level.unknowns)
 
-    def _solved(self, factors: Factors, grid: Grid, mixer: Mixer, start: Unknowns) -> Level:
+    def _solved(self, factors: NewtonFactors, grid: NodeGrid, mixer: Mixer, start: Unknowns) -> Level:
         scaled = replace(self._scaled, offset=mixer.used)
         return solve_level(grid, scaled, start, tolerance=self._film_tolerance, factors=factors)
 
@@ -259,7 +259,7 @@ class HotFilm:
         return matrices
 
 
-def _nodes(grid: Grid, unknowns: Unknowns) -> Array:
+def _nodes(grid: NodeGrid, unknowns: Unknowns) -> Array:
     return grid.grading.x_in + unknowns.stretch * (grid.nodes - grid.grading.x_in)
 
 

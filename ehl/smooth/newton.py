@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Grid:
+class NodeGrid:
     """Reference nodes and faces of one level of a grading, with the kernel matrix."""
 
     grading: Grading
@@ -25,7 +25,7 @@ class Grid:
     kernel: Array
 
     @classmethod
-    def of(cls, grading: Grading, points: Array) -> Grid:
+    def of(cls, grading: Grading, points: Array) -> NodeGrid:
         """Grid from 2n - 1 points of the grading: nodes at even, faces at odd places."""
         nodes = np.ascontiguousarray(points[::2])
         half = 0.5 * (nodes[1:] - nodes[:-1])
@@ -55,7 +55,7 @@ class Unknowns:
 class Level:
     """Converged solution on one grid."""
 
-    grid: Grid
+    grid: NodeGrid
     scaled: ScaledContact
     unknowns: Unknowns
     x: Array
@@ -90,10 +90,10 @@ class NewtonFailure(Exception):
         self.iterations = iterations
 
 
-class Factors:
+class NewtonFactors:
     """Factors of the last matrix on a grid, from which similar contacts on it may start."""
 
-    def __init__(self, grid: Grid) -> None:
+    def __init__(self, grid: NodeGrid) -> None:
         size = grid.nodes.size + 1
         self.matrix, self.scale, self.pivots = np.empty((size, size)), np.empty(size), np.empty(size, np.int32)
         self.known = False
@@ -108,13 +108,13 @@ def tail(x_in: float, scaled: ScaledContact) -> tuple[float, float]:
 
 
 def solve_level(
-    grid: Grid,
+    grid: NodeGrid,
     scaled: ScaledContact,
     start: Unknowns,
     *,
     tolerance: float = 1e-8,
     max_iterations: int = 40,
-    factors: Factors | None = None,
+    factors: NewtonFactors | None = None,
 ) -> Level:
     """Converge on one grid, from the factors of a matrix where some are known.
 
@@ -126,7 +126,7 @@ def solve_level(
     n = grid.nodes.size
     u = np.concatenate([start.pressure, (start.h00, start.flow, start.stretch)])
     state, residual = np.empty((_kernels.ROWS, n)), np.empty(n + 1)
-    factors = factors or Factors(grid)
+    factors = factors or NewtonFactors(grid)
     mesh = grid.mesh
     end, iterations = _kernels.newton(
         mesh, scaled.groups, *tail(mesh.x_in, scaled), u, tolerance, max_iterations, state, residual,

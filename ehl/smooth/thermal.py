@@ -18,15 +18,13 @@ from ehl.heat.estimate import ThermalEstimate, estimate_thermal_effect
 from ehl.heat.traction import ThermalTraction, traction_of
 from ehl.line_contact import LineContact
 from ehl.material import Material
-from ehl.smooth import SteadyResult, solve_steady
 from ehl.smooth.continuation import PathReport
-from ehl.smooth.estimate import Extrapolation
 from ehl.smooth.hot_film import HeatModel, HotFilm
 from ehl.smooth.newton import NewtonFailure
 from ehl.smooth.outputs import numbers_of
-from ehl.smooth.refine import Accuracy, nested, rounding_errors
+from ehl.smooth.refine import Accuracy, GridLimit, nested, rounding_errors
 from ehl.smooth.scaling import Offset, ScaledContact, scaled_contact
-from ehl.smooth.solver import ROUNDED, film_shear, steady_result, undisturbed
+from ehl.smooth.solver import ROUNDED, SteadyResult, film_shear, solve_steady, steady_result, undisturbed
 
 FloatArray = NDArray[np.float64]
 Thermal = Literal["auto", "on", "off"]
@@ -206,7 +204,7 @@ def _solved(
         near = hot.started(cold, offset)
         levels, limit = nested(near, shear, accuracy, PathReport(), fallbacks, hot.solved)
         if fallbacks[:1] == [ROUNDED]:  # judged by the film without heat, which is solved for certain
-            blunt = Extrapolation(numbers_of(cold, shear).as_array(), rounding_errors(scaled, cold, shear, report))
+            blunt = GridLimit(numbers_of(cold, shear).as_array(), rounding_errors(scaled, cold, shear, report))
             limit = replace(limit, errors=limit.errors + blunt.relative() * np.abs(limit.values))
     finally:
         report.iterations += hot.iterations

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from ehl.heat.traction import ThermalTraction
     from ehl.line_contact import LineContact
-    from ehl.smooth import SteadyResult
+    from ehl.smooth.solver import SteadyResult
 
 
 def plot_contact(result: Any, ax: Axes | None = None) -> Axes:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from ehl.inputs import ContactProblem
     from ehl.line_contact import LineContact
-    from ehl.smooth import SteadyResult
+    from ehl.smooth.solver import SteadyResult
 
 Array = NDArray[np.float64]
 

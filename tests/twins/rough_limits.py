@@ -18,7 +18,7 @@ from ehl.rough._kernels.motion import move_surfaces
 from ehl.rough._kernels.newton import NEWTON, add_side_flow, poiseuille_flow
 from ehl.rough._kernels.records import TRAVEL
 from ehl.rough.dry import solve_dry
-from ehl.rough.run import Run
+from ehl.rough.run import TransientRun
 
 FLOOR = 0.02  # gap of rigid surfaces where they would overlap, in roughness
 
@@ -115,7 +115,7 @@ def flow_factor_model(mean: float, gamma: float, correlation: float = 24.0, seed
     return float(flow[inner].mean() / smooth)
 
 
-def dry_error(run: Run, contact: LineContact) -> tuple[float, float, float]:
+def dry_error(run: TransientRun, contact: LineContact) -> tuple[float, float, float]:
     """L1 difference of the pressures, contact lengths of run and of `ehl.rough.dry` over b, at the run's geometry."""
     problem = run.problem
     units, surfaces = problem.units, problem.model.surfaces

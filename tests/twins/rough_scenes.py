@@ -16,7 +16,7 @@ from ehl.rough import RoughSurfaces
 from ehl.rough._kernels.march import MU_FLUID, SHARE
 from ehl.rough.accuracy import mesh_length
 from ehl.rough.averaging import Window
-from ehl.rough.run import Run
+from ehl.rough.run import TransientRun
 from ehl.rough.scaling import Settings, build_problem
 from ehl.surface.roughness import generate_profile
 
@@ -44,7 +44,7 @@ class Scene:
         """lambda by Moes's formula."""
         return self.contact.film_moes(self.lubricant) / self.surfaces.rms if self.surfaces.rms else math.inf
 
-    def run(self, nodes_per_half_width: float, start_travel: float = 0.0) -> Run:
+    def run(self, nodes_per_half_width: float, start_travel: float = 0.0) -> TransientRun:
         """A run that has not moved yet."""
         problem = build_problem(
             self.contact,
@@ -61,7 +61,7 @@ class Scene:
                 start_travel=start_travel,
             ),
         )
-        return Run(problem)
+        return TransientRun(problem)
 
     def _length(self) -> float:
         return mesh_length(self.contact, self.contact.film_moes(self.lubricant))

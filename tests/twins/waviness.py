@@ -19,7 +19,7 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces
 from ehl.rough.accuracy import inlet_sweep
-from ehl.smooth import SteadyResult, solve_steady
+from ehl.smooth.solver import SteadyResult, solve_steady
 from ehl.surface.roughness import RoughProfile
 
 VISCOSITY, ALPHA = 0.04, 18e-9

@@ -14,7 +14,7 @@ from ehl.common.data import data_path
 from ehl.fluid.density import INCOMPRESSIBLE, DowsonHigginson
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
-from ehl.smooth import solve_steady
+from ehl.smooth.solver import solve_steady
 
 CASES = {c["name"]: c for c in json.loads(data_path("reference", "ehl_smooth_cases.json").read_text())["cases"]}
 TOLERANCE = {"fast": 1e-2, "standard": 5e-3, "reference": 5e-4}

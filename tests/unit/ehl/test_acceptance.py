@@ -21,7 +21,7 @@ from ehl.heat.estimate import carried_shear_heat
 from ehl.line_contact import LineContact
 from ehl.result import ContactResult, rejection_reason
 from ehl.rough import TransientResult
-from ehl.smooth import solve_steady
+from ehl.smooth.solver import solve_steady
 
 SHARED = {"roughness": "load_sharing"}
 

@@ -23,9 +23,9 @@ from ehl.rough.accuracy import RunPlan
 from ehl.rough.averaging import Window, film_jumped, realisation_error
 from ehl.rough.batch_means import batch_means, neighbour_correlation, paired_error
 from ehl.rough.mixed import film_stress_ratio, roughness_effect
-from ehl.rough.multilevel import Levels
+from ehl.rough.multilevel import MeshLevels
 from ehl.smooth import estimate, hot_film, solve_steady, thermal
-from ehl.smooth.estimate import extrapolate
+from ehl.smooth.refine import extrapolate
 
 # --- smooth contact: nested grids
 
@@ -226,7 +226,7 @@ def test_window_counts_asperity_friction_and_its_companion() -> None:
     assert fine.friction().mean() == pytest.approx(0.05 + 0.1 * 0.2)
     coarse = window(np.full(50, 0.06))
     # 100 steps at 5 per half-width and 2 half-widths a batch: ten parts, each of five or so periods
-    levels = Levels([coarse, fine], PLAN)
+    levels = MeshLevels([coarse, fine], PLAN)
     assert levels.mesh_error() == pytest.approx(paired_error(coarse.friction(), fine.friction(), 10), rel=1e-12)
 
 
@@ -244,13 +244,13 @@ def test_long_window_of_a_coarse_mesh_is_corrected_by_a_short_one_of_a_fine_mesh
     coarse = np.repeat(0.05 + 0.01 * rng.standard_normal(400), 5)
     coarse += 0.05 - coarse.mean()
     fine = 0.001 + 1.1 * np.repeat(coarse[:80], 2)
-    levels = Levels([rolled(coarse), rolled(fine, 10)], PLAN)
+    levels = MeshLevels([rolled(coarse), rolled(fine, 10)], PLAN)
     mean, half_width = levels.interval()
     assert mean == pytest.approx(0.05 + 0.001 + 0.1 * coarse[:80].mean(), rel=1e-9)
     assert abs(mean - (0.001 + 1.1 * 0.05)) < half_width
     widths = levels.half_widths()
     assert math.hypot(*widths) <= half_width < sum(widths)
-    alone = Levels([rolled(coarse[:80]), rolled(fine, 10)], PLAN)
+    alone = MeshLevels([rolled(coarse[:80]), rolled(fine, 10)], PLAN)
     assert alone.friction() == pytest.approx(fine.mean(), rel=1e-12)
     assert half_width < 0.4 * alone.interval()[1]
 
@@ -267,7 +267,7 @@ def test_bounded_run_is_one_draw_of_stretches_as_long_as_a_block() -> None:
     start[:18, MU_FLUID] = 9.0
     start[18:, MU_FLUID] = np.repeat([0.04, 0.06, 0.05, 0.05], 10)
     coarse.started.append(start)
-    levels = Levels([coarse, rolled(np.full(20, 0.055), 10)], replace(PLAN, thrifty=True, block=2.0))
+    levels = MeshLevels([coarse, rolled(np.full(20, 0.055), 10)], replace(PLAN, thrifty=True, block=2.0))
     assert levels.drift() == pytest.approx(2.13185 * math.sqrt(2e-4 / 4.0), rel=1e-5)
     assert levels.interval() == pytest.approx((0.055, levels.drift()), rel=1e-9)
     assert replace(levels, plan=PLAN).drift() == 0.0
@@ -277,7 +277,7 @@ def test_meshes_without_a_block_in_common_are_a_failure_with_its_reason() -> Non
     """The first block of one mesh went astray as often as it was rolled anew, and what both rolled ended apart."""
     coarse, fine = rolled(np.full(40, 0.04)), rolled(np.full(80, 0.05), 10)
     coarse.numbers[:], fine.numbers[:] = [0, 1], [2, 3]
-    levels = Levels([coarse, fine], PLAN)
+    levels = MeshLevels([coarse, fine], PLAN)
     for figure in (levels.friction, levels.mesh_error, levels.interval):
         with pytest.raises(ConvergenceError, match="film_jump"):
             figure()
@@ -286,7 +286,7 @@ def test_meshes_without_a_block_in_common_are_a_failure_with_its_reason() -> Non
 def test_two_meshes_are_compared_in_the_same_pieces() -> None:
     """2.6 b on one mesh and 2.4 b on the other, by the steps that divide a block, are the same travel."""
     coarse, fine = window(np.full(13, 0.04), 5), window(np.linspace(0.04, 0.06, 24), 10)
-    levels = Levels([coarse, fine], PLAN)
+    levels = MeshLevels([coarse, fine], PLAN)
     assert coarse.pieces([0], 0.5 * PLAN.batch) != fine.pieces([0], 0.5 * PLAN.batch)
     assert levels.differences(1).mean() == pytest.approx(0.01, rel=1e-9)
     mean, half_width = levels.interval()
@@ -300,7 +300,7 @@ def test_interval_of_a_corrected_mean_covers_as_it_says() -> None:
     for _ in range(200):
         coarse = 0.05 + 0.005 * np.repeat(rng.standard_normal(96), 5)
         fine = 0.9 * coarse[:80] + 0.001 * np.repeat(rng.standard_normal(32), 5).reshape(-1)[:80]
-        mean, half_width = Levels([rolled(coarse), rolled(fine)], PLAN).interval()
+        mean, half_width = MeshLevels([rolled(coarse), rolled(fine)], PLAN).interval()
         inside += abs(mean - 0.9 * 0.05) < half_width
     assert 0.83 < inside / 200 < 0.97
 

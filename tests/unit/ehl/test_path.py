@@ -18,7 +18,7 @@ from ehl.inputs import ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
 from ehl.result import ContactResult
 from ehl.sequence import solve_path
-from ehl.smooth import SteadyResult
+from ehl.smooth.solver import SteadyResult
 from ehl.state import ContactState
 
 OIL = Oil.load("fva3")

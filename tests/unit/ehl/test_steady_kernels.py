@@ -13,7 +13,7 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.smooth import _kernels
 from ehl.smooth.continuation import PathReport, easy_start
 from ehl.smooth.mesh import Features, grade
-from ehl.smooth.newton import Factors, Grid, solve_level, tail
+from ehl.smooth.newton import NewtonFactors, NodeGrid, solve_level, tail
 from ehl.smooth.scaling import Offset, ScaledContact
 
 FEATURES = Features(0.1, 1.05, -1.0, 0.2, 0.95, 0.03)
@@ -40,7 +40,7 @@ def nodal_state(case, p, h, offset):
 @pytest.fixture(scope="module")
 def grid():
     grading = grade(FEATURES)
-    return Grid.of(grading, grading.points(2 * 49 - 1))
+    return NodeGrid.of(grading, grading.points(2 * 49 - 1))
 
 
 def unknowns(grid, seed=0):
@@ -235,7 +235,7 @@ def test_newton_finds_the_root_of_its_twin(offset):
 def test_newton_says_why_it_ends(grid):
     case, u = scaled(), unknowns(grid)
     state, residual = np.empty((_kernels.ROWS, grid.nodes.size)), np.empty(grid.nodes.size + 1)
-    factors = Factors(grid)
+    factors = NewtonFactors(grid)
     work = factors.matrix, factors.scale, factors.pivots
 
     def end(u, most=40):
@@ -256,7 +256,7 @@ def test_newton_from_the_factors_of_a_similar_contact():
     near, easy = easy_start(scaled(), 49, PathReport())
     case = replace(easy, offset=Offset(HEATED, -0.4 * np.exp(-(HEATED**2))))
     warmer = replace(easy, offset=Offset(HEATED, -0.41 * np.exp(-(HEATED**2))))
-    factors = Factors(near.grid)
+    factors = NewtonFactors(near.grid)
     first = solve_level(near.grid, case, near.unknowns, factors=factors)
     assert factors.known
     plain = solve_level(near.grid, warmer, first.unknowns)

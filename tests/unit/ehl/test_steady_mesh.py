@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from ehl.fluid.rheology import ShearLaw
 from ehl.smooth import _kernels
-from ehl.smooth.estimate import FLOOR, extrapolate
 from ehl.smooth.mesh import Features, features_of, grade
 from ehl.smooth.outputs import FilmShear
+from ehl.smooth.refine import FLOOR, extrapolate
 
 positive = st.floats(1e-4, 1e3)
 

@@ -14,7 +14,7 @@ from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces
 from ehl.rough.batch_means import batch_means, neighbour_correlation
-from ehl.rough.run import Run
+from ehl.rough.run import TransientRun
 from ehl.rough.scaling import Settings, build_problem
 from ehl.rough.surfaces import ring, sample_ring
 from ehl.surface.roughness import RoughProfile, generate_profile
@@ -91,10 +91,10 @@ def test_finer_run_takes_over_the_coarse_state() -> None:
     steel = Material.load("steel")
     surfaces = RoughSurfaces(generate_profile(0.2e-6, 30e-6, 16.0 * line.half_width, 3e-6, 1), None)
     settings = Settings(120, 20e-9, 0.1, 1.0, False, 8e9)
-    coarse = Run(build_problem(line, oil, surfaces, (steel, steel), settings))
+    coarse = TransientRun(build_problem(line, oil, surfaces, (steel, steel), settings))
     coarse.advance(round(6.0 * coarse.problem.units.steps_per_half_width))
     finer = replace(settings, nodes=240, start_travel=coarse.travel)
-    fine = Run(build_problem(line, oil, surfaces, (steel, steel), finer))
+    fine = TransientRun(build_problem(line, oil, surfaces, (steel, steel), finer))
     fine.start_from(coarse)
     assert fine.travel == pytest.approx(coarse.travel, abs=fine.problem.model.surfaces.spacing)
     means = []

@@ -18,8 +18,8 @@ from ehl.rough import RoughSurfaces, accuracy, solve_transient
 from ehl.rough._kernels.march import COLUMNS, FILM_MEAN, FILM_MIN
 from ehl.rough.accuracy import BATCH, BUDGET, WORK, RunPlan, make_run_plan, mesh_levels, with_overrides
 from ehl.rough.averaging import film_jumped
-from ehl.rough.multilevel import BUDGETS, Levels
-from ehl.rough.run import Run
+from ehl.rough.multilevel import BUDGETS, MeshLevels
+from ehl.rough.run import TransientRun
 from ehl.rough.scaling import Settings, build_problem
 from ehl.surface.roughness import RoughProfile, generate_profile
 
@@ -95,9 +95,9 @@ def test_macroscopic_averages_have_no_holes_on_the_finer_mesh() -> None:
     steel = Material.load("steel")
     for nodes in (97, 98):  # ends of both meshes apart
         settings = Settings(nodes, 20e-9, 0.1, 1.0, False, 8e9)
-        coarse = Run(build_problem(line, oil, rough, (steel, steel), settings))
+        coarse = TransientRun(build_problem(line, oil, rough, (steel, steel), settings))
         coarse.advance(8)
-        fine = Run(build_problem(line, oil, rough, (steel, steel), replace(settings, nodes=2 * nodes)))
+        fine = TransientRun(build_problem(line, oil, rough, (steel, steel), replace(settings, nodes=2 * nodes)))
         fine.start_from(coarse)
         model = fine.problem.model
         exchanging = slice(model.side_flow.first, model.contact.outlet)
@@ -190,14 +190,14 @@ def test_film_at_high_pressure_does_not_collapse_on_a_coarse_mesh() -> None:
 
 def test_a_contact_that_cannot_settle_ends_at_its_budget(monkeypatch: pytest.MonkeyPatch) -> None:
     """With 1.6e6 node-iterations the answer has a wide interval, and no more than twice that is spent."""
-    found: list[Levels] = []
-    rolled = Levels.roll
+    found: list[MeshLevels] = []
+    rolled = MeshLevels.roll
 
-    def roll(self: Levels) -> None:
+    def roll(self: MeshLevels) -> None:
         rolled(self)
         found.append(self)
 
-    monkeypatch.setattr(Levels, "roll", roll)
+    monkeypatch.setattr(MeshLevels, "roll", roll)
     monkeypatch.setitem(WORK, "fast", 1.6e6)
     rough = Contact(
         oil="75w90", temperature=353.15, pressure_hertz=1e9, radius_equivalent=15e-3, speed_entrainment=1.0,
@@ -235,14 +235,14 @@ def test_a_contact_beyond_its_bound_is_shortened_and_its_interval_holds_the_long
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Half of the travel and of the work, and both means inside both errors."""
-    found: list[Levels] = []
-    rolled = Levels.roll
+    found: list[MeshLevels] = []
+    rolled = MeshLevels.roll
 
-    def roll(self: Levels) -> None:
+    def roll(self: MeshLevels) -> None:
         rolled(self)
         found.append(self)
 
-    monkeypatch.setattr(Levels, "roll", roll)
+    monkeypatch.setattr(MeshLevels, "roll", roll)
     monkeypatch.setitem(WORK, "fast", 1e6)
     monkeypatch.setattr(accuracy, "BOUND", 1e6)
     longer = bounded().solve()
@@ -266,14 +266,14 @@ def test_the_dearest_contacts_of_the_gear_range_stay_near_their_bound(monkeypatc
 
     On the coarsest mesh mu is 0.0698 from 12 to 32 b of travel.
     """
-    found: list[Levels] = []
-    rolled = Levels.roll
+    found: list[MeshLevels] = []
+    rolled = MeshLevels.roll
 
-    def roll(self: Levels) -> None:
+    def roll(self: MeshLevels) -> None:
         rolled(self)
         found.append(self)
 
-    monkeypatch.setattr(Levels, "roll", roll)
+    monkeypatch.setattr(MeshLevels, "roll", roll)
     dear = Contact(
         oil="75w90", temperature=399.607, pressure_hertz=1.19501e9, radius_equivalent=26.942e-3,
         speed_entrainment=0.118761, slide_to_roll=0.13462, speed_sliding_lengthwise=0.209,
@@ -321,12 +321,12 @@ def test_a_valley_wider_than_the_contact_is_no_film_that_jumped() -> None:
 
 def test_smallest_film_is_no_thinner_than_the_boundary_film(monkeypatch: pytest.MonkeyPatch) -> None:
     """A long mean and corrections of shorter windows may add up to less."""
-    mean = Levels.mean
+    mean = MeshLevels.mean
 
-    def low(self: Levels, column: int, *, film: bool = False) -> float:
+    def low(self: MeshLevels, column: int, *, film: bool = False) -> float:
         return 0.9 * mean(self, column, film=film) if column == FILM_MIN else mean(self, column, film=film)
 
-    monkeypatch.setattr(Levels, "mean", low)
+    monkeypatch.setattr(MeshLevels, "mean", low)
     run = bounded(roughness_rms=0.6e-6, correlation_length=100e-6).solve().transient
     assert run is not None
     assert run.film_min == run.boundary_film

@@ -24,7 +24,7 @@ from ehl.fluid._kernels import march_stress, stress_after
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.rough.solve import solve_transient
-from ehl.smooth import solve_steady
+from ehl.smooth.solver import solve_steady
 
 Array = NDArray[np.float64]
 

@@ -25,7 +25,7 @@ from ehl.rough.mixed import (
     TOLERANCE,
     rolling_heat_of,
 )
-from ehl.rough.run import Run
+from ehl.rough.run import TransientRun
 from ehl.rough.scaling import Settings, build_problem
 from ehl.smooth.thermal import SmoothFilm, solve_smooth
 from ehl.solve import NO_INLET_HEAT
@@ -85,7 +85,7 @@ def test_heat_into_the_surfaces_is_the_friction_power_and_that_of_the_flow() -> 
     x = np.linspace(-3.0, 1.0, 41) * contact.half_width
     flux = 2e6 * np.exp(-((x / contact.half_width + 1.0) ** 2) / 0.1)
     settings = Settings(200, 20e-9, 0.1, math.inf, True, 8e9, rolling_heat=(x, flux))
-    run = Run(build_problem(contact, oil, RoughSurfaces(), (STEEL, STEEL), settings))
+    run = TransientRun(build_problem(contact, oil, RoughSurfaces(), (STEEL, STEEL), settings))
     units, model = run.problem.units, run.problem.model
     record = run.advance(round(3.0 * units.steps_per_half_width))[0][-1]
     sliding = record[MU_FLUID] - model.contact.wedge_shear / model.contact.full_load

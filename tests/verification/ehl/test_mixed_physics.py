@@ -17,7 +17,7 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.rough import solve_transient
 from ehl.rough._kernels.march import MACRO_LOAD, SHARE
-from ehl.smooth import solve_steady
+from ehl.smooth.solver import solve_steady
 from ehl.smooth.thermal import solve_smooth
 
 RMS = 0.4e-6

@@ -9,7 +9,7 @@ from twins.rough_scenes import Scene, eyring_oil, gaussian_pair, line, speed_of_
 from ehl.rough import RoughSurfaces
 from ehl.rough._kernels.march import FILM_MEAN
 from ehl.rough.averaging import Window
-from ehl.smooth import solve_steady
+from ehl.smooth.solver import solve_steady
 
 RMS = 0.4e-6
 STARTUP = 3.4

@@ -18,9 +18,9 @@ from ehl.rough._kernels.fluid import balanced_shear_row, fluidity_rows, isotherm
 from ehl.rough._kernels.march import MU_FLUID, STAGE
 from ehl.rough._kernels.records import FluidityRows, HeatRows
 from ehl.rough.accuracy import mesh_length
-from ehl.rough.run import Run
+from ehl.rough.run import TransientRun
 from ehl.rough.scaling import Settings, Units, build_problem, scaled_fluid
-from ehl.smooth import solve_steady
+from ehl.smooth.solver import solve_steady
 
 STEEL = Material.load("steel")
 CONTACT = LineContact.from_pressure(
@@ -50,10 +50,10 @@ OILS = {
 }
 
 
-def settled(contact: LineContact, oil: Lubricant, per_half_width: float, **changes: object) -> Run:
+def settled(contact: LineContact, oil: Lubricant, per_half_width: float, **changes: object) -> TransientRun:
     nodes = round(per_half_width * mesh_length(contact, contact.film_moes(oil)))
     settings = replace(Settings(nodes, 20e-9, 0.1, math.inf, False, 8e9), **changes)  # type: ignore[arg-type]
-    run = Run(build_problem(contact, oil, RoughSurfaces(), (STEEL, STEEL), settings))
+    run = TransientRun(build_problem(contact, oil, RoughSurfaces(), (STEEL, STEEL), settings))
     run.advance(round(4.5 * run.problem.units.steps_per_half_width))
     return run
 

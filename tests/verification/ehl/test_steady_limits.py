@@ -13,9 +13,9 @@ from scipy.optimize import brentq
 from ehl.fluid.density import INCOMPRESSIBLE
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
-from ehl.smooth import solve_steady
 from ehl.smooth._kernels import log_kernel
 from ehl.smooth.mesh import Features, grade
+from ehl.smooth.solver import solve_steady
 
 MODULUS = 2.264e11
 

@@ -8,15 +8,13 @@ from scipy.stats import qmc
 
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
-from ehl.smooth import solve_steady
 from ehl.smooth.continuation import PathReport, cold_path, features_of_level, transfer
-from ehl.smooth.estimate import extrapolate
 from ehl.smooth.mesh import grade
-from ehl.smooth.newton import Grid, solve_level
+from ehl.smooth.newton import NodeGrid, solve_level
 from ehl.smooth.outputs import numbers_of
-from ehl.smooth.refine import settled
+from ehl.smooth.refine import extrapolate, settled
 from ehl.smooth.scaling import scaled_contact
-from ehl.smooth.solver import film_shear
+from ehl.smooth.solver import film_shear, solve_steady
 
 OUTPUTS = ("film_central", "film_min", "friction_fluid")
 ERRORS = ("film_central_error", "film_min_error", "friction_error")
@@ -45,7 +43,7 @@ def raw_values(contact, lubricant, counts):
     grading = grade(features_of_level(level))
     values = []
     for count in counts:
-        grid = Grid.of(grading, grading.points(2 * count - 1))
+        grid = NodeGrid.of(grading, grading.points(2 * count - 1))
         level = solve_level(grid, scaled, transfer(level, grid))
         values.append(numbers_of(level, film_shear(contact, lubricant)).as_array()[:4])
     return np.array(values)

@@ -14,7 +14,7 @@ import pytest
 
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
-from ehl.smooth import solve_steady
+from ehl.smooth.solver import solve_steady
 
 
 def constant_kernel(x):

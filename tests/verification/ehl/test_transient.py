@@ -17,9 +17,9 @@ from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough._kernels.march import MU_FLUID, SHARE, STAGE
 from ehl.rough._kernels.newton import UNCONVERGED
 from ehl.rough.exponential_sums import kernel_constant, log_coefficients, range_of
-from ehl.rough.run import Run
+from ehl.rough.run import TransientRun
 from ehl.rough.scaling import Settings, build_problem
-from ehl.smooth import solve_steady
+from ehl.smooth.solver import solve_steady
 from ehl.surface.roughness import RoughProfile, generate_profile
 
 HALF_WIDTH = 4.0 * 0.015 * 1e9 / 228e9
@@ -61,12 +61,12 @@ def make_run(
     peklenik_number: float = math.inf,
     hardness: float = 1e13,
     thermal: bool = False,
-) -> Run:
+) -> TransientRun:
     settings = Settings(nodes, boundary_film, 0.1, peklenik_number, thermal, hardness)
-    return Run(build_problem(line, lubricant, surfaces, (STEEL, STEEL), settings))
+    return TransientRun(build_problem(line, lubricant, surfaces, (STEEL, STEEL), settings))
 
 
-def roll(run: Run, travel: float) -> np.ndarray:
+def roll(run: TransientRun, travel: float) -> np.ndarray:
     return run.advance(round(travel * run.problem.units.steps_per_half_width))[0]
 
 

@@ -21,7 +21,7 @@ from ehl.rough import RoughSurfaces, solve_transient
 from ehl.rough._kernels.march import HEAT_RATE, MU_FLUID, SHARE
 from ehl.rough._kernels.newton import assemble
 from ehl.rough._kernels.records import Fluid
-from ehl.rough.run import Run
+from ehl.rough.run import TransientRun
 from ehl.rough.scaling import Settings, build_problem
 from ehl.surface.roughness import generate_profile
 
@@ -44,10 +44,10 @@ OIL = Lubricant(0.0106, 12e-9, rheology="eyring", eyring_stress=5e6, temperature
 
 def thermal_run(
     slide_to_roll: float, nodes: int = 240, surfaces: RoughSurfaces | None = None, travel: float = 10.0
-) -> tuple[Run, np.ndarray]:
+) -> tuple[TransientRun, np.ndarray]:
     settings = Settings(nodes, 20e-9, 0.1, math.inf, True, 8e9)
     rough = surfaces if surfaces is not None else RoughSurfaces()
-    run = Run(build_problem(contact(slide_to_roll=slide_to_roll), OIL, rough, (STEEL, STEEL), settings))
+    run = TransientRun(build_problem(contact(slide_to_roll=slide_to_roll), OIL, rough, (STEEL, STEEL), settings))
     records = run.advance(round(travel * run.problem.units.steps_per_half_width))[0]
     return run, records
 
@@ -57,7 +57,7 @@ def test_preheating_by_an_even_flux_warms_like_a_half_space(slide_to_roll: float
     """Behind the inlet the exposure of a point is its way over its speed: 2 q sqrt(t/pi)/effusivity."""
     line = contact(slide_to_roll=slide_to_roll)
     settings = Settings(400, 20e-9, 0.1, math.inf, True, 8e9)
-    run = Run(build_problem(line, OIL, RoughSurfaces(), (STEEL, STEEL), settings))
+    run = TransientRun(build_problem(line, OIL, RoughSurfaces(), (STEEL, STEEL), settings))
     x = run.problem.x
     run.preheat(12.0, np.full((2, x.size), 1e9))
     inside = (x > -1.5) & (x < 1.0)
@@ -173,7 +173,7 @@ def flow_factor_of_slices(gaps: np.ndarray, length: float, typical: float) -> fl
     """The same from the solver's own assembly on one-dimensional slices that exchange with a linear mean pressure."""
     n = gaps.size
     settings = Settings(max(n, 64), 20e-9, 0.1, math.inf, False, 8e9)
-    run = Run(build_problem(contact(), OIL, RoughSurfaces(), (STEEL, STEEL), settings))
+    run = TransientRun(build_problem(contact(), OIL, RoughSurfaces(), (STEEL, STEEL), settings))
     n = min(n, run.problem.x.size)
     constant = replace(OIL, viscosity_law="barus", pressure_viscosity=0.0, compression=INCOMPRESSIBLE)
     table = law_table(constant, 1e9, False)

@@ -17,7 +17,7 @@ from ehl.rough import RoughSurfaces
 from ehl.rough._kernels.march import FILM_MEAN, FLASH_MAX, MU_FLUID, TEMPERATURE_MAX
 from ehl.rough.accuracy import mesh_length
 from ehl.rough.mixed import SmoothFriction, solve_mixed
-from ehl.rough.run import Run
+from ehl.rough.run import TransientRun
 from ehl.rough.scaling import Settings, build_problem, rough_length
 from ehl.smooth.thermal import solve_smooth
 
@@ -30,13 +30,13 @@ def scene_of(ratio: float, peklenik_number: float = math.inf) -> Scene:
     return Scene(contact, OIL, gaussian_pair(contact, RMS, 0.2), 30e-9, peklenik_number)
 
 
-def run_of(scene: Scene, per_half_width: float, **changes: object) -> Run:
+def run_of(scene: Scene, per_half_width: float, **changes: object) -> TransientRun:
     nodes = round(per_half_width * mesh_length(scene.contact, scene.contact.film_moes(scene.lubricant)))
     settings = replace(Settings(nodes, scene.boundary_film, 0.1, scene.peklenik_number, scene.thermal, 8e9), **changes)  # type: ignore[arg-type]
-    return Run(build_problem(scene.contact, scene.lubricant, scene.surfaces, (STEEL, STEEL), settings))
+    return TransientRun(build_problem(scene.contact, scene.lubricant, scene.surfaces, (STEEL, STEEL), settings))
 
 
-def rolled(run: Run, start: float, window: float) -> np.ndarray:
+def rolled(run: TransientRun, start: float, window: float) -> np.ndarray:
     per_width = run.problem.units.steps_per_half_width
     run.advance(round(start * per_width))
     return run.advance(round(window * per_width))[0]
