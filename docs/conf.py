@@ -13,6 +13,7 @@ import ehl
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
+import_module("make_constants").write()
 project, author, version = "mixed-ehl", "the mixed-ehl developers", ehl.__version__
 release = version
 language = "en"

@@ -24,8 +24,9 @@ from ehl.line_contact import LineContact
 
 Array = NDArray[np.float64]
 
-SHARE_NEGLECTED = 0.005  # of mu, estimated: below it the elastic part is left out
-SHARE_FULL = 0.01  # from here on it counts in full: no step in mu between
+# tuned: estimated share of mu below which the elastic part is left out, and from which on it counts in full; may be
+# changed by whoever runs tests/verification/ehl/test_elastic_shear.py
+SHARE_NEGLECTED, SHARE_FULL = 0.005, 0.01
 SUBDIVISION = 4  # of the mesh: the march is of first order
 
 

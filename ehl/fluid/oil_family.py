@@ -51,8 +51,8 @@ class OilFamily:
     oils: tuple[str, ...]
 
 
-# nu100 over nu40 (ours): mineral through fva2 and minr, pao through pao100 and paor, the others through one oil each
-# and the exponent usual for them; densities: typical of the cards
+# tuned: nu100 over nu40 (ours): mineral through fva2 and minr, pao through pao100 and paor, the others through one
+# oil each and the exponent usual for them; densities: typical of the cards
 OIL_FAMILIES = {
     "mineral": OilFamily(
         (402.1e6, 6.120e6, 0.5834, -5.261e-4), (9.20, 0.159), 0.11, (0.616, 0.623), 880.0,

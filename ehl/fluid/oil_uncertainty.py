@@ -15,7 +15,7 @@ Factor = Annotated[float, ValueRange("", gt=0.0, le=100.0)]
 
 VARIABLES = ("pressure_viscosity", "viscosity", "eyring_stress", "limiting_shear", "thermal_conductivity")
 
-# of ln(eta/eta0) of FVA 400 oils about Gold's formula in its own sense, the secant at 0.2 GPa (computed by us)
+# tuned: of ln(eta/eta0) of FVA 400 oils about Gold's formula in its own sense, the secant at 0.2 GPa (computed by us)
 GOLD_DEVIATION = {"mineral": 0.07, "hydrocracked": 0.08, "pao": 0.17, "polyglycol": 0.17, "ester": 0.12}
 MEMORY_DEVIATION = 0.15
 

@@ -47,12 +47,12 @@ GOLD_COEFFICIENTS: dict[str, tuple[float, float]] = {
 }
 
 
-# one standard deviation of ln(eta/eta0) under pressure, where a card does not say it (ours). Roelands through a true
-# slope or secant bends alike for all oils, and they do not: -19 to +13 % at 0.8 GPa over seven oils
+# tuned: one standard deviation of ln(eta/eta0) under pressure, where a card does not say it (ours). Roelands through
+# a true slope or secant bends alike for all oils, and they do not: -19 to +13 % at 0.8 GPa over seven oils
 ROELANDS_DEVIATION = 0.12
-# of two published sets of the modulus law for one oil, FVA 3: 6 to 9 % at 0.8 GPa
+# tuned: of two published sets of the modulus law for one oil, FVA 3: 6 to 9 % at 0.8 GPa
 MODULUS_DEVIATION = 0.08
-# fits of viscometers up to 1 GPa by free volume or glass transition
+# tuned: fits of viscometers up to 1 GPa by free volume or glass transition
 MEASURED_DEVIATION = 0.05
 
 

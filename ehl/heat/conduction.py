@@ -23,7 +23,8 @@ Matrices = tuple[FloatArray, FloatArray]
 # a body at rest has no steady field of its own: about 10 half-widths down, as deep as the field of a body at this
 # Peclet number reaches, the bulk temperature is taken to hold
 PECLET_FLOOR = 0.1
-# how sharply that sets in: the highest temperature is 2.5 % lower at the floor, 0.02 % at twice it, 2e-7 at 0.5
+# tuned: how sharply that sets in, the highest temperature is 2.5 % lower at the floor, 0.02 % at twice it, 2e-7 at
+# 0.5
 FLOOR_POWER = 8
 _DEGREE = 7  # of the polynomials of the Bessel functions
 NO_SHARE = 1e-10  # of the field of a reversed motion: less is not computed

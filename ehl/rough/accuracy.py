@@ -35,16 +35,20 @@ LONG_WINDOWS = 8.0  # times as long at most for roughness longer than the contac
 FINE_LENGTH, MIN_SHARE = 0.1, 1.0 / 3.0
 EXCHANGE_WINDOW = 0.1  # travel per update of the macroscopic pressure [b]
 BLOCK = 4.0  # travel between two looks at the interval [b]
-LOOSE_STEP_TOLERANCE = 1e-3  # it changes mu by 1e-4 or less and takes 10 to 35 % off the work
+# tuned: changes mu by 1e-4 or less and saves 10 to 35 % of the work; may be changed by whoever runs
+# validation/mixed_engine.py
+LOOSE_STEP_TOLERANCE = 1e-3
 
-# node distance over the width of the inlet sweep (`inlet_sweep`). The smooth film comes out thinner by half its square:
-# measured 0.45 to 0.6 of it over M 13 to 290, L 3 to 9
+# tuned: node distance over the width of the inlet sweep (`inlet_sweep`); the smooth film comes out thinner by half
+# its square, measured 0.45 to 0.6 of it over M 13 to 290, L 3 to 9; may be changed by whoever runs
+# validation/work_precision.py
 PER_SWEEP: dict[str, float] = {"fast": 0.35, "standard": 0.2, "reference": 0.1}
-# of the coarsest of several meshes; on one of 1.4 the film of a contact at 2.5 GPa collapsed, and with it mu
+# tuned: of the coarsest of several meshes; on one of 1.4 the film of a contact at 2.5 GPa collapsed, and with it mu
 PER_SWEEP_COARSEST = 0.8
 NEAR_BOUNDARY, FINER_THERE = 0.15, 1.5  # film ratio below which the mesh is finer still, and by how much
-# where films are thin the edges of the contact spots set the mesh, however long the waves: nodes per b of "standard",
-# 64 lambda^-0.8 and 340 at most, and the other levels over it. Measured: 1.5 % of mu, second order in the distance
+# tuned: where films are thin the edges of the contact spots set the mesh, however long the waves: nodes per b of
+# "standard", 64 lambda^-0.8 and 340 at most; measured 1.5 % of mu, second order in the distance; may be changed by
+# whoever runs validation/work_precision.py
 SPOT_NODES, SPOT_POWER, SPOT_NODES_MAX = 64.0, 0.8, 340.0
 SPOT_RATIO = 0.4  # film ratio below which there are spots
 PER_SPOT: dict[str, float] = {"fast": 0.4, "standard": 1.0, "reference": 2.0}

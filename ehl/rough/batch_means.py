@@ -12,7 +12,9 @@ Array = NDArray[np.float64]
 
 MIN_BATCHES = 5  # batches below which no interval is given
 ONE_DRAW = 1.645  # half width of the 90 % interval of a normal variable over its standard deviation
-MAX_CORRELATION = 0.8  # correlation of neighbours that the correction still trusts
+# tuned: largest correlation of neighbours that the correction takes, coverage 88 to 90 % of 90 % intervals; may be
+# changed by whoever runs docs/validation_mixed.md
+MAX_CORRELATION = 0.8
 
 
 def batch_means(series: Array, batch: int, confidence: float = 0.90) -> tuple[float, float]:

@@ -26,7 +26,9 @@ from ehl.rough.dry import DryContactResult, solve_dry, uniform_grid
 from ehl.rough.mixed import TOLERANCE, rough_surfaces
 from ehl.rough.surfaces import sample_ring
 
-# share off the asperities where h is 0.04 h_boundary, its growth with the Peklenik number, power of film and pressure
+# tuned: share of the load off the asperities where h is 0.04 h_boundary, its growth with the Peklenik number, power
+# of film and pressure, over solved contacts (docs/validation_mixed.md); may be changed by whoever runs
+# validation/mixed_shortcuts.py
 DEFICIT_DRAINED, DEFICIT_SEALED, DEFICIT_GROWTH, DEFICIT_POWER = 0.01, 0.12, 0.85, 1.5
 FILM_SHARE, STIFFENING = 0.04, 15.0
 NODES_PER_LENGTH, NODES_PER_WAVE = 12.0, 2.2

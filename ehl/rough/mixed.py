@@ -24,23 +24,30 @@ from ehl.surface.roughness import CUTOFF_PER_CORRELATION_LENGTH, RoughProfile, g
 
 FloatArray = NDArray[np.float64]
 
-SELF_AFFINE_CUTOFF = (
-    1.0 / 3.0
-)  # shortest wave of a self-affine profile over lc: finer ones add 3 to 22 % (docs/roughness.md)
+# tuned: shortest wave of a self-affine profile over lc, finer ones add 3 to 22 % to mu; may be changed by whoever
+# runs validation/mixed_shortcuts.py
+SELF_AFFINE_CUTOFF = 1.0 / 3.0
 PROFILE_LENGTH = 32.0  # of a generated profile [b]
 MIN_CORRELATION_LENGTHS = 60  # correlation lengths a generated profile holds at least
-# relative change of mu by roughness at a film ratio of 2.8, and how fast it falls with the film ratio: the largest of
-# our runs (three seeds, sealed and drained: 3.1 % at 2.8, 1.2 % at 4.0, 0.3 % at 5.9 and 8.9)
+# tuned: relative change of mu by roughness at a film ratio of 2.8, and its fall with the film ratio: the largest of
+# our runs (three seeds, sealed and drained: 3.1 % at 2.8, 1.2 % at 4.0, 0.3 % at 5.9 and 8.9); may be changed by
+# whoever runs tests/verification/ehl/test_continuous_friction.py
 ROUGHNESS_EFFECT, ROUGHNESS_RATIO, ROUGHNESS_POWER = 0.031, 2.8, 1.8
-# films of a shear stress far below tau0 stay viscous, and ripples of the pressure raise mu as exp(alpha p): 3 to 20 %
-# where 2.4 % hold at tau0, in seven scenes down to 0.02 tau0; the inverse of the stress bounds them all
+# tuned: films of a shear stress far below tau0 stay viscous, and ripples of the pressure raise mu as exp(alpha p): 3
+# to 20 % where 2.4 % hold at tau0, in seven scenes down to 0.02 tau0, which the inverse of the stress bounds; may be
+# changed by whoever runs tests/verification/ehl/test_continuous_friction.py
 MIN_STRESS_RATIO = 0.02
-REGULAR_WAVES = 1.15  # in Rq: at a film ratio of 3.9 ridges and waves change mu by 1.9 %, random profiles by 1.7
+# tuned: factor on Rq, at a film ratio of 3.9 ridges and waves change mu by 1.9 %, random profiles by 1.7; may be
+# changed by whoever runs tests/verification/ehl/test_continuous_friction.py
+REGULAR_WAVES = 1.15
 GAUSSIAN_HEIGHT = 6.0  # highest peak over deepest valley of a Gaussian profile of some sixty correlation lengths [Rq]
 ROLLING_EFFECT = 0.0075  # change of ln(viscosity) in the inlet: half a per cent of the film
-MAX_EFFECT_WITHOUT_CONTACT = 0.15  # change of mu by roughness that does not touch (docs/validation_mixed.md)
+# tuned: largest change of mu by roughness that does not touch (docs/validation_mixed.md); may be changed by whoever
+# runs validation/mixed_shortcuts.py
+MAX_EFFECT_WITHOUT_CONTACT = 0.15
 SHEAR_STRENGTH = 1e9  # about the shear modulus of a glassy oil: a larger stress is an error of the shear law [Pa]
-# error of mu by a subgrid film over its change with twice the cut-off: 0.05 to 2.4 in contacts solved with all waves
+# tuned: error of mu by a subgrid film over its change with twice the cut-off, 0.05 to 2.4 in contacts solved with all
+# waves; may be changed by whoever runs validation/mixed_shortcuts.py
 OVER_CHANGE = 2.5
 # times the tolerance asked for: with a larger error of mesh and subgrid film a rough result is not converged
 ERROR_ALLOWED = 4.0

@@ -28,7 +28,9 @@ SHARE_WITHOUT_HOPE = 0.75  # of the budget that is spent on it all the same
 SMALL_PART = 0.05  # of the squared error: what adds less is not worth rolling on
 # error of mu by the mesh above which a mesh that the budget left out is added, and the budgets that may cost
 MESH_ERROR_ALLOWED, BUDGETS = 0.1, 2.0
-FINER_STEP = 0.85  # iterations of a step over those on twice the spacing
+# tuned: iterations of a step over those on twice the spacing; may be changed by whoever runs
+# validation/work_precision.py
+FINER_STEP = 0.85
 
 
 def in_common(finer: Window, coarser: Window) -> list[int]:

@@ -25,7 +25,9 @@ from ehl.surface.roughness import RoughProfile, SelfAffine, generate_profile
 STYLUS_CUTOFF = 2.5e-6  # shortest wavelength that counts in Rq [m]
 CUTOFF_NODES = 8.0  # nodes per shortest wavelength that is kept
 BUDGET_SHARE = 0.6  # of the nodes of the accuracy: its window is long enough, its bounds are coarse anyway
-GAP_LOG, GAP_PRESSURE = 0.4, 0.5  # mean gap over sigma_sub = 0.4 ln(0.5 E* slope/p)
+# tuned: mean gap over sigma_sub = 0.4 ln(0.5 E* slope/p), runs that resolve the roughness; may be changed by whoever
+# runs validation/mixed_shortcuts.py
+GAP_LOG, GAP_PRESSURE = 0.4, 0.5
 MIN_GAP, MAX_GAP = 0.1, 2.5
 
 

@@ -39,16 +39,13 @@ class GridLimit:
         return self.errors / np.maximum(np.abs(self.values), 1e-300)
 
 
-# An error of order h^3 left in the extrapolated value is 1/7 of its last change: the factor 2 on it, and the share of
-# the last raw change that guards against accidental zeros, were chosen on one Sobol set of contacts and checked on
-# others (validation/smooth_accuracy.py). The share falls with the sixth power of the mesh size from its value on the
-# grids 49, 97, 193.
-CHANGE_SHARE = 2.0 / 7.0
-RAW_SHARE = 0.03
-RAW_INTERVALS = 48
-RAW_BOUNDS = (0.002, 0.1)
-# With heat the order is less regular, and a change that is zero by accident says less: chosen on 128 contacts of the
-# gear range and 128 of a far wider one.
+# tuned: an error of order h^3 left in the extrapolated value is 1/7 of its last change: the factor 2 on it, and the
+# share of the last raw change that guards against accidental zeros, were chosen on one Sobol set of contacts and
+# checked on others (validation/smooth_accuracy.py). The share falls with the sixth power of the mesh size from its
+# value on the grids 49, 97, 193.
+CHANGE_SHARE, RAW_SHARE, RAW_INTERVALS, RAW_BOUNDS = 2.0 / 7.0, 0.03, 48, (0.002, 0.1)
+# tuned: with heat the order is less regular, and a change that is zero by accident says less: chosen on 128 contacts
+# of the gear range and 128 of a far wider one.
 HOT_CHANGE_SHARE, HOT_RAW_SHARE = 0.8, 0.2
 FLOOR = 5e-7  # what ending the mesh in an open parabolic inlet leaves (measured against four times the length)
 

@@ -16,7 +16,9 @@ from ehl.smooth._kernels import Groups, monotone_cubic
 
 Array = NDArray[np.float64]
 
-ROUNDING = 3e-3  # shear thinning that rounds a spike: share of the flow at the edge of the Hertz pressure
+# tuned: shear thinning that rounds a spike, share of the flow at the edge of the Hertz pressure; may be changed by
+# whoever runs validation/smooth_campaign.py
+ROUNDING = 3e-3
 
 
 @dataclass(frozen=True)

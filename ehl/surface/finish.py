@@ -27,7 +27,8 @@ State = Literal["new", "run_in"]
 STATES: tuple[State, ...] = ("new", "run_in")
 HALF_RANGE = NormalDist().inv_cdf(0.95)  # standard deviations from the middle to an end of a range
 
-# where no finish is named: lc over the Rq of one surface, and factors of a range about a figure (ours)
+# tuned: where no finish is named, lc over the Rq of one surface (docs/roughness.md); may be changed by whoever runs
+# tests/unit/ehl/test_finish.py
 LENGTH_PER_RMS = 100.0
 SHORTEST_LENGTH, LONGEST_LENGTH = 20e-6, 200e-6
 UNNAMED = {"roughness_rms": 1.2, "correlation_length": 2.5, "peklenik_number": 3.0}

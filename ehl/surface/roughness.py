@@ -18,7 +18,9 @@ FloatArray = NDArray[np.float64]
 # exp(-(k lc)^2/4), the spectrum of the ACF exp(-(x/lc)^2), has fallen to 5 % of its peak at k = 3.5/lc
 CUTOFF_PER_CORRELATION_LENGTH = 2.0 * math.pi / 3.5
 MIN_BOUNDARY_FILM, MAX_BOUNDARY_FILM = 5e-9, 300e-9  # boundary films of the default rule [m]
-TIP_LENGTH = 2.1e-9  # tips of unknown waves stand out by sqrt(this times Rq): fitted to runs with self-affine profiles
+# tuned: tips of unknown waves stand out by sqrt(this times Rq), runs with self-affine profiles; may be changed by
+# whoever runs validation/mixed_shortcuts.py
+TIP_LENGTH = 2.1e-9
 EP_FILM = 30e-9  # film of the additives of gear oils (data/additives/EP.toml) [m]
 
 

@@ -24,8 +24,9 @@ from ehl.rough.averaging import Window, film_jumped, realisation_error
 from ehl.rough.batch_means import batch_means, neighbour_correlation, paired_error
 from ehl.rough.mixed import film_stress_ratio, roughness_effect
 from ehl.rough.multilevel import MeshLevels
-from ehl.smooth import estimate, hot_film, solve_steady, thermal
+from ehl.smooth import hot_film, refine, thermal
 from ehl.smooth.refine import extrapolate
+from ehl.smooth.solver import solve_steady
 
 # --- smooth contact: nested grids
 
@@ -72,7 +73,7 @@ def test_reported_errors_are_those_of_the_grids(monkeypatch: pytest.MonkeyPatch)
     """The result hands on the relative errors of film, smallest film, friction and pressure, each with its own."""
     seen: list[Any] = []
 
-    def keep(levels: list[np.ndarray], coarsest: int, *, hot: bool) -> estimate.Extrapolation:
+    def keep(levels: list[np.ndarray], coarsest: int, *, hot: bool) -> refine.GridLimit:
         assert not hot
         seen.append(extrapolate(levels, coarsest))
         return seen[-1]

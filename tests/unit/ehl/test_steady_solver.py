@@ -11,9 +11,10 @@ import pytest
 from ehl.common.errors import InputError
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
+from ehl.smooth import continuation, scaling
 from ehl.smooth.newton import solve_level
 from ehl.smooth.outputs import numbers_of
-from ehl.smooth.solver import FALLBACKS, REASONS, continuation, film_shear, scaling, solve_steady
+from ehl.smooth.solver import FALLBACKS, REASONS, film_shear, solve_steady
 
 OIL = Lubricant(0.02, 1.8e-8, "roelands", rheology="eyring", eyring_stress=5e6)
 

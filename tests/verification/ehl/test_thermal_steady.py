@@ -16,9 +16,10 @@ from ehl.fluid.oil import Oil
 from ehl.heat.estimate import murch_wilson_1975, thermal_loading
 from ehl.line_contact import LineContact
 from ehl.material import Material
-from ehl.smooth import hot_film, refine, solve_steady
+from ehl.smooth import hot_film, refine
 from ehl.smooth import thermal as thermal_steady
 from ehl.smooth.newton import NewtonFailure
+from ehl.smooth.solver import solve_steady
 from ehl.smooth.thermal import solve_smooth
 
 STEEL = Material(

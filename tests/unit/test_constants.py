@@ -1,0 +1,16 @@
+"""The page of tuned constants is made from the comments of the source."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+
+MADE = Path(__file__).resolve().parents[2] / "docs" / "make_constants.py"
+
+
+def test_every_tuned_constant_says_what_it_was_fitted_to() -> None:
+    rows = [line.split(" | ") for line in runpy.run_path(str(MADE))["page"]().splitlines() if line.startswith("| `")]
+    assert sum(row[0].startswith("| `ehl/") for row in rows) > 20
+    for module, name, value, basis, _ in rows:
+        assert len(basis) > 10, (module, name)
+        assert value, (module, name)
