@@ -185,9 +185,6 @@ class ContactResult(Reportable):
             f"asperity_load_share={self.asperity_load_share:.3g}, pressure_max={self.pressure_max:.4g} Pa)"
         )
 
-    def _repr_html_(self) -> str:
-        return self.table().html()
-
     @property
     def outcome(self) -> str:
         """Status and reason in words; of an unsettled contact how closely its friction is known."""

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ehl.common.errors import InputError
+from ehl.common.pages import TableResult
 from ehl.common.table import Column, Table
 from ehl.compile.carried import write_carried
 from ehl.compile.compiler import PROCESS, ROUGH, SMOOTH, Kernel, compiled, missing_on_disk, stamped
@@ -34,7 +35,7 @@ _WORDS = {SMOOTH: "smooth contacts", ROUGH: "rough contacts", PROCESS: "Gaussian
 
 
 @dataclass(frozen=True)
-class Warmup:
+class Warmup(TableResult):
     """What is compiled now.
 
     Parameters

@@ -80,7 +80,7 @@ def warmup(
     if json_output:
         print_json(ready.to_dict())
         return
-    ready.table().print()
+    ready.show()
 
 
 def main() -> None:

@@ -365,7 +365,7 @@ def plan(
     words = f"{100.0 * coverage:g} % of the work lost by {', '.join(pair.name for pair in pairs)} over {duty.name}"
     text = ranges.plan_text(output.stem, oils, size=size, description=words, roughness=model)
     write_text(output, text)
-    ranges.table().print()
+    ranges.show()
     typer.echo(
         f"{output}: {regression.Plan.from_file(output).count} cases; for its cost: mixed-ehl sweep {output} --estimate"
     )

@@ -22,6 +22,7 @@ from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.lubrication import heat_share
 from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.pages import TableResult
 from ehl.common.quantities import quantity
 from ehl.common.table import Table
 from ehl.common.units import KELVIN, ValueRange
@@ -31,7 +32,7 @@ from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from ehl.material import Material
 
 if TYPE_CHECKING:
-    import pandas as pd
+    pass
 
 FloatArray = NDArray[np.float64]
 Solve = Callable[[Operation], EfficiencyResult]
@@ -90,7 +91,7 @@ class CoolingInput(InputModel):
 
 
 @dataclass(frozen=True, repr=False)
-class HeatBalance:
+class HeatBalance(TableResult):
     """Bulk temperatures at which the friction heat and the cooling of both members agree.
 
     Attributes
@@ -137,13 +138,6 @@ class HeatBalance:
             name="heat balance",
             vertical=True,
         )
-
-    def to_frame(self) -> pd.DataFrame:
-        """The same in SI units, one row for each member."""
-        return self.table().to_frame()
-
-    def _repr_html_(self) -> str:
-        return self.table().html()
 
 
 def wetted_heat_transfer(lubricant: Lubricant, speed: float) -> float:

@@ -22,6 +22,18 @@ if TYPE_CHECKING:
     from efficiency.loss.efficiency_result import EfficiencyResult
 
 
+_MAIN = (
+    "efficiency",
+    "efficiency_error",
+    "power_loss",
+    "friction_coefficient_mean",
+    "pressure_max",
+    "outside_range_share",
+    "status",
+    "reason",
+)
+
+
 def map_sections(grid: Grid, medium: Medium, units: Units = "metric") -> list[Section]:
     """Sections of a grid; over torque, speed and temperature the page shows one point in detail."""
     if not grid.results:
@@ -41,7 +53,7 @@ def map_sections(grid: Grid, medium: Medium, units: Units = "metric") -> list[Se
     lines = Picture(partial(plot_map, grid), "Mesh efficiency over the axes.", "efficiency")
     return [
         Section("", [Head(title, footer=SPIN), grid_notes(grid)]),
-        Section("Efficiency", [lines, map_table(grid)]),
+        Section("Efficiency", [lines, map_table(grid, _MAIN)]),
     ]
 
 

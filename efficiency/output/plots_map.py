@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ehl.common.figures import axes_or_new, new_figure
-from ehl.common.quantities import axis_label, quantity, to_display, typeset_units
+from ehl.common.quantities import axis_label, quantities, quantity, to_display, typeset_units
 from ehl.common.sections import Picture
 
 if TYPE_CHECKING:
@@ -61,10 +61,16 @@ def plot_lines(grid: Grid, ax: Axes | None = None) -> Axes:
     place = list(grid.axes).index(along)
     lines = np.moveaxis(100.0 * grid.values(), place, -1).reshape(-1, len(grid.axes[along]))
     others = [name for name in grid.axes if name != along]
+    known, places = quantities().get(along), grid.axes[along]
+    if along not in numeric:
+        places = tuple(map(str, places))
+    elif known is not None:
+        places = tuple(map(known.to_display, places))
     for line, values in zip(lines, product(*(grid.axes[name] for name in others)), strict=True):
         words = (f"{n} {v:.4g}" if isinstance(v, float) else str(v) for n, v in zip(others, values, strict=True))
-        axes.plot([str(v) if along not in numeric else v for v in grid.axes[along]], line, "o-", label=", ".join(words))
-    axes.set(xlabel=along, ylabel="mesh efficiency [%]")
+        axes.plot(places, line, "o-", label=", ".join(words))
+    axes.set(xlabel=along if known is None else known.axis_label, ylabel="mesh efficiency [%]")
+    axes.ticklabel_format(axis="y", useOffset=False)
     axes.grid(alpha=0.3)
     if others:
         axes.legend(frameon=False, fontsize=7)

@@ -250,9 +250,12 @@ def point_table(result: EfficiencyResult) -> Table:
     return Table.from_columns(columns, name="points")
 
 
-def map_table(grid: Grid) -> Table:
-    """All operating points of a map, one a row."""
-    return Table.from_records([point.row() for point in grid.points], name="map")
+def map_table(grid: Grid, names: Sequence[str] = ()) -> Table:
+    """All operating points of a map, one a row; of the results all values, or those of these names."""
+    rows = [point.row() for point in grid.points]
+    if names:
+        rows = [{name: row.get(name) for name in (*grid.axes, *names)} for row in rows]
+    return Table.from_records(rows, name="map")
 
 
 def efficiency_grids(grid: Grid) -> list[Table]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from html import escape
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.strength.root_stress import RootStress
+from ehl.common.pages import TableResult
 from ehl.common.table import Table
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class Grade:
 
 
 @dataclass(frozen=True)
-class Strength:
+class Strength(TableResult):
     """Strength of a pair at one operating point; SI units, nan where something is not known.
 
     Safety factors are after ISO 10300-2 and -3, from public sources, not a certified calculation. The stresses are
@@ -172,9 +172,6 @@ class Strength:
             for line in zip(member.roll, member.history, member.history_compression, strict=True)
         ]
         return Table(("member", "pinion_angle", "root_stress", "root_compression"), rows, name="root stress")
-
-    def _repr_html_(self) -> str:
-        return self.table().html() + "".join(f"<p>{escape(str(grade))}</p>" for grade in self.grades)
 
     def __repr__(self) -> str:
         roots = f"root {self.root_stress_pinion / 1e6:.4g} and {self.root_stress_gear / 1e6:.4g} MPa"

@@ -24,7 +24,7 @@ from efficiency.vehicle.axle_losses import SIGNED_TORQUE, AxleLosses
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file
 from ehl.common.numbers import finite_or_none
-from ehl.common.pages import Reportable
+from ehl.common.pages import TableResult
 from ehl.common.progress import ProgressCallback
 from ehl.common.quantities import quantity
 from ehl.common.sections import Head, Medium, Notes, Section
@@ -33,7 +33,7 @@ from ehl.common.units import ValueRange
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
-    import pandas
+    pass
 
 FloatArray = NDArray[np.float64]
 
@@ -66,7 +66,7 @@ class LossPoint:
     reason: str
 
 
-class LossTable(Reportable):
+class LossTable(TableResult):
     """A result that is one table with notes.
 
     Attributes
@@ -82,18 +82,10 @@ class LossTable(Reportable):
         """Each note once."""
         return tuple(dict.fromkeys(note for _, note in self.said))
 
-    def table(self) -> Table:
-        """The table."""
-        raise NotImplementedError
-
-    def sections(self, medium: Medium = "page", **options: Any) -> list[Section]:
+    def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
         """The table and its notes, one for each kind with the worst point."""
         notes = Notes(pair_notes(self.said), len({case for case, _ in self.said if case}))
         return [Section("", [Head(self.table().title), self.table(), notes])]
-
-    def to_frame(self) -> pandas.DataFrame:
-        """One row per point, SI units."""
-        return self.table().to_frame()
 
 
 @dataclass(frozen=True, repr=False)

@@ -21,6 +21,7 @@ from ehl.common.table import Cell, Table
 from ehl.common.version import __version__
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from xlsxwriter.format import Format
@@ -205,6 +206,27 @@ class Reportable:
         if name not in named:
             raise InputError("figure", name, "one of " + ", ".join(named) if named else "a result with figures")
         return figure_of(named[name].draw())
+
+
+class TableResult(Reportable):
+    """A result that is a table: a subclass gives `table`."""
+
+    def table(self) -> Table:
+        """The result as a table."""
+        raise NotImplementedError
+
+    def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
+        """The table."""
+        table = self.table()
+        return [Section("", [Head(table.title), table])]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Rows by the names of their columns, SI units, for JSON."""
+        return {"rows": self.table().records()}
+
+    def to_frame(self) -> pd.DataFrame:
+        """The table as a data frame, SI units."""
+        return self.table().to_frame()
 
 
 def inner_items(items: Sequence[Item]) -> Iterator[Item]:

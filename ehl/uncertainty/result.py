@@ -14,13 +14,12 @@ from numpy.typing import NDArray
 from ehl.common.errors import InputError
 from ehl.common.figures import BLUE, GREY, axes_or_new
 from ehl.common.numbers import finite_or_none
-from ehl.common.pages import Reportable
+from ehl.common.pages import TableResult
 from ehl.common.quantities import Quantity, quantities, typeset_unit
 from ehl.common.sections import Head, Medium, Picture, Section
 from ehl.common.table import Column, Table
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
@@ -153,7 +152,7 @@ class UncertaintySource:
 
 
 @dataclass(frozen=True, repr=False)
-class InputUncertainty(Reportable):
+class InputUncertainty(TableResult):
     """Interval of a figure by what is not known about the inputs; the error of the solver is not in it.
 
     Parameters
@@ -263,14 +262,7 @@ class InputUncertainty(Reportable):
         title = f"Input uncertainty: {head} {self.headline()} ({100.0 * self.level:.0f} % interval)."
         return Table(columns, rows, title=title, notes=self.notes, name="uncertainty")
 
-    def to_frame(self) -> pd.DataFrame:
-        """The same as a data frame, one row for each input, SI units."""
-        return self.table().to_frame()
-
-    def _repr_html_(self) -> str:
-        return self.table().html()
-
-    def sections(self, medium: Medium = "page") -> list[Section]:
+    def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
         """Bars of the change by each input alone, and its table."""
         bars = Picture(lambda: plot_sources(self), "Change by each input alone.", "uncertainty")
         return [Section("", [Head(f"Input uncertainty: {self.quantity.label}", self.headline()), bars, self.table()])]

@@ -137,7 +137,7 @@ def sweep_status(
     if json_output:
         print_json(status.to_dict())
         return
-    status.table().print()
+    status.show()
     if failed and status.failed:
         status.failed_table().print()
 

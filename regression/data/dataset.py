@@ -19,6 +19,8 @@ from ehl.common.data import data_names, named_file
 from ehl.common.duration import duration
 from ehl.common.errors import InputError
 from ehl.common.files import replacing
+from ehl.common.pages import TableResult
+from ehl.common.sections import Head, Medium, Section
 from ehl.common.table import Column, Table
 from ehl.common.table_reader import harmless
 from ehl.fluid.oil import Oil
@@ -368,7 +370,7 @@ class FailedCase:
 
 
 @dataclass(frozen=True)
-class RunStatus:
+class RunStatus(TableResult):
     """Progress of a run.
 
     Parameters
@@ -401,10 +403,6 @@ class RunStatus:
         """All of it, for JSON."""
         shards = [{**asdict(shard), "path": str(shard.path)} for shard in self.shards]
         return {**asdict(self), "shards": shards, "complete": self.complete}
-
-    def to_frame(self) -> pd.DataFrame:
-        """One row per result file: finished, converged and unsettled cases, failed ones by reason, CPU time [s]."""
-        return self.table().to_frame()
 
     def table(self) -> Table:
         """One row per result file."""
@@ -442,8 +440,10 @@ class RunStatus:
             title=f"{len(self.failed)} failed cases",
         )
 
-    def _repr_html_(self) -> str:
-        return self.table().html()
+    def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
+        """Result files, and the cases without a result."""
+        failed = [self.failed_table()] if self.failed and medium != "terminal" else []
+        return [Section("", [Head(self.table().title), self.table(), *failed])]
 
 
 _WHERE = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil")

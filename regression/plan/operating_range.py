@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ehl.common.errors import InputError
+from ehl.common.pages import TableResult
 from ehl.common.quantities import quantity, si_unit, to_display
 from ehl.common.table import Table
 from ehl.fluid.oil import Oil
@@ -84,7 +85,7 @@ class VariableRange:
 
 
 @dataclass(frozen=True)
-class OperatingRange:
+class OperatingRange(TableResult):
     """Ranges of contact conditions that gears reach in their duty.
 
     Parameters
@@ -129,9 +130,6 @@ class OperatingRange:
     def __repr__(self) -> str:
         ranges = (f"  {name}: {x.low:.4g} to {x.high:.4g} {si_unit(name)}" for name, x in self.variables.items())
         return "\n".join((f"OperatingRange, {100.0 * self.coverage:g} % of the weight (SI)", *map(str.rstrip, ranges)))
-
-    def _repr_html_(self) -> str:
-        return self.table().html()
 
     def table(self) -> Table:
         """The ranges as a table in display units.
