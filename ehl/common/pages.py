@@ -52,7 +52,9 @@ class Reportable:
 
     def _plot(self, ax: Axes | None, **options: Any) -> Axes:
         module, _, name = self.presenter.partition(":")
-        draw: Callable[[Any, Axes | None], Axes] | None = getattr(import_module(module), f"plot_{name}", None)
+        draw: Callable[[Any, Axes | None], Axes] | None = None
+        if module:
+            draw = getattr(import_module(module), f"plot_{name}", None)
         if draw is None:
             raise InputError("plot", type(self).__name__, "a result with figures")
         return draw(self, ax)

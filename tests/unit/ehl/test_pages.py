@@ -12,7 +12,7 @@ from pages import read_page
 
 from ehl.common.errors import InputError
 from ehl.common.notes import Note, NoteKind, group_notes, notes_table
-from ehl.common.pages import Reportable
+from ehl.common.pages import Reportable, TableResult
 from ehl.common.sections import Code, Folded, Head, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table
 
@@ -96,6 +96,24 @@ def test_suffix_chooses_the_kind_of_file(tmp_path: Path, capsys: pytest.CaptureF
     shown = capsys.readouterr().out
     for part in ("cap", "a note", "warning", "hot"):
         assert part in shown
+
+
+class Single(TableResult):
+    def table(self) -> Table:
+        return Table(["oil", "film_central"], [["fva3", 2.5e-7]], "films")
+
+
+def test_a_table_is_a_result(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    single = Single()
+    assert single.report(tmp_path / "t.csv").read_text(encoding="utf-8") == "oil,film_central [m]\nfva3,2.5e-07\n"
+    assert single.to_frame()["film_central"].tolist() == [2.5e-7]
+    assert single.to_dict() == {"rows": [{"oil": "fva3", "film_central": 2.5e-7}]}
+    assert single._repr_html_().startswith("<table>")
+    single.show()
+    assert "films" in capsys.readouterr().out
+    with pytest.raises(InputError) as error:
+        single.plot()
+    assert error.value.field == "plot"
 
 
 def test_notes_that_differ_in_numbers_and_places_are_one_row() -> None:
