@@ -36,11 +36,11 @@ def _template(kind: str) -> _Template:
     if kind not in kinds:
         raise InputError("kind", kind, "one of " + ", ".join(kinds), near(kind, kinds))
     head, _, text = data_path("templates", f"{kind}.txt").read_text(encoding="utf-8").partition("\n\n")
-    questions = [match.groups() for match in map(_QUESTION.fullmatch, head.splitlines()) if match]
+    questions = [match for match in map(_QUESTION.fullmatch, head.splitlines()) if match]
     first = {word: key for key, word in reversed(re.findall(r"^(\w+) = <(\w+)>", text, flags=re.M))}
     return _Template(
-        {word: (asked, default) for word, _, default, asked in questions},
-        {word: key or first.get(word, word) for word, key, *_ in questions},
+        {question[1]: (question[4], question[3]) for question in questions},
+        {question[1]: question[2] or first.get(question[1], question[1]) for question in questions},
         text,
     )
 
