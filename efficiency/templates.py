@@ -40,7 +40,7 @@ def _template(kind: str) -> _Template:
     first = {word: key for key, word in reversed(re.findall(r"^(\w+) = <(\w+)>", text, flags=re.M))}
     return _Template(
         {question[1]: (question[4], question[3]) for question in questions},
-        {question[1]: question[2] or first.get(question[1], question[1]) for question in questions},
+        {question[1]: str(question[2] or first.get(question[1], question[1])) for question in questions},
         text,
     )
 

@@ -24,11 +24,22 @@ from efficiency.blanks.dimensions import (
 )
 from efficiency.blanks.inputs import PairBlankInput, load_blank
 from efficiency.blanks.lengthwise import Trace, check_trace
+from efficiency.blanks.method_1 import method_1
+from efficiency.blanks.method_2 import method_2
+from efficiency.blanks.method_3 import method_3
 from efficiency.blanks.pair_blank import MemberBlank, PairBlank
-from efficiency.blanks.pitch_cones import pitch_cones
 from efficiency.blanks.proportions import factors, taper_angles
 from efficiency.blanks.slots import SlotGeometry, SlotsAndLands, slots_and_lands
-from efficiency.blanks.tangency import PitchCones, limit_pressure_angle, tangent_cones
+from efficiency.blanks.tangency import (
+    SPIRAL_LIMIT,
+    PitchCones,
+    bevel_cones,
+    check_pitch_angles,
+    face_too_wide,
+    limit_pressure_angle,
+    tangent_cones,
+    too_large,
+)
 from efficiency.blanks.virtual_gears import virtual_gears
 from efficiency.cutting.blank import Hand
 from efficiency.cutting.process import PROCESSES
@@ -188,6 +199,34 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
     )
     check_dimensions(pair)
     return replace(pair, warnings=blank_warnings(pair))
+
+
+def pitch_cones(inputs: PairBlankInput) -> PitchCones:
+    """Pitch cones by the method of the input.
+
+    Method 1 (Gleason) curves the tooth lengthwise as the limit curvature asks for; Method 2 (Oerlikon) puts the pinion
+    apex on the line from the gear apex to the cutter centre; Method 3 (Klingelnberg) takes the mean cone distance of
+    the pinion from the cutter. Without offset all of them are Method 0.
+    """
+    try:
+        cones = (method_0, method_1, method_2, method_3)[inputs.method](inputs)
+    except (ValueError, ZeroDivisionError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise too_large(inputs.hypoid_offset) from None
+    check_pitch_angles(cones.pitch_angle_1, cones.pitch_angle_2, inputs)
+    if not -SPIRAL_LIMIT < cones.spiral_2 <= cones.spiral_1 < SPIRAL_LIMIT:
+        raise too_large(inputs.hypoid_offset)
+    inner = cones.cone_distance_2 - (1.0 - cones.face_width_factor) * inputs.face_width_gear
+    if inner <= 0.0:
+        raise face_too_wide(inputs, inner + inputs.face_width_gear)
+    return cones
+
+
+def method_0(inputs: PairBlankInput) -> PitchCones:
+    """Bevel pairs: the cones share their apex."""
+    assert inputs.mean_spiral_angle_gear is not None
+    return bevel_cones(inputs, inputs.mean_spiral_angle_gear, inputs.mean_pitch_diameter_gear)
 
 
 def _cutter_tilt(inputs: PairBlankInput, pressure_convex: float) -> float | None:

@@ -20,7 +20,7 @@ ADDENDUM_FACTOR_HYPOID = {6: 0.110, 7: 0.130, 8: 0.150}
 
 
 @dataclass(frozen=True)
-class Factors:
+class DepthFactors:
     """Factors of the basic crown gear, in mean normal modules (data type I).
 
     Attributes
@@ -42,7 +42,7 @@ class Factors:
     defaults: tuple[str, ...] = ()
 
 
-def factors(inputs: PairBlankInput, cones: PitchCones) -> Factors:
+def factors(inputs: PairBlankInput, cones: PitchCones) -> DepthFactors:
     """Factors of data type I, or type II converted by Table 4, with the recommendations of Annex C."""
     depth = inputs.depth
     if isinstance(depth, DepthTypeOne):
@@ -53,7 +53,9 @@ def factors(inputs: PairBlankInput, cones: PitchCones) -> Factors:
                 f"at least the addendum factor {depth.addendum_factor:.4g}",
                 "A negative clearance makes tip and root collide.",
             )
-        return Factors(depth.profile_shift, depth.addendum_factor, depth.dedendum_factor, depth.thickness_modification)
+        return DepthFactors(
+            depth.profile_shift, depth.addendum_factor, depth.dedendum_factor, depth.thickness_modification
+        )
     taken: list[str] = []
 
     def chosen(name: str, value: float | None, recommended: float) -> float:
@@ -65,7 +67,7 @@ def factors(inputs: PairBlankInput, cones: PitchCones) -> Factors:
     k_d = chosen("depth_factor", depth.depth_factor, recommended_depth_factor(inputs))
     c_ham = chosen("gear_addendum_factor", depth.gear_addendum_factor, recommended_addendum_factor(inputs, cones))
     k_t = chosen("thickness_factor", depth.thickness_factor, recommended_thickness_factor(inputs))
-    return Factors(k_d * (0.5 - c_ham), 0.5 * k_d, k_d * (depth.clearance_factor + 0.5), 0.5 * k_t, tuple(taken))
+    return DepthFactors(k_d * (0.5 - c_ham), 0.5 * k_d, k_d * (depth.clearance_factor + 0.5), 0.5 * k_t, tuple(taken))
 
 
 def recommended_depth_factor(inputs: PairBlankInput) -> float:

@@ -28,7 +28,7 @@ _STRIDE = 4
 
 
 @dataclass(frozen=True)
-class Columns:
+class EdgeColumns:
     """Points cut by m lengths of the edge at k stations.
 
     Attributes
@@ -72,7 +72,7 @@ def at_length(flank: CutFlank, u: FloatArray, x: FloatArray) -> tuple[FloatArray
     return np.concatenate([s, solved]), found
 
 
-def columns(flank: CutFlank, u: FloatArray, lengths: FloatArray, start: FloatArray) -> Columns:
+def columns(flank: CutFlank, u: FloatArray, lengths: FloatArray, start: FloatArray) -> EdgeColumns:
     """Follow the edge through prescribed lengths at all stations together.
 
     Parameters
@@ -126,7 +126,7 @@ def columns(flank: CutFlank, u: FloatArray, lengths: FloatArray, start: FloatArr
     def by_row(values: FloatArray) -> FloatArray:
         return np.moveaxis(values.reshape(3, *shape), 0, 1)
 
-    return Columns(
+    return EdgeColumns(
         parameters=parameters,
         position=by_row(points.position),
         normal=by_row(points.normal),
@@ -161,7 +161,7 @@ class FlankLimits:
         Where the flank turns back on itself above the end of the profile.
     regression : (k,) array
         Height of the edge of regression [m]; nan where there is none.
-    fillet : Columns
+    fillet : EdgeColumns
         Points of the fillet, from the profile to the root line.
     roll : (float, float)
         Cradle roll between which flank and fillet are cut [rad].
@@ -174,7 +174,7 @@ class FlankLimits:
     blank_root: FloatArray
     undercut: BoolArray
     regression: FloatArray
-    fillet: Columns
+    fillet: EdgeColumns
     roll: tuple[float, float]
 
     @property
@@ -259,8 +259,8 @@ def flank_limits(flank: CutFlank, stations: int = 15, margin: float = 0.0) -> Fl
 
 
 def _edge_of_regression(
-    flank: CutFlank, u: FloatArray, profile: Columns, behind: BoolArray, undercut: BoolArray
-) -> Columns:
+    flank: CutFlank, u: FloatArray, profile: EdgeColumns, behind: BoolArray, undercut: BoolArray
+) -> EdgeColumns:
     """The undercut stations from the middle of the tooth to the edge of regression, found by false position."""
     own = np.flatnonzero(undercut)
     last = np.argmax(behind[:, own], axis=0)
@@ -281,7 +281,9 @@ def _edge_of_regression(
     return columns(flank, u[own], middle[0] + share * (front[0] - middle[0]), middle)
 
 
-def _crossing(root_cut: CutFlank, u: FloatArray, limit: Columns, curve: Columns, undercut: BoolArray) -> FloatArray:
+def _crossing(
+    root_cut: CutFlank, u: FloatArray, limit: EdgeColumns, curve: EdgeColumns, undercut: BoolArray
+) -> FloatArray:
     """Heights where the fillet crosses the undercut flank; those of the edge of regression where it does not."""
     edge, begin = limit.height[-1], curve.parameters[0][:, undercut]
     # the fillet from where it leaves the profile to where it has sunk below the edge of regression

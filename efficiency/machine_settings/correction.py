@@ -25,7 +25,7 @@ from efficiency.contact.grid_flank import PointGrid, read_point_grid
 from efficiency.contact.measured_flank import MeasuredFlank, measured_flank
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank
-from efficiency.cutting.machine import ANGLE_STEP, LENGTH_STEP
+from efficiency.cutting.machine import ANGLE_STEP, LENGTH_STEP, MachineSettings
 from efficiency.cutting.rotation import dot, spin
 from efficiency.design.design import Design, MemberInput, load_design
 from efficiency.machine_settings.design_file import machine_tables
@@ -233,41 +233,27 @@ def machine_corrections(
     shared = len({item.nominal.machine for item in sides}) == 1 and getattr(pair, member).completing
     parameters = _parameters(sides[0].nominal, order)
     # columns: settings of both flanks together, or of each; a turn of each flank
-    settings = [(sides, "both" if shared else sides[0].side)] if shared else [([item], item.side) for item in sides]
-    vectors, uncertainties = [], []
-    expected: dict[FlankSide, FloatArray] = {}
-    for group, _ in settings:
-        vector, spread, rest = _solve(group, parameters, error)
-        vectors.append(vector)
-        uncertainties.append(spread)
-        expected |= rest
-    rows = []
-    for (group, name), vector, spread in zip(settings, vectors, uncertainties, strict=True):
-        for parameter, step, sigma in zip(parameters, vector, spread, strict=True):
+    groups: list[tuple[str, list[_Side]]] = [("both", sides)] if shared else [(item.side, [item]) for item in sides]
+    rows, deviations = [], []
+    corrected: dict[FlankSide, MachineSettings] = {}
+    for name, group in groups:
+        vector, uncertainties, expected = _solve(group, parameters, error)
+        for parameter, step, sigma in zip(parameters, vector, uncertainties, strict=True):
             value = float(getattr(group[0].nominal.machine, parameter.name))
             change = float(step) * parameter.scale
             rows.append(
                 SettingCorrection(parameter.name, name, value, change, value + change, float(sigma) * parameter.scale)
             )
-    corrected = {
-        item.side: _corrected(item.nominal, parameters, vector)
-        for (group, _), vector in zip(settings, vectors, strict=True)
-        for item in group
-    }
-    deviations = [
-        row
-        for item in sides
-        for row in (
-            _deviation(item, "measured", item.measured.deviation),
-            _deviation(item, "expected", expected[item.side]),
-        )
-    ]
+        for item in group:
+            corrected[item.side] = _corrected(item.nominal, parameters, vector).machine
+            deviations.append(_deviation(item, "measured", item.measured.deviation))
+            deviations.append(_deviation(item, "expected", expected[item.side]))
     return MachineCorrections(
         pair.name,
         member,
         tuple(rows),
         tuple(deviations),
-        machine_tables(member, {side: flank.machine for side, flank in corrected.items()}),
+        machine_tables(member, corrected),
         _notes(pair, member, sides, order),
     )
 

@@ -146,9 +146,8 @@ def header(inputs: SettingsInput, fitted: dict[FlankSide, FittedFlank]) -> list[
             f"Pinion: {cutting.pinion}, {cutting.machine} machine, fitted to the conjugate flank plus ease-off, in um"
         )
         lines.append("at the ends of the face and of the working depth of the gear:")
-    targets = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
     for side in FLANK_SIDES:
-        target, state = targets[side], fitted[side]
+        target, state = inputs.targets.of(side), fitted[side]
         chosen = (
             f"toe {target.crowning_toe * 1e6:.4g}, heel {target.crowning_heel * 1e6:.4g}, "
             f"root {target.relief_root * 1e6:.4g}, tip {target.relief_tip * 1e6:.4g}"

@@ -11,6 +11,7 @@ from pydantic import field_validator, model_validator
 from efficiency.blanks.inputs import GenerationName, PairBlankInput, load_blank
 from efficiency.contact.conjugate import read_ease_off_map
 from efficiency.contact.relief import MemberRelief
+from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.process import PROCESSES
 from efficiency.design.design import Rms
 from efficiency.design.flank_input import from_folder
@@ -128,6 +129,10 @@ class Targets(InputModel):
     drive: FlankTarget = FlankTarget()
     coast: FlankTarget = FlankTarget()
     root_weight: Annotated[float, ValueRange("", ge=0.0, le=1.0)] | None = None
+
+    def of(self, side: FlankSide) -> FlankTarget:
+        """Target of a pinion flank."""
+        return self.drive if side == "concave" else self.coast
 
 
 class MemberTargets(InputModel):

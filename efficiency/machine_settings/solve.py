@@ -32,7 +32,7 @@ from efficiency.machine_settings.conjugate import (
 )
 from efficiency.machine_settings.cradle import fit_on_cradle
 from efficiency.machine_settings.design_file import (
-    Table,
+    PinionFlanks,
     design_text,
     ease_off_table,
     header,
@@ -99,7 +99,6 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
     start = _start(inputs.blank, inputs.cutting)
     blank, pair, gear, grid, starts = start.blank, start.pair, start.gear, start.grid, start.starts
 
-    targets = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
     scale = dict.fromkeys(FLANK_SIDES, 1.0)
     for _ in range(5):
         if inputs.cutting.pinion == "conjugate":
@@ -108,7 +107,7 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
             fits = _fit(inputs, scale)
             fitted = _by_side(fits)
         text, design = _design(inputs, blank, pair, gear, fitted, scale)
-        amplitudes = {side: targets[side].transmission_error for side in FLANK_SIDES}
+        amplitudes = {side: inputs.targets.of(side).transmission_error for side in FLANK_SIDES}
         mesh = {
             side: unloaded_mesh(design, _DRIVE[side], fitted[side]) if transmission or amplitudes[side] else None
             for side in FLANK_SIDES
@@ -175,12 +174,11 @@ def forget_fits() -> None:
 
 
 def _fit(inputs: SettingsInput, scale: dict[FlankSide, float]) -> list[FitResult]:
-    targets: dict[FlankSide, FlankTarget] = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
     together = [FLANK_SIDES] if free_settings(inputs).common else [(side,) for side in FLANK_SIDES]
     return [
         _fit_flanks(
             inputs.model_copy(update={"targets": Targets(root_weight=inputs.targets.root_weight), **_NO_LOAD}),
-            tuple((side, targets[side], scale[side]) for side in sides),
+            tuple((side, inputs.targets.of(side), scale[side]) for side in sides),
         )
         for sides in together
     ]
@@ -278,17 +276,16 @@ def _design(
     scale: dict[FlankSide, float],
 ) -> tuple[str, Design]:
     cut_flanks: dict[FlankSide, CutFlank] = {side: written_flank(gear.flank(side), 0.0) for side in FLANK_SIDES}
+    pinion: PinionFlanks
     if inputs.cutting.pinion == "conjugate":
-        targets: dict[FlankSide, FlankTarget] = {"concave": inputs.targets.drive, "convex": inputs.targets.coast}
-        defined: dict[FlankSide, Table] = {side: ease_off_table(targets[side], scale[side]) for side in FLANK_SIDES}
-        text = design_text(inputs, blank, defined, cut_flanks, header(inputs, fitted))
-        return text, parse_design(text)
-    # blade phases of both flanks from their mean rotation; the backlash is taken off the pinion tooth
-    back = _backlash_turns(pair, fitted)
-    middle = 0.5 * sum(fitted[side].phase for side in FLANK_SIDES)
-    pinion: dict[FlankSide, CutFlank] = {
-        side: written_flank(fitted[side].flank, fitted[side].phase - middle - back[side]) for side in FLANK_SIDES
-    }
+        pinion = {side: ease_off_table(inputs.targets.of(side), scale[side]) for side in FLANK_SIDES}
+    else:
+        # blade phases of both flanks from their mean rotation; the backlash is taken off the pinion tooth
+        back = _backlash_turns(pair, fitted)
+        middle = 0.5 * sum(fitted[side].phase for side in FLANK_SIDES)
+        pinion = {
+            side: written_flank(fitted[side].flank, fitted[side].phase - middle - back[side]) for side in FLANK_SIDES
+        }
     text = design_text(inputs, blank, pinion, cut_flanks, header(inputs, fitted))
     return text, parse_design(text)
 

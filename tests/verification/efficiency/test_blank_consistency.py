@@ -15,9 +15,8 @@ from scipy.optimize import minimize_scalar
 from efficiency.blanks.inputs import PairBlankInput, load_blank
 from efficiency.blanks.lengthwise import tooth_trace
 from efficiency.blanks.method_1 import lengthwise_radius, limit_curvature
-from efficiency.blanks.pair import pair_blank
+from efficiency.blanks.pair import pair_blank, pitch_cones
 from efficiency.blanks.pair_blank import PairBlank
-from efficiency.blanks.pitch_cones import pitch_cones
 from ehl.common.errors import InputError
 
 SAMPLES = ("iso23509_f2", "iso23509_f3", "iso23509_f4", "iso23509_f5")

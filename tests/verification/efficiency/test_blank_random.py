@@ -8,7 +8,7 @@ import pytest
 from twins.random_blanks import REASONS, blank_content, run_case
 
 from efficiency.blanks.inputs import PairBlankInput
-from efficiency.blanks.pitch_cones import pitch_cones
+from efficiency.blanks.pair import pitch_cones
 
 
 def test_blanks_are_answered_or_refused_by_a_listed_reason() -> None:
