@@ -6,6 +6,9 @@ import math
 
 import numpy as np
 import pytest
+from contacts import BEARING_STEEL as STEEL
+from contacts import hot_oil as oil
+from contacts import line_contact as contact
 from numpy.testing import assert_allclose
 from scipy import optimize
 from scipy.stats import qmc
@@ -27,34 +30,8 @@ from ehl.heat.traction import flux_to_surface_1, thermal_traction
 from ehl.line_contact import LineContact
 from ehl.material import Material
 
-STEEL = Material(
-    youngs_modulus=206e9, poisson_ratio=0.3, thermal_conductivity=46.0, heat_capacity=470.0, density=7850.0
-)
 UNIT = np.sin(0.5 * np.pi * np.linspace(-1.0, 1.0, 121))
 FILM = 0.4e-6
-
-
-def contact(**change) -> LineContact:
-    values = {
-        "radius_equivalent": 15e-3,
-        "effective_modulus": 228e9,
-        "pressure_hertz": 1e9,
-        "speed_entrainment": 5.0,
-        "slide_to_roll": 0.5,
-    }
-    return LineContact.from_pressure(**(values | change))
-
-
-def oil(**change) -> Lubricant:
-    values = {
-        "viscosity_inlet": 0.0106,
-        "pressure_viscosity": 15e-9,
-        "rheology": "eyring",
-        "eyring_stress": 5e6,
-        "temperature": 373.15,
-        "temperature_viscosity": 0.04,
-    }
-    return Lubricant(**(values | change))
 
 
 def cold_friction(line: LineContact, lubricant: Lubricant, film: float = FILM) -> float:

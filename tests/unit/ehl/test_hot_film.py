@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from contacts import BEARING_STEEL as STEEL
+from contacts import hot_oil
+from contacts import line_contact as contact
 
 from ehl.contact import Contact
-from ehl.fluid.lubricant import Lubricant
-from ehl.line_contact import LineContact
-from ehl.material import Material
 from ehl.smooth import hot_film
 from ehl.smooth.hot_film import MEMORY, RELAXATION, Mixer
 from ehl.smooth.newton import NewtonFailure, solve_level
@@ -16,15 +16,7 @@ from ehl.smooth.scaling import Offset
 from ehl.smooth.thermal import solve_smooth
 
 X = np.linspace(-2.0, 1.0, 31)
-STEEL = Material(
-    youngs_modulus=206e9, poisson_ratio=0.3, thermal_conductivity=46.0, heat_capacity=470.0, density=7850.0
-)
-OIL = Lubricant(0.0106, 15e-9, rheology="eyring", eyring_stress=5e6, temperature=373.15, temperature_viscosity=0.04)
-
-
-def contact(**change) -> LineContact:
-    values = {"radius_equivalent": 15e-3, "effective_modulus": 228e9, "pressure_hertz": 1e9, "speed_entrainment": 5.0}
-    return LineContact.from_pressure(**(values | {"slide_to_roll": 0.5} | change))
+OIL = hot_oil()
 
 
 def answer(used: np.ndarray) -> np.ndarray:

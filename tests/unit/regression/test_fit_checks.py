@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from contacts import gear_state
 from small_plans import gear_plan
 
 from ehl.common.errors import InputError
@@ -52,23 +53,14 @@ def two_oils(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     return swept(tmp_path_factory.mktemp("two"), "arana_2019", lubricant={"oil": ["fva3", "75w90"]})
 
 
+def state(**changes: Any) -> ContactState:
+    values = {"pressure_hertz": 1.0e9, "radius_equivalent": 0.018, "speed_entrainment": 4.0, "slide_to_roll": 0.2}
+    return gear_state(**(values | {"roughness_rms_1": 0.25e-6, "roughness_rms_2": 0.25e-6} | changes))
+
+
 @pytest.fixture(scope="module")
 def with_process(dataset: Dataset) -> Formula:
     return fit_formula(dataset, "power_law", gaussian_process=True)
-
-
-def state(**changes: Any) -> ContactState:
-    values: dict[str, Any] = {
-        "pressure_hertz": 1.0e9,
-        "radius_equivalent": 0.018,
-        "effective_modulus": 226e9,
-        "speed_entrainment": 4.0,
-        "slide_to_roll": 0.2,
-        "temperature_oil": 363.15,
-        "roughness_rms_1": 0.25e-6,
-        "roughness_rms_2": 0.25e-6,
-    }
-    return ContactState.of(**{**values, **changes})
 
 
 def test_process_halves_the_held_out_error_and_survives_the_file(

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from contacts import gear_state as state
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.state import ContactState
 from regression.data.dataset import columns, load_dataset
 from regression.formula import Formula, friction_model
 from regression.friction.conditions import conditions_of
@@ -77,20 +77,6 @@ XU = content("xu", dict(zip(FAMILIES["xu"].terms, XU_COEFFICIENTS, strict=True))
 SHARE = content("load_share", dict(zip(LOAD_SHARE.terms, LOAD_SHARE.start, strict=True)))
 FORMULAS = {"xu": Formula.model_validate(XU), "load_share": Formula.model_validate(SHARE)}
 OIL = Oil.load("fva3")
-
-
-def state(**changes: Any) -> ContactState:
-    values: dict[str, Any] = {
-        "pressure_hertz": 1.2e9,
-        "radius_equivalent": 0.012,
-        "effective_modulus": 226e9,
-        "speed_entrainment": 5.0,
-        "slide_to_roll": 0.5,
-        "temperature_oil": 363.15,
-        "roughness_rms_1": 0.3e-6,
-        "roughness_rms_2": 0.3e-6,
-    }
-    return ContactState.of(**{**values, **changes})
 
 
 def test_published_coefficients_in_the_family_give_the_published_formula() -> None:

@@ -4,32 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from contacts import gear_state as state
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from ehl.state import ContactState
 from regression.formula import friction_model
 from regression.friction.conditions import UNITS, conditions_of
 from regression.friction.models import ConstantFriction, FrictionFlag, FrictionModel
 from regression.friction.published_registry import PUBLISHED, SLIDING_FLOOR
 
 OIL = Oil.load("fva3")
-
-
-def state(**changes: object) -> ContactState:
-    values: dict[str, object] = {
-        "pressure_hertz": 1.2e9,
-        "radius_equivalent": 0.012,
-        "effective_modulus": 226e9,
-        "speed_entrainment": 5.0,
-        "slide_to_roll": 0.5,
-        "temperature_oil": 363.15,
-        "roughness_rms_1": 0.3e-6,
-        "roughness_rms_2": 0.3e-6,
-    }
-    return ContactState.of(**{**values, **changes})  # type: ignore[arg-type]
 
 
 def test_constant_is_exact_in_any_shape() -> None:

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from contacts import BEARING_STEEL as STEEL
 from numpy.testing import assert_allclose
 from scipy.integrate import quad
 from scipy.linalg import solve_banded
@@ -17,12 +18,8 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.heat.conduction import jaeger_matrix
 from ehl.heat.traction import thermal_traction
 from ehl.line_contact import LineContact
-from ehl.material import Material
 
 B = 2e-4
-STEEL = Material(
-    youngs_modulus=206e9, poisson_ratio=0.3, thermal_conductivity=46.0, heat_capacity=470.0, density=7850.0
-)
 
 
 def speed(peclet: float) -> float:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from contacts import BEARING_STEEL as STEEL
 from twins.material_points import material_point_matrices
 
 from ehl.fluid.conductivity import FilmConductivity
@@ -16,11 +17,7 @@ from ehl.fluid.film_formulas import dowson_higginson_1968
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.traction import thermal_traction
 from ehl.line_contact import LineContact
-from ehl.material import Material
 
-STEEL = Material(
-    youngs_modulus=206e9, poisson_ratio=0.3, thermal_conductivity=46.0, heat_capacity=470.0, density=7850.0
-)
 UNIT = np.sin(0.5 * np.pi * np.linspace(-1.0, 1.0, 121))
 SLIDE = (0.01, 0.1, 0.3, 1.0, 1.5)
 

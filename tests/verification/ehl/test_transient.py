@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, nnls
 from twins.exact_elasticity import elastic_error
+from twins.rough_scenes import eyring_oil as oil
 
 from ehl.common.errors import InputError
 from ehl.fluid.lubricant import Lubricant
@@ -37,11 +38,6 @@ def contact(
         slide_to_roll=slide_to_roll,
         speed_sliding_lengthwise=lengthwise,
     )
-
-
-def oil(viscosity: float = 0.015, alpha: float = 15e-9, **extra: object) -> Lubricant:
-    values = {"rheology": "eyring", "eyring_stress": 5e6, "temperature": 373.15, "temperature_viscosity": 0.04}
-    return Lubricant(viscosity, alpha, **(values | extra))  # type: ignore[arg-type]
 
 
 def profile(rms: float, seed: int, correlation_length: float = 20e-6) -> RoughProfile:

@@ -1,0 +1,35 @@
+"""Contacts, oils and states that many tests of the contact solver and of friction models share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ehl.fluid.lubricant import Lubricant
+from ehl.line_contact import LineContact
+from ehl.material import Material
+from ehl.state import ContactState
+
+BEARING_STEEL = Material(
+    youngs_modulus=206e9, poisson_ratio=0.3, thermal_conductivity=46.0, heat_capacity=470.0, density=7850.0
+)
+
+
+def line_contact(**change: Any) -> LineContact:
+    """Line contact of a gear: R 15 mm, E' 228 GPa, 1 GPa, 5 m/s, SR 0.5."""
+    values = {"radius_equivalent": 15e-3, "effective_modulus": 228e9, "pressure_hertz": 1e9, "speed_entrainment": 5.0}
+    return LineContact.from_pressure(**(values | {"slide_to_roll": 0.5} | change))
+
+
+def hot_oil(**change: Any) -> Lubricant:
+    """Roelands oil with tau0 = 5 MPa at 100 degC."""
+    values = {"viscosity_inlet": 0.0106, "pressure_viscosity": 15e-9, "rheology": "eyring", "eyring_stress": 5e6}
+    return Lubricant(**(values | {"temperature": 373.15, "temperature_viscosity": 0.04} | change))  # type: ignore[arg-type]
+
+
+def gear_state(**changes: Any) -> ContactState:
+    """State of a rough contact of a gear at 90 degC."""
+    values = {
+        "pressure_hertz": 1.2e9, "radius_equivalent": 0.012, "effective_modulus": 226e9, "speed_entrainment": 5.0,
+        "slide_to_roll": 0.5, "temperature_oil": 363.15, "roughness_rms_1": 0.3e-6, "roughness_rms_2": 0.3e-6,
+    }  # fmt: skip
+    return ContactState.of(**(values | changes))
