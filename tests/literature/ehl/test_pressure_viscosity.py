@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refuses
 from scipy.integrate import quad
 
 from ehl.common.data import data_names
-from ehl.common.errors import InputError
 from ehl.common.units import KELVIN
 from ehl.common.validation import validate
 from ehl.contact import Contact
@@ -215,7 +215,7 @@ def test_cards_without_the_meaning_of_their_coefficient_say_so() -> None:
 
 def test_a_card_that_thickens_with_temperature_is_refused() -> None:
     figures = card("slope", GOLD).model_dump(exclude_none=True) | {"viscosity_kinematic_100": 98e-6}
-    with pytest.raises(InputError, match=r"viscosity_kinematic_100.*below viscosity_kinematic_40, 97.5 cSt"):
+    with refuses("viscosity_kinematic_100"):
         validate(Oil, figures)
 
 
@@ -318,10 +318,10 @@ def test_constants_with_which_the_viscosity_falls_or_has_a_pole_are_refused() ->
     ether = {"law": "yasutomi_original", "Tg0": "-28.2 degC", "A1": 134.2, "A2": "1.929 1/GPa"}
     ether |= {"B1": 4.815, "B2": "0.160 1/GPa", "C1": 16.01, "C2": 20.69}
     assert Contact(**base, viscosity=ether).lubricant.lubricant().viscosity_inlet == pytest.approx(0.0164, rel=1e-2)
-    with pytest.raises(InputError, match=r"rises with pressure up to 2 GPa; at 100 degC"):
+    with refuses("viscosity.law"):
         Contact(**base, viscosity=ether, pressure_valid="2 GPa")
     pole = {"law": "modulus", "K": 6e-5, "B": 1000.0, "C": 100.0, "a1": 5e7, "a2": 0.0, "b1": -0.2, "b2": 0.0}
-    with pytest.raises(InputError, match=r"viscosity.law.*at 100 degC it does not at 0.25 GPa"):
+    with refuses("viscosity.law"):
         Contact(**base, viscosity=pole)
 
 

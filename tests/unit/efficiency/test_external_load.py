@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import refuses
 from samples import AXLE_OIL as OIL
 from samples import OPERATION, tiny_load, tiny_mesh
 
@@ -139,17 +140,17 @@ def test_bad_files_are_refused_by_row(
 
 
 def test_another_torque_than_that_of_the_file(lines: list[str], geared: Mesh, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"torque = '250 N m'.*300 N m, the torque of load.csv"):
+    with refuses("torque"):
         read(lines, tmp_path, geared, 250.0)
 
 
 def test_uneven_positions(lines: list[str], geared: Mesh, tmp_path: Path) -> None:
     first = lines[2].split(",")[0]
     kept = [line for line in lines[2:] if line.split(",")[0] != first]
-    with pytest.raises(InputError, match="divide one pitch"):
+    with refuses("load.csv: pinion_angle"):
         read([*lines[:2], *kept], tmp_path, geared)
 
 
 def test_missing_file(geared: Mesh, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="load_from"):
+    with refuses("load_from"):
         read_load(tmp_path / "absent.csv", geared.flanks, geared.grids.teeth)

@@ -4,12 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import fails, refuses
 
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.tooth_grid import tooth_shapes
 from efficiency.design.design import Design, load_design
 from ehl.common.data import data_path
-from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.errors import InputError
 
 TEXT = data_path("designs", "fm_spiral_bevel_14x39.toml").read_text(encoding="utf-8")
 
@@ -71,19 +72,19 @@ def test_bad_input_names_field_value_and_range(tmp_path: Path, old: str, new: st
 
 
 def test_unreadable_files(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="an existing TOML file"):
+    with refuses("file"):
         load_design(tmp_path / "missing.toml")
-    with pytest.raises(InputError, match=r"one of .*fm_spiral_bevel_14x39"):
+    with refuses("design"):
         load_design("no_such_design")
-    with pytest.raises(InputError, match="readable"):
+    with refuses("file"):
         load_design(tmp_path)
     broken = tmp_path / "broken.toml"
     broken.write_text("[assembly\n", encoding="utf-8")
-    with pytest.raises(InputError, match="valid TOML"):
+    with refuses("file"):
         load_design(broken)
     binary = tmp_path / "binary.toml"
     binary.write_bytes(b"\xff\xfe\x00\x01")
-    with pytest.raises(InputError, match="UTF-8"):
+    with refuses("file"):
         load_design(binary)
 
 
@@ -94,7 +95,7 @@ def test_misalignment_is_set_and_leaves_the_rest(tmp_path: Path) -> None:
     assert moved.placement().P == 0.0
     assert design.placement().E == 0.0
     assert moved.pinion == design.pinion
-    with pytest.raises(InputError, match="E"):
+    with refuses("assembly.misalignment.E"):
         design.with_misalignment(E=0.1)
 
 
@@ -129,7 +130,7 @@ def test_a_pair_of_opposite_hands_is_the_mirror_image() -> None:
 def test_settings_that_cut_no_flank_are_refused_with_a_reason(tmp_path: Path) -> None:
     # a cradle twice as far out leaves the cutter beside the blank
     path = changed(tmp_path, 'radial_setting = "96.01838217906185 mm"', 'radial_setting = "300 mm"')
-    with pytest.raises(ConvergenceError, match=r"concave|pinion|flank"):
+    with fails("flank"):
         flank_pair(load_design(path).flanks(), "drive")
 
 

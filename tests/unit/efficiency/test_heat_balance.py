@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from refusals import fails, refuses
 from samples import AXLE_OIL as OIL
 from samples import BEVEL as DESIGN
 from samples import OPERATION, STEEL
@@ -26,7 +27,6 @@ from efficiency.loss.heat_balance import (
 )
 from efficiency.loss.kinematics import Operation
 from efficiency.pair import GearPair
-from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.validation import validate
 from ehl.state import ContactState
 from regression.formula import friction_model
@@ -72,7 +72,7 @@ def test_oil_may_enter_as_it_is() -> None:
 
 def test_runaway_is_said() -> None:
     """A loss that grows faster than the cooling."""
-    with pytest.raises(ConvergenceError, match=r"bulk_too_hot.*200 degC \(pinion\)"):
+    with fails("bulk_too_hot"):
         balance_heat(linear_loss(0.1, []), OPERATION, (0.05, 0.05), BODIES)
 
 
@@ -132,11 +132,11 @@ def test_default_heat_transfer_is_that_of_penetrating_heat() -> None:
 def test_cooling_is_read_and_refused() -> None:
     cooling = validate(CoolingInput, {"pinion": {"thermal_resistance": "0.1 K/W"}, "oil_inlet": "oil"})
     assert cooling.pinion.thermal_resistance == 0.1
-    with pytest.raises(InputError, match="either thermal_resistance or"):
+    with refuses("gear.cooled_area"):
         validate(CoolingInput, {"gear": {"thermal_resistance": "0.1 K/W", "cooled_area": "0.1 m^2"}})
-    with pytest.raises(InputError, match="driver"):
+    with refuses("driver"):
         replace(OPERATION, driver="both")  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="temperature_bulk_gear"):
+    with refuses("temperature_bulk_gear"):
         replace(OPERATION, temperature_bulk_gear=800.0)
 
 
@@ -165,5 +165,5 @@ def test_a_stated_cooling_is_the_default() -> None:
     assert loaded.efficiency("constant:0.05", bulk="oil").temperature_bulk_1 == cold.temperature_bulk_1
     grid = mesh.over("constant:0.05", torque=[100.0], speed=[cold.operation.speed])
     assert grid.points[0].result.temperature_bulk_1 == pytest.approx(warm.temperature_bulk_1, abs=0.05)
-    with pytest.raises(InputError, match="balance or oil"):
+    with refuses("bulk"):
         loaded.efficiency("constant:0.05", bulk="hot")

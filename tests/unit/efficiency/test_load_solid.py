@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import fails, refuses
 
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.design.design import BACKUP_RATIO, BodyInput, Design, load_design
@@ -13,7 +14,6 @@ from efficiency.ltca.rim_compliance import ring_response
 from efficiency.ltca.ritz_solid import Orders, RitzSolid, ritz_solid
 from efficiency.ltca.solid_tooth import ToothBody, solid_tooth
 from efficiency.ltca.tooth_cell import hierarchic_functions, lagrange_polynomials, lobatto_nodes, tooth_cell
-from ehl.common.errors import ConvergenceError, InputError
 from ehl.material import Material
 
 STEEL = Material.load("steel")
@@ -152,7 +152,7 @@ def test_body_and_how_it_is_held(grid: ToothGrid) -> None:
 
 
 def test_member_that_nothing_holds_is_refused(grid: ToothGrid) -> None:
-    with pytest.raises(ConvergenceError, match="is held"):
+    with fails("tooth_not_held"):
         solid_tooth(grid, "convex", ToothBody(STEEL, RIM, frozenset()), LOW)
 
 
@@ -168,7 +168,7 @@ def test_default_rim_and_its_limit(design: Design, tmp_path: Path) -> None:
     assert body.rim_thickness == pytest.approx(0.012)
     assert body.held == ("base", "heel")
     file.write_text(text + '\n[pinion.body]\nrim_thickness = "60 mm"\n', encoding="utf-8")
-    with pytest.raises(InputError, match=r"rim_thickness.*at most"):
+    with refuses("pinion.body.rim_thickness"):
         load_design(file)
 
 

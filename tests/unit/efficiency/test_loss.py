@@ -10,6 +10,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from refusals import fails, refuses
 from samples import AXLE_OIL as OIL
 from samples import BEVEL as DESIGN
 from samples import OPERATION, tiny_load, tiny_mesh
@@ -30,7 +31,7 @@ from efficiency.output.plots_load import (
 from efficiency.output.plots_map import plot_map
 from efficiency.pair import GearPair
 from ehl.common.data import data_path
-from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.errors import InputError
 from ehl.common.progress import Progress
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
@@ -170,7 +171,7 @@ def test_flanks_that_do_not_match_are_told() -> None:
 
 
 def test_flanks_that_do_not_match_at_all_are_refused() -> None:
-    with pytest.raises(ConvergenceError, match="check machine settings, hypoid offset"):
+    with fails("transmission"):
         GearPair(with_offset(0.01)).at(grid=COARSE)
 
 
@@ -223,30 +224,30 @@ def test_operating_points_are_held_to_the_ranges_of_the_design_file(changes: dic
 
 @pytest.mark.parametrize("torque", [0.0, -300.0, float("nan"), float("inf")])
 def test_impossible_torque_is_refused(mesh: MeshGrids, torque: float) -> None:
-    with pytest.raises(InputError, match=r"torque = .* above 0 N m"):
+    with refuses("torque"):
         distribute_load(mesh.fine, mesh.teeth, torque)
-    with pytest.raises(InputError, match="torque"):
+    with refuses("torque"):
         PAIR.at(grid=COARSE, torque=torque)
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, float("nan")])
 def test_impossible_speed_is_refused(speed: float) -> None:
-    with pytest.raises(InputError, match="speed"):
+    with refuses("speed"):
         PAIR.at(grid=COARSE, speed=speed)
 
 
 @pytest.mark.parametrize("temperature", [90.0, 600.0, float("nan")])
 def test_impossible_temperature_is_refused(temperature: float) -> None:
-    with pytest.raises(InputError, match=r"temperature.*K"):
+    with refuses("temperature"):
         PAIR.at(grid=COARSE, temperature=temperature)
 
 
 def test_impossible_roughness_is_refused() -> None:
-    with pytest.raises(InputError, match="roughness_rms_gear"):
+    with refuses("roughness_rms_gear"):
         Operation(100.0, 363.15, 0.0, -1e-7)
     # the design file allows 20 um
     assert Operation(100.0, 363.15, 2e-5, 2e-5).roughness_rms_pinion == 2e-5
-    with pytest.raises(InputError, match=r"roughness_rms_pinion.* 20 um"):
+    with refuses("roughness_rms_pinion"):
         Operation(100.0, 363.15, 2.1e-5)
 
 
@@ -257,13 +258,13 @@ def test_impossible_resolution_is_refused(positions: int, points: int) -> None:
 
 
 def test_names_are_checked_before_anything_is_computed() -> None:
-    with pytest.raises(InputError, match="friction model"):
+    with refuses("friction model"):
         PAIR.at("coulomb", COARSE)
-    with pytest.raises(InputError, match="friction model"):
+    with refuses("friction model"):
         PAIR.at("ehl:rough", COARSE)
-    with pytest.raises(InputError, match="oil"):
+    with refuses("oil"):
         PAIR.at(grid=COARSE, oil="butter")
-    with pytest.raises(InputError, match="design"):
+    with refuses("design"):
         GearPair("no_such_design")
 
 
@@ -314,7 +315,7 @@ def test_map_refuses_an_empty_list_and_reports_progress() -> None:
     mesh = PAIR.mesh("drive", *COARSE)
     mesh.map("constant:0.05", [100.0, 200.0], progress=seen.append)
     assert seen == [Progress("points", 1, 2), Progress("points", 2, 2)]
-    with pytest.raises(InputError, match="speed"):
+    with refuses("speed"):
         mesh.map("constant:0.05", 100.0, [])
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from refusals import refuses
 
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.grid_flank import PointGrid
@@ -16,7 +17,6 @@ from efficiency.contact.measured_flank import MeasuredFlank, measured_flank
 from efficiency.cutting.flank import Flank
 from efficiency.design.design import Design, load_design
 from efficiency.output.inspection_grid import InspectionGrid, inspection_grid, write_inspection_grid
-from ehl.common.errors import InputError
 
 NAME = "fm_spiral_bevel_14x39"
 ARCSEC = np.pi / 648000.0
@@ -142,7 +142,7 @@ def test_scatter_beyond_the_stated_uncertainty_is_used_and_told(
 def test_points_of_another_flank_are_refused(design: Design, gear: Flank) -> None:
     other = design.flanks().of("gear")["concave" if gear.side == "convex" else "convex"]
     grid = points(inspection_grid(other, 9, 15, 0.04), np.zeros((9, 15)))
-    with pytest.raises(InputError, match="member and flank"):
+    with refuses("measured.csv, row 9, column 1"):
         measured(design, gear, grid, 1e-6)
 
 

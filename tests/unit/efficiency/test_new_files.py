@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from refusals import refuses
 
 import efficiency
 import ehl
@@ -108,7 +109,7 @@ def ehl_data() -> Path:
 @pytest.mark.parametrize("name", ['a"b', "back\\slash", "1e5", "line"])
 def test_names_cannot_break_the_file(name: str) -> None:
     assert tomllib.loads(efficiency.new_file("plan", name))["name"] == name
-    with pytest.raises(ehl.InputError, match="control characters"):
+    with refuses("name"):
         efficiency.new_file("plan", name + "\n")
 
 

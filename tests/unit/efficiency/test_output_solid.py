@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.polynomial.legendre import leggauss
+from refusals import refuses
 
 from efficiency.contact.gear_flanks import Member
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
@@ -16,7 +17,6 @@ from efficiency.cutting.limits import fillet, flank_limits
 from efficiency.design.design import Design, load_design
 from efficiency.output.solid import Solid, member_solid, read_stl, tooth_space_solid, write_stl
 from ehl.common.data import data_names
-from ehl.common.errors import InputError
 
 MEMBERS: tuple[Member, ...] = ("pinion", "gear")
 
@@ -128,11 +128,11 @@ def test_stl_round_trip(tmp_path: Path, grids: dict[str, ToothGrid]) -> None:
 
 
 def test_bore_that_does_not_fit_is_refused(grids: dict[str, ToothGrid]) -> None:
-    with pytest.raises(InputError, match="bore"):
+    with refuses("bore"):
         member_solid(grids["pinion"], bore=0.2)
-    with pytest.raises(InputError, match="rim"):
+    with refuses("rim"):
         member_solid(grids["pinion"], rim=0.5)
-    with pytest.raises(InputError, match="file"):
+    with refuses("file"):
         read_stl(Path("does_not_exist.stl"))
 
 

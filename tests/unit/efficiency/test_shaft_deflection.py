@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from refusals import fails, refuses
 from scipy.optimize import minimize
 
 from efficiency.contact.assembly import Assembly, RigidMove, displaced_axes
@@ -21,7 +22,7 @@ from efficiency.ltca.shaft_deflection import shaft_compliance
 from efficiency.mesh import LoadedMesh
 from efficiency.pair import GearPair
 from ehl.common.data import data_path
-from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.errors import InputError
 from ehl.common.validation import validate
 
 PAIR = "fm_hypoid_13x42_relieved"
@@ -140,7 +141,7 @@ def test_rounds_with_secants_settle_where_plain_rounds_grow(monkeypatch: pytest.
 
 def test_shafts_without_an_equilibrium_are_a_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     """A load that always pushes to the other side never settles."""
-    with pytest.raises(ConvergenceError, match="too soft for this torque") as told:
+    with fails("deflection_limit") as told:
         rounds_of(monkeypatch, lambda x: np.array([-1e-4 if x[0] > 0.0 else 1e-4, 0.0]))
     assert told.value.reason == "deflection_limit"
 
@@ -249,5 +250,5 @@ def test_a_stiffness_that_is_none_ends_the_command(mixed_ehl: Any, tmp_path: Pat
 
 
 def test_shafts_of_rubber_are_refused() -> None:
-    with pytest.raises(InputError, match=r"assembly\.stiffness.*Check units"):
+    with refuses("assembly.stiffness"):
         loaded(on({"pinion": {"reference_point": 0.1, "matrix": (1e5 * np.eye(6)).tolist()}}))

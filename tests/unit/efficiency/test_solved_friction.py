@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from efficiency.conditions.duty import DutyRow
 from efficiency.design.design import Design, load_design
@@ -175,9 +176,9 @@ def test_texture_in_the_design_file_and_its_limits() -> None:
     for wrong in ({"correlation_length": "0.1 um"}, {"peklenik_number": 0.1}, {"rq": 1}):
         with pytest.raises(InputError, match=r"surface\."):
             validate(Design, content | {"surface": wrong})
-    with pytest.raises(InputError, match="correlation_length"):
+    with refuses("correlation_length"):
         Operation(100.0, 363.15, correlation_length=1e-9)
-    with pytest.raises(InputError, match="peklenik_number"):
+    with refuses("peklenik_number"):
         Operation(100.0, 363.15, peklenik_number=0.0)
 
 

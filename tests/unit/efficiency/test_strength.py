@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from refusals import fails, refuses
 
 import efficiency
 from efficiency.ltca.limits import EdgeLoad
@@ -18,7 +19,6 @@ from efficiency.strength.permissible_stress import YIELD_RATIO, shakedown_pressu
 from efficiency.strength.rating import LocalConditions, rate_strength
 from efficiency.strength.root_section import Outline, arc_outline, solve_section
 from efficiency.strength.root_stress import root_tooth
-from ehl.common.errors import ConvergenceError, InputError
 from ehl.material import Material
 
 
@@ -95,10 +95,10 @@ def test_root_stress_of_a_straight_tooth(radius: float, arm: float) -> None:
 
 
 def test_fillet_that_does_not_fit_is_refused() -> None:
-    with pytest.raises(ConvergenceError, match="no_fillet"):
+    with fails("no_fillet"):
         straight_tooth(8.0)
     flank = np.array([[0.5, 2.0], [0.6, 1.0]])
-    with pytest.raises(ConvergenceError, match="fillet of radius"):
+    with fails("no_fillet"):
         arc_outline(flank, -50.0, 0.2)
 
 
@@ -201,9 +201,9 @@ def test_material_without_endurance_is_not_graded(loaded: LoadedMesh) -> None:
 
 
 def test_impossible_input_is_refused(loaded: LoadedMesh) -> None:
-    with pytest.raises(InputError, match="film"):
+    with refuses("film"):
         rated(loaded, film=np.ones(3))
-    with pytest.raises(InputError, match="module"):
+    with refuses("module"):
         root_tooth(loaded.mesh.design.flanks(), "gear", loaded.mesh.grids.teeth.gear, -1.0)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import refuses
 from samples import AXLE_OIL as OIL
 from samples import tiny_load as loaded
 
@@ -154,9 +155,9 @@ def test_a_design_file_may_state_its_own_spreads(tmp_path: Path) -> None:
     design = efficiency.load(file).design
     assert design.running(100.0, 350.0).uncertainty.roughness_rms == 0.01
     file.write_text(text + "\n[uncertainty]\nroughness_rms = -0.1\n")
-    with pytest.raises(InputError, match=r"uncertainty\.roughness_rms"):
+    with refuses("uncertainty.roughness_rms"):
         efficiency.load(file)
-    with pytest.raises(InputError, match="level"):
+    with refuses("level"):
         solve(Product(), UncertaintyInput()).uncertainty(level=1.0)
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from matplotlib.figure import Figure
 from pages import read_page
+from refusals import refuses
 
 import ehl
 from ehl.contact import KEYWORDS, ContactKeywords
@@ -89,9 +90,9 @@ def test_errors_name_the_keyword(change: dict[str, Any], field: str) -> None:
 
 
 def test_missing_inputs_are_named() -> None:
-    with pytest.raises(ehl.InputError, match="oil is missing"):
+    with refuses("oil"):
         ehl.Contact(pressure_hertz=1e9)
-    with pytest.raises(ehl.InputError, match="radius_equivalent is missing"):
+    with refuses("radius_equivalent"):
         ehl.Contact(oil="fva3", temperature=350.0)
 
 
@@ -99,7 +100,7 @@ def test_replace_checks_again_and_can_take_away() -> None:
     contact = ehl.Contact(**GIVEN)
     assert contact.replace(temperature="80 degC").lubricant.temperature_oil == pytest.approx(353.15)
     assert contact.replace(pressure_hertz=None, load_per_length=4e5).line_contact().load_per_length == 4e5
-    with pytest.raises(ehl.InputError, match="slide_to_roll"):
+    with refuses("contact.slide_to_roll"):
         contact.replace(slide_to_roll=1e9)
 
 
@@ -143,7 +144,7 @@ def test_failed_results_have_a_page_and_no_figure(tmp_path: Path) -> None:
     page = read_page(failed.report(tmp_path / "failed.html"))
     assert "no answer" in page.sections[0]
     assert "fault failed: path_stalled" in page.sections[0]
-    with pytest.raises(ehl.InputError, match="plot"):
+    with refuses("plot"):
         failed.plot()
 
 

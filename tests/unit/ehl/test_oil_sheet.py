@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from refusals import refuses
 
 import ehl
 from ehl.common.data import data_names, data_path
@@ -70,7 +71,7 @@ def test_a_saved_card_is_the_same_oil(name: str, tmp_path: Path) -> None:
     oil.save(tmp_path / "mine.toml")
     again = ehl.Oil.load(str(tmp_path / "mine.toml"))
     assert again == oil
-    with pytest.raises(ehl.InputError, match=r"\.toml"):
+    with refuses("path"):
         oil.save(tmp_path / "mine.txt")
 
 

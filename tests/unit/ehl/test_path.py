@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 import ehl
 from ehl import sequence as module
-from ehl.common.errors import InputError
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.inputs import ModelInput, SurfaceInput
@@ -155,9 +155,9 @@ def test_nothing_to_solve_gives_nothing() -> None:
 
 
 def test_lubricants_must_match() -> None:
-    with pytest.raises(InputError, match="one for each of the 2"):
+    with refuses("lubricant"):
         solve_path([line(), line()], [Lubricant(0.02, 16e-9)])
-    with pytest.raises(InputError, match="temperatures"):
+    with refuses("lubricant"):
         solve_path([line()], OIL)
 
 

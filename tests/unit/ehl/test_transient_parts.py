@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refuses
 
-from ehl.common.errors import InputError
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.material import Material
@@ -70,7 +70,7 @@ def test_sampling_keeps_the_profile_on_every_mesh() -> None:
     fine, coarse = sample_ring(profile, 1e-6), sample_ring(profile, 4e-6)
     np.testing.assert_allclose(fine[::4], coarse, atol=1e-15)
     np.testing.assert_allclose(coarse, profile.heights, atol=1e-15)
-    with pytest.raises(InputError, match="nodes"):
+    with refuses("nodes"):
         sample_ring(profile, 30e-6)
 
 

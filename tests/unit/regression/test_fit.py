@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from refusals import refuses
 from small_plans import gear_plan
 
-from ehl.common.errors import InputError
 from ehl.common.validation import validate
 from regression.data.dataset import Dataset, load_dataset
 from regression.fitting import rows as rows_module
@@ -114,7 +114,7 @@ def test_a_family_the_data_cannot_fit_is_left_out(dataset: Dataset) -> None:
     few = Dataset(dataset.frame.loc[rows[:15]], *(getattr(dataset, n) for n in list(dataset.__dataclass_fields__)[1:]))
     assert [formula.family for formula in fit_families(few)] == ["power_law"]
     none = Dataset(dataset.frame.loc[rows[:5]], *(getattr(dataset, n) for n in list(dataset.__dataclass_fields__)[1:]))
-    with pytest.raises(InputError, match=r"5 usable cases.*at least 14 usable cases for family power_law"):
+    with refuses("run"):
         fit_families(none)
 
 
@@ -170,15 +170,15 @@ def test_noise_floor_is_the_rms_of_the_stated_errors(dataset: Dataset) -> None:
 
 
 def test_refusals(dataset: Dataset) -> None:
-    with pytest.raises(InputError, match="one of xu, power_law, regimes, load_share"):
+    with refuses("family"):
         fit_formula(dataset, "spline")
     few = Dataset(dataset.frame.iloc[:10], *(getattr(dataset, n) for n in list(dataset.__dataclass_fields__)[1:]))
-    with pytest.raises(InputError, match=r"usable cases.*at least 18.*corner"):
+    with refuses("run"):
         fit_formula(few, "xu")
-    with pytest.raises(InputError, match="one value"):
+    with refuses("boundary_friction"):
         fit_formula(changed(dataset, list(range(96)), boundary_friction=np.linspace(0.08, 0.1, 96)), "xu")
     x = np.linspace(1.0, 2.0, 30)
-    with pytest.raises(InputError, match="vary every variable"):
+    with refuses("run"):
         linear_fit(("c", "a", "b"), np.column_stack([np.ones(30), x, 2.0 * x]), x)
 
 
@@ -195,7 +195,7 @@ def test_export_as_csv(dataset: Dataset, tmp_path: Path) -> None:
     units = pd.read_csv(target, nrows=1).iloc[0]
     assert units["pressure_hertz"] == "Pa"
     np.testing.assert_array_equal(frame["friction_coefficient"], dataset.frame["friction_coefficient"])
-    with pytest.raises(InputError, match="writable"):
+    with refuses("target"):
         dataset.save(tmp_path)
 
 
