@@ -120,7 +120,6 @@ class GridFlank(SmoothFlank):
     """Flank through a grid of points; see `grid_flank`."""
 
     rms: float = 0.0  # RMS distance of the points from the surface [m]
-    degree: tuple[int, int] = (0, 0)  # of the polynomial along the face and over the depth
     # maximum angle between the given normals and those of the surface [rad], 0 where none are given
     normal_error: float = 0.0
 
@@ -245,7 +244,6 @@ def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand) -> Gr
         flank.origin,
         error=float((missed * share).max()),
         rms=float(np.sqrt(np.mean((rest * share) ** 2))),
-        degree=(shape[0] - 1, shape[1] - 1),
         normal_error=_normal_error(grid, points.normal),
     )
 

@@ -194,10 +194,6 @@ class MeasuredFlank(SmoothFlank):
         """Covariance of the flank along its normal at blank coordinates [m^2], (n, n)."""
         return self.field.covariance(_place(self.blank, u, h)) * 1e-12
 
-    def smooth_deviation(self, u: FloatArray, h: FloatArray) -> FloatArray:
-        """Deviation from nominal without noise and without its mean [m], (n,)."""
-        return self.field.mean(_place(self.blank, u, h)) * 1e-6
-
     @property
     def note(self) -> str:
         """What a designer has to know of the measurement."""

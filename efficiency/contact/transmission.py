@@ -92,8 +92,6 @@ class Transmission:
         One pitch of the mesh in equal steps around the highest point, its end left out [rad].
     error : (n,) array
         Transmission error of all pairs there [rad].
-    carrier : (n,) int array
-        The pair that carries: 0 the one of `path`, 1 the one a pitch further along in mesh, -1 the one behind.
     peak_to_peak : float
         Range of `error` [rad].
     harmonics : (10,) array
@@ -109,7 +107,6 @@ class Transmission:
     path: ContactPath
     pinion_angle: FloatArray
     error: FloatArray
-    carrier: IntArray
     peak_to_peak: float
     harmonics: FloatArray
     edges: tuple[str, ...]
@@ -164,8 +161,7 @@ def transmission(surface: MeshSurface) -> Transmission:
         surface, float(np.ptp(error)), float(np.ptp(_envelope(path.pinion_angle, path.expected, angle, pitch)[0]))
     )
     # a pair one pitch further along in mesh has a larger roll angle
-    carrier = best - 1
-    reached = angle + carrier * pitch
+    reached = angle + (best - 1) * pitch
     nearest = np.rint((reached - path.pinion_angle[0]) / pitch * _PER_PITCH).astype(int)
     carrying = np.unique(nearest)
     touched = np.unique(path.edge[carrying])
@@ -173,7 +169,6 @@ def transmission(surface: MeshSurface) -> Transmission:
         path=path,
         pinion_angle=angle,
         error=error,
-        carrier=carrier,
         peak_to_peak=float(np.ptp(error)),
         harmonics=2.0 * np.abs(np.fft.rfft(error))[1 : ORDERS + 1] / _FINE,
         edges=tuple(EDGES[k] for k in touched[touched >= 0]),

@@ -142,10 +142,11 @@ def pressure_peak(load: LoadDistribution, teeth: TeethElasticity) -> Peak:
     point = int(np.argmax(at.pressure_hertz))
     near = at.position.edge
     edge = EDGES[near.index[point]] if near is not None and at.at_edge[point] else ""
-    return Peak(float(at.pressure_hertz[point]), _place(load, teeth, number, point), edge)
+    return Peak(float(at.pressure_hertz[point]), flank_place(load, teeth, number, point), edge)
 
 
-def _place(load: LoadDistribution, teeth: TeethElasticity, number: int, point: int) -> str:
+def flank_place(load: LoadDistribution, teeth: TeethElasticity, number: int, point: int) -> str:
+    """Place of a point of a mesh position on the gear flank, in words and figures."""
     position = load.cycle[number]
     face, height = float(position.face_gear[point]), float(position.height_gear[point])
     width, depth = _extent(teeth.gear, face)
@@ -190,7 +191,7 @@ def _edge_note(edges: EdgeLoad, load: LoadDistribution, teeth: TeethElasticity) 
         f"and after the path of the smooth flanks; elastic pressure at the {edges.edge} edge, radius "
         f"{radius * 1e3:.3g} mm, up to {edges.pressure / 1e9:.3g} GPa ({edges.pressure_lower / 1e9:.3g} to "
         f"{edges.pressure_upper / 1e9:.3g} GPa for twice and half the radius), "
-        f"{_place(load, teeth, edges.position, edges.point)}"
+        f"{flank_place(load, teeth, edges.position, edges.point)}"
     )
     if edges.pressure > hardness(teeth):
         text += f"; above the {hardness(teeth) / 1e9:.3g} GPa hardness: the edge yields or wears in there"

@@ -240,11 +240,6 @@ class LoadDistribution:
         return np.array([p.equilibrium.stiffness for p in self.positions])
 
     @property
-    def line_stiffness_factor(self) -> FloatArray:
-        """What makes a stiffness along the line of action [N/m] of one about the pinion: (sum F/T)^2 [1/m2]."""
-        return np.array([(p.force.sum() / float(p.force @ p.position.lever_pinion)) ** 2 for p in self.positions])
-
-    @property
     def contact_ratio(self) -> float:
         """Contact ratio under load: pitches of roll over which one tooth pair carries, edges included [-]."""
         return float(np.mean([len([share for share in p.share.values() if share > 0.0]) for p in self.positions]))
@@ -314,16 +309,16 @@ def distribute_load(
     normal_torques: FloatArray | None = None,
     near: LoadDistribution | None = None,
 ) -> LoadDistribution:
-    """Solve compatibility and equilibrium at each position of a mesh cycle.
+    """Solve compatibility and equilibrium at each position of a mesh cycle over one pinion pitch.
 
     Parameters
     ----------
     cycle : sequence of MeshPosition or of ElasticPosition
-        Positions of one pinion pitch; with their compliance from `elastic_cycle` where it is known.
+        Positions; with their compliance from `elastic_cycle` where it is known.
     teeth : TeethElasticity
         Compliance of both members.
     torque : float
-        Torque on the pinion in its driving direction [N m].
+        Torque on the pinion in its driving direction [N m]; `InputError` unless it is finite and above 0.
     normal_torques : (positions,) array, optional
         Torque carried by the normal forces at each position, where friction carries the rest [N m].
     near : LoadDistribution, optional
@@ -333,11 +328,6 @@ def distribute_load(
     -------
     LoadDistribution
         A position that does not converge is a recorded status, not an error.
-
-    Raises
-    ------
-    InputError
-        The torque is not positive and finite.
     """
     require_torque(torque)
     torques = [torque] * len(cycle) if normal_torques is None else list(normal_torques)

@@ -131,26 +131,10 @@ def solve_deflection(
 ) -> MeshGrids:
     """The mesh at the misalignment that its own load produces, by fixed-point rounds with secants (Anderson).
 
-    Parameters
-    ----------
-    placed : Assembly
-        Axes without load.
-    compliances : tuple
-        Of pinion and gear.
-    torque : float
-        Of the pinion [N m].
-    meshes : sequence of callable
-        Make the mesh at other misalignments: with few points first, which come close, the one of the result last.
-
-    Returns
-    -------
-    MeshGrids
-        With its `deflection`; as placed where the load has no solution, which the load itself then tells.
-
-    Raises
-    ------
-    ConvergenceError
-        ``deflection_limit`` where E, P, G, shaft_angle_error do not settle.
+    `placed` and `compliances` are the axes without load and the members; `torque` is that of the pinion [N m]. `meshes`
+    make the mesh at other misalignments: with few points first, which come close, the one of the result last. Where the
+    load has no solution the mesh is returned as placed, and the load states why. Raises `ConvergenceError` with
+    ``deflection_limit`` where the misalignments do not settle.
     """
     rest = RigidMove(np.zeros(3), np.zeros(3), np.zeros(3))
     now = displaced_axes(placed, rest, rest)

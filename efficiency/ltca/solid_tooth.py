@@ -73,7 +73,6 @@ class SolidTooth:
     own: FloatArray
     ahead: tuple[FloatArray, ...]  # the same read on the next teeth on the side that the loaded flank looks to
     half_thickness: FloatArray  # (n,) distance along the normal from the flank to the middle surface at the nodes [m]
-    unknowns: int  # number of displacement unknowns
     discarded: float  # negative eigenvalue taken from `own` to make it positive semidefinite, over the largest [-]
 
     @property
@@ -204,7 +203,7 @@ def solid_tooth(
     own, discarded = _positive(on_flank - near * (on_flank - on_middle))
     # the loaded flank looks to the next tooth in rising azimuth if it is the upper one
     ahead = tuple(matrix[:count] if side == 1.0 else matrix[:count].T for matrix in response.ahead)
-    return SolidTooth(body, grid, cell, side, nodes, own, ahead, half, 3 * solid.count, discarded)
+    return SolidTooth(body, grid, cell, side, nodes, own, ahead, half, discarded)
 
 
 def flank_loading(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.mesh_surface import EDGES
-from efficiency.ltca.limits import EDGE_NOTE, EdgeLoad
+from efficiency.ltca.limits import EDGE_NOTE, EdgeLoad, flank_place
 from efficiency.ltca.load_distribution import LoadDistribution, TeethElasticity
 from efficiency.strength import permissible_stress as permissible
 from efficiency.strength.result import Grade, Strength
@@ -80,7 +80,7 @@ def rate_strength(
     first, shakes = permissible.yield_pressure(soft), float(permissible.shakedown_pressure(soft, mu))
     limits = [m.contact_endurance for m in materials.values() if m.contact_endurance is not None]
     endurance = min(limits) if len(limits) == len(materials) else math.nan
-    where = _where(load, teeth, worst)
+    where = flank_place(load, teeth, int(load.loaded_position[worst]), int(load.loaded_index[worst]))
     grades += _flank_grades(flank, endurance, first, shakes, where)
     if not math.isfinite(endurance):
         unknown = ", ".join(f"{name} ({m.name})" for name, m in materials.items() if m.contact_endurance is None)
@@ -162,18 +162,6 @@ def rate_strength(
         gear=results[1],
         points_film_specific=film,
         points_temperature=local.temperature,
-    )
-
-
-def _where(load: LoadDistribution, teeth: TeethElasticity, number: int) -> str:
-    """Place of a loaded point on the gear flank, in words."""
-    k, point = int(load.loaded_position[number]), int(load.loaded_index[number])
-    position = load.cycle[k]
-    face, height = float(position.face_gear[point]), float(position.height_gear[point])
-    width, depth = teeth.gear.face_width, float(teeth.gear.whole_depth(face))
-    return (
-        f"{face * 1e3:.1f} of {width * 1e3:.1f} mm from the toe, {height * 1e3:.1f} of {depth * 1e3:.1f} mm over the "
-        "root of the gear"
     )
 
 

@@ -49,9 +49,7 @@ class RootSection:
     # [1/m], force towards the body [1/m] and moment that pulls at the loaded side [1/m2], each per length of the tooth
     loaded: FloatArray
     far: FloatArray
-    # place_loaded, place_far: (p, 2) where, across and up from the middle of the cut [m]
-    place_loaded: FloatArray
-    place_far: FloatArray
+    place_loaded: FloatArray  # (p, 2) where, across and up from the middle of the cut [m]
 
 
 def arc_outline(flank: FloatArray, root: float, radius: float) -> Outline:
@@ -108,7 +106,7 @@ def solve_section(loaded: Outline, far: Outline, poisson_ratio: float) -> RootSe
         stress, place = _surface_strain(nodes[:, column], unit[:, column])
         stresses.append(modulus * stress.T)
         places.append(place)
-    return RootSection(stresses[0], stresses[1], places[0], places[1] * np.array([-1.0, 1.0]))
+    return RootSection(stresses[0], stresses[1], places[0])
 
 
 def _outwards(line: FloatArray) -> FloatArray:
