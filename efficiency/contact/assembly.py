@@ -19,24 +19,15 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Assembly:
-    """Position of the members in the mesh frame, misalignments included.
+    """Position of the members in the mesh frame, misalignments included."""
 
-    Attributes
-    ----------
-    teeth_pinion, teeth_gear : int
-        Numbers of teeth.
-    shaft_angle : float
-        Nominal [rad].
-    offset : float
-        y coordinate of the pinion axis [m]; positive is below centre for a left-hand pinion and a right-hand gear.
-    E, P, G, shaft_angle_error : float
-        Misalignments [m], shaft_angle_error [rad].
-    """
-
+    # teeth_pinion, teeth_gear: numbers of teeth
     teeth_pinion: int
     teeth_gear: int
-    shaft_angle: float
+    shaft_angle: float  # nominal [rad]
+    # y coordinate of the pinion axis [m]; positive is below centre for a left-hand pinion and a right-hand gear
     offset: float = 0.0
+    # E, P, G, shaft_angle_error: misalignments [m], shaft_angle_error [rad]
     E: float = 0.0
     P: float = 0.0
     G: float = 0.0

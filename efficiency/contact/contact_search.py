@@ -184,7 +184,7 @@ class _Problem:
     def newton(self, angle: FloatArray, start: FloatArray, edges: IntArray) -> tuple[FloatArray, BoolArray]:
         """Newton's method at n points, and which of them arrived.
 
-        ``edges`` (2, n) says what is looked for: -1, -1 a stationary point, -2, -1 the line of minimum gap, k, -1 the
+        ``edges`` (2, n) gives the kind of point: -1, -1 a stationary point, -2, -1 the line of minimum gap, k, -1 the
         minimum gap along edge k, k, l the corner of two edges.
         """
         x, settled = start.copy(), np.zeros(angle.shape, dtype=bool)

@@ -160,7 +160,7 @@ class FlankPair:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a designer has to know of the contact without load."""
+        """Notes on the contact without load."""
         notes = []
         for name, flank in (("pinion", self.surface.pinion), ("gear", self.surface.gear)):
             if isinstance(flank, (ConjugateFlank, GridFlank, MeasuredFlank)):

@@ -25,31 +25,16 @@ SIDES: tuple[Side, ...] = ("drive", "coast")
 
 @dataclass(frozen=True)
 class GearFlanks:
-    """Flanks of a pair in its assembly.
+    """Flanks of a pair in its assembly."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the pair.
-    pinion, gear : mapping
-        Flank of each side, ``"concave"`` and ``"convex"``.
-    assembly : Assembly
-        Position of the members, misalignments included.
-    drive_flank_pinion : str
-        The pinion flank that carries on the drive side.
-    normal_backlash : float
-        Along the normal, taken off the pinion tooth [m].
-    relief : PairRelief
-        Taken off the flanks next to their edges.
-    """
-
-    name: str
+    name: str  # name of the pair
+    # pinion, gear: flank of each side, ``"concave"`` and ``"convex"``
     pinion: Mapping[FlankSide, Flank]
     gear: Mapping[FlankSide, Flank]
-    assembly: Assembly
-    drive_flank_pinion: FlankSide = "concave"
-    normal_backlash: float = 0.0
-    relief: PairRelief = field(default_factory=PairRelief)
+    assembly: Assembly  # position of the members, misalignments included
+    drive_flank_pinion: FlankSide = "concave"  # the pinion flank that carries on the drive side
+    normal_backlash: float = 0.0  # along the normal, taken off the pinion tooth [m]
+    relief: PairRelief = field(default_factory=PairRelief)  # taken off the flanks next to their edges
 
     def of(self, member: Member) -> Mapping[FlankSide, Flank]:
         """Both flanks of a member."""

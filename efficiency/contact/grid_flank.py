@@ -106,7 +106,7 @@ class PointGrid:
     column: NDArray[np.int64]
     position: FloatArray  # (3, n) [m]
     normal: FloatArray | None  # (3, n) unit normals out of the tooth
-    # member, flank: as the first line says; empty where it does not
+    # member, flank: of the first line; empty where it states none
     member: str
     flank: str
 

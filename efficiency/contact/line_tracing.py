@@ -71,7 +71,7 @@ def within_reach(surface: MeshSurface, spans: Spans, owner: IntArray, reach: flo
     run = spans.start[:, None] + (spans.stop - spans.start)[:, None] * share
     u, v, _ = _level(surface, spans.roll, run, spans.swapped)
     back, lever = surface.patch(u.ravel(), v.ravel(), ("ease_off_angle", "lever")).reshape(2, *run.shape)
-    # relief puts the first touch off, but closes sooner beside a point than at it
+    # relief puts the first touch off, but may close sooner next to a point than at it
     relieved = back + surface.relief_depth(u.ravel(), v.ravel()).reshape(run.shape) / lever
     least = np.full(int(owner.max()) + 1, np.inf)
     np.minimum.at(least, owner, relieved.min(axis=1))

@@ -88,7 +88,7 @@ class SmoothField:
         return self._moments(place, True)[1]
 
     def _moments(self, place: FloatArray, spread: bool) -> tuple[FloatArray, FloatArray]:
-        """Mean and, if asked for, covariance over all sets."""
+        """Mean and, if required, covariance over all sets."""
         weights = np.array([each.weight for each in self.sets])
         means, within = [], np.zeros((place.shape[1], place.shape[1]))
         for each in self.sets:
@@ -167,7 +167,7 @@ def _correlation(first: FloatArray, second: FloatArray, lengths: tuple[float, fl
 def _likelihood(
     variance: FloatArray, values: FloatArray, terms: FloatArray, sizes: FloatArray, second: FloatArray, noise: float
 ) -> FloatArray:
-    """Logarithm of the likelihood of values with uncorrelated field and noise and terms beside, (sizes, second)."""
+    """Logarithm of the likelihood of values with uncorrelated field and noise and further terms, (sizes, second)."""
     total = sizes[:, None] ** 2 * variance + noise**2
     alone = -0.5 * np.sum(np.log(total) + values**2 / total, axis=1)
     weighed = terms / total[:, :, None]
@@ -196,7 +196,7 @@ class MeasuredFlank(SmoothFlank):
 
     @property
     def note(self) -> str:
-        """What a designer has to know of the measurement."""
+        """Note on the measurement."""
         text = f"standard uncertainty of one point {self.stated * 1e6:.2g} um"
         if self.scatter > _SCATTER * self.stated:
             text += f", but the points scatter by {self.scatter * 1e6:.2g} um about a smooth flank: that is used"

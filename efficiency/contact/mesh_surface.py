@@ -119,53 +119,30 @@ class UndercutRegion:
 
 @dataclass(frozen=True)
 class MeshSurface:
-    """Fields of the mesh on the gear flank.
+    """Fields of the mesh on the gear flank."""
 
-    Attributes
-    ----------
-    gear, pinion : Flank
-        The two real flanks.
-    assembly : Assembly
-        Their position, misalignments included.
-    phase : float
-        Rotation of the pinion flank about its axis [rad] that makes the smallest ease-off zero.
-    direction : float
-        +1 or -1: sense of pinion rotation about the axis of the mesh frame when these flanks drive.
-    roll_zero : float
-        Pinion rotation f1 [rad] at which the design point touches; roll angles are ``direction (f1 - roll_zero)``.
-    design_point : (float, float)
-        (u, v) of the design point: mean cone distance, middle of the working depth.
-    error_maximum : (float, float)
-        (u, v) of the smallest ease-off over lever inside the flanks, where the transmission error is highest.
-    patch : Patch
-        Fields ``x y z nx ny nz`` (gear frame; normal out of the gear tooth), ``azimuth`` of that point from that of the
-        design point, ``roll`` (surface of roll angle in driving direction [rad]), ``ease_off`` [m], ``lever`` (arm
-        about the gear axis [m]), ``ease_off_angle`` (ease-off over lever: the gear rotation that closes it [rad]),
-        ``bend`` (separation of the conjugate pair over the lever is ``bend (roll - angle)^2/2`` at a point fixed to the
-        pinion [1/rad]), ``u1``, ``h1`` (blank coordinates on the pinion [m]), ``px py pz`` (real pinion point in its
-        frame, phase included [m]) and, where the pinion is undercut, ``regular`` (positive where its flank exists).
-    interpolation_error : float
-        Estimated error of ease-off and gear flank between the nodes, along the normal [m].
-    undercut : UndercutRegion, optional
-        The part of the mating flank that is undercut.
-    grid : FlankGrid
-        The points it was made from.
-    relief : PairRelief
-        Taken off both flanks next to their edges; the map itself is that of the flanks without.
-    """
-
+    # gear, pinion: the two real flanks
     gear: Flank
     pinion: Flank
-    assembly: Assembly
-    phase: float
-    direction: float
+    assembly: Assembly  # their position, misalignments included
+    phase: float  # rotation of the pinion flank about its axis [rad] that makes the smallest ease-off zero
+    direction: float  # +1 or -1: sense of pinion rotation about the axis of the mesh frame when these flanks drive
+    # pinion rotation f1 [rad] at which the design point touches; roll angles are ``direction (f1 - roll_zero)``
     roll_zero: float
-    design_point: tuple[float, float]
+    design_point: tuple[float, float]  # (u, v) of the design point: mean cone distance, middle of the working depth
+    # (u, v) of the smallest ease-off over lever inside the flanks, where the transmission error is highest
     error_maximum: tuple[float, float]
+    # fields ``x y z nx ny nz`` (gear frame; normal out of the gear tooth), ``azimuth`` of that point from that of the
+    # design point, ``roll`` (surface of roll angle in driving direction [rad]), ``ease_off`` [m], ``lever`` (arm about
+    # the gear axis [m]), ``ease_off_angle`` (ease-off over lever: the gear rotation that closes it [rad]), ``bend``
+    # (separation of the conjugate pair over the lever is ``bend (roll - angle)^2/2`` at a point fixed to the pinion
+    # [1/rad]), ``u1``, ``h1`` (blank coordinates on the pinion [m]), ``px py pz`` (real pinion point in its frame,
+    # phase included [m]) and, where the pinion is undercut, ``regular`` (positive where its flank exists)
     patch: Patch
-    interpolation_error: float
-    undercut: UndercutRegion | None
-    grid: FlankGrid
+    interpolation_error: float  # estimated error of ease-off and gear flank between the nodes, along the normal [m]
+    undercut: UndercutRegion | None  # the part of the mating flank that is undercut
+    grid: FlankGrid  # the points it was made from
+    # taken off both flanks next to their edges; the map itself is that of the flanks without
     relief: PairRelief = field(default_factory=PairRelief)
 
     def relief_depth(self, u: FloatArray, v: FloatArray) -> FloatArray:

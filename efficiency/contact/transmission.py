@@ -196,7 +196,7 @@ def _interval(surface: MeshSurface, path: ContactPath, angle: FloatArray) -> tup
         np.random.default_rng(0).multivariate_normal(np.zeros(lever.size), covariance, _DRAWS, method="eigh") / lever
     )
     errors = [np.ptp(_envelope(path.pinion_angle, path.transmission_error + x, angle, surface.pitch)[0]) for x in draws]
-    # draws about the estimate are as far beside it as it is beside the truth
+    # draws scatter about the estimate as the estimate about the truth
     low, high = np.quantile(errors, (0.025, 0.975))
     return float(low), float(high)
 

@@ -56,7 +56,7 @@ class SideGeometry:
     path_angle : float
         Direction of the path there in the projection of the gear, from the line to the heel, in (-90, 90] deg [rad].
     notes : tuple of str
-        What a designer should know.
+        Notes on the contact.
     seconds : float
         Wall time of this side.
     """
@@ -128,7 +128,7 @@ class FlankSummary:
 
 @dataclass(frozen=True, repr=False)
 class PairGeometry(Reportable):
-    """Geometry of a pair: its flanks and the unloaded contact of each side asked for.
+    """Geometry of a pair: its flanks and the unloaded contact of each required side.
 
     Attributes
     ----------
@@ -143,7 +143,7 @@ class PairGeometry(Reportable):
     failures : dict
         Why a side could not be computed.
     notes : tuple of str
-        What a designer should know of the members.
+        Notes on the members.
     seconds : float
         Wall time of all.
     """
@@ -226,7 +226,7 @@ def flank_summaries(design: Design) -> dict[str, FlankSummary]:
 
 
 def geometry_notes(design: Design, side: Side) -> tuple[str, ...]:
-    """What a designer should know of the members and of the unloaded contact of one side.
+    """Notes on the members and on the unloaded contact of one side.
 
     Undercut, flanks that end early, roots too high or too deep, and where the contact pattern runs into edges.
     """
@@ -301,7 +301,7 @@ def _flank_summary(design: Design, member: Member, side: FlankSide) -> FlankSumm
 
 
 def _flank_notes(design: Design, name: str, flank: FlankSummary) -> list[str]:
-    """What a designer should know of one flank."""
+    """Notes on one flank."""
     member = name.partition("_")[0]
     own, mate = (design.pinion, design.gear) if member == "pinion" else (design.gear, design.pinion)
     clearance = own.blank.mean_dedendum - mate.blank.mean_addendum

@@ -32,30 +32,23 @@ _RADIUS_FACTOR = 2.0
 
 @dataclass(frozen=True)
 class EdgeLoad:
-    """Load at the tip, toe and heel edges over one mesh cycle.
+    """Load at the tip, toe and heel edges over one mesh cycle."""
 
-    Attributes
-    ----------
-    share : float
-        Of the torque, where the contact reaches an edge [-].
-    share_extended : float
-        Of the torque, carried by edges before and after the path of the smooth flanks [-].
-    shares : dict of str to float
-        Share of the torque at each edge [-]; only edges that carry.
-    pressure : float
-        Maximum elastic pressure at an edge [Pa]; 0 where none carries.
-    pressure_lower, pressure_upper : float
-        The same load on edges of twice and of half the radius [Pa].
-    edge : str
-        Where the largest one is, such as ``gear tip``; empty where no edge carries.
-    position, point : int
-        Its mesh position and point.
-    """
+    share: float = 0.0  # of the torque, where the contact reaches an edge [-]
+    share_extended: float = 0.0  # of the torque, carried by edges before and after the path of the smooth flanks [-]
+    # share of the torque at each edge [-]; only edges that carry
+    shares: dict[str, float] = field(default_factory=dict)
+    pressure: float = 0.0  # maximum elastic pressure at an edge [Pa]; 0 where none carries
+    # pressure_lower, pressure_upper: the same load on edges of twice and of half the radius [Pa]
+    pressure_lower: float = 0.0
+    pressure_upper: float = 0.0
+    edge: str = ""  # where the largest one is, such as ``gear tip``; empty where no edge carries
+    # position, point: its mesh position and point
+    position: int = -1
+    point: int = -1
 
     def towards(self, other: EdgeLoad, share: float) -> EdgeLoad:
-        """Between two loads near each other: linear in the share of the way, and never below zero, where an edge lets
-        go; the place is that of the nearer one.
-        """
+        """Linear interpolation to a load near by, never below zero; the place is that of the nearer load."""
         near = other if share > 0.5 else self
 
         def between(here: float, there: float) -> float:
@@ -66,16 +59,6 @@ class EdgeLoad:
         edges = dict.fromkeys((*self.shares, *other.shares))
         shares = {edge: between(self.shares.get(edge, 0.0), other.shares.get(edge, 0.0)) for edge in edges}
         return replace(near, shares=shares, **values)
-
-    share: float = 0.0
-    share_extended: float = 0.0
-    shares: dict[str, float] = field(default_factory=dict)
-    pressure: float = 0.0
-    pressure_lower: float = 0.0
-    pressure_upper: float = 0.0
-    edge: str = ""
-    position: int = -1
-    point: int = -1
 
 
 def edge_load(load: LoadDistribution, teeth: TeethElasticity) -> EdgeLoad:
@@ -160,7 +143,7 @@ def flank_place(load: LoadDistribution, teeth: TeethElasticity, number: int, poi
 def limit_notes(
     load: LoadDistribution, teeth: TeethElasticity, unloaded: float, edges: EdgeLoad | None = None
 ) -> tuple[str, ...]:
-    """What a user has to know of the load: pressure above the hardness, load at edges, flanks that do not match.
+    """Notes on the load: pressure above the hardness, load at edges, flanks that do not match.
 
     `unloaded` is the transmission error without load, peak to peak [rad]; `edges` what is known of the edges already.
     """

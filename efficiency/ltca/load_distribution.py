@@ -29,7 +29,7 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 _PLACE = ("face", "height")
 _OF_LOAD = ("force", "pressure_hertz", "at_edge")
-# angles of the lay, which not every mesh knows
+# angles of the lay, which not every mesh has
 LAYS = ("lay_pinion", "lay_gear")
 OF_POSITION = ("radius_equivalent", "entrainment", "sliding_across", "sliding_along")
 

@@ -48,46 +48,25 @@ class MakeCycle(Protocol):
 
 @dataclass(frozen=True)
 class MeshGrids:
-    """Geometry of the mesh on two grids, and the compliance of the teeth.
+    """Geometry of the mesh on two grids, and the compliance of the teeth."""
 
-    Attributes
-    ----------
-    design, side : str
-        Name of the design and of the flank pair.
-    fine, coarse : tuple of MeshPosition
-        The same positions with all and with about half of the points per contact line.
-    teeth : TeethElasticity
-        Compliance of both members.
-    points_per_line : int
-        Of the fine grid.
-    axes : tuple of Axis, optional
-        Of pinion and gear, for the arms of the friction forces.
-    notes : tuple of str
-        What is to be known of the geometry.
-    transmission_error : float
-        Without load, peak to peak of all pairs together [rad]; nan where only the positions know it.
-    make_cycle : callable, optional
-        Makes lines for another reach; without it the lines stay as they are.
-    reach : float
-        Gear rotation up to which edges are followed [rad].
-    deflection : ShaftDeflection, optional
-        Of shafts and bearings, where they were solved with the contact.
-    under_torque : callable, optional
-        The mesh with shafts and bearings deflected by a pinion torque [N m]; without it they do not give way.
-    """
-
+    # design, side: name of the design and of the flank pair
     design: str
     side: str
+    # fine, coarse: the same positions with all and with about half of the points per contact line
     fine: tuple[MeshPosition, ...]
     coarse: tuple[MeshPosition, ...]
-    teeth: TeethElasticity
-    points_per_line: int
-    axes: tuple[Axis, Axis] | None = None
-    notes: tuple[str, ...] = ()
+    teeth: TeethElasticity  # compliance of both members
+    points_per_line: int  # of the fine grid
+    axes: tuple[Axis, Axis] | None = None  # of pinion and gear, for the arms of the friction forces
+    notes: tuple[str, ...] = ()  # on the geometry
+    # without load, peak to peak of all pairs together [rad]; nan where it follows from the positions
     transmission_error: float = math.nan
+    # makes lines for another reach; without it the lines stay as they are
     make_cycle: MakeCycle | None = field(default=None, repr=False, compare=False)
-    reach: float = math.inf
-    deflection: ShaftDeflection | None = None
+    reach: float = math.inf  # gear rotation up to which edges are followed [rad]
+    deflection: ShaftDeflection | None = None  # of shafts and bearings, where they were solved with the contact
+    # the mesh with shafts and bearings deflected by a pinion torque [N m]; without it they do not give way
     under_torque: Callable[[float], MeshGrids] | None = field(default=None, repr=False, compare=False)
     _refitted: dict[int, MeshGrids] = field(default_factory=dict, init=False, repr=False, compare=False)
 
@@ -200,40 +179,23 @@ def loaded_share(load: LoadDistribution) -> float:
 
 @dataclass(frozen=True)
 class ShaftDeflection:
-    """Misalignment that the load of the mesh adds by shafts, bearings and housing.
+    """Misalignment that the load of the mesh adds by shafts, bearings and housing."""
 
-    Attributes
-    ----------
-    E, P, G, shaft_angle_error : float
-        As in the misalignment of a design [m], shaft_angle_error [rad].
-    rounds : int
-        Solutions of the loaded contact.
-    change : float
-        What one more would change of E, P, G [m].
-    """
-
+    # E, P, G, shaft_angle_error: as in the misalignment of a design [m], shaft_angle_error [rad]
     E: float
     P: float
     G: float
     shaft_angle_error: float
-    rounds: int
-    change: float
+    rounds: int  # solutions of the loaded contact
+    change: float  # what one more would change of E, P, G [m]
 
 
 @dataclass(frozen=True)
 class FrictionBalance:
-    """How friction takes part in carrying the torque.
+    """How friction takes part in carrying the torque."""
 
-    Attributes
-    ----------
-    way : float
-        1 where friction on the pinion adds to the torque by its arm, -1 where the gear drives.
-    rounds : int
-        Corrections of the forces.
-    """
-
-    way: float
-    rounds: int
+    way: float  # 1 where friction on the pinion adds to the torque by its arm, -1 where the gear drives
+    rounds: int  # corrections of the forces
 
 
 class LoadedGrids:
@@ -244,7 +206,7 @@ class LoadedGrids:
     mesh : MeshGrids
         That carries: deflected, and with lines as long as the load needs them.
     fine : LoadDistribution or None
-        On the fine grid; None leaves it to be solved without friction when somebody looks at it.
+        On the fine grid; None: solved without friction when it is first read.
     coarse : LoadDistribution
         On the coarse one.
     balance : FrictionBalance, optional
@@ -288,7 +250,7 @@ class LoadedGrids:
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """What a user has to know of geometry and load."""
+        """Notes on geometry and load."""
         return self.mesh.notes + limit_notes(self.fine, self.mesh.teeth, self.mesh.unloaded_error, self.edges)
 
 

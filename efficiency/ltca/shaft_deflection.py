@@ -27,7 +27,7 @@ FloatArray = NDArray[np.float64]
 # (ours); may be lowered freely
 TOLERANCE, TOLERANCE_ANGLE = 1e-7, 1e-6
 ROUNDS = 12
-# earlier rounds that tell how the load answers to a displacement
+# earlier rounds from which the response of the load to a displacement is taken
 REMEMBERED = 3
 
 

@@ -157,7 +157,7 @@ def _distance(node: LoadDistribution, torques: FloatArray) -> float:
 
 
 class TangentLoad(LoadDistribution):
-    """Load over one mesh cycle by tangents: a `LoadDistribution` whose parts are made when somebody asks for them.
+    """Load over one mesh cycle by tangents: a `LoadDistribution` whose parts are computed when first read.
 
     Parameters
     ----------
