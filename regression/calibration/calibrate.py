@@ -317,13 +317,7 @@ def solver_of(measurement: Measurement, setup: CalibrationSetup, jobs: int | Non
 
 
 def check_information(measurement: Measurement, setup: CalibrationSetup) -> None:
-    """Refuse what no fit could find in such rows.
-
-    Raises
-    ------
-    InputError
-        Naming the parameter and what to measure.
-    """
+    """Refuse what no fit could find in such rows."""
     c = measurement.columns
     if len(setup.parameters) >= measurement.size:
         hint = "Measure more rows, or fit fewer parameters."

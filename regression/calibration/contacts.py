@@ -55,13 +55,7 @@ class ContactGroup:
 
 
 def line_pressure(measurement: Measurement, setup: CalibrationSetup) -> Array:
-    """Hertz pressure of the line contact that is solved for each row, shape (n,) [Pa].
-
-    Raises
-    ------
-    InputError
-        The load does not go with the shape of the contact, or a pressure is out of range; the row is named.
-    """
+    """Hertz pressure of the line contact that is solved for each row, shape (n,) [Pa]."""
     modulus = effective_modulus(setup.solid_1.body(), setup.solid_2.body())
     specimens, radius = setup.specimens, measurement.columns["radius_equivalent"]
     load = measurement.columns[measurement.load]
@@ -100,13 +94,7 @@ def line_pressure(measurement: Measurement, setup: CalibrationSetup) -> Array:
 
 
 def contact_groups(measurement: Measurement, setup: CalibrationSetup) -> tuple[ContactGroup, ...]:
-    """The contacts of all rows, grouped by curve and roughness.
-
-    Raises
-    ------
-    InputError
-        A row is out of the range of the solver.
-    """
+    """The contacts of all rows, grouped by curve and roughness."""
     modulus = effective_modulus(setup.solid_1.body(), setup.solid_2.body())
     pressure = line_pressure(measurement, setup)
     c = measurement.columns

@@ -60,13 +60,7 @@ EXCLUSIVE = {"eyring_stress": RISING}
 
 
 def check_parameters(names: tuple[str, ...], *, roughness: str) -> None:
-    """Refuse parameters that do not exist, exclude each other, or do nothing in the chosen model.
-
-    Raises
-    ------
-    InputError
-        Naming the parameter, and what to do.
-    """
+    """Refuse parameters that do not exist, exclude each other, or do nothing in the chosen model."""
     if not names:
         raise InputError("parameters", "none", "at least one of " + ", ".join(PARAMETERS))
     for name in names:

@@ -122,18 +122,5 @@ class CalibrationSetup(InputModel):
 
 
 def load_setup(path: Path, changes: dict[str, Any]) -> CalibrationSetup:
-    """Read a setup file.
-
-    Parameters
-    ----------
-    path : Path
-        TOML.
-    changes : dict
-        Keys of the file's first level put in place of its own (the options of the command line).
-
-    Raises
-    ------
-    InputError
-        Naming field, value and allowed range.
-    """
+    """Read a setup file."""
     return validate(CalibrationSetup, read_toml(path, "setup") | changes, path.name)

@@ -112,24 +112,7 @@ def program_of(
     oil_arguments: bool = False,
     guard: bool = True,
 ) -> Program:
-    """Record a formula.
-
-    Parameters
-    ----------
-    formula : FittedFormula
-        A fitted formula.
-    oil : str, optional
-        The card whose laws are written into the program; that of the formula if not given.
-    oil_arguments : bool
-        Take the oil's properties as arguments in place of the laws of a card.
-    guard : bool
-        Whether points within the range, but far from all cases of the fit, are to be flagged (a loop over these).
-
-    Raises
-    ------
-    InputError
-        The oil is not one of the formula's, or not clear, or the formula does something that cannot be recorded.
-    """
+    """Record a formula."""
     card = None if oil_arguments else _card(formula, oil)
     try:
         with record.local_names(_RECORDED):

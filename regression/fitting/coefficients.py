@@ -81,13 +81,6 @@ def linear_fit(terms: tuple[str, ...], design: Array, target: Array) -> Coeffici
     """Ordinary least squares by QR; the first column is the constant.
 
     A column that does not vary cannot be told from the constant: its term is dropped, with coefficient 0.
-
-    Parameters
-    ----------
-    terms : tuple of str
-        One per column.
-    design : array, shape (n, k)
-    target : array, shape (n,)
     """
     spread = np.ptp(design, axis=0)
     varies = spread > 1e-9 * np.maximum(np.abs(design).max(axis=0), 1e-30)
@@ -207,15 +200,7 @@ _PROCESS_INPUTS = ("film_ratio_formula", *GROUPS, "peklenik_number")
 
 @dataclass(frozen=True)
 class FittedForm:
-    """A family with the numbers found for it.
-
-    Parameters
-    ----------
-    family : Family
-    coefficients : Coefficients
-    processes : tuple of GpResidual
-        As of `FittedFormula.processes`.
-    """
+    """A family with the numbers found for it."""
 
     family: Family
     coefficients: Coefficients

@@ -31,19 +31,7 @@ _SAME = [*STATE_UNITS, *LUBRICANT_UNITS, *(name for name in SURFACE_UNITS if nam
 
 
 def realisation_scatter(frame: pd.DataFrame) -> pd.DataFrame:
-    """Scatter of every point that was computed with more than one roughness seed.
-
-    Parameters
-    ----------
-    frame : DataFrame
-        Rows of a dataset.
-
-    Returns
-    -------
-    DataFrame
-        One row per point: the variables of `BANDS`, `realisations` k, the relative standard deviation of one
-        realisation `single` (k - 1 degrees of freedom), and that of their mean, `mean` = single/sqrt(k).
-    """
+    """Scatter of every point that was computed with more than one roughness seed."""
     usable = frame[(frame["status"] != "failed") & (frame["friction_coefficient"] > 0.0)]
     usable = usable.drop_duplicates([*dict.fromkeys(_SAME), "seed"])
     grouped = usable.groupby(list(dict.fromkeys(_SAME)), dropna=False, sort=True)

@@ -51,18 +51,7 @@ def bands(
     covered: NDArray[np.bool_] | None = None,
     noise: NoiseFloor | None = None,
 ) -> tuple[Band, ...]:
-    """Errors by region: lambda, SR, pressure, temperature; bands without cases are left out.
-
-    Parameters
-    ----------
-    frame : DataFrame
-        Rows of a dataset.
-    predicted : array, shape (n,)
-    covered : array of bool, shape (n,), optional
-        Whether each case lies within its interval.
-    noise : NoiseFloor, optional
-        Scatter over roughness realisations, listed with the errors.
-    """
+    """Errors by region: lambda, SR, pressure, temperature; bands without cases are left out."""
     mu = computed_friction(frame)
     relative = predicted / mu - 1.0
     result = []

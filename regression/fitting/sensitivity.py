@@ -119,11 +119,6 @@ def formula_sensitivity(formula: FittedFormula, oil: Oil, size: int = SIZE, seed
 
     Pressure and temperature are uniform over their range, the others in their logarithm; the sliding is across the
     contact line; both bodies are steel. What gears cut off the box is in it.
-
-    Raises
-    ------
-    InputError
-        The formula has no value somewhere in its box.
     """
     names = tuple(n for n in INPUTS if n in formula.ranges and formula.ranges[n][0] < formula.ranges[n][1])
     steel = Material.load("steel")

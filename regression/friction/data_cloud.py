@@ -162,16 +162,7 @@ class DataCloud(InputModel):
     def near_and_far(
         self, distance: Array, length: Array, outside_hulls: NDArray[np.bool_]
     ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Whether points lie outside the cloud of cases, and whether they lie far from it.
-
-        Parameters
-        ----------
-        distance : array
-            As of `distance`.
-        length : array
-            |z|.
-        outside_hulls : array of bool
-        """
+        """Whether points lie outside the cloud of cases, and whether they lie far from it."""
         near = (distance > RADIUS_SLACK) | (length > self.mahalanobis * RADIUS_SLACK) | outside_hulls
         return near, distance > FAR_DISTANCE
 
@@ -277,17 +268,7 @@ def _pair_hull(table: Mapping[str, Array], one: str, other: str) -> PairHull:
 
 
 def in_convex_hull(points: Array, cases: Array) -> NDArray[np.bool_]:
-    """Whether points are mixtures of cases: exact, one linear program (HiGHS) each.
-
-    Parameters
-    ----------
-    points : array, shape (n, d)
-    cases : array, shape (m, d)
-
-    Returns
-    -------
-    array of bool, shape (n,)
-    """
+    """Whether points are mixtures of cases: exact, one linear program (HiGHS) each."""
     from scipy.optimize import linprog
 
     centre, spread = cases.mean(axis=0), np.maximum(np.ptp(cases, axis=0), 1e-300)

@@ -354,16 +354,7 @@ class FittedFormula(FrictionModel, InputModel):
     def friction(
         self, table: Conditions, boundary_friction: float | Array, sums: tuple[Sums | None, ...] = (None, None)
     ) -> tuple[Array, Array | None]:
-        """mu by the form and its residual, and the residual's standard deviation of ln mu (None without residual).
-
-        Parameters
-        ----------
-        table : mapping
-            Columns of shape (n,), with sliding.
-        boundary_friction : float or array of shape (n,)
-        sums : tuple of callable, optional
-            As of `GpResidual.correction`, of each process.
-        """
+        """mu by the form and its residual, and the residual's standard deviation of ln mu (None without residual)."""
         return corrected_form(self.form, self.coefficients, self.processes, table, boundary_friction, sums)
 
     def to_text(self) -> str:

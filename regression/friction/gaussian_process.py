@@ -223,17 +223,6 @@ def corrected_form(
 
     The correction raises no friction above the greater of boundary friction and limiting shear: the bound of the
     physics holds by construction wherever the form keeps it.
-
-    Parameters
-    ----------
-    form, coefficients
-        The family and its numbers.
-    processes : tuple of GpResidual
-        As of `FittedFormula.processes`.
-    table, boundary_friction
-        As of `FittedFormula.friction`.
-    sums : tuple of callable, optional
-        As of `GpResidual.correction`, of each process.
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
         if len(processes) == 2 and form.parts is not None:

@@ -245,20 +245,9 @@ class Plan(InputModel):
 
     @classmethod
     def from_json(cls, text: str) -> Plan:
-        """The plan as result files store it: validated values, SI, with all defaults.
-
-        Parameters
-        ----------
-        text : str
-            As of ``model_dump_json``.
-
-        Returns
-        -------
-        Plan
-        """
+        """The plan as result files store it: validated values, SI, with all defaults."""
         stored = parse_json(text, "plan", "of a result file")
         content = {key: value for key, value in stored.items() if value not in (None, {})}
-        content.pop("adaptive", None)  # of files written before adaptive sweeps were dropped
         for key in ("sampling", "solid_1", "solid_2", "surface", "model"):
             defaults = json.loads(cls.model_fields[key].default.model_dump_json())
             content[key] = {k: v for k, v in stored.get(key, {}).items() if v != defaults.get(k)}
@@ -413,7 +402,7 @@ class Plan(InputModel):
         rejected: Counter[str] = Counter()
         for oil in (None,) if "oil" in self.table else self.oils or (None,):
             for fixed in lattice(self.axes):
-                for block in self._blocks(self.constraint_filter(fixed, oil, rejected)):
+                for block in self._blocks(self._constraint_filter(fixed, oil, rejected)):
                     n = block.number.size
                     origin += [block.origin] * n
                     oils += self._oils_of(block.number, oil)
@@ -425,7 +414,7 @@ class Plan(InputModel):
             tuple(o for o in origin for _ in range(repeat)),
             {name: np.repeat(np.concatenate(parts), repeat) for name, parts in columns.items()},
             tuple(o for o in oils for _ in range(repeat)),
-            self.roughness_seeds(np.concatenate(numbers)),
+            self._roughness_seeds(np.concatenate(numbers)),
             {name: count / rejected["drawn"] for name, count in rejected.items() if name != "drawn"},
         )
 
@@ -447,43 +436,20 @@ class Plan(InputModel):
             return [str(self.table["oil"][row]) for row in number]
         return [oil] * number.size
 
-    def roughness_seeds(self, number: IntArray) -> IntArray | None:
-        """Seeds of the roughness profiles of points, all realisations.
-
-        Parameters
-        ----------
-        number : (n,) int array
-            Numbers of the points in their sequence.
-
-        Returns
-        -------
-        int array or None
-            `realisations` seeds for each point; None where the model has no profiles.
-        """
+    def _roughness_seeds(self, number: IntArray) -> IntArray | None:
+        """Seeds of the roughness profiles of points, all realisations; None where the model has no profiles."""
         if self.model.roughness != "deterministic":
             return None
         repeat = self.sampling.realisations
         own = np.zeros_like(number) if self.sampling.same_profile else number
         return np.asarray(self.surface.seed + (own[:, None] * repeat + np.arange(repeat)).ravel())
 
-    def constraint_filter(
+    def _constraint_filter(
         self, fixed: Mapping[str, float], oil: str | None, rejected: Counter[str] | None = None
     ) -> Accept | None:
-        """The test whether sampled points lie in all windows of the constraints.
+        """The test whether sampled points lie in all windows of the constraints; None without constraints.
 
-        Parameters
-        ----------
-        fixed : mapping of str to float
-            Values of the variables that are not sampled, SI.
-        oil : str or None
-            Oil card.
-        rejected : Counter, optional
-            Counts the points outside of each window, and under ``drawn`` all points.
-
-        Returns
-        -------
-        callable or None
-            From columns and numbers of points to a boolean array; None without constraints.
+        `rejected` counts the points outside of each window, and under ``drawn`` all points.
         """
         windows = self.constraints.windows
         if not windows:
@@ -504,38 +470,12 @@ class Plan(InputModel):
         return accept
 
     def constrained(self, columns: Mapping[str, Array], oils: Sequence[str | None]) -> dict[str, Array]:
-        """The quantities of `Constraints` at points given by values of the variables.
-
-        Parameters
-        ----------
-        columns : mapping of str to (n,) array
-            Values of the plan's variables, SI.
-        oils : sequence of str or None
-            Oil card of each of the n points.
-
-        Returns
-        -------
-        dict of str to (n,) array
-            SI; the film ratio only where a window limits it.
-        """
+        """The quantities of `Constraints` at points given by values of the variables."""
         ratio = self.conditions(columns, oils)["film_ratio_formula"] if self.constraints.need_oil else None
         return constrained_quantities(self._state_columns(columns, len(oils)), self.bodies, ratio)
 
     def conditions(self, columns: Mapping[str, Array], oils: Sequence[str | None]) -> dict[str, Array]:
-        """All variables a formula may use, at points given by values of the variables.
-
-        Parameters
-        ----------
-        columns : mapping of str to (n,) array
-            Values of the plan's variables, SI.
-        oils : sequence of str or None
-            Oil card of each of the n points.
-
-        Returns
-        -------
-        dict of str to (n,) array
-            The columns of `regression.friction.conditions.UNITS`.
-        """
+        """All variables a formula may use, at points given by values of the variables."""
         return derive({**self._state_columns(columns, len(oils)), **self._lubricant_columns(columns, oils)})
 
     def _state_columns(self, columns: Mapping[str, Array], size: int) -> dict[str, Array]:
@@ -588,37 +528,15 @@ class Plan(InputModel):
                     found[name][part] = column
         return found
 
-    def contact_seconds(
-        self, columns: Mapping[str, Array], oils: Sequence[str | None]
-    ) -> tuple[Array, NDArray[np.bool_]]:
-        """Estimated seconds of contacts at given points, and which of them are transient rough contacts.
-
-        Parameters
-        ----------
-        columns : mapping of str to (n,) array
-            Values of the plan's variables, SI.
-        oils : sequence of str or None
-            Oil card of each of the n points.
-
-        Returns
-        -------
-        seconds : (n,) array
-            Processor time [s].
-        rough : (n,) bool array
-            Whether a contact is computed as a transient rough one.
-        """
-        shared = self.model.roughness == "load_sharing"
-        return contact_seconds(self.model, columns if shared else self.conditions(columns, oils))
-
     def case_seconds(self) -> Array:
-        """Estimated processor time of every case, in the order of `points`.
+        """Estimated processor time of every case, in the order of `points` [s]."""
+        return self._cost()[0]
 
-        Returns
-        -------
-        (n,) array
-            Seconds.
-        """
-        return self.contact_seconds(self.points.columns, self.points.oils)[0]
+    def _cost(self) -> tuple[Array, NDArray[np.bool_]]:
+        """Estimated seconds of every case, and which of them are transient rough contacts."""
+        points = self.points
+        shared = self.model.roughness == "load_sharing"
+        return contact_seconds(self.model, points.columns if shared else self.conditions(points.columns, points.oils))
 
     def estimate(self) -> CostEstimate:
         """What the sweep of this plan will cost, before anything is computed.
@@ -636,7 +554,7 @@ class Plan(InputModel):
         >>> cost.wall(jobs=4) < cost.seconds
         True
         """
-        seconds, rough = self.contact_seconds(self.points.columns, self.points.oils)
+        seconds, rough = self._cost()
         return CostEstimate(
             self.name,
             f"{self.model.roughness}, {self.model.accuracy}",
@@ -698,30 +616,12 @@ class Plan(InputModel):
         return self.solid_1.body(), self.solid_2.body()
 
     def cases(self) -> Iterator[tuple[str, Contact]]:
-        """Origin and contact of every point of the plan, in a fixed order.
-
-        Yields
-        ------
-        origin : str
-            sobol, latin, corner, lattice or table.
-        contact : ehl.Contact
-            The contact.
-        """
+        """Origin and contact of every point of the plan, in a fixed order."""
         for index, origin in enumerate(self.points.origin):
             yield origin, self.case_at(index)
 
     def case_at(self, index: int) -> Contact:
-        """The contact of one point of `points`.
-
-        Parameters
-        ----------
-        index : int
-            Number of the point.
-
-        Returns
-        -------
-        ehl.Contact
-        """
+        """The contact of one point of `points`."""
         points = self.points
         seed = None if points.seed is None else int(points.seed[index])
         return self.case(points.values(index), oil=points.oils[index], seed=seed)
