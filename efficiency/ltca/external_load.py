@@ -44,7 +44,7 @@ from efficiency.ltca.load_distribution import (
 )
 from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids
 from ehl.common.errors import InputError
-from ehl.common.files import read_text
+from ehl.common.files import read_text, replacing
 from ehl.common.table_reader import numbered_table
 from ehl.common.units import ValueRange, parse_quantity
 
@@ -69,7 +69,7 @@ _EVEN = 0.02
 
 def write_load(load: LoadDistribution, path: Path) -> None:
     """Write a load distribution in the format `read_load` reads; points without load are left out."""
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with replacing(path, "save_load") as draft, draft.open("w", newline="", encoding="utf-8") as file:
         file.write(f"# torque = {load.torque!r} N m\n")
         writer = csv.writer(file)
         writer.writerow(

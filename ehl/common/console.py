@@ -28,7 +28,7 @@ import typer.core
 from ehl.common.data import shipped
 from ehl.common.duration import duration
 from ehl.common.errors import InputError, MixedEhlError, near
-from ehl.common.files import FIGURE, PAGE, make_folder
+from ehl.common.files import FIGURE, PAGE, make_folder, write_file
 from ehl.common.progress import Progress, progress_to
 from ehl.common.version import __version__
 
@@ -333,11 +333,7 @@ def check_outputs(outputs: Mapping[str, Path | None]) -> None:
 
 def write_text(path: Path, text: str) -> None:
     """Write the file of ``--output``; `InputError` where that is not possible."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError("output", str(path), "a writable file", f"{error}.") from None
+    write_file(path, text, "output", folder=True)
 
 
 def write_figure(axes: Axes, path: Path) -> None:

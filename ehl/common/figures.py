@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from ehl.common.errors import InputError
-from ehl.common.files import FIGURE
+from ehl.common.files import FIGURE, replacing
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -115,12 +115,9 @@ def save_figure(drawn: Figure | Axes, path: Path) -> None:
     InputError
         The suffix is unknown or the file cannot be written.
     """
-    try:
-        if path.suffix.lower() not in FIGURE:
-            raise InputError("plot", str(path), "a file name ending in .png, .svg or .pdf")
-        figure = figure_of(drawn)
-        printable(figure)
-        with quiet_about_names():
-            figure.savefig(path, dpi=150)
-    except OSError as error:
-        raise InputError("plot", str(path), "a writable file", f"{error}.") from None
+    if path.suffix.lower() not in FIGURE:
+        raise InputError("plot", str(path), "a file name ending in .png, .svg or .pdf")
+    figure = figure_of(drawn)
+    printable(figure)
+    with replacing(path, "plot") as draft, quiet_about_names():
+        figure.savefig(draft, dpi=150, format=path.suffix[1:].lower())

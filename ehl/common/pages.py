@@ -364,11 +364,10 @@ def write_workbook(path: Path, sections: Sequence[Section]) -> Path:
         The file cannot be written.
     """
     import xlsxwriter
-    from xlsxwriter.exceptions import FileCreateError
 
     tables, title = tables_of(sections), head_of(sections).title
-    make_folder(path.parent, "xlsx")
-    book = xlsxwriter.Workbook(str(path), {"nan_inf_to_errors": False, "strings_to_numbers": False})
+    content = io.BytesIO()
+    book = xlsxwriter.Workbook(content, {"nan_inf_to_errors": False, "strings_to_numbers": False})
     bold = book.add_format({"bold": True, "bottom": 1, "text_wrap": True, "valign": "top"})
     book.set_properties({"title": title, "comments": f"mixed-ehl {__version__}"})
     names = _sheet_names(tables)
@@ -380,10 +379,8 @@ def write_workbook(path: Path, sections: Sequence[Section]) -> Path:
     _add_sheet(book, "about", [], front, bold)
     for name, table in zip(names, tables, strict=True):
         _add_sheet(book, name, *table.grid(display=True), bold)
-    try:
-        book.close()
-    except (OSError, FileCreateError) as error:
-        raise InputError("xlsx", str(path), "a writable file", f"{error}.") from None
+    book.close()
+    write_file(path, content.getvalue(), "xlsx", folder=True)
     return path
 
 

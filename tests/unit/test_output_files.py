@@ -1,0 +1,49 @@
+"""Output files are whole or as they were before, whatever stops the process that writes them."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from ehl.common.errors import InputError
+from ehl.common.files import replacing, write_file
+
+
+def test_a_file_is_replaced_only_when_it_is_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "result.json"
+    write_file(path, "before")
+
+    def stopped() -> None:
+        with replacing(path) as draft:
+            draft.write_text("half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        stopped()
+
+    def no_space(descriptor: int) -> None:
+        raise OSError("No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("os.fsync", no_space)
+        with pytest.raises(InputError) as refused:
+            write_file(path, "after", "output")
+    assert refused.value.field == "output"
+    assert path.read_text() == "before"
+    assert os.listdir(tmp_path) == ["result.json"]
+
+
+def test_links_modes_and_folders_stay(tmp_path: Path) -> None:
+    path, link = tmp_path / "new" / "result.json", tmp_path / "link"
+    write_file(path, b"one", folder=True)
+    path.chmod(0o640)
+    link.symlink_to(path)
+    write_file(link, "two")
+    assert link.is_symlink()
+    assert path.read_text() == "two"
+    assert path.stat().st_mode & 0o777 == 0o640
+    write_file(Path(os.devnull), "nothing")
+    with pytest.raises(InputError):
+        write_file(tmp_path, "a folder")
