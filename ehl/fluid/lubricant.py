@@ -182,10 +182,6 @@ class Lubricant:
         """ln(eta/eta0) at the inlet temperature, elementwise."""
         return self.pressure_law.log_ratio(pressure)
 
-    def dlog_viscosity_dp(self, pressure: Array) -> Array:
-        """d ln eta/dp [1/Pa] at the inlet temperature, elementwise."""
-        return self.pressure_law.by_pressure(pressure)
-
     def viscosity(self, pressure: Array) -> Array:
         """eta(p) [Pa s] at the inlet temperature; beyond the range of doubles it is held at 1e300 Pa s."""
         exponent = np.log(self.viscosity_inlet) + self.log_viscosity_ratio(pressure)
@@ -202,10 +198,6 @@ class Lubricant:
     def density_ratio(self, pressure: Array) -> Array:
         """rho/rho0, elementwise."""
         return self.compression.ratio(pressure)
-
-    def ddensity_ratio_dp(self, pressure: Array) -> Array:
-        """d(rho/rho0)/dp [1/Pa], elementwise."""
-        return self.compression.slope(pressure)
 
     def shear_stress(self, pressure: Array, film: Array, speed_sliding: float) -> Array:
         """Shear stress along the sliding vector [Pa] at the inlet temperature, at most the limiting one."""

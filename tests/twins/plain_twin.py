@@ -140,7 +140,7 @@ class PlainTwin:
         k = scale * rho * film**3 * total
         free = 0.5 * (h[1:] + h[:-1]) > self.boundary_film
         by_film = np.where(free, k * (2.0 + part) / film, 0.0)
-        by_p = k * (oil.ddensity_ratio_dp(p) / rho - oil.dlog_viscosity_dp(p) * part) * contact.pressure_hertz
+        by_p = k * (oil.compression.slope(p) / rho - oil.pressure_law.by_pressure(p) * part) * contact.pressure_hertz
         return k, by_film, by_p
 
     def advance(self) -> tuple[float, float]:
@@ -222,7 +222,7 @@ class PlainTwin:
         ends = np.arange(n)
         ph = self.contact.pressure_hertz
         by_pressure[ends, ends] -= np.where(
-            self.p > 0.0, self.lubricant.ddensity_ratio_dp(np.maximum(self.p, 0.0) * ph) * ph * h, 0.0
+            self.p > 0.0, self.lubricant.compression.slope(np.maximum(self.p, 0.0) * ph) * ph * h, 0.0
         )
         by_gap[ends, ends] -= rho
         local = self.matrix[0, 0] - self.matrix[0, 1]

@@ -108,14 +108,14 @@ def linear_attenuation(
     fluidity = rho_half * h_half**3 / (12.0 * oil.viscosity(p_half))
     wedge = fluidity * pressure.derivative()(middle)
     by_film = 3.0 * wedge / h_half
-    by_pressure = wedge * (oil.ddensity_ratio_dp(p_half) / rho_half - oil.dlog_viscosity_dp(p_half))
+    by_pressure = wedge * (oil.compression.slope(p_half) / rho_half - oil.pressure_law.by_pressure(p_half))
 
     # columns: p/p_h at the nodes, delta, and the given wave
     wave = np.exp(-2j * np.pi * x / (wavelength * b))
     pressures = np.hstack([contact.pressure_hertz * np.eye(n), np.zeros((n, 2))])
     bent = DeflectionOperator(n, dx, contact.effective_modulus).dense() * contact.pressure_hertz
     films = np.hstack([bent, np.ones((n, 1)), -wave[:, None]])
-    mass = oil.density_ratio(p)[:, None] * films + (oil.ddensity_ratio_dp(p) * h)[:, None] * pressures
+    mass = oil.density_ratio(p)[:, None] * films + (oil.compression.slope(p) * h)[:, None] * pressures
     flux = (fluidity / dx)[:, None] * np.diff(pressures, axis=0)
     flux = flux + 0.5 * by_film[:, None] * (films[1:] + films[:-1])
     flux += 0.5 * by_pressure[:, None] * (pressures[1:] + pressures[:-1])

@@ -28,15 +28,15 @@ PRESSURE = np.linspace(0.0, 2e9, 41)
 def test_slope_at_zero_pressure_is_alpha(law: str) -> None:
     lubricant = LAWS[law]
     assert lubricant.log_viscosity_ratio(np.zeros(1))[0] == 0.0
-    assert lubricant.dlog_viscosity_dp(np.zeros(1))[0] == pytest.approx(lubricant.pressure_viscosity, rel=1e-12)
+    assert lubricant.pressure_law.by_pressure(np.zeros(1))[0] == pytest.approx(lubricant.pressure_viscosity, rel=1e-12)
 
 
 @pytest.mark.parametrize("law", LAWS)
 def test_derivatives_agree_with_differences(law: str) -> None:
     lubricant, step = LAWS[law], 1e3
     for value, slope in (
-        (lubricant.log_viscosity_ratio, lubricant.dlog_viscosity_dp),
-        (lubricant.density_ratio, lubricant.ddensity_ratio_dp),
+        (lubricant.log_viscosity_ratio, lubricant.pressure_law.by_pressure),
+        (lubricant.density_ratio, lubricant.compression.slope),
     ):
         difference = (value(PRESSURE + step) - value(PRESSURE)) / step
         np.testing.assert_allclose(slope(PRESSURE + step / 2), difference, rtol=2e-5)

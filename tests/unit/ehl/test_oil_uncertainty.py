@@ -30,7 +30,7 @@ def test_the_factor_multiplies_the_rise_with_pressure_and_leaves_ambient_viscosi
     rise = plain.log_viscosity(PRESSURE, warm) - ambient
     np.testing.assert_allclose(thick.log_viscosity(PRESSURE, warm), ambient + 1.2 * rise, rtol=1e-12)
     np.testing.assert_allclose(thick.log_viscosity_ratio(PRESSURE), 1.2 * plain.log_viscosity_ratio(PRESSURE))
-    assert thick.dlog_viscosity_dp(np.zeros(1))[0] == pytest.approx(thick.alpha, rel=1e-12)
+    assert thick.pressure_law.by_pressure(np.zeros(1))[0] == pytest.approx(thick.alpha, rel=1e-12)
     up, down = (thick.log_viscosity(PRESSURE, warm + s) for s in (0.01, -0.01))
     np.testing.assert_allclose(thick.dlog_viscosity_dtemperature(PRESSURE, warm), (up - down) / 0.02, rtol=1e-6)
 

@@ -32,9 +32,9 @@ def residual_and_jacobian(x, kernel, lam, oil, p_h, pressure, h00):
     n, step = x.size, x[1] - x[0]
     h = h00 + 0.5 * x**2 - kernel @ pressure / math.pi
     rho, eta = oil.density_ratio(p_h * pressure), np.exp(oil.log_viscosity_ratio(p_h * pressure))
-    rho_p = oil.ddensity_ratio_dp(p_h * pressure) * p_h
+    rho_p = oil.compression.slope(p_h * pressure) * p_h
     eps = rho * h**3 / (eta * lam)
-    eps_p = eps * (rho_p / rho - oil.dlog_viscosity_dp(p_h * pressure) * p_h)
+    eps_p = eps * (rho_p / rho - oil.pressure_law.by_pressure(p_h * pressure) * p_h)
     h_p = -kernel / math.pi
     mass = rho * h
     mass_u = np.column_stack([rho[:, None] * h_p + np.diag(rho_p * h), rho])
