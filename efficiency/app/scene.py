@@ -437,7 +437,7 @@ class Bench:
             "pressure_hertz", "radius_equivalent", "effective_modulus", "speed_entrainment", "slide_to_roll",
             "speed_sliding_lengthwise",
         )  # fmt: skip
-        point = {name: float(getattr(state, name)[at]) for name in names}
+        point: dict[str, Any] = {name: float(getattr(state, name)[at]) for name in names}
         return Contact(oil=self.oil(scene), temperature=float(state.temperature_oil[at]), **point)
 
 
