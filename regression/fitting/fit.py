@@ -41,34 +41,10 @@ def fit_formula(
     paths: Dataset | None = None,
     noise: Dataset | None = None,
 ) -> FittedFormula:
-    """Fit one family of formulas to a dataset.
+    """Fit one family of formulas to a dataset; arguments as of `regression.fit`.
 
     The same data give bit-identical coefficients on one machine and build: rows are sorted by key and one thread
     computes.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        As of `load_dataset`.
-    family_name : str
-        A name of `regression.friction.families.FAMILIES`.
-    corners : bool
-        Fit the corner points too, which a plan may have added.
-    gaussian_process : bool
-        Correct ln mu by a Gaussian process on what the family leaves.
-    paths : Dataset, optional
-        Contacts along gear meshes: checked (means over the profiles of a point) and not fitted, as are rows of origin
-        "path".
-    noise : Dataset, optional
-        Points computed with several roughness profiles each, not fitted: the noise floor, and errors against the
-        means over the profiles. Without it the dataset's own repeated points give the noise floor, where it has any.
-
-    Raises
-    ------
-    InputError
-        Too few usable cases, several boundary frictions where the family does not take them, or no such family.
-    ConvergenceError
-        The nonlinear fit did not settle.
     """
     from threadpoolctl import threadpool_limits
 

@@ -152,11 +152,6 @@ def contact_points(**conditions: Unpack[PointConditions]) -> ContactState:
 
     `temperature` may stand for `temperature_oil`; the composite roughness is shared equally by both surfaces; both
     bodies are steel at the oil temperature where `effective_modulus` is not given.
-
-    Raises
-    ------
-    InputError
-        A value is missing, unknown, without unit, or out of range.
     """
     values = {"temperature_oil" if name == "temperature" else name: value for name, value in conditions.items()}
     for name in values:

@@ -47,20 +47,7 @@ def cards_hash(hashes: list[str]) -> str:
 
 
 def hashes_of_cards(names: tuple[str, ...], together: str) -> dict[str, str | None]:
-    """Hash of each oil card of a run from the one hash the run states.
-
-    Parameters
-    ----------
-    names : tuple of str
-        In the order of the plan.
-    together : str
-        As of `cards_hash`.
-
-    Returns
-    -------
-    dict
-        Name to hash; None where one of several cards has changed since, so that no card's hash can be known.
-    """
+    """Hash of each oil card of a run from the one hash the run states; None where one of several has changed."""
     if len(names) <= 1:
         return dict.fromkeys(names, together)
     try:

@@ -96,15 +96,7 @@ class PublishedFriction(FrictionModel):
         return FrictionEstimate(mu, unknown, unknown.copy(), flag.astype(np.int8))
 
     def values(self, conditions: Conditions, base: str) -> tuple[Array, Mask]:
-        """Friction coefficient, nan where the formula gives no positive value, and where its range is left.
-
-        Parameters
-        ----------
-        conditions : mapping
-            As of `evaluate`.
-        base : {"mineral", "hydrocracked", "pao", "polyglycol", "ester"}
-            Base oil.
-        """
+        """Friction coefficient, nan where the formula gives no positive value, and where its range is left."""
         outside = np.zeros(np.shape(conditions["pressure_hertz"]), dtype=bool)
         for name, (low, high) in self.ranges.items():
             outside |= (conditions[name] < low) | (conditions[name] > high)

@@ -287,13 +287,7 @@ def point_uncertainty(
     spreads: UncertaintyInput = DEFAULT,
     level: float = LEVEL,
 ) -> InputUncertainty:
-    """Interval of the friction coefficient of one contact point.
-
-    Parameters
-    ----------
-    model, state, oil, spreads, level
-        As of `friction_changes`; the state holds one point.
-    """
+    """Interval of the friction coefficient of one contact point."""
     mu = float(np.ravel(friction_of(model, state, oil))[0])
     found = friction_changes(model, state, oil, spreads, level)
     changes = [
