@@ -15,6 +15,22 @@ from hypothesis import settings
 settings.register_profile("gate", deadline=None, derandomize=True)
 settings.load_profile("gate")
 
+# files of the marker `fast`, by folder: cheap tests of every package, some 70 s of processor time with warm kernels
+FAST = {
+    "unit/ehl": ("units validation table quantities inputs lubricant oil_sheet finish roughness"),
+    "unit/regression": (
+        "plan conditions families friction_models formula_file points code_record conformal model_label "
+        "table_files calibration_inputs"
+    ),
+    "unit/efficiency": (
+        "blank cutting_design cutting_kinematics cutting_summary contact_piecewise_cubic contact_sample "
+        "load_equilibrium load_edge_contact lay external_load output_solid geometry_parts duty strength loss "
+        "lubrication"
+    ),
+    "unit": ("cli_imports import_direction"),
+    "golden": ("golden"),
+}
+
 _approx = pytest.approx
 
 
@@ -75,3 +91,12 @@ def mixed_ehl(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--regenerate-golden", action="store_true", help="write tests/golden/*.json anew; review the diff")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests of the files in `FAST`."""
+    tests = Path(__file__).parent
+    fast = {tests / folder / f"test_{name}.py" for folder, names in FAST.items() for name in names.split()}
+    for item in items:
+        if item.path in fast:
+            item.add_marker(pytest.mark.fast)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import pkgutil
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -61,3 +62,12 @@ def test_rule_finds_what_reaches_past() -> None:
     assert allowed("ehl.Contact")
     assert allowed("ehl.common.console.print_json")
     assert not allowed("numpy")
+
+
+@pytest.mark.parametrize("package", ["ehl", "regression", "efficiency"])
+def test_every_module_is_imported(package: str) -> None:
+    found = importlib.import_module(package)
+    names = [module.name for module in pkgutil.walk_packages(found.__path__, f"{package}.")]
+    assert len(names) > 20
+    for name in names:
+        importlib.import_module(name)
