@@ -36,7 +36,7 @@ from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPositio
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.gear_flanks import MEMBERS, Side
 from efficiency.design.design import Design, MemberInput
-from efficiency.loss.closed_form import PitchGeometry, profile_contact_ratio
+from efficiency.loss.closed_form import PitchGeometry
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.efficiency import solve_balanced
 from efficiency.loss.efficiency_result import Bulk, EfficiencyResult, LoadBalance
@@ -184,7 +184,7 @@ class Mesh:
                 return replace(found, deflection=replace(found.deflection, E=design.mirror * found.deflection.E))
 
             grids = replace(grids, under_torque=deflected)
-        return cls(design, side, pair, grids, _pitch_geometry(design, pinion, gear))
+        return cls(design, side, pair, grids, PitchGeometry.of(design.pinion.blank, design.gear.blank, pinion, gear))
 
     @one_thread
     def load(self, torque: Value | None = None) -> LoadedMesh:
@@ -422,29 +422,6 @@ class LoadedMesh:
         compared = one_thread(compare_models)
         return compared(self.grids, models, oil, operation, self.mesh.pitch, balance)
 
-    def strength(self, friction: Friction = CONSTANT, **conditions: Unpack[ConditionValues]) -> Strength:
-        """Grades of pressure, root stress, safety factors, scuffing and micropitting.
-
-        Parameters
-        ----------
-        friction : FrictionModel or str
-            Friction model or its name, for temperatures and the load balance.
-        **conditions : float or str
-            As in `efficiency`.
-
-        Returns
-        -------
-        Strength
-
-        Examples
-        --------
-        >>> import efficiency
-        >>> mesh = efficiency.load("fm_spiral_bevel_14x39").mesh(positions=4, points_per_line=9)
-        >>> mesh.load("300 N m").strength().status
-        'warning'
-        """
-        return self.efficiency(friction, **conditions).strength
-
     def strength_of(self, result: EfficiencyResult) -> Strength:
         """Strength of the teeth at the operating point of a result."""
         design, pitch = self.mesh.design, self.mesh.pitch
@@ -539,23 +516,3 @@ def _edge_rounding(member: MemberInput, design: Design) -> float:
     gear = design.gear.blank
     module = 2.0 * gear.mean_cone_distance * math.sin(gear.pitch_angle) / gear.teeth
     return EDGE_ROUNDING * module
-
-
-def _pitch_geometry(
-    design: Design, angles_pinion: tuple[float, float], angles_gear: tuple[float, float]
-) -> PitchGeometry:
-    pinion, gear = design.pinion.blank, design.gear.blank
-    pressure = 0.5 * (angles_pinion[1] + angles_gear[1])
-    spiral = 0.5 * (angles_pinion[0] + angles_gear[0])
-    radius_pinion, radius_gear = (b.mean_cone_distance * math.sin(b.pitch_angle) for b in (pinion, gear))
-    return PitchGeometry(
-        pressure_angle=pressure,
-        spiral_angle_pinion=angles_pinion[0],
-        spiral_angle_gear=angles_gear[0],
-        pitch_angle_pinion=pinion.pitch_angle,
-        pitch_angle_gear=gear.pitch_angle,
-        radius_pinion=radius_pinion,
-        radius_gear=radius_gear,
-        module_normal=2.0 * radius_gear * math.cos(angles_gear[0]) / gear.teeth,
-        contact_ratio_profile=profile_contact_ratio(pinion, gear, spiral, pressure),
-    )

@@ -187,11 +187,15 @@ def duty(
     g: GOption = None,
     shaft_angle_error: ShaftAngleOption = None,
     load_balance: LoadBalanceOption = None,
+    roughness_each: RoughnessEachOption = None,
+    roughness_pinion: RoughnessPinionOption = None,
+    roughness_gear: RoughnessGearOption = None,
 ) -> None:
     """Energies of a gear pair over a duty cycle, by row and in total."""
     check_files(report=None, xlsx=xlsx)
     pair = efficiency.load(design).misaligned(**given({"E": e, "P": p, "G": g, "shaft_angle_error": shaft_angle_error}))
     conditions: dict[str, Any] = given({"oil": oil, "load_balance": load_balance_of(load_balance)})
+    conditions |= roughness(roughness_each, roughness_pinion, roughness_gear)
     [model] = pair.check([friction], **conditions)
     with working("duty cycle"):
         cycle = pair.duty(file, model, **conditions)

@@ -14,11 +14,15 @@ from efficiency.cli.options import (
     JsonOption,
     LoadBalanceOption,
     OilOption,
+    RoughnessEachOption,
+    RoughnessGearOption,
+    RoughnessPinionOption,
     TemperatureOption,
     XlsxOption,
     check_files,
     load_balance_of,
     present,
+    roughness,
 )
 from ehl import InputError
 from ehl.common.console import ADVANCED, GEAR, App, check_outputs, check_suffix, given, working
@@ -51,6 +55,9 @@ def loss_map(
     drag: DragOption = None,
     load_share: BearingOption = None,
     load_balance: LoadBalanceOption = None,
+    roughness_each: RoughnessEachOption = None,
+    roughness_pinion: RoughnessPinionOption = None,
+    roughness_gear: RoughnessGearOption = None,
     vecto: Annotated[Path | None, typer.Option(help="Write a VECTO loss map (.vtlm).")] = None,
     json_output: JsonOption = False,
     xlsx: XlsxOption = None,
@@ -59,7 +66,8 @@ def loss_map(
     """Torque loss over pinion torque and speed, drive and coast, for vehicle simulation."""
     check_suffix(vecto, "vecto", (".vtlm",))
     check_outputs({"vecto": vecto})
-    options = _options(temperature, oil, load_balance, xlsx)
+    rough = roughness(roughness_each, roughness_pinion, roughness_gear)
+    options = _options(temperature, oil, load_balance, xlsx) | rough
     axle = _axle(axle_losses, drag, load_share)
     with working("loss map"):
         found = efficiency.load(design).loss_map(torque, speed, friction, axle=axle, **options)
@@ -84,6 +92,9 @@ def axle_test(
     drag: DragOption = None,
     load_share: BearingOption = None,
     load_balance: LoadBalanceOption = None,
+    roughness_each: RoughnessEachOption = None,
+    roughness_pinion: RoughnessPinionOption = None,
+    roughness_gear: RoughnessGearOption = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the grid as CSV, with GEM's decimals.")
     ] = None,
@@ -93,7 +104,8 @@ def axle_test(
 ) -> None:
     """Power loss at the test points of 40 CFR 1037.560."""
     check_outputs({"output": output})
-    options = _options(temperature, oil, load_balance, xlsx) | given({"torque_max": torque_max})
+    rough = roughness(roughness_each, roughness_pinion, roughness_gear)
+    options = _options(temperature, oil, load_balance, xlsx) | rough | given({"torque_max": torque_max})
     axle = _axle(axle_losses, drag, load_share)
     with working("loss map"):
         found = efficiency.load(design).axle_test(

@@ -51,6 +51,26 @@ class PitchGeometry:
     module_normal: float
     contact_ratio_profile: float
 
+    @classmethod
+    def of(
+        cls, pinion: Blank, gear: Blank, angles_pinion: tuple[float, float], angles_gear: tuple[float, float]
+    ) -> PitchGeometry:
+        """Pitch-point data from the blanks and the mean spiral and pressure angles of the mating flanks [rad]."""
+        pressure = 0.5 * (angles_pinion[1] + angles_gear[1])
+        spiral = 0.5 * (angles_pinion[0] + angles_gear[0])
+        radius_pinion, radius_gear = (b.mean_cone_distance * math.sin(b.pitch_angle) for b in (pinion, gear))
+        return cls(
+            pressure_angle=pressure,
+            spiral_angle_pinion=angles_pinion[0],
+            spiral_angle_gear=angles_gear[0],
+            pitch_angle_pinion=pinion.pitch_angle,
+            pitch_angle_gear=gear.pitch_angle,
+            radius_pinion=radius_pinion,
+            radius_gear=radius_gear,
+            module_normal=2.0 * radius_gear * math.cos(angles_gear[0]) / gear.teeth,
+            contact_ratio_profile=profile_contact_ratio(pinion, gear, spiral, pressure),
+        )
+
     def __post_init__(self) -> None:
         for name in ("radius_pinion", "radius_gear", "module_normal", "contact_ratio_profile"):
             value = getattr(self, name)

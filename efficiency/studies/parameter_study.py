@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from efficiency.conditions.conditions import Friction, axis_values, default_friction, resolve_friction
+from efficiency.conditions.conditions import Friction, Values, axis_values, default_friction, resolve_friction
 from efficiency.conditions.grid import count_reasons, solve_points
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design
@@ -393,14 +393,13 @@ def run_study(
     *,
     side: Side = "drive",
     oil: str | None = None,
-    positions: int = POSITIONS,
-    points_per_line: int = POINTS_PER_LINE,
+    grid: tuple[int, int] = (POSITIONS, POINTS_PER_LINE),
     jobs: int | None = None,
     store: Path | None = None,
     progress: ProgressCallback | None = None,
     load_balance: LoadBalance = "frictional",
     strength: bool = False,
-    **values: Any,
+    **values: Values,
 ) -> Study:
     """Efficiency of designs over torque, speed, temperature, roughness and misalignment.
 
@@ -416,8 +415,8 @@ def run_study(
         Flanks that carry the load.
     oil : str, optional
         Oil card in place of the first design's; it is the same for all designs.
-    positions, points_per_line : int
-        Resolution of each point.
+    grid : (int, int), optional
+        Mesh positions and points per contact line.
     jobs : int, optional
         Worker processes; by default all cores granted. Models that solve contacts have their own: their points are
         computed one after the other.
@@ -469,9 +468,7 @@ def run_study(
     tasks: list[StudyTask] = []
     for pair in pairs:
         own = resolve_friction(friction, pair) if isinstance(friction, str) else model
-        tasks += _tasks(
-            pair, own, chosen, reference, side, card, (positions, points_per_line), costly, load_balance, strength
-        )
+        tasks += _tasks(pair, own, chosen, reference, side, card, grid, costly, load_balance, strength)
     total, done = sum(len(task.states) for task in tasks), 0
     ordered = sorted(tasks, key=lambda task: -len(task.states))
     known: dict[str, list[StudyPoint]] = {}

@@ -39,8 +39,7 @@ TEXTURED = DESIGN.model_copy(
 PAIR = GearPair(TEXTURED)
 OIL = Oil.load("75w90")
 OPERATION = Operation(125.0, 363.15, 0.4e-6, 0.4e-6)
-GRID = {"positions": 4, "points_per_line": 9}
-COARSE = tuple(GRID.values())
+COARSE = (4, 9)
 
 
 @pytest.fixture(scope="module")
@@ -203,7 +202,7 @@ def test_texture_reaches_points_maps_duty_and_study() -> None:
     PAIR.over(witness, grid=COARSE, torque=[200.0], speed=[100.0])
     PAIR.duty(rows, witness, grid=COARSE)
     levels = Levels((200.0,), (125.0,), (363.15,), (2e-7,), E=(), P=(), G=(), shaft_angle_error=())
-    assert run_study([TEXTURED], witness, levels, **GRID).points[0].reason == ""
+    assert run_study([TEXTURED], witness, levels, grid=COARSE).points[0].reason == ""
     assert set(witness.seen) == {(60e-6, 4.0)}
     assert len(witness.seen) >= 4
     state = PAIR.duty_points(rows, grid=COARSE)[0].state

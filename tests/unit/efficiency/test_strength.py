@@ -120,11 +120,11 @@ def test_forces_through_the_root_are_in_balance(loaded: LoadedMesh) -> None:
 
 def test_root_stress_grows_with_torque_and_stays_below_the_permissible(loaded: LoadedMesh) -> None:
     """300 N m: two thirds of the stress of the standard's sample with its load factors, 680 and 700 MPa."""
-    low = loaded.strength()
+    low = loaded.efficiency().strength
     assert 400e6 < low.root_stress_gear < low.root_stress_pinion < 650e6
     assert 1.4 < low.safety_root_pinion < low.safety_root_gear < 2.6
     assert low.root_compression_pinion < -low.root_stress_pinion
-    high = loaded.mesh.load("900 N m").strength()
+    high = loaded.mesh.load("900 N m").efficiency().strength
     assert 2.2 < high.root_stress_gear / low.root_stress_gear < 3.1
     assert high.safety_contact < low.safety_contact
     for member in (low.pinion, low.gear):
@@ -134,12 +134,12 @@ def test_root_stress_grows_with_torque_and_stays_below_the_permissible(loaded: L
 
 
 def test_grades_say_what_to_do(loaded: LoadedMesh) -> None:
-    strength = loaded.strength()
+    strength = loaded.efficiency().strength
     assert strength.status == "warning"
     [edges] = [grade for grade in strength.grades if grade.kind == "edges"]
     assert str(edges).startswith("WARNING: edges carry ")
     assert "add tip relief (or more of it) to the gear and the pinion" in edges.text
-    hard = loaded.mesh.load("900 N m").strength()
+    hard = loaded.mesh.load("900 N m").efficiency().strength
     kinds = [grade.kind for grade in hard.grades]
     assert len(kinds) == len(set(kinds))
     [pressure] = [grade for grade in hard.grades if grade.kind == "contact endurance"]

@@ -32,7 +32,7 @@ from ehl.fluid.oil import Oil
 from regression.formula import friction_model
 
 MODEL = "xu_kahraman_2007"
-GRID = {"positions": 4, "points_per_line": 7}
+GRID = {"grid": (4, 7)}
 LEVELS = Levels(
     torque=(100.0, 250.0),
     speed=(100.0, 400.0),
@@ -179,8 +179,8 @@ def test_strength_of_each_point_where_it_is_asked_for(study: Study, designs: lis
     table = study_tables(again)[0]
     pair = GearPair(designs[0])
     for row, torque in zip(table.records(), few.torque, strict=True):
-        own = pair.mesh("drive", GRID["positions"], GRID["points_per_line"]).load(torque)
-        expected = own.strength(MODEL, speed=150.0, temperature=353.15, roughness_rms_each=4e-7).columns()
+        own = pair.mesh("drive", *GRID["grid"]).load(torque)
+        expected = own.efficiency(MODEL, speed=150.0, temperature=353.15, roughness_rms_each=4e-7).strength.columns()
         assert row["strength"] == expected["strength"] == "warning"
         for name in ("safety_contact", "safety_root_pinion", "safety_root_gear", "film_specific"):
             assert row[name] == pytest.approx(expected[name], rel=1e-3)
