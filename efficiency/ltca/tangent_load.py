@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -251,7 +252,7 @@ class TangentLoad(LoadDistribution):
         force, radius, modulus = self.force[at], flanks.radius_equivalent[at], flanks.effective_modulus
         pressure = hertz_pressure(force / self.loads.law.length[at], radius, modulus)
         at_edge = self.loads.law.edge_distance[at] < half_width_of_pressure(pressure, radius, modulus)
-        of_load = {"force": force, "pressure_hertz": pressure, "at_edge": at_edge}
+        of_load: dict[str, NDArray[Any]] = {"force": force, "pressure_hertz": pressure, "at_edge": at_edge}
         return of_load | {name: values[at] for name, values in self.loads.fields.items()}
 
     @cached_property

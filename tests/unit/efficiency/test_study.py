@@ -84,7 +84,7 @@ def test_points_are_those_of_single_computations(study: Study, designs: list[Des
         (designs[0], 0.0, 100.0, 400.0, 333.15, 2e-7),
         (moved, 5e-5, 250.0, 400.0, 363.15, 4e-7),
     ):
-        loaded = load_grids(Mesh.of(design, "drive", *GRID.values()).grids, torque)
+        loaded = load_grids(Mesh.of(design, "drive", *GRID["grid"]).grids, torque)
         operation = Operation(speed, temperature, rough, rough)
         alone = solve_balanced(loaded, friction_model(MODEL), Oil.load("75w90"), operation, many=True)
         found = [
@@ -234,7 +234,7 @@ def test_a_point_that_fails_is_named_and_the_rest_goes_on(
 
     monkeypatch.setattr(Mesh, "of", refuses)
     levels = replace(LEVELS, torque=(250.0,), speed=(400.0,), temperature=(363.15,), E=(), shaft_angle_error=(1e-3,))
-    study = run_study(designs[:1], MODEL, levels, **GRID)
+    study = run_study(designs[:1], MODEL, levels, jobs=1, **GRID)
     assert study.status == "failed"
     assert [(point.shaft_angle_error, point.reason) for point in study.failed] == [(1e-3, "no_contact")]
     assert study.failed[0].label.endswith(", 0.4 um, shaft_angle_error 3.438 arcmin")

@@ -177,7 +177,7 @@ def test_one_point_of_a_formula() -> None:
     formula = friction_model("75w90")
     point = {
         "pressure_hertz": 1.2e9, "radius_equivalent": 0.015, "speed_entrainment": 5.0, "slide_to_roll": 0.2,
-        "temperature": 363.15, "roughness_rms_each": 4e-7,
+        "temperature": 363.15, "roughness_rms": 4e-7,
     }  # fmt: skip
     found = formula.uncertainty(**point)
     assert found.value == pytest.approx(float(formula.mu(**point).mu))
