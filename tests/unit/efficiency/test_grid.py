@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import efficiency
 import efficiency.mesh
 from efficiency.conditions.duty import DutyRow
 from efficiency.conditions.grid import solve_grid
@@ -136,6 +137,26 @@ def test_grid_of_a_pair_is_the_single_run() -> None:
 def test_bad_axes(axes: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
         PAIR.over(MODEL, **axes)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda **rough: PAIR.at(MODEL, GRID, **rough),
+        lambda **rough: PAIR.over(MODEL, grid=GRID, **rough),
+        lambda **rough: PAIR.duty([DutyRow(200.0, 125.0, 363.15, 2.0)], MODEL, grid=GRID, **rough),
+        lambda **rough: PAIR.mesh("drive", *GRID).load(200.0).efficiency(MODEL, **rough),
+        lambda **rough: efficiency.study([DESIGN], MODEL, grid=GRID, **rough),
+    ],
+)
+def test_composite_roughness_is_refused(call: Any) -> None:
+    """Rq of both surfaces together is no Rq of a flank: the message names the keywords of the flanks."""
+    with pytest.raises(InputError) as error:
+        call(roughness_rms="0.4 um")
+    assert error.value.field == "roughness_rms"
+    assert {"roughness_rms_each", "roughness_rms_pinion", "roughness_rms_gear"} <= set(
+        error.value.allowed.replace(",", " ").split()
+    )
 
 
 def test_strength_of_a_map_and_a_point_without_a_result() -> None:
