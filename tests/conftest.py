@@ -93,10 +93,18 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--regenerate-golden", action="store_true", help="write tests/golden/*.json anew; review the diff")
 
 
+_TESTS = Path(__file__).parent
+_FAST = {_TESTS / folder / f"test_{name}.py" for folder, names in FAST.items() for name in names.split()}
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """With ``-m fast`` no other file is imported."""
+    other = collection_path.suffix == ".py" and collection_path not in _FAST
+    return True if other and config.option.markexpr == "fast" else None
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the tests of the files in `FAST`."""
-    tests = Path(__file__).parent
-    fast = {tests / folder / f"test_{name}.py" for folder, names in FAST.items() for name in names.split()}
     for item in items:
-        if item.path in fast:
+        if item.path in _FAST:
             item.add_marker(pytest.mark.fast)
