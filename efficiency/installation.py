@@ -1,4 +1,4 @@
-"""`mixed-ehl doctor`: is this installation whole, is its number right? `warmup`: kernels beforehand."""
+"""Check of the installation (`mixed-ehl doctor`), and compilation of kernels in advance (`mixed-ehl warmup`)."""
 
 from __future__ import annotations
 
@@ -35,26 +35,14 @@ def check_one_installation() -> Check:
     `regression` and `efficiency` are also names of other distributions, and a folder of that name in the working
     directory shadows ours under ``python -c``.
     """
-    modules: list[ModuleType] = [importlib.import_module(name) for name in PACKAGES]
-    homes = {name: Path(module.__file__ or "").parent.parent for name, module in zip(PACKAGES, modules, strict=True)}
-    versions = {name: getattr(module, "__version__", "none") for name, module in zip(PACKAGES, modules, strict=True)}
+    modules: dict[str, ModuleType] = {name: importlib.import_module(name) for name in PACKAGES}
+    homes = {name: Path(module.__file__ or "").parent.parent for name, module in modules.items()}
+    versions = {name: getattr(module, "__version__", "none") for name, module in modules.items()}
     passed = len(set(homes.values())) == 1 and len(set(versions.values())) == 1
     if passed:
         return Check("one installation", True, f"version {versions['ehl']} in {homes['ehl']}")
     found = ", ".join(f"{name} {versions[name]} in {homes[name]}" for name in PACKAGES)
     return Check("one installation", False, f"the packages do not belong together: {found}")
-
-
-def require_one_installation() -> None:
-    """Raise an `InputError` where the three packages do not belong together."""
-    check = check_one_installation()
-    if not check.passed:
-        raise InputError(
-            "installation",
-            check.detail,
-            "ehl, regression and efficiency of one mixed-ehl version in one place",
-            "Install mixed-ehl in an environment of its own, and run the mixed-ehl script.",
-        )
 
 
 def _python() -> Check:
@@ -153,10 +141,17 @@ def examine(*, installation_only: bool = False) -> list[Check]:
     >>> all(check.passed for check in efficiency.doctor(installation_only=True))
     True
     """
+    together = check_one_installation()
+    if installation_only and not together.passed:
+        raise InputError(
+            "installation",
+            together.detail,
+            "ehl, regression and efficiency of one mixed-ehl version in one place",
+            "Install mixed-ehl in an environment of its own, and run the mixed-ehl script.",
+        )
     if installation_only:
-        require_one_installation()
-        return [check_one_installation()]
-    checks = [_python(), check_one_installation(), *_dependencies()]
+        return [together]
+    checks = [_python(), together, *_dependencies()]
     for check in (_data, _cache, _kernels, _solver):
         try:
             checks.append(check())

@@ -69,45 +69,17 @@ class Warmup(TableResult):
 
     def to_dict(self) -> dict[str, Any]:
         """All of it, for JSON."""
-        return {
-            "kinds": list(self.kinds),
-            "compiled": self.compiled,
-            "seconds_cpu": self.seconds_cpu,
-            "seconds": self.seconds,
-        }
+        return {**vars(self), "kinds": list(self.kinds)}
 
 
 def warm_up(kind: str = "gear", processes: Callable[[], object] | None = None) -> Warmup:
-    """Compile the kernels that are not on disk yet, by solving a small contact of each kind.
-
-    Parameters
-    ----------
-    kind : str
-        ``smooth``, ``rough`` (smooth too), or ``gear``: what ``--friction ehl`` needs, which is both.
-    processes : callable, optional
-        Asks a Gaussian process of a friction formula.
-
-    Returns
-    -------
-    Warmup
-
-    Raises
-    ------
-    InputError
-        Another kind.
-
-    Examples
-    --------
-    >>> from ehl.warmup import warm_up
-    >>> warm_up("smooth").kinds
-    ('smooth',)
-    """
+    """As `efficiency.warmup`; `processes` evaluates a Gaussian process of a friction formula."""
     if kind not in KINDS:
         raise InputError("kind", kind, " or ".join(KINDS))
     clock, before = time.perf_counter(), len(compiled)
     for part in KINDS[kind]:
         result = Contact(**_CONTACT, **(_ROUGH if part == ROUGH else {})).solve()
-        if result.transient is not None:  # fine roughness alone asks for it
+        if result.transient is not None:  # only fine roughness needs it
             run = result.transient.run
             run.preheat(0.0, np.zeros((2, run.problem.x.size)))
     kinds = KINDS[kind]
@@ -124,13 +96,7 @@ def warm_up(kind: str = "gear", processes: Callable[[], object] | None = None) -
 
 
 def prepare_workers(*, rough: bool) -> None:
-    """Compile what is not on disk here, so that worker processes load it and do not each compile it.
-
-    Parameters
-    ----------
-    rough : bool
-        Whether transient rough contacts are among their work.
-    """
+    """Compile the kernels of worker processes once, those of transient rough contacts where `rough`."""
     from ehl.rough._kernels.march import march
     from ehl.smooth._kernels import newton
 
@@ -139,20 +105,7 @@ def prepare_workers(*, rough: bool) -> None:
 
 
 def write_kernels(folder: str | Path, processes: Callable[[], object]) -> int:
-    """Compile the kernels of all contacts and of Gaussian processes and write them, for a wheel to carry.
-
-    Parameters
-    ----------
-    folder : str or Path
-        Is made; must not be there.
-    processes : callable
-        As of `warm_up`.
-
-    Returns
-    -------
-    int
-        Kernels written.
-    """
+    """Compile all kernels and write them to a new folder, for a wheel to carry; returns their number."""
     warm_up("gear", processes)
     modules = [module for name, module in sys.modules.items() if name.startswith(("ehl.", "regression."))]
     found = {id(value): value for module in modules for value in vars(module).values() if isinstance(value, Kernel)}

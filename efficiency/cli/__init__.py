@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -10,7 +11,7 @@ import efficiency
 import ehl.cli
 import regression.cli
 import regression.cli.calibration
-from efficiency.cli import app_command, design, gear, loss_map, new, optimise
+from efficiency.cli import design, gear, loss_map, new, optimise
 from ehl import __version__
 from ehl.common.console import PROGRAM, App, print_json, run
 
@@ -46,7 +47,6 @@ for commands_of in (
     loss_map,
     new,
     optimise,
-    app_command,
 ):
     commands_of.register(app)
 app.command(rich_help_panel=PROGRAM)(gear.demo)
@@ -81,6 +81,18 @@ def warmup(
         print_json(ready.to_dict())
         return
     ready.show()
+
+
+@app.command("app", rich_help_panel=PROGRAM)
+def show_app(
+    design: Annotated[
+        Path | None, typer.Argument(metavar="DESIGN", help="Design file to offer besides the shipped pairs.")
+    ] = None,
+    port: Annotated[int, typer.Option(help="Port on the loopback address.", min=1024, max=65535)] = 8642,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open a browser.")] = True,
+) -> None:
+    """Show a pair in the browser: pattern, loss, map, friction models, misalignment; on this machine only."""
+    efficiency.serve_app(design, port=port, browser=browser)
 
 
 def main() -> None:

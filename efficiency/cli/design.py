@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Annotated, Any, Literal, cast
 
@@ -12,28 +11,38 @@ import efficiency
 import regression
 from efficiency.cli.options import (
     OPERATION,
-    OUTPUT,
     DesignArgument,
+    FreshOption,
     JobsOption,
     JsonOption,
     LoadBalanceOption,
+    MarkingOption,
     OilOption,
+    OptionGroup,
+    PointOptions,
     SideOption,
-    SpeedOption,
-    TemperatureOption,
+    StrengthOption,
+    StudyFrictionOption,
     UnitsOption,
     load_balance_of,
+    misalignment_group,
+    one_of,
     one_side,
+    output_option,
     present,
+    present_folder,
     refuse,
+    started_store,
+    text_option,
     unit_system,
+    with_groups,
 )
 from ehl import InputError, shipped
 from ehl.common.console import (
-    ADVANCED,
     FORMULA,
     GEAR,
     App,
+    advanced,
     fail_unless_converged,
     given,
     names_of,
@@ -53,7 +62,7 @@ def blank(
             metavar="FILE", help="A blank file, or the name of a shipped one.", autocompletion=names_of("blanks")
         ),
     ],
-    json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
+    json_output: JsonOption = False,
 ) -> None:
     """Blank of a bevel or hypoid pair after ISO 23509: cones, depths, thicknesses, contact ratios, warnings."""
     pair = efficiency.blank(file)
@@ -68,7 +77,7 @@ def settings(
         ),
     ],
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the design file here.")] = None,
-    json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
+    json_output: JsonOption = False,
 ) -> None:
     """Machine settings of both members from a blank, a cutter and contact targets: a complete design file.
 
@@ -100,42 +109,23 @@ def export(
         ),
     ] = WHAT,
     member: Annotated[str, typer.Option(help="pinion, gear or both.")] = "both",
-    rows: Annotated[int, typer.Option(help="Points from root to tip.", rich_help_panel=ADVANCED)] = 15,
-    columns: Annotated[int, typer.Option(help="Points from heel to toe.", rich_help_panel=ADVANCED)] = 31,
+    rows: Annotated[int, advanced(help="Points from root to tip.")] = 15,
+    columns: Annotated[int, advanced(help="Points from heel to toe.")] = 31,
     margin: Annotated[
-        float,
-        typer.Option(
-            help="Grids keep this share of face and depth off the edges, for inspection 0.05 to 0.1.",
-            rich_help_panel=ADVANCED,
-        ),
+        float, advanced(help="Grids keep this share of face and depth off the edges, for inspection 0.05 to 0.1.")
     ] = 0.0,
-    rim: Annotated[
-        str | None, typer.Option(help="Solids: rim below the root, such as '6 mm'.", rich_help_panel=ADVANCED)
-    ] = None,
-    bore: Annotated[
-        str | None, typer.Option(help="Members: diameter of the bore, '0 mm' for none.", rich_help_panel=ADVANCED)
-    ] = None,
+    rim: Annotated[str | None, advanced(help="Solids: rim below the root, such as '6 mm'.")] = None,
+    bore: Annotated[str | None, advanced(help="Members: diameter of the bore, '0 mm' for none.")] = None,
     units: UnitsOption = "metric",
     language: Annotated[
-        str | None,
-        typer.Option(help="Formula: python, c, fortran, matlab; by the suffix if not given."),
+        str | None, typer.Option(help="Formula: python, c, fortran, matlab; by the suffix if not given.")
     ] = None,
     oil: Annotated[str | None, typer.Option(help="Formula: oil card to write in, if fitted to several.")] = None,
     oil_arguments: Annotated[
-        bool,
-        typer.Option(
-            "--oil-arguments",
-            help="Formula: the oil's properties as arguments of the function.",
-            rich_help_panel=ADVANCED,
-        ),
+        bool, advanced("--oil-arguments", help="Formula: the oil's properties as arguments of the function.")
     ] = False,
     guard: Annotated[
-        bool,
-        typer.Option(
-            "--guard/--no-guard",
-            help="Formula: flag points far from all cases of the fit (long).",
-            rich_help_panel=ADVANCED,
-        ),
+        bool, advanced("--guard/--no-guard", help="Formula: flag points far from all cases of the fit (long).")
     ] = True,
 ) -> None:
     """Write solids (STL), flank grids (CSV) and the machine summary (CSV) of a design, or a formula as code.
@@ -151,8 +141,7 @@ def export(
         print(f"{output}: {formula.name}, {laws}")
         return
     refuse("a design", {"language": language, "oil": oil, "oil_arguments": oil_arguments})
-    if member not in ("pinion", "gear", "both"):
-        raise InputError("member", member, "pinion, gear or both")
+    one_of("member", member, "pinion", "gear", "both")
     parts = [part.strip() for part in what.split(",") if part.strip()]
     if not parts:
         raise InputError("what", what, f"some of {WHAT}, ease_off, step")
@@ -212,35 +201,28 @@ def correct(
         print(f"corrected settings: {output}")
 
 
+@with_groups
 def misalignment(
+    *,
     design: DesignArgument,
-    e: Annotated[
-        str | None, typer.Option("--E", help="Shift E along the offset: '-0.2, 0, 0.2 mm' or '-0.2:0.2:9 mm'.")
-    ] = None,
-    p: Annotated[str | None, typer.Option("--P", help="Shift P along the pinion axis, from apex to heel.")] = None,
-    g: Annotated[str | None, typer.Option("--G", help="Shift G along the gear axis, from apex to heel.")] = None,
-    shaft_angle_error: Annotated[str | None, typer.Option(help="Change of the shaft angle: '-4, 0, 4 arcmin'.")] = None,
-    side: Annotated[
-        str, typer.Option(help="Flanks in contact: drive, coast or both.", rich_help_panel=ADVANCED)
-    ] = "drive",
-    marking: Annotated[
-        str | None, typer.Option(help="Thickness of the marking compound, default '6.35 um'.", rich_help_panel=ADVANCED)
-    ] = None,
-    torque: Annotated[
-        str | None,
-        typer.Option(help="Pinion torque: every state loaded as well, '250 N m'.", rich_help_panel=OPERATION),
-    ] = None,
-    friction: Annotated[
-        str | None, typer.Option(help="Friction model as in `gear`; default: the formula shipped for the oil.")
-    ] = None,
-    speed: SpeedOption = None,
-    temperature: TemperatureOption = None,
+    axes: Annotated[
+        dict[str, Any],
+        misalignment_group(
+            "Shift E along the offset: '-0.2, 0, 0.2 mm' or '-0.2:0.2:9 mm'.",
+            "Shift P along the pinion axis, from apex to heel.",
+            "Shift G along the gear axis, from apex to heel.",
+            "Change of the shaft angle: '-4, 0, 4 arcmin'.",
+            panel=None,
+        ),
+    ],
+    side: Annotated[str, advanced(help="Flanks in contact: drive, coast or both.")] = "drive",
+    marking: MarkingOption = None,
+    point: PointOptions,
+    friction: StudyFrictionOption = None,
     oil: OilOption = None,
     json_output: JsonOption = False,
-    csv: Annotated[
-        Path | None, typer.Option(help="Write all states as CSV (SI units).", rich_help_panel=ADVANCED)
-    ] = None,
-    plot: Annotated[Path | None, typer.Option(help="Folder for figures (PNG).", rich_help_panel=ADVANCED)] = None,
+    csv: Annotated[Path | None, advanced(help="Write all states as CSV (SI units).")] = None,
+    plot: Annotated[Path | None, advanced(help="Folder for figures (PNG).")] = None,
 ) -> None:
     """Misalignment study (V-H check): contact over a grid of E, P, G and shaft angle, added to those of the design.
 
@@ -248,94 +230,63 @@ def misalignment(
 
     Lists 'a, b, c unit' or ranges 'from:to:number unit'; the states are all combinations.
     """
-    axes = given({"E": e, "P": p, "G": g, "shaft_angle_error": shaft_angle_error})
-    conditions: dict[str, Any] = given({"speed": speed, "temperature": temperature, "oil": oil})
     with working("misalignment"):
         states = efficiency.load(design).misalignment(
-            side=side,
-            marking=marking,
-            torque=torque,
-            friction=friction,
-            **conditions,
-            **axes,
+            side=side, marking=marking, friction=friction, **point, **given({"oil": oil}), **axes
         )
     present(states, json_output, csv=csv, plot=plot)
 
 
+@with_groups
 def study(
+    *,
     designs: Annotated[
         list[str] | None,
         typer.Argument(metavar="DESIGN...", help=f"Design files or names of shipped ones; default: {' '.join(PAIRS)}."),
     ] = None,
-    output: Annotated[
-        Path, typer.Option("--output", "-o", help="Folder for page, tables and figures.", rich_help_panel=OUTPUT)
-    ] = Path("mixed-ehl-study"),
-    friction: Annotated[
-        str | None, typer.Option(help="Friction model as in `gear`; default: the formula shipped for the oil.")
-    ] = None,
-    torque: Annotated[
-        str | None,
-        typer.Option(help="Pinion torques, '50, 100, 200 N m' or '50:250:5 N m'.", rich_help_panel=OPERATION),
-    ] = None,
-    speed: Annotated[str | None, typer.Option(help="Pinion speeds.", rich_help_panel=OPERATION)] = None,
-    temperature: Annotated[str | None, typer.Option(help="Oil temperatures.", rich_help_panel=OPERATION)] = None,
-    roughness_each: Annotated[
-        str | None, typer.Option(help="Rq of each flank: '0.2, 0.4 um'.", rich_help_panel=OPERATION)
-    ] = None,
+    output: Annotated[Path, output_option("--output", "-o", help="Folder for page, tables and figures.")] = Path(
+        "mixed-ehl-study"
+    ),
+    friction: StudyFrictionOption = None,
+    values: Annotated[
+        dict[str, Any],
+        OptionGroup(
+            {
+                "torque": text_option("Pinion torques, '50, 100, 200 N m' or '50:250:5 N m'.", OPERATION),
+                "speed": text_option("Pinion speeds.", OPERATION),
+                "temperature": text_option("Oil temperatures.", OPERATION),
+                "roughness_rms_each": text_option("Rq of each flank: '0.2, 0.4 um'.", OPERATION, "--roughness-each"),
+            }
+        ),
+    ],
     oil: OilOption = None,
     side: SideOption = "drive",
-    e: Annotated[
-        str | None,
-        typer.Option("--E", help="Shift E along the offset: '-0.1, 0.1 mm'; '0 mm': none.", rich_help_panel=ADVANCED),
-    ] = None,
-    p: Annotated[
-        str | None, typer.Option("--P", help="Shift P along the pinion axis.", rich_help_panel=ADVANCED)
-    ] = None,
-    g: Annotated[str | None, typer.Option("--G", help="Shift G along the gear axis.", rich_help_panel=ADVANCED)] = None,
-    shaft_angle_error: Annotated[
-        str | None,
-        typer.Option(
-            "--shaft-angle-error", help="Change of the shaft angle: '-4, 4 arcmin'.", rich_help_panel=ADVANCED
+    misalignment: Annotated[
+        dict[str, Any],
+        misalignment_group(
+            "Shift E along the offset: '-0.1, 0.1 mm'; '0 mm': none.",
+            "Shift P along the pinion axis.",
+            "Shift G along the gear axis.",
+            "Change of the shaft angle: '-4, 4 arcmin'.",
         ),
-    ] = None,
+    ],
     load_balance: LoadBalanceOption = None,
-    strength: Annotated[
-        bool,
-        typer.Option(
-            "--strength",
-            help="Columns of grade, safety factors, integral temperature, specific film.",
-            rich_help_panel=ADVANCED,
-        ),
-    ] = False,
+    strength: StrengthOption = False,
     jobs: JobsOption = None,
-    fresh: Annotated[
-        bool, typer.Option("--fresh", help="Forget what an earlier run left in the folder.", rich_help_panel=ADVANCED)
-    ] = False,
+    fresh: FreshOption = False,
     json_output: JsonOption = False,
 ) -> None:
     """Parameter study: torque, speed, temperature, roughness, offset and misalignment against efficiency.
 
     All combinations of the operating parameters, misalignments one at a time. A study that was killed goes on.
     """
-    values = {"torque": torque, "speed": speed, "temperature": temperature, "roughness_rms_each": roughness_each}
-    values |= {"E": e, "P": p, "G": g, "shaft_angle_error": shaft_angle_error}
-    store = output / "points.jsonl"
-    if fresh and os.path.exists(store):
-        store.unlink()
+    store = started_store(output, fresh)
     chosen: dict[str, Any] = {"friction": friction, "oil": oil, "side": one_side(side), "jobs": jobs, "store": store}
-    chosen |= {"strength": strength}
-    chosen |= given({"load_balance": load_balance_of(load_balance)})
+    chosen |= {"strength": strength} | given({"load_balance": load_balance_of(load_balance)})
     kept = f"finished points are kept in {store}, the same command resumes"
     with output_folder(output), working("study", kept):
-        result = efficiency.study(designs or PAIRS, **chosen, **given(values))
-    written = result.write(folder=output)
-    if json_output:
-        print_json(result.to_dict())
-    else:
-        result.show()
-        for path in written:
-            print(path)
-    fail_unless_converged(result.status, result.reason)
+        result = efficiency.study(designs or PAIRS, **chosen, **values, **misalignment)
+    present_folder(result, json_output, output)
 
 
 def plan(
@@ -355,8 +306,7 @@ def plan(
 
     The ranges are quantiles weighted with the work lost at each point.
     """
-    if model not in ("deterministic", "load_sharing"):
-        raise InputError("model", model, "deterministic or load_sharing")
+    one_of("model", model, "deterministic", "load_sharing")
     if output.suffix != ".toml":
         raise InputError("output", str(output), "a file name ending in .toml")
     pairs = [efficiency.load(design) for design in designs]

@@ -9,96 +9,75 @@ import typer
 
 import efficiency
 from efficiency.cli.options import (
-    OUTPUT,
-    CsvOption,
     DesignArgument,
-    DriverOption,
-    EOption,
     FiguresOption,
+    FileOptions,
     FrictionOption,
-    GOption,
     JobsOption,
     JsonOption,
     LoadBalanceOption,
+    MarkingOption,
+    MisalignmentOptions,
     OilOption,
-    POption,
+    PointOptions,
     ReportOption,
-    RoughnessEachOption,
-    RoughnessGearOption,
-    RoughnessPinionOption,
-    ShaftAngleOption,
+    RoughnessOptions,
     SideOption,
-    SpeedOption,
     StrengthOption,
-    TemperatureOption,
-    TorqueOption,
+    SurfaceOptions,
+    TableOptions,
     UnitsOption,
-    XlsxOption,
     check_files,
     load_balance_of,
     one_side,
+    output_option,
     present,
     refuse,
-    roughness,
     unit_system,
+    with_groups,
 )
 from ehl import InputError
-from ehl.common.console import ADVANCED, GEAR, App, fail_unless_converged, given, is_list, print_json, working
+from ehl.common.console import GEAR, App, advanced, fail_unless_converged, given, is_list, print_json, working
 
 BulkOption = Annotated[
     bool | None,
-    typer.Option(
+    advanced(
         "--bulk-temperature/--oil-temperature",
         help="Teeth by a heat balance, or as warm as the oil; default: a balance where the design states its cooling.",
-        rich_help_panel=ADVANCED,
     ),
 ]
 UncertaintyOption = Annotated[
     bool,
-    typer.Option(
+    advanced(
         "--uncertainty",
         help="Contribution of each input to the interval; for ehl by solved contacts at both ends (minutes).",
-        rich_help_panel=ADVANCED,
     ),
 ]
 LoadFromOption = Annotated[
-    Path | None,
-    typer.Option(
-        help="CSV file with the load distribution of another program, in place of the own one.",
-        rich_help_panel=ADVANCED,
-    ),
+    Path | None, advanced(help="CSV file with the load distribution of another program, in place of the own one.")
 ]
-SaveLoadOption = Annotated[
-    Path | None,
-    typer.Option(help="Write the load distribution as CSV, as --load-from reads it.", rich_help_panel=ADVANCED),
-]
+SaveLoadOption = Annotated[Path | None, advanced(help="Write the load distribution as CSV, as --load-from reads it.")]
 DutyArgument = Annotated[
     Path, typer.Argument(metavar="DUTY", help="Duty cycle, CSV or XLSX: torque, speed, temperature, hours.")
 ]
 
 
+def _pair(design: str, misalignment: dict[str, Any]) -> efficiency.GearPair:
+    return efficiency.load(design).misaligned(**misalignment)
+
+
+@with_groups
 def gear(
+    *,
     design: DesignArgument,
     friction: FrictionOption = "constant:0.05",
-    torque: TorqueOption = None,
-    speed: SpeedOption = None,
-    temperature: TemperatureOption = None,
-    oil: OilOption = None,
+    point: PointOptions,
+    surface: SurfaceOptions,
     side: SideOption = "drive",
     json_output: JsonOption = False,
-    plot: FiguresOption = None,
-    report: ReportOption = None,
-    xlsx: XlsxOption = None,
-    csv: CsvOption = None,
+    files: FileOptions,
     units: UnitsOption = "metric",
-    roughness_each: RoughnessEachOption = None,
-    roughness_pinion: RoughnessPinionOption = None,
-    roughness_gear: RoughnessGearOption = None,
-    e: EOption = None,
-    p: POption = None,
-    g: GOption = None,
-    shaft_angle_error: ShaftAngleOption = None,
-    driver: DriverOption = None,
+    misalignment: MisalignmentOptions,
     load_balance: LoadBalanceOption = None,
     bulk_temperature: BulkOption = None,
     uncertainty: UncertaintyOption = False,
@@ -106,18 +85,17 @@ def gear(
     save_load: SaveLoadOption = None,
 ) -> None:
     """Efficiency of a gear pair at one operating point: contact, load, friction, power loss, strength."""
-    check_files(report=report, xlsx=xlsx)
+    check_files(files)
     system = unit_system(units)
-    pair = efficiency.load(design).misaligned(**given({"E": e, "P": p, "G": g, "shaft_angle_error": shaft_angle_error}))
-    axes = _one_point(torque, speed, temperature)
-    fixed = roughness(roughness_each, roughness_pinion, roughness_gear) | given({"oil": oil, "driver": driver})
-    [model] = pair.check([friction], **axes, **fixed)
+    pair = _pair(design, misalignment)
+    _refuse_lists(point)
+    [model] = pair.check([friction], **point, **surface)
     balance_of = load_balance_of(load_balance)
     if load_from is not None:
         refuse("--load-from", {"bulk_temperature": bulk_temperature, "uncertainty": uncertainty})
     mesh = pair.mesh(one_side(side))
-    at = axes.pop("torque", None)
-    conditions, balance = axes | fixed, None
+    at = point.pop("torque", None)
+    conditions, balance = point | surface, None
     with working("gear pair"):
         loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
         if loaded.balances_heat(None if bulk_temperature is None else "balance" if bulk_temperature else "oil"):
@@ -129,32 +107,21 @@ def gear(
             loaded.write_load(save_load)
         if uncertainty and result.status == "converged":
             result = result.with_inputs(result.uncertainty(solved=True))
-    files = {"plot": plot, "report": report, "xlsx": xlsx, "csv": csv}
     present(result, json_output, units=system, balance=balance, **files)
 
 
+@with_groups
 def map_points(
+    *,
     design: DesignArgument,
     friction: FrictionOption = "constant:0.05",
-    torque: TorqueOption = None,
-    speed: SpeedOption = None,
-    temperature: TemperatureOption = None,
-    oil: OilOption = None,
+    axes: PointOptions,
+    surface: SurfaceOptions,
     side: SideOption = "drive",
     json_output: JsonOption = False,
-    plot: FiguresOption = None,
-    report: ReportOption = None,
-    xlsx: XlsxOption = None,
-    csv: CsvOption = None,
+    files: FileOptions,
     units: UnitsOption = "metric",
-    roughness_each: RoughnessEachOption = None,
-    roughness_pinion: RoughnessPinionOption = None,
-    roughness_gear: RoughnessGearOption = None,
-    e: EOption = None,
-    p: POption = None,
-    g: GOption = None,
-    shaft_angle_error: ShaftAngleOption = None,
-    driver: DriverOption = None,
+    misalignment: MisalignmentOptions,
     load_balance: LoadBalanceOption = None,
     strength: StrengthOption = False,
 ) -> None:
@@ -162,64 +129,55 @@ def map_points(
 
     Each is one value, a list '100, 200, 300 N m' or a range '50:200:4 N m'; what is not given is that of the design.
     """
-    check_files(report=report, xlsx=xlsx)
+    check_files(files)
     system = unit_system(units)
-    pair = efficiency.load(design).misaligned(**given({"E": e, "P": p, "G": g, "shaft_angle_error": shaft_angle_error}))
-    axes: dict[str, Any] = given({"torque": torque, "speed": speed, "temperature": temperature})
-    fixed = roughness(roughness_each, roughness_pinion, roughness_gear) | given({"oil": oil, "driver": driver})
-    [model] = pair.check([friction], **axes, **fixed)
-    fixed |= given({"load_balance": load_balance_of(load_balance)})
+    pair = _pair(design, misalignment)
+    [model] = pair.check([friction], **axes, **surface)
+    fixed = surface | given({"load_balance": load_balance_of(load_balance)})
     with working("operating points"):
         grid = pair.mesh(one_side(side)).map(model, strength=strength, **axes, **fixed)
-    present(grid, json_output, units=system, plot=plot, report=report, xlsx=xlsx, csv=csv)
+    present(grid, json_output, units=system, **files)
 
 
+@with_groups
 def duty(
+    *,
     design: DesignArgument,
     file: DutyArgument,
     friction: FrictionOption = "constant:0.05",
     oil: OilOption = None,
     json_output: JsonOption = False,
-    xlsx: XlsxOption = None,
-    csv: CsvOption = None,
-    e: EOption = None,
-    p: POption = None,
-    g: GOption = None,
-    shaft_angle_error: ShaftAngleOption = None,
+    files: TableOptions,
+    misalignment: MisalignmentOptions,
     load_balance: LoadBalanceOption = None,
-    roughness_each: RoughnessEachOption = None,
-    roughness_pinion: RoughnessPinionOption = None,
-    roughness_gear: RoughnessGearOption = None,
+    roughness: RoughnessOptions,
 ) -> None:
     """Energies of a gear pair over a duty cycle, by row and in total."""
-    check_files(report=None, xlsx=xlsx)
-    pair = efficiency.load(design).misaligned(**given({"E": e, "P": p, "G": g, "shaft_angle_error": shaft_angle_error}))
-    conditions: dict[str, Any] = given({"oil": oil, "load_balance": load_balance_of(load_balance)})
-    conditions |= roughness(roughness_each, roughness_pinion, roughness_gear)
+    check_files(files)
+    pair = _pair(design, misalignment)
+    conditions = roughness | given({"oil": oil, "load_balance": load_balance_of(load_balance)})
     [model] = pair.check([friction], **conditions)
     with working("duty cycle"):
         cycle = pair.duty(file, model, **conditions)
-    present(cycle, json_output, xlsx=xlsx, csv=csv)
+    present(cycle, json_output, **files)
 
 
+@with_groups
 def geometry(
+    *,
     design: DesignArgument,
     side: Annotated[str, typer.Option(help="Flanks in contact: drive, coast or both.")] = "both",
-    marking: Annotated[str | None, typer.Option(help="Thickness of the marking compound, default '6.35 um'.")] = None,
+    marking: MarkingOption = None,
     json_output: JsonOption = False,
     plot: FiguresOption = None,
     report: ReportOption = None,
     units: UnitsOption = "metric",
-    e: EOption = None,
-    p: POption = None,
-    g: GOption = None,
-    shaft_angle_error: ShaftAngleOption = None,
+    misalignment: MisalignmentOptions,
 ) -> None:
     """Geometry and unloaded contact of a gear pair: ease-off, contact pattern, transmission error, contact ratios."""
-    check_files(report=report, xlsx=None)
+    check_files(given({"report": report}))
     system = unit_system(units)
-    pair = efficiency.load(design).misaligned(**given({"E": e, "P": p, "G": g, "shaft_angle_error": shaft_angle_error}))
-    shape = pair.geometry(side, marking)
+    shape = _pair(design, misalignment).geometry(side, marking)
     shape.write(units=system, plot=plot, report=report)
     print_json(shape.to_dict()) if json_output else shape.show(units=system)
     for name, reason in shape.failures.items():
@@ -227,48 +185,40 @@ def geometry(
     fail_unless_converged(shape.status, "")
 
 
-def _one_point(torque: str | None, speed: str | None, temperature: str | None) -> dict[str, Any]:
-    """What is given of an operating point; lists are refused."""
-    axes: dict[str, Any] = given({"torque": torque, "speed": speed, "temperature": temperature})
-    for name, text in axes.items():
+def _refuse_lists(point: dict[str, str]) -> None:
+    for name, text in point.items():
         if is_list(text):
             raise InputError(name, text, "one value", "Lists and ranges make a map: mixed-ehl map.")
-    return axes
 
 
+@with_groups
 def compare(
+    *,
     design: DesignArgument,
     friction: Annotated[
         list[str] | None, typer.Option(help="A friction model; repeat for several. Default: constants, published, ehl.")
     ] = None,
-    torque: TorqueOption = None,
-    speed: SpeedOption = None,
-    temperature: TemperatureOption = None,
-    oil: OilOption = None,
-    roughness_each: RoughnessEachOption = None,
-    roughness_pinion: RoughnessPinionOption = None,
-    roughness_gear: RoughnessGearOption = None,
+    point: PointOptions,
+    surface: SurfaceOptions,
     side: SideOption = "drive",
-    driver: DriverOption = None,
     load_balance: LoadBalanceOption = None,
     load_from: LoadFromOption = None,
     json_output: JsonOption = False,
-    plot: Annotated[Path | None, typer.Option(help="Write the figure (PNG, SVG, PDF).", rich_help_panel=OUTPUT)] = None,
+    plot: Annotated[Path | None, output_option(help="Write the figure (PNG, SVG, PDF).")] = None,
     report: ReportOption = None,
-    xlsx: XlsxOption = None,
-    csv: CsvOption = None,
+    files: TableOptions,
 ) -> None:
     """Compare friction models, constant mu and closed forms on one gear pair."""
-    check_files(report=report, xlsx=xlsx)
-    axes = _one_point(torque, speed, temperature)
-    fixed = roughness(roughness_each, roughness_pinion, roughness_gear) | given({"oil": oil, "driver": driver})
+    files |= given({"report": report, "plot": plot})
+    check_files(files)
+    _refuse_lists(point)
     pair = efficiency.load(design)
-    models = pair.check(friction or (), **axes, **fixed) or None
-    mesh, at = pair.mesh(one_side(side)), axes.pop("torque", None)
+    models = pair.check(friction or (), **point, **surface) or None
+    mesh, at = pair.mesh(one_side(side)), point.pop("torque", None)
     with working("comparison"):
         loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
-        comparison = loaded.compare(models, load_balance=load_balance_of(load_balance), **axes, **fixed)
-    present(comparison, json_output, plot=plot, report=report, xlsx=xlsx, csv=csv)
+        comparison = loaded.compare(models, load_balance=load_balance_of(load_balance), **point, **surface)
+    present(comparison, json_output, **files)
 
 
 def demo(

@@ -1,17 +1,72 @@
-"""Options that several gear commands share, and how their text is read."""
+"""Options that several gear commands share, and groups of options that are one set of keywords."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import functools
+import inspect
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, cast
+from typing import Annotated, Any, get_type_hints
 
 import typer
 
 from ehl import InputError
-from ehl.common.console import ADVANCED, check_suffix, fail_unless_converged, given, names_of, print_json
+from ehl.common.console import ADVANCED, advanced, check_suffix, fail_unless_converged, given, names_of, print_json
 
 OPERATION, OUTPUT = "Operating point", "Output"
+operation: Any = functools.partial(typer.Option, rich_help_panel=OPERATION)
+output_option: Any = functools.partial(typer.Option, rich_help_panel=OUTPUT)
+
+
+@dataclass(frozen=True)
+class OptionGroup:
+    """Options that reach a command as one dictionary: the keyword of each, and its annotation."""
+
+    options: dict[str, Any]
+
+
+def with_groups(command: Callable[..., None]) -> Callable[..., None]:
+    """The command with the options of a group in place of each parameter that is annotated with one.
+
+    The parameter receives the options that were given, by keyword.
+    """
+    hints = get_type_hints(command, include_extras=True)
+    parameters, groups = [], {}
+    for parameter in inspect.signature(command).parameters.values():
+        hint = hints[parameter.name]
+        group = next((part for part in getattr(hint, "__metadata__", ()) if isinstance(part, OptionGroup)), None)
+        if group is None:
+            parameters.append(parameter.replace(annotation=hint, kind=inspect.Parameter.KEYWORD_ONLY))
+            continue
+        groups[parameter.name] = group
+        parameters += [
+            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation)
+            for name, annotation in group.options.items()
+        ]
+
+    @functools.wraps(command)
+    def grouped(**values: Any) -> None:
+        for name, group in groups.items():
+            values[name] = given({option: values.pop(option) for option in group.options})
+        command(**values)
+
+    grouped.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    grouped.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return grouped
+
+
+def text_option(text: str, panel: str | None = ADVANCED, name: str = "") -> Any:
+    """Annotation of an option whose value is a text, None where it was not given."""
+    return Annotated[str | None, typer.Option(*filter(None, [name]), help=text, rich_help_panel=panel)]
+
+
+def misalignment_group(e: str, p: str, g: str, angle: str, panel: str | None = ADVANCED) -> OptionGroup:
+    """Options of the misalignments with their help texts."""
+    texts = {"E": ("--E", e), "P": ("--P", p), "G": ("--G", g), "shaft_angle_error": ("--shaft-angle-error", angle)}
+    return OptionGroup({key: text_option(text, panel, name) for key, (name, text) in texts.items()})
+
 
 DesignArgument = Annotated[
     str,
@@ -19,107 +74,121 @@ DesignArgument = Annotated[
         metavar="DESIGN", help="A design file, or the name of a shipped one.", autocompletion=names_of("designs")
     ),
 ]
-SideOption = Annotated[str, typer.Option(help="Flanks that carry the load: drive or coast.", rich_help_panel=OPERATION)]
-TorqueOption = Annotated[
-    str | None, typer.Option(help="Pinion torque with its unit: '250 N m'.", rich_help_panel=OPERATION)
+SideOption = Annotated[str, operation(help="Flanks that carry the load: drive or coast.")]
+TemperatureOption = text_option("Oil temperature with its unit: '80 degC'.", OPERATION)
+OilOption = Annotated[str | None, operation(help="Oil card in place of the design's.", autocompletion=names_of("oils"))]
+PointOptions = Annotated[
+    dict[str, Any],
+    OptionGroup(
+        {
+            "torque": text_option("Pinion torque with its unit: '250 N m'.", OPERATION),
+            "speed": text_option("Pinion speed with its unit: '1500 rpm'.", OPERATION),
+            "temperature": TemperatureOption,
+        }
+    ),
 ]
-SpeedOption = Annotated[
-    str | None, typer.Option(help="Pinion speed with its unit: '1500 rpm'.", rich_help_panel=OPERATION)
+ROUGHNESS = {
+    "roughness_rms_each": text_option("Rq of the flanks of both members: '0.4 um'.", name="--roughness-each"),
+    "roughness_rms_pinion": text_option("Rq of the pinion flanks.", name="--roughness-pinion"),
+    "roughness_rms_gear": text_option("Rq of the gear flanks.", name="--roughness-gear"),
+}
+RoughnessOptions = Annotated[dict[str, Any], OptionGroup(ROUGHNESS)]
+SurfaceOptions = Annotated[
+    dict[str, Any],
+    OptionGroup({"oil": OilOption, **ROUGHNESS, "driver": text_option("Member the power comes from: pinion or gear.")}),
 ]
-TemperatureOption = Annotated[
-    str | None, typer.Option(help="Oil temperature with its unit: '80 degC'.", rich_help_panel=OPERATION)
-]
-OilOption = Annotated[
-    str | None,
-    typer.Option(help="Oil card in place of the design's.", rich_help_panel=OPERATION, autocompletion=names_of("oils")),
-]
-RoughnessEachOption = Annotated[
-    str | None, typer.Option(help="Rq of the flanks of both members: '0.4 um'.", rich_help_panel=ADVANCED)
-]
-RoughnessPinionOption = Annotated[str | None, typer.Option(help="Rq of the pinion flanks.", rich_help_panel=ADVANCED)]
-RoughnessGearOption = Annotated[str | None, typer.Option(help="Rq of the gear flanks.", rich_help_panel=ADVANCED)]
-EOption = Annotated[
-    str | None, typer.Option("--E", help="Shift E along the offset: '0.1 mm'.", rich_help_panel=ADVANCED)
-]
-POption = Annotated[
-    str | None,
-    typer.Option("--P", help="Shift P along the pinion axis, from apex to heel.", rich_help_panel=ADVANCED),
-]
-GOption = Annotated[
-    str | None,
-    typer.Option("--G", help="Shift G along the gear axis, from apex to heel.", rich_help_panel=ADVANCED),
-]
-ShaftAngleOption = Annotated[
-    str | None,
-    typer.Option("--shaft-angle-error", help="Change of the shaft angle: '2 arcmin'.", rich_help_panel=ADVANCED),
+MisalignmentOptions = Annotated[
+    dict[str, Any],
+    misalignment_group(
+        "Shift E along the offset: '0.1 mm'.",
+        "Shift P along the pinion axis, from apex to heel.",
+        "Shift G along the gear axis, from apex to heel.",
+        "Change of the shaft angle: '2 arcmin'.",
+    ),
 ]
 LoadBalanceOption = Annotated[
     str | None,
-    typer.Option(
-        help="What carries the torque: frictional (default, normal and friction forces), or frictionless.",
-        rich_help_panel=ADVANCED,
-    ),
+    advanced(help="What carries the torque: frictional (default, normal and friction forces), or frictionless."),
 ]
 FrictionOption = Annotated[
     str, typer.Option(help="Formula file or name, constant:0.05, a published formula, ehl or ehl:smooth.")
 ]
-DriverOption = Annotated[
-    str | None, typer.Option(help="Member the power comes from: pinion or gear.", rich_help_panel=ADVANCED)
+StudyFrictionOption = Annotated[
+    str | None, typer.Option(help="Friction model as in `gear`; default: the formula shipped for the oil.")
 ]
 StrengthOption = Annotated[
     bool,
-    typer.Option(
+    advanced(
         "--strength",
         help="Columns of worst grade, safety factors, integral temperature and specific film (0.1 s a point).",
-        rich_help_panel=ADVANCED,
     ),
 ]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.", rich_help_panel=OUTPUT)]
-ReportOption = Annotated[Path | None, typer.Option(help="Write one HTML page, for print too.", rich_help_panel=OUTPUT)]
-XlsxOption = Annotated[
-    Path | None, typer.Option("--xlsx", help="Write every table into one workbook.", rich_help_panel=OUTPUT)
-]
-CsvOption = Annotated[
-    Path | None, typer.Option("--csv", help="Folder for every table as CSV.", rich_help_panel=ADVANCED)
-]
-FiguresOption = Annotated[Path | None, typer.Option(help="Folder for figures (PNG).", rich_help_panel=OUTPUT)]
-UnitsOption = Annotated[str, typer.Option(help="Units of design tables: metric or inch.", rich_help_panel=ADVANCED)]
+MarkingOption = Annotated[str | None, advanced(help="Thickness of the marking compound, default '6.35 um'.")]
+JsonOption = Annotated[bool, output_option("--json", help="Print one JSON object in SI units.")]
+ReportOption = Annotated[Path | None, output_option(help="Write one HTML page, for print too.")]
+FiguresOption = Annotated[Path | None, output_option(help="Folder for figures (PNG).")]
+_TABLES = {
+    "xlsx": Annotated[Path | None, output_option(help="Write every table into one workbook.")],
+    "csv": Annotated[Path | None, advanced(help="Folder for every table as CSV.")],
+}
+TableOptions = Annotated[dict[str, Any], OptionGroup(_TABLES)]
+FileOptions = Annotated[dict[str, Any], OptionGroup({"plot": FiguresOption, "report": ReportOption, **_TABLES})]
+UnitsOption = Annotated[str, advanced(help="Units of design tables: metric or inch.")]
 DaskOption = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler (tcp://..., file.json), or local:N.")
 ]
 JobsOption = Annotated[int | None, typer.Option(min=1, help="Worker processes; default: the cores there are.")]
+FreshOption = Annotated[
+    bool, advanced("--fresh", help="Delete what an earlier run left in the folder, and start again.")
+]
 
 
-def check_files(report: Path | None, xlsx: Path | None) -> None:
-    """Names of files that cannot be meant are refused before anything is computed."""
-    check_suffix(report, "report")
-    check_suffix(xlsx, "xlsx")
+def started_store(folder: Path, fresh: bool) -> Path:
+    """File of finished points in an output folder; deleted where a run starts again."""
+    store = folder / "points.jsonl"
+    if fresh and os.path.exists(store):
+        store.unlink()
+    return store
 
 
-def unit_system(units: str) -> Literal["metric", "inch"]:
+def present_folder(result: Any, json_output: bool, folder: Path) -> None:
+    """Print a result and write all of it into a folder; exit code 1 where it failed."""
+    written = result.write(folder=folder)
+    if json_output:
+        print_json(result.to_dict())
+    else:
+        result.show()
+        for path in written:
+            print(path)
+    fail_unless_converged(result.status, result.reason)
+
+
+def check_files(files: Mapping[str, Path]) -> None:
+    """Refuse pages and workbooks with another suffix, before anything is computed."""
+    for field in ("report", "xlsx"):
+        check_suffix(files.get(field), field)
+
+
+def one_of(field: str, text: str | None, *allowed: str) -> Any:
+    """The text of an option that takes one of some words; None where it was not given."""
+    if text is not None and text not in allowed:
+        raise InputError(field, text, " or ".join(allowed))
+    return text
+
+
+def unit_system(units: str) -> Any:
     """Metric or inch."""
-    if units not in ("metric", "inch"):
-        raise InputError("units", units, "metric or inch")
-    return cast('Literal["metric", "inch"]', units)
+    return one_of("units", units, "metric", "inch")
 
 
-def one_side(side: str) -> Literal["drive", "coast"]:
+def one_side(side: str) -> Any:
     """Drive or coast."""
-    if side not in ("drive", "coast"):
-        raise InputError("side", side, "drive or coast")
-    return cast('Literal["drive", "coast"]', side)
+    return one_of("side", side, "drive", "coast")
 
 
-def roughness(each: str | None, pinion: str | None, gear: str | None) -> dict[str, Any]:
-    """Rq of the flanks, by the names of the conditions; what is not given is left out."""
-    return given({"roughness_rms_each": each, "roughness_rms_pinion": pinion, "roughness_rms_gear": gear})
-
-
-def load_balance_of(text: str | None) -> Literal["frictional", "frictionless"] | None:
-    """What carries the torque; None leaves it to the default."""
-    if text not in (None, "frictional", "frictionless"):
-        raise InputError("load-balance", text, "frictional or frictionless")
-    return cast('Literal["frictional", "frictionless"] | None', text)
+def load_balance_of(text: str | None) -> Any:
+    """Balance that carries the torque; None leaves it to the default."""
+    return one_of("load-balance", text, "frictional", "frictionless")
 
 
 def present(result: Any, json_output: bool, **files: Any) -> None:
@@ -136,7 +205,7 @@ def present(result: Any, json_output: bool, **files: Any) -> None:
 
 
 def refuse(what: str, options: Mapping[str, object]) -> None:
-    """`InputError` for options that mean nothing beside something else."""
+    """Raise an `InputError` for options that have no effect together with another choice."""
     for name, value in options.items():
         if value is not None and value is not False:
-            raise InputError(name, str(value), f"nothing beside {what}")
+            raise InputError(name, str(value), f"nothing together with {what}")

@@ -1,7 +1,7 @@
-"""Points on the full mesh with their own bodies in all states, and what the search tells wrong of them.
+"""Points on the full mesh with their own bodies in all states, and the errors of the search at them.
 
 The search has a coarse mesh and, where only the ease-off is varied, the bodies of the start. Its best points are
-checked on the way, and what it told wrong of them corrects what it tells of the points near them.
+checked on the way, and their errors correct the figures of the points near them.
 """
 
 from __future__ import annotations
@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from efficiency.mesh import POINTS_PER_LINE, POSITIONS
 from efficiency.optimisation.evaluation import Evaluation, EvaluationTask, allowed_of, evaluate_all
-from efficiency.optimisation.pareto import spread_out
-from efficiency.optimisation.problem import Problem
-from efficiency.optimisation.result import Candidate, front_of
+from efficiency.optimisation.problem import SearchProblem
+from efficiency.optimisation.result import Candidate, front_of, spread_out
 from ehl.common.journal import Journal
 from ehl.common.quantities import quantities
 from ehl.common.runner import ThisProcess
@@ -32,28 +31,22 @@ _MARGIN, _MARGIN_CHECKED = 0.015, 0.0075
 # times that points are checked until one keeps the limits
 _ROUNDS = 3
 # the most a figure is corrected; a smaller correction is not worth a note
-_MOST, _WORTH_TELLING = 0.1, 5e-4
+_MOST, _WORTH_A_NOTE = 0.1, 5e-4
 # squared distance in the cube of the variables below which points count as one
 _SAME = 1e-9
 
 
 @dataclass(frozen=True)
 class Correction:
-    """What the search tells wrong of limited figures, from the points that were checked.
+    """Errors of the limited figures of the search, from the points that were checked.
 
-    The logarithm of exact over told figure, each over its limit; between checked points their mean weighed by the
+    The logarithm of exact over computed figure, each over its limit; between checked points their mean weighed by the
     inverse square of the distance in the cube of the variables (Shepard, Proc. 23rd ACM Nat. Conf. (1968) 517).
 
-    Attributes
-    ----------
-    problem : Problem
-    allowed : dict
-        Limits on the mesh of the search.
-    known : dict
-        Place and errors of each checked point, by its key.
+    `allowed` are the limits on the mesh of the search; `known` has place and errors of each checked point, by its key.
     """
 
-    problem: Problem
+    problem: SearchProblem
     allowed: dict[str, float]
     known: Mapping[str, tuple[FloatArray, FloatArray]] = field(default_factory=dict)
 
@@ -88,20 +81,17 @@ class Correction:
 
     @property
     def notes(self) -> list[str]:
-        """What the search told too low, in words; none where it was nothing."""
+        """Figures that the search underestimated; none where the errors are small."""
         if not self.known:
             return []
         worst = np.expm1(np.max([errors for _, errors in self.known.values()], axis=0))
         told = [
             f"{quantities()[name].label} {100.0 * share:.1f} %"
             for name, share in zip(self.allowed, worst, strict=True)
-            if share > _WORTH_TELLING
+            if share > _WORTH_A_NOTE
         ]
-        if not told:
-            return []
-        return [
-            f"told too low by the mesh of the search, and corrected on the way about the best points: {', '.join(told)}"
-        ]
+        text = f"underestimated by the coarse search mesh, corrected near the best points: {', '.join(told)}"
+        return [text] if told else []
 
 
 def exact_task(task: EvaluationTask) -> EvaluationTask:
@@ -156,7 +146,7 @@ def check_front(
 
 
 def _chosen(
-    problem: Problem, points: Sequence[Evaluation], allowed: Mapping[str, float], count: int
+    problem: SearchProblem, points: Sequence[Evaluation], allowed: Mapping[str, float], count: int
 ) -> list[Evaluation]:
     """Points to check: spread over the front; the next best in the first objective where the front is short."""
     front = front_of(points, problem.objectives, allowed)

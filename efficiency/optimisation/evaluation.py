@@ -19,7 +19,15 @@ from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.machine_settings.inputs import SettingsInput
 from efficiency.machine_settings.settings_result import SettingsResult
 from efficiency.machine_settings.solve import machine_settings
-from efficiency.optimisation.problem import EDGE_FREE, START, Problem, as_made, misalignment_of, state_text, with_values
+from efficiency.optimisation.problem import (
+    EDGE_FREE,
+    START,
+    SearchProblem,
+    as_made,
+    misalignment_of,
+    state_text,
+    with_values,
+)
 from efficiency.pair import GearPair
 from ehl import __version__
 from ehl.common.data import data_path
@@ -86,7 +94,7 @@ class EvaluationTask:
 
     Attributes
     ----------
-    problem : Problem
+    problem : SearchProblem
     values : dict
         Of the variables; empty for the start itself.
     states : tuple of dict
@@ -103,7 +111,7 @@ class EvaluationTask:
         Whether the loss has its interval.
     """
 
-    problem: Problem
+    problem: SearchProblem
     values: dict[str, float]
     states: tuple[dict[str, float], ...]
     grid: tuple[int, int]
@@ -124,11 +132,6 @@ class EvaluationTask:
         )
         return hashlib.sha256(repr(content).encode()).hexdigest()[:24]
 
-    @property
-    def settings(self) -> SettingsResult:
-        """Machine settings of the point."""
-        return settings_of(self.problem, self.values)
-
     def pair(self, design: Design) -> GearPair:
         """A pair with the bodies of the task, or its own."""
         return _reference(self.bodies).sharing_bodies(design) if self.bodies else GearPair(design)
@@ -142,12 +145,12 @@ def _content(folder: str, name: str, suffix: str) -> str:
     return name
 
 
-def targets_of(problem: Problem, values: Mapping[str, float], name: str = "") -> SettingsInput:
+def targets_of(problem: SearchProblem, values: Mapping[str, float], name: str = "") -> SettingsInput:
     """Targets of the start with variables at these values."""
     return with_values(problem.start, values, problem.flanks, name)
 
 
-def settings_of(problem: Problem, values: Mapping[str, float], name: str = "") -> SettingsResult:
+def settings_of(problem: SearchProblem, values: Mapping[str, float], name: str = "") -> SettingsResult:
     """Machine settings of the start with variables at these values."""
     return machine_settings(targets_of(problem, values, name), transmission=False)
 
@@ -157,7 +160,7 @@ def evaluate(task: EvaluationTask) -> Evaluation:
     clock = time.perf_counter()
     found = Evaluation(task.key, task.values)
     try:
-        made = task.settings
+        made = settings_of(task.problem, task.values)
         if made.status not in ("converged", task.accepted):
             reason = f"{made.status}: {next(iter(made.warnings), '')}"
             return replace(found, reason=reason, seconds=time.perf_counter() - clock)
@@ -199,28 +202,22 @@ def _made(task: EvaluationTask, pair: GearPair) -> Iterator[tuple[GearPair, dict
         yield task.pair(made.design), state
 
 
-def missing_roots(pair: GearPair, problem: Problem) -> str:
+def missing_roots(pair: GearPair, problem: SearchProblem) -> str:
     """Why teeth have no root stress; empty where they have."""
     roots = pair.mesh(problem.duty[0].side, 4, 9).root_teeth()
     return "".join(f": {root}" for root in roots if isinstance(root, str))
 
 
-def over_states(found: list[dict[str, float]], problem: Problem) -> dict[str, float]:
+def over_states(found: list[dict[str, float]], problem: SearchProblem) -> dict[str, float]:
     """Figures over the states from those of each: the loss [W] mean or worst, all else the worst."""
     loss = np.mean if problem.over == "mean" else np.max
     return {name: float((loss if name == _LOSS else np.max)([figures[name] for figures in found])) for name in found[0]}
 
 
 def state_figures(
-    pair: GearPair, problem: Problem, state: Mapping[str, float], grid: tuple[int, int]
+    pair: GearPair, problem: SearchProblem, state: Mapping[str, float], grid: tuple[int, int]
 ) -> dict[str, float]:
-    """Figures of a pair over the duty in one state: the mean loss [W], all else the worst.
-
-    Raises
-    ------
-    ConvergenceError
-        An operating point has no efficiency.
-    """
+    """Figures of a pair over the duty in one state: the mean loss [W], all else the worst."""
     results = duty_results(pair, problem, state, grid)
     names = [name for name in problem.figures if name != _LOSS]
     hours = [row.hours for row in problem.duty]
@@ -230,7 +227,7 @@ def state_figures(
 
 def duty_results(
     pair: GearPair,
-    problem: Problem,
+    problem: SearchProblem,
     state: Mapping[str, float],
     grid: tuple[int, int],
     friction: str | None = None,
@@ -264,9 +261,7 @@ def loss_interval(pair: GearPair, task: EvaluationTask) -> dict[str, tuple[float
         for name in names
     }
     ends = mean([r.efficiency_upper for r in results]), mean([r.efficiency_lower for r in results])
-    loss = float(np.average([r.power_loss for r in results], weights=hours))
-    error = float(np.average([r.efficiency_error * r.power_input for r in results], weights=hours))
-    return found | {"interval": ends, "aligned": (loss, error)}
+    return found | {"interval": ends, "aligned": _mean_loss(problem, results)}
 
 
 def _moved(result: EfficiencyResult, name: str, end: str) -> float:
@@ -283,7 +278,11 @@ def _loss_at(result: EfficiencyResult, efficiency: float) -> float:
 def solved_loss(pair: GearPair, task: EvaluationTask) -> tuple[float, float]:
     """Loss of the aligned pair over the duty with the friction model of the check, and its error [W]."""
     problem = task.problem
-    results = duty_results(pair, problem, problem.states[0], task.grid, task.solved)
+    return _mean_loss(problem, duty_results(pair, problem, problem.states[0], task.grid, task.solved))
+
+
+def _mean_loss(problem: SearchProblem, results: list[EfficiencyResult]) -> tuple[float, float]:
+    """Loss over the duty and its error [W]."""
     hours = [row.hours for row in problem.duty]
     loss = float(np.average([r.power_loss for r in results], weights=hours))
     return loss, float(np.average([r.efficiency_error * r.power_input for r in results], weights=hours))
@@ -297,14 +296,8 @@ def _figure(result: EfficiencyResult, name: str) -> float:
     return float(getattr(result, name))
 
 
-def allowed_of(problem: Problem, start: Evaluation) -> dict[str, float]:
-    """What each limited figure may be: a value, or that of the start.
-
-    Raises
-    ------
-    InputError
-        A figure that is asked for has no value at the start.
-    """
+def allowed_of(problem: SearchProblem, start: Evaluation) -> dict[str, float]:
+    """What each limited figure may be: a value, or that of the start."""
     allowed = {}
     for name, limit in problem.limits.items():
         value = start.figures[name] if limit == START else float(limit)
@@ -332,13 +325,7 @@ def evaluate_all(
     journal: Journal,
     done: Callable[[], None] = lambda: None,
 ) -> list[Evaluation]:
-    """Evaluations of tasks in their order; those in the journal are read, the rest computed by the executor.
-
-    Raises
-    ------
-    MixedEhlError
-        Every worker crashes, or the cluster is gone.
-    """
+    """Evaluations of tasks in their order; those in the journal are read, the rest computed by the executor."""
     found = []
     for row in run_tasks(tasks, _row, executor=executor, journal=journal, crashed=_crashed):
         found.append(evaluation_of(row))

@@ -35,7 +35,7 @@ from efficiency.optimisation.evaluation import (
 from efficiency.optimisation.problem import (
     Flanks,
     Over,
-    Problem,
+    SearchProblem,
     box_states,
     checked_limits,
     checked_objectives,
@@ -247,7 +247,7 @@ def make_problem(
     flanks: Flanks,
     friction: str | None,
     oil: str | None,
-) -> Problem:
+) -> SearchProblem:
     """The problem of `optimise`, checked."""
     if over not in ("mean", "worst"):
         raise InputError("over", over, "mean or worst")
@@ -263,7 +263,7 @@ def make_problem(
         raise InputError("flanks", flanks, "flanks that carry load in the duty cycle")
     card = oil or own.oil
     Oil.load(card)
-    return Problem(
+    return SearchProblem(
         start=start,
         variables=tuple(variables_of(start, variables, flanks)),
         flanks=flanks,
@@ -287,7 +287,7 @@ def _check_numbers(evaluations: int, batch: int, check: int, variables: int) -> 
             raise InputError(name, value, f"from {least} to {most}")
 
 
-def _write_problem(problem: Problem, path: Path, evaluations: int, batch: int, seed: int) -> None:
+def _write_problem(problem: SearchProblem, path: Path, evaluations: int, batch: int, seed: int) -> None:
     content = {
         "version": __version__,
         "start": problem.start.model_dump(),
@@ -307,15 +307,15 @@ def _write_problem(problem: Problem, path: Path, evaluations: int, batch: int, s
     write_file(path, json.dumps(finite_or_none(content), indent=1) + "\n", "output", folder=True)
 
 
-def search_task(problem: Problem, start: SettingsResult) -> EvaluationTask:
+def search_task(problem: SearchProblem, start: SettingsResult) -> EvaluationTask:
     """What the points of a search are like; with the bodies of the start where only the ease-off is varied."""
     bodies = "" if problem.varies_blank else start.design.model_dump_json()
     return EvaluationTask(problem, {}, problem.states, SEARCH_GRID, bodies=bodies, accepted=start.status)
 
 
 def _begin(
-    problem: Problem, evaluate: Evaluate, *, default: bool
-) -> tuple[Problem, Evaluation, tuple[dict[str, float], ...], EvaluationTask, list[str]]:
+    problem: SearchProblem, evaluate: Evaluate, *, default: bool
+) -> tuple[SearchProblem, Evaluation, tuple[dict[str, float], ...], EvaluationTask, list[str]]:
     """The start in all states; which of them the search takes; the task its points are like."""
     made = settings_of(problem, {})
     pair = GearPair(made.design)
@@ -346,7 +346,9 @@ def _begin(
     return problem, first, states, task, notes
 
 
-def _with_data(problem: Problem, pair: GearPair, start: Evaluation, default: bool) -> tuple[Problem, list[str]]:
+def _with_data(
+    problem: SearchProblem, pair: GearPair, start: Evaluation, default: bool
+) -> tuple[SearchProblem, list[str]]:
     """The problem without default limits that have no data; an objective or a limit asked for has to have them."""
     missing = [name for name in problem.figures if not math.isfinite(start.figures[name])]
     notes = []
@@ -361,7 +363,7 @@ def _with_data(problem: Problem, pair: GearPair, start: Evaluation, default: boo
     return replace(problem, limits=limits), notes
 
 
-def _search_states(problem: Problem, each: Sequence[Evaluation]) -> tuple[dict[str, float], ...]:
+def _search_states(problem: SearchProblem, each: Sequence[Evaluation]) -> tuple[dict[str, float], ...]:
     """The aligned pair and the corners with the greatest and the least pressure, else loss, of the start."""
     states = problem.states
     if len(states) <= _MAX_STATES:

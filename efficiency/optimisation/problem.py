@@ -104,15 +104,7 @@ START = "start"
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of ease-off or blank with its bounds.
-
-    Attributes
-    ----------
-    name : str
-        One of `VARIABLES`.
-    low, high : float
-        Bounds, SI.
-    """
+    """One of `VARIABLES` with its bounds, SI."""
 
     name: str
     low: float
@@ -141,39 +133,27 @@ def variable_quantity(name: str) -> Quantity:
 def variables_of(
     start: SettingsInput, given: Mapping[str, Any] | Sequence[str] | None, flanks: Flanks
 ) -> list[Variable]:
-    """Variables with their bounds.
+    """Variables with their bounds, from names of `VARIABLES` or `GROUPS`, or names with bounds.
 
-    Parameters
-    ----------
-    start : SettingsInput
-        Targets the search starts from.
-    given : mapping or sequence, optional
-        Names of `VARIABLES` or `GROUPS`, or names with their bounds: two values, a text ``"from:to unit"``, or None for
-        the default ones.
-    flanks : {"drive", "coast", "both"}
-        Whose ease-off they are.
-
-    Raises
-    ------
-    InputError
-        An unknown variable, bounds out of range or out of order, or one that sets the same as another.
+    Bounds are two values, a text ``"from:to unit"``, or None for the default ones. An `InputError` for an unknown
+    variable, bounds out of range or out of order, or a variable that sets the same as another.
     """
     named = dict.fromkeys(given) | dict(given if isinstance(given, Mapping) else {}) if given else {"ease_off": None}
     names: dict[str, Any] = {}
     for name, bounds in named.items():
         if name in GROUPS and bounds is not None:
             raise InputError(name, bounds, "no bounds, as it stands for several variables", "Name each with its own.")
-        group = _default_names(start) if name == "ease_off" else _blank_names(start) if name == "blank" else [name]
+        ease_off = (*_DEFAULT, *(edge for edge in _EDGES if _reliefs(start, edge)))
+        group = (
+            ease_off if name == "ease_off" else [n for n in _BLANK if _stated(start, n)] if name == "blank" else [name]
+        )
         names |= {one: named.get(one) if one in named else bounds for one in group}
     found: list[Variable] = []
     taken: dict[str, str] = {}
     for name, bounds in names.items():
         if name not in VARIABLES:
             raise InputError("variable", name, "one of " + ", ".join((*VARIABLES, *GROUPS)))
-        for key in _TARGETS[name][0] if name in _TARGETS else _EDGES.get(name, (name,)):
-            if key in taken:
-                raise InputError("variable", name, f"not beside {taken[key]}, which sets {key} too")
-            taken[key] = name
+        _take("variable", name, taken)
         if name in _BLANK:
             _blank_value(start, name)
         low, high = _default_bounds(start, name, flanks) if bounds is None else _given_bounds(name, bounds)
@@ -183,8 +163,12 @@ def variables_of(
     return found
 
 
-def _default_names(start: SettingsInput) -> list[str]:
-    return [*_DEFAULT, *(name for name in _EDGES if _reliefs(start, name))]
+def _take(field: str, name: str, taken: dict[str, str]) -> None:
+    """Note the keys a variable sets; an `InputError` where another one sets the same."""
+    for key in _TARGETS[name][0] if name in _TARGETS else _EDGES.get(name, (name,)):
+        if key in taken:
+            raise InputError(field, name, f"not together with {taken[key]}, which sets {key} too")
+        taken[key] = name
 
 
 def _blank_place(start: SettingsInput, name: str) -> tuple[Any, str]:
@@ -197,23 +181,21 @@ def _blank_place(start: SettingsInput, name: str) -> tuple[Any, str]:
     return (blank.depth if _BLANK[name] else blank), name
 
 
-def _blank_value(start: SettingsInput, name: str) -> float:
-    """What the blank says; `InputError` where it leaves the value to the standard or has none."""
+def _stated(start: SettingsInput, name: str) -> float | None:
+    """Value of a variable in the blank; None or 0 where the blank leaves it to the standard or has none."""
     table, key = _blank_place(start, name)
-    value = getattr(table, key, None)
+    return getattr(table, key, None)
+
+
+def _blank_value(start: SettingsInput, name: str) -> float:
+    """Value of a variable in the blank; `InputError` where the blank does not state it."""
+    value = _stated(start, name)
     if not value:
+        _, key = _blank_place(start, name)
         raise InputError(
             "variable", name, "a value that the blank states", f"Give {key} in the blank, or leave the variable out."
         )
     return float(value)
-
-
-def _blank_names(start: SettingsInput) -> list[str]:
-    def stated(name: str) -> bool:
-        table, key = _blank_place(start, name)
-        return bool(getattr(table, key, None))
-
-    return [name for name in _BLANK if stated(name)]
 
 
 def _given_bounds(name: str, bounds: Any) -> Bounds:
@@ -300,18 +282,15 @@ def start_value(start: SettingsInput, name: str, flanks: Flanks) -> float:
 
 def with_values(start: SettingsInput, values: Mapping[str, float], flanks: Flanks, name: str = "") -> SettingsInput:
     """The targets with variables at these values."""
-    targets, members = start.targets, {"pinion": start.pinion, "gear": start.gear}
+    targets = start.targets
     own = {key: value for n, value in values.items() if n in _TARGETS for key in _TARGETS[n][0]}
     changed: dict[str, Any] = (
         {side: getattr(targets, side).model_copy(update={**own, "transmission_error": None}) for side in _sides(flanks)}
         if own
         else {}
     )
-    for variable, edges in _EDGES.items():
-        if variable in values:
-            for which, member in members.items():
-                members[which] = _relieved(member, edges, values[variable])
-    update = {"targets": targets.model_copy(update=changed), **members, "blank": _blank_with(start, values)}
+    update = {"targets": targets.model_copy(update=changed), "blank": _blank_with(start, values)}
+    update |= _members(start, values)
     return start.model_copy(update=update | ({"name": name} if name else {}))
 
 
@@ -326,7 +305,16 @@ def _blank_with(start: SettingsInput, values: Mapping[str, float]) -> PairBlankI
     return start.blank.model_copy(update={**own, **tables})
 
 
-def _relieved(member: MemberTargets, edges: tuple[str, ...], amount: float, by: bool = False) -> MemberTargets:
+def _members(start: SettingsInput, values: Mapping[str, float], by: bool = False) -> dict[str, Any]:
+    """Both members with their reliefs at these values, or greater `by` them."""
+    members = {"pinion": start.pinion, "gear": start.gear}
+    for name, edges in _EDGES.items():
+        if name in values:
+            members = {which: _relieved(member, edges, values[name], by) for which, member in members.items()}
+    return dict(members)
+
+
+def _relieved(member: MemberTargets, edges: tuple[str, ...], amount: float, by: bool) -> MemberTargets:
     """A member with another amount of relief, or with one that is greater `by` the amount."""
     relief = member.edge_relief
     parts = {}
@@ -339,7 +327,7 @@ def _relieved(member: MemberTargets, edges: tuple[str, ...], amount: float, by: 
 
 
 @dataclass(frozen=True)
-class Problem:
+class SearchProblem:
     """Everything a search depends on besides the seed.
 
     Attributes
@@ -430,19 +418,8 @@ def box_states(
     """The aligned pair as designed, and corners of a box of misalignments and errors of the ease-off as made.
 
     All corners of one and two half widths; of three the half in which the product of their signs is one; of four to
-    seven eight corners (a fractional design of two levels: no two main effects share their sums).
-
-    Parameters
-    ----------
-    box : mapping, optional
-        Half widths of E, P, G [m] and shaft_angle_error [rad]; zero leaves one out. By default `BOX`.
-    tolerance : mapping, optional
-        Half widths of variables of the ease-off as made, in their units; none by default.
-
-    Raises
-    ------
-    InputError
-        An unknown misalignment or variable, a half width out of range, or more than seven.
+    seven eight corners (a fractional design of two levels: no two main effects share their sums). `box` has half widths
+    of E, P, G [m] and shaft_angle_error [rad], zero leaves one out; `tolerance` those of variables of the ease-off.
     """
     widths: dict[str, float] = {}
     for name, value in (BOX if box is None else box).items():
@@ -457,10 +434,7 @@ def box_states(
     for name, value in (tolerance or {}).items():
         if name not in VARIABLES or name in _BLANK:
             raise InputError("tolerance", name, "one of " + ", ".join(n for n in VARIABLES if n not in _BLANK))
-        for key in _TARGETS[name][0] if name in _TARGETS else _EDGES[name]:
-            if key in taken:
-                raise InputError("tolerance", name, f"not beside {taken[key]}, which moves {key} too")
-            taken[key] = name
+        _take("tolerance", name, taken)
         allowed = VARIABLES[name]
         half = ValueRange(allowed.unit, gt=0.0, le=allowed.le, hint="A half width: the error goes to both sides.")
         widths[name] = half.check(value, f"tolerance {name}", bare=not isinstance(value, str))
@@ -503,12 +477,8 @@ def as_made(inputs: SettingsInput, state: Mapping[str, float], flanks: Flanks) -
         }
         if moved:
             changed[side] = target.model_copy(update=moved | {"transmission_error": None})
-    members = {"pinion": inputs.pinion, "gear": inputs.gear}
-    for name, edges in _EDGES.items():
-        if name in errors:
-            members = {which: _relieved(member, edges, errors[name], by=True) for which, member in members.items()}
     targets: Targets = inputs.targets.model_copy(update=changed)
-    return inputs.model_copy(update={"targets": targets, **members})
+    return inputs.model_copy(update={"targets": targets, **_members(inputs, errors, by=True)})
 
 
 def _within(value: float, allowed: ValueRange) -> float:

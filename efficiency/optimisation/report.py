@@ -178,11 +178,6 @@ def _known(value: object) -> bool:
     return isinstance(value, float) and math.isfinite(value)
 
 
-def search_notes(result: Optimisation) -> list[Note]:
-    """What has to be known of a search."""
-    return [Note("warning", note) for note in result.notes]
-
-
 def headline(result: Optimisation) -> str:
     """The answer in one sentence."""
     best = result.best
@@ -211,7 +206,7 @@ def optimisation_sections(result: Optimisation, medium: Medium) -> list[Section]
         tables = [front_table(result), candidates_table(result), evaluations_table(result)]
         return [Section("", [Head(headline(result)), *tables])]
     if medium == "terminal":
-        return [Section("", [candidates_table(result), Notes(search_notes(result))])]
+        return [Section("", [candidates_table(result), Notes([Note("warning", note) for note in result.notes])])]
     head = Head(
         f"Less loss: {result.name}",
         f"{duty_text(result)}; {result.problem.oil}, friction: {model_label(result.problem.friction)}",
@@ -276,7 +271,7 @@ def design_head(result: Optimisation, candidate: Candidate) -> str:
 
 def _answer(result: Optimisation) -> list[Item]:
     best = result.best
-    notes = search_notes(result)
+    notes = [Note("warning", note) for note in result.notes]
     if best is None:
         answer = MainResult("no gain", f"{result.name}: {result.reason}")
         none = "The start is as good as this search finds within its limits."

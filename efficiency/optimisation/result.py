@@ -9,17 +9,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from efficiency.machine_settings.settings_result import SettingsResult
 from efficiency.optimisation.evaluation import Evaluation, settings_of
-from efficiency.optimisation.pareto import non_dominated
-from efficiency.optimisation.problem import Problem
+from efficiency.optimisation.problem import SearchProblem
 from ehl.common.numbers import finite_or_none
 from ehl.common.pages import Reportable
 from ehl.uncertainty.result import Change, combined
 
 if TYPE_CHECKING:
     import pandas
+
+FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -110,7 +112,7 @@ class Optimisation(Reportable):
     ----------
     name : str
         Of the targets it started from.
-    problem : Problem
+    problem : SearchProblem
         Variables, objectives, limits, duty, states, friction.
     start : Evaluation
         The start on the mesh of the search.
@@ -134,7 +136,7 @@ class Optimisation(Reportable):
     file_name = "optimise"
 
     name: str
-    problem: Problem
+    problem: SearchProblem
     start: Evaluation
     allowed: dict[str, float]
     evaluations: tuple[Evaluation, ...]
@@ -251,3 +253,25 @@ def front_of(
     values = np.array([[p.figures[name] for name in objectives] for p in kept])
     chosen = [kept[k] for k in np.flatnonzero(non_dominated(values))]
     return tuple(sorted(chosen, key=lambda p: p.figures[objectives[0]]))
+
+
+def non_dominated(points: FloatArray) -> NDArray[np.bool_]:
+    """Which of n points (n, m) no other one dominates; of equal points the first one counts."""
+    keep = np.ones(len(points), dtype=bool)
+    for k, point in enumerate(points):
+        as_good = np.all(points <= point, axis=1)
+        better = np.any(points < point, axis=1)
+        same_before = np.all(points[:k] == point, axis=1).any()
+        keep[k] = not (as_good & better).any() and not same_before
+    return keep
+
+
+def spread_out(points: FloatArray, count: int) -> list[int]:
+    """Indices of the best point in each figure, then always of the one farthest from those taken (maximin)."""
+    span = np.ptp(points, axis=0)
+    scaled = (points - points.min(axis=0)) / np.where(span > 0.0, span, 1.0)
+    taken = list(dict.fromkeys(int(np.argmin(points[:, j])) for j in range(points.shape[1])))[:count]
+    while len(taken) < min(count, len(points)):
+        distance = np.min(np.linalg.norm(scaled[:, None] - scaled[taken][None], axis=2), axis=1)
+        taken.append(int(np.argmax(distance)))
+    return taken

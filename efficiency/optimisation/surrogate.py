@@ -41,13 +41,7 @@ _MAX_ITERATIONS = 25
 
 @dataclass
 class Processes:
-    """Gaussian processes of all figures over the unit cube, and of whether there is a result.
-
-    Parameters
-    ----------
-    dimension, outputs : int
-        Variables and figures.
-    """
+    """Gaussian processes of all figures over the unit cube, and of whether there is a result."""
 
     dimension: int
     outputs: int
@@ -55,18 +49,9 @@ class Processes:
     _made: Any = None
 
     def fit(self, inputs: FloatArray, values: FloatArray, failed: FloatArray, *, scales: bool) -> None:
-        """Take all points known.
+        """Fit to points with a result (n, d), their transformed figures (n, m) and points without one (k, d).
 
-        Parameters
-        ----------
-        inputs : (n, d) array
-            Points of the unit cube with a result.
-        values : (n, m) array
-            Their figures, transformed.
-        failed : (k, d) array
-            Points without a result.
-        scales : bool
-            Whether length scales and noise are found anew, from the last ones; else they are kept.
+        Length scales and noise are kept unless `scales`, which fits them again from the last ones.
         """
         last = self._models or [None] * self.outputs
         self._models = [self._process(inputs, values[:, k], last[k], scales=scales) for k in range(self.outputs)]
@@ -156,34 +141,10 @@ def next_points(
     seed: int,
     scales: bool,
 ) -> FloatArray:
-    """The next batch.
+    """The next batch (count, d); the processes are fitted here.
 
-    Parameters
-    ----------
-    known : (n, d) array
-        Points of the unit cube with a result.
-    values : (n, m) array
-        Their figures, transformed; the objectives first.
-    failed : (k, d) array
-        Points without a result.
-    limits : (m,) array
-        What each transformed figure may be; infinite where it is not limited.
-    objectives : int
-        How many of the figures are objectives.
-    processes : Processes
-        Of the figures; fitted here.
-    count : int
-        Points of the batch.
-    number : int
-        Evaluations so far: it leads the weights.
-    seed : int
-        Of candidates and weights.
-    scales : bool
-        As in `Processes.fit`.
-
-    Returns
-    -------
-    (count, d) array
+    Arguments as of `Processes.fit`; the objectives are the first columns of `values`. `limits` (m,) are of transformed
+    figures, infinite where there is none. The `number` of evaluations so far chooses the weights.
     """
     points, figures = known, values
     rng = np.random.default_rng([seed, number])

@@ -18,6 +18,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, NoReturn, TypeVar
@@ -172,6 +173,8 @@ def _kind(message: str) -> str:
 # panels of the commands in `mixed-ehl --help`, in the order of the work
 CONTACT, FORMULA, GEAR, PROGRAM = "Contact", "Friction formula", "Gear pair", "Program"
 ADVANCED = "Advanced"  # panel of the options of a command that few need; at most ten are outside of it
+advanced: Any = partial(typer.Option, rich_help_panel=ADVANCED)
+"""`typer.Option` in the advanced panel."""
 
 
 class App(typer.Typer):

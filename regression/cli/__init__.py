@@ -10,7 +10,7 @@ import typer
 import ehl
 import regression
 from ehl import InputError
-from ehl.common.console import ADVANCED, FORMULA, App, check_outputs, check_suffix, print_json, working
+from ehl.common.console import FORMULA, App, advanced, check_outputs, check_suffix, print_json, working
 from regression.cli.sweep import sweep_app
 
 
@@ -66,33 +66,18 @@ def mu(
     roughness_rms: Annotated[str, typer.Option(help='Composite Rq of both surfaces, "0.4 um".')] = "0 um",
     lengthwise: Annotated[str, typer.Option(help='Sliding along the contact line, "1 m/s".')] = "0 m/s",
     correlation_length: Annotated[
-        str | None,
-        typer.Option(
-            help='Correlation length of either surface, "50 um"; 100 Rq if not given.', rich_help_panel=ADVANCED
-        ),
+        str | None, advanced(help='Correlation length of either surface, "50 um"; 100 Rq if not given.')
     ] = None,
     peklenik_number: Annotated[
-        str | None,
-        typer.Option(
-            help="Correlation length along the contact line over that across it; 1 is isotropic.",
-            rich_help_panel=ADVANCED,
-        ),
+        str | None, advanced(help="Correlation length along the contact line over that across it; 1 is isotropic.")
     ] = None,
     oil: Annotated[str | None, typer.Option(help="Oil card; the formula's own if not given.")] = None,
     boundary_friction: Annotated[
-        float | None,
-        typer.Option(
-            help="mu_b of the asperities in place of the formula's own.", min=0.0, max=1.0, rich_help_panel=ADVANCED
-        ),
+        float | None, advanced(help="mu_b of the asperities in place of the formula's own.", min=0.0, max=1.0)
     ] = None,
-    refuse: Annotated[
-        bool, typer.Option("--refuse", help="Refuse a point outside the data (exit code 2).", rich_help_panel=ADVANCED)
-    ] = False,
+    refuse: Annotated[bool, advanced("--refuse", help="Refuse a point outside the data (exit code 2).")] = False,
     hull: Annotated[
-        list[Path] | None,
-        typer.Option(
-            metavar="RUN", help="The formula's data: test their convex hull exactly.", rich_help_panel=ADVANCED
-        ),
+        list[Path] | None, advanced(metavar="RUN", help="The formula's data: test their convex hull exactly.")
     ] = None,
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
 ) -> None:

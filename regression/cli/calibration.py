@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 import regression
-from ehl.common.console import ADVANCED, FORMULA, App, check_outputs, check_suffix, print_json, working
+from ehl.common.console import FORMULA, App, advanced, check_outputs, check_suffix, print_json, working
 
 
 def calibrate(
@@ -28,16 +28,10 @@ def calibrate(
     ] = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="Worker processes; all processors if not given.")] = None,
     profile: Annotated[
-        bool | None,
-        typer.Option(
-            "--profile/--no-profile", help="Intervals by profiles; by default if cheap.", rich_help_panel=ADVANCED
-        ),
+        bool | None, advanced("--profile/--no-profile", help="Intervals by profiles; by default if cheap.")
     ] = None,
     force: Annotated[
-        bool,
-        typer.Option(
-            "--force", help="Write the card although the misfit exceeds the stated noise.", rich_help_panel=ADVANCED
-        ),
+        bool, advanced("--force", help="Write the card although the misfit exceeds the stated noise.")
     ] = False,
     json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
 ) -> None:

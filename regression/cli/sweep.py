@@ -10,7 +10,7 @@ import typer.core
 
 import regression
 from ehl import InputError
-from ehl.common.console import ADVANCED, App, names_of, pairs, print_json, working
+from ehl.common.console import App, advanced, names_of, pairs, print_json, working
 
 
 class SweepGroup(typer.core.TyperGroup):
@@ -49,49 +49,29 @@ def sweep_run(
     dask: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler (tcp://..., file.json), or local:N.")
     ] = None,
-    shard: Annotated[
-        str, typer.Option(help="i/n: only every n-th case, beginning with the i-th.", rich_help_panel=ADVANCED)
-    ] = "1/1",
-    time_cap: Annotated[str, typer.Option(help="Give a case up after this time.", rich_help_panel=ADVANCED)] = "600 s",
-    retries: Annotated[
-        int, typer.Option(help="Fallback settings tried where the solver gives a case up.", rich_help_panel=ADVANCED)
-    ] = 1,
+    shard: Annotated[str, advanced(help="i/n: only every n-th case, beginning with the i-th.")] = "1/1",
+    time_cap: Annotated[str, advanced(help="Give a case up after this time.")] = "600 s",
+    retries: Annotated[int, advanced(help="Fallback settings tried where the solver gives a case up.")] = 1,
     formula: Annotated[
-        str | None,
-        typer.Option(
-            "--with", help="Compute with a published formula, to try a plan in seconds.", rich_help_panel=ADVANCED
-        ),
+        str | None, advanced("--with", help="Compute with a published formula, to try a plan in seconds.")
     ] = None,
-    retry_failed: Annotated[
-        bool, typer.Option("--retry-failed", help="Compute failed cases on disk again.", rich_help_panel=ADVANCED)
-    ] = False,
+    retry_failed: Annotated[bool, advanced("--retry-failed", help="Compute failed cases on disk again.")] = False,
     estimate: Annotated[bool, typer.Option("--estimate", help="Print the cost of the plan and stop.")] = False,
     slurm: Annotated[
         int | None, typer.Option(metavar="N", help="Print the script of a Slurm job array of N tasks.")
     ] = None,
     sbatch: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME=VALUE",
-            help="With --slurm: partition=short, account=..., mem=8G, time=08:00:00...",
-            rich_help_panel=ADVANCED,
-        ),
+        advanced(metavar="NAME=VALUE", help="With --slurm: partition=short, account=..., mem=8G, time=08:00:00..."),
     ] = None,
     container: Annotated[
-        str | None,
-        typer.Option(metavar="IMAGE", help="With --slurm: run in this image, by apptainer.", rich_help_panel=ADVANCED),
+        str | None, advanced(metavar="IMAGE", help="With --slurm: run in this image, by apptainer.")
     ] = None,
     merge: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="With --slurm: a job behind the array merges into this file.", rich_help_panel=ADVANCED
-        ),
+        Path | None, advanced(metavar="FILE", help="With --slurm: a job behind the array merges into this file.")
     ] = None,
     fit: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FORMULA.json", help="With --slurm: that job fits this formula.", rich_help_panel=ADVANCED
-        ),
+        Path | None, advanced(metavar="FORMULA.json", help="With --slurm: that job fits this formula.")
     ] = None,
 ) -> None:
     """Compute the cases of a plan that are not on disk yet (the default command).

@@ -24,7 +24,6 @@ from efficiency.optimisation import optimise as search
 from efficiency.optimisation.check import Correction
 from efficiency.optimisation.evaluation import Evaluation, EvaluationTask, evaluate, evaluate_all, settings_of
 from efficiency.optimisation.optimise import load_start, make_problem, optimise
-from efficiency.optimisation.pareto import hypervolume, non_dominated, spread_out
 from efficiency.optimisation.problem import (
     as_made,
     box_states,
@@ -34,7 +33,7 @@ from efficiency.optimisation.problem import (
     variables_of,
     with_values,
 )
-from efficiency.optimisation.result import Candidate, Optimisation
+from efficiency.optimisation.result import Candidate, Optimisation, non_dominated, spread_out
 from efficiency.optimisation.surrogate import Processes, first_points, next_points, weights_of
 from efficiency.pair import GearPair
 from ehl.common.data import data_names, data_path
@@ -467,6 +466,24 @@ def test_a_point_with_another_blank_has_bodies_of_its_own() -> None:
     # more pressure angle, less normal force and sliding at constant friction
     assert point.figures["power_loss"] < 0.999 * evaluate(task).figures["power_loss"]
     assert not point.losses
+
+
+def hypervolume(points: np.ndarray, reference: np.ndarray) -> float:
+    """Volume that points (n, m) dominate below a reference point (m,), by slicing along the last figure."""
+    inside = points[np.all(points < reference, axis=1)]
+    if not len(inside):
+        return 0.0
+    if inside.shape[1] == 1:
+        return float(reference[0] - inside.min())
+    inside = inside[np.argsort(inside[:, -1], kind="stable")]
+    edges = np.append(inside[:, -1], reference[-1])
+    return float(
+        sum(
+            (edges[k + 1] - edges[k]) * hypervolume(inside[: k + 1, :-1], reference[:-1])
+            for k in range(len(inside))
+            if edges[k + 1] > edges[k]
+        )
+    )
 
 
 def test_hypervolume_and_front_of_known_points() -> None:
