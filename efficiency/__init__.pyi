@@ -1,4 +1,4 @@
-from efficiency.app.server import serve_app as serve_app
+from efficiency.app import serve_app as serve_app
 from efficiency.blanks.pair import pair_blank
 from efficiency.conditions.duty import DutyCycle as DutyCycle
 from efficiency.conditions.grid import Grid as Grid

@@ -28,7 +28,7 @@ PORT = 8659
 # label of the field in the page, field of the scene, two values to go between
 CHANGES = (
     ("pinion speed", "speed", "3000", "3300"),
-    ("Rq gear", "roughness_gear", "0.5", "0.6"),
+    ("Rq gear", "roughness_rms_gear", "0.5", "0.6"),
     ("pinion torque", "torque", "{}", "{}"),
     ("E offset", "E", "{}", "{}"),
 )

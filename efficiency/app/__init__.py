@@ -1,1 +1,51 @@
-"""The pair in a browser, on this machine alone: `mixed-ehl app`."""
+"""The pair in a browser, on this machine alone (`mixed-ehl app`): start of the page and its address."""
+
+from __future__ import annotations
+
+import importlib.util
+import socket
+import sys
+from os import PathLike
+from pathlib import Path
+
+from ehl.common.errors import InputError
+
+
+def serve_app(design: str | PathLike[str] | None = None, *, port: int = 8642, browser: bool = True) -> None:
+    """Serve a page to play with a pair, on the loopback address of this machine alone, until Ctrl-C.
+
+    Parameters
+    ----------
+    design : str or path, optional
+        Design file to offer beside the shipped pairs: the only file the page opens.
+    port : int
+        1024 to 65535.
+    browser : bool
+        Open the page in the browser.
+
+    Raises
+    ------
+    InputError
+        The extra `app` is not installed, the design file cannot be used, or the port is taken.
+
+    Examples
+    --------
+    >>> import efficiency
+    >>> efficiency.serve_app(port=80)
+    Traceback (most recent call last):
+    ehl.common.errors.InputError: port = 80 cannot be used; allowed: 1024 to 65535.
+    """
+    if importlib.util.find_spec("nicegui") is None:
+        raise InputError("app", None, "the extra `app`", 'Install it: python -m pip install "mixed-ehl[app]".')
+    if not 1024 <= port <= 65535:
+        raise InputError("port", port, "1024 to 65535")
+    with socket.socket() as trial:
+        if trial.connect_ex(("127.0.0.1", port)) == 0:
+            raise InputError("port", port, "a port nobody listens on", "Choose another one: --port 8643.")
+    from efficiency.app.page import serve
+    from efficiency.app.scene import Bench
+
+    bench = Bench(None if design is None else Path(design))
+    bench.start()  # refuses a file that cannot be used before the browser opens
+    print(f"http://127.0.0.1:{port} (Ctrl-C ends it)", file=sys.stderr)
+    serve(bench, port, browser=browser)

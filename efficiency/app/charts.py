@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from efficiency.app.scene import Answer
+from efficiency.app.scene import SceneAnswer
 
 Options = dict[str, Any]
 
@@ -22,8 +22,8 @@ COLOURS: Options = {
 }
 
 
-def tooth(answer: Answer, quantity: str) -> Options:
-    """A quantity of `Answer.tooth` on the gear flank, with its outline."""
+def tooth(answer: SceneAnswer, quantity: str) -> Options:
+    """A quantity of `SceneAnswer.tooth` on the gear flank, with its outline."""
     points, top = answer.tooth(quantity)
     line = {"onZero": False, "show": True}
     axis = AXIS | {"type": "value", "scale": True, "splitLine": {"show": False}, "axisLine": line}

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 from nicegui import run, ui
 
 from efficiency.app import charts
-from efficiency.app.scene import CHOICES, FIELDS, FINISHES, FRICTIONS, Answer, Bench, Scene, changed, worst_first
+from efficiency.app.scene import CHOICES, FIELDS, FINISHES, FRICTIONS, MISALIGNMENTS, Bench, Scene, SceneAnswer, changed
 from ehl.common.data import data_names
 from ehl.common.errors import InputError, MixedEhlError
 from regression.friction.published_registry import model_label
@@ -22,9 +22,9 @@ from regression.friction.published_registry import model_label
 _T = TypeVar("_T")
 
 _LOG = logging.getLogger(__name__)
+_NOTES = 3  # notes that are shown at once
 _STALE = "opacity-30"  # of pictures that do not belong to the settings
-# half the way of a slider about the design's alignment
-SLIDERS = {"E": 0.3, "P": 0.3, "G": 0.3, "shaft_angle_error": 0.3}
+_REACH = 0.3  # of a slider to both sides [mm, deg]
 COLOURS = {"fault": "negative", "warning": "warning", "for information": "info"}
 
 
@@ -91,11 +91,12 @@ class Page:
             self._select("oil", list(data_names("oils")))
             self._select("friction", {name: model_label(name) for name in FRICTIONS})
             self._select("finish", {"": "as designed"} | {name: name for name in FINISHES})
-            for name in ("torque", "speed", "temperature", "roughness_pinion", "roughness_gear", "peklenik"):
-                self._number(name)
+            for name in FIELDS:
+                if name not in MISALIGNMENTS:
+                    self._number(name)
             ui.label("misalignment").classes("text-sm opacity-70 mt-2")
-            for name, reach in SLIDERS.items():
-                self._number(name, reach)
+            for name in MISALIGNMENTS:
+                self._number(name, _REACH)
 
     def _select(self, name: str, names: list[str] | dict[str, str]) -> None:
         value = getattr(self.scene, name)
@@ -106,7 +107,7 @@ class Page:
         self.inputs[name] = chosen
 
     def _number(self, name: str, reach: float = 0.0) -> None:
-        _, unit, label = FIELDS[name]
+        unit, label = FIELDS[name]
         field = ui.input(f"{label}{f' [{unit}]' if unit else ''}", value=getattr(self.scene, name))
         field.classes("w-full").props("dense debounce=60").mark(name)
         field.on_value_change(lambda event: self._set(name, event.value))
@@ -123,7 +124,9 @@ class Page:
             return
         self.scene = changed(self.scene, **{name: str(value or "")})
         if name == "finish":  # its Rq and lay
-            self.scene = changed(self.scene, **self.bench.roughness(self.scene.design, self.scene.finish), peklenik="")
+            self.scene = changed(
+                self.scene, **self.bench.roughness(self.scene.design, self.scene.finish), peklenik_number=""
+            )
             self._fill()
         await self.refresh()
 
@@ -215,7 +218,7 @@ class Page:
             words.set_visibility(old)
             element.classes(**({"add": _STALE} if old else {"remove": _STALE}))
 
-    def _show(self, answer: Answer) -> None:
+    def _show(self, answer: SceneAnswer) -> None:
         found = answer.result
         self.headline.text = answer.headline()
         self.details.text = (
@@ -231,7 +234,7 @@ class Page:
         for chart, options in ((self.pressure, pressure), (self.loss, loss)):
             chart.options.update(options)
             chart.update()
-        first, rest = worst_first(notes)
+        first, rest = notes[:_NOTES], notes[_NOTES:]
         self.notes.clear()
         with self.notes:
             for note in first:
@@ -329,7 +332,7 @@ def _note(note: Any) -> None:
         ui.label(note.text).classes("text-sm")
 
 
-def _drawn(answer: Answer) -> tuple[dict[str, Any], dict[str, Any], list[Any]]:
+def _drawn(answer: SceneAnswer) -> tuple[dict[str, Any], dict[str, Any], list[Any]]:
     """Both pictures of the tooth, and the notes."""
     return charts.tooth(answer, "pressure"), charts.tooth(answer, "loss_density"), answer.notes
 

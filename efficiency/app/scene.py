@@ -1,14 +1,14 @@
-"""What the page shows, without the page: a scene of texts as a user types them, and its answer.
+"""Content of the page: a scene of texts as a user types them, and its answer.
 
-The mesh is kept while the alignment stays, the load while the torque stays: oil, finish, speed and temperature ask the
-friction formula alone.
+The mesh is kept while the alignment stays, the load while the torque stays: oil, finish, speed and temperature need
+the friction formula alone.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -36,18 +36,18 @@ if TYPE_CHECKING:
     from ehl.common.notes import Note
     from ehl.surface.finish import State
 
-# field of a scene with a number: argument of the Python interface, unit, label
-FIELDS: dict[str, tuple[str, str, str]] = {
-    "torque": ("torque", "N m", "pinion torque"),
-    "speed": ("speed", "rpm", "pinion speed"),
-    "temperature": ("temperature", "degC", "oil temperature"),
-    "roughness_pinion": ("roughness_rms_pinion", "um", "Rq pinion"),
-    "roughness_gear": ("roughness_rms_gear", "um", "Rq gear"),
-    "peklenik": ("peklenik_number", "", "Peklenik number (empty: of the finish)"),
-    "E": ("E", "mm", "E offset"),
-    "P": ("P", "mm", "P pinion axial"),
-    "G": ("G", "mm", "G gear axial"),
-    "shaft_angle_error": ("shaft_angle_error", "deg", "α shaft angle"),
+# fields of a scene with a number, by the keyword of the Python interface: unit, label
+FIELDS: dict[str, tuple[str, str]] = {
+    "torque": ("N m", "pinion torque"),
+    "speed": ("rpm", "pinion speed"),
+    "temperature": ("degC", "oil temperature"),
+    "roughness_rms_pinion": ("um", "Rq pinion"),
+    "roughness_rms_gear": ("um", "Rq gear"),
+    "peklenik_number": ("", "Peklenik number (empty: of the finish)"),
+    "E": ("mm", "E offset"),
+    "P": ("mm", "P pinion axial"),
+    "G": ("mm", "G gear axial"),
+    "shaft_angle_error": ("deg", "α shaft angle"),
 }
 CHOICES = {
     "design": "pair",
@@ -81,7 +81,7 @@ class Scene:
     side, oil, friction : str
     finish : str
         Of `FINISHES`.
-    torque, speed, temperature, roughness_pinion, roughness_gear, peklenik : str
+    torque, speed, temperature, roughness_rms_pinion, roughness_rms_gear, peklenik_number : str
         Numbers in N m, rpm, degC, um, um, 1.
     E, P, G, shaft_angle_error : str
         Misalignment in mm, shaft_angle_error in deg.
@@ -95,28 +95,22 @@ class Scene:
     torque: str = ""
     speed: str = ""
     temperature: str = ""
-    roughness_pinion: str = ""
-    roughness_gear: str = ""
-    peklenik: str = ""
+    roughness_rms_pinion: str = ""
+    roughness_rms_gear: str = ""
+    peklenik_number: str = ""
     E: str = ""
     P: str = ""
     G: str = ""
     shaft_angle_error: str = ""
 
     def values(self, *names: str) -> dict[str, str]:
-        """Arguments of the Python interface with their units, of fields that are not empty.
-
-        Raises
-        ------
-        InputError
-            Fields hold something else than a number.
-        """
+        """Fields that are not empty, with their units; `InputError` of all that are no number."""
         found, wrong = {}, []
         for name in names:
             text = str(getattr(self, name)).strip()
             if not text:
                 continue
-            argument, unit, _ = FIELDS[name]
+            unit, _ = FIELDS[name]
             try:
                 number = float(text)
             except ValueError:
@@ -125,7 +119,7 @@ class Scene:
                 shown = text if len(text) <= _LONGEST else text[:_LONGEST] + "…"
                 wrong.append(InputError(name, shown, f"a number {f'in {unit}' if unit else ''}".strip()))
                 continue
-            found[argument] = f"{number:.12g} {unit}".strip()
+            found[name] = f"{number:.12g} {unit}".strip()
         if wrong:
             raise InputError.of(wrong)
         return found
@@ -138,31 +132,23 @@ class Scene:
     @property
     def conditions(self) -> dict[str, Any]:
         """Operating point that differs from the design's."""
-        given: dict[str, Any] = self.values("speed", "temperature", "roughness_pinion", "roughness_gear", "peklenik")
+        given: dict[str, Any] = self.values(
+            "speed", "temperature", "roughness_rms_pinion", "roughness_rms_gear", "peklenik_number"
+        )
         return given | ({"oil": self.oil} if self.oil else {})
 
 
 @dataclass(frozen=True)
-class Answer:
-    """One scene solved.
+class SceneAnswer:
+    """Loaded mesh, result, and name of the friction model of a scene."""
 
-    Parameters
-    ----------
-    scene : Scene
-    loaded : LoadedMesh
-    result : EfficiencyResult
-    friction : str
-        Name of the friction model.
-    """
-
-    scene: Scene
     loaded: LoadedMesh
     result: EfficiencyResult
     friction: str
 
     @property
     def notes(self) -> list[Note]:
-        """What to know, the gravest first."""
+        """Warnings of the result, the most severe first."""
         return pair_notes(result_notes(self.result))
 
     @cached_property
@@ -171,18 +157,15 @@ class Answer:
         return FlankMap.of(self.loaded.mesh.design.flanks(), self.result)
 
     def tooth(self, quantity: str) -> tuple[list[list[float]], float]:
-        """Points of the gear flank for a picture: along the pitch cone [mm], over it [mm], value; and the largest one.
+        """Points of the gear flank: along the pitch cone [mm], over it [mm], value; and the largest value.
 
-        Parameters
-        ----------
-        quantity : {"pressure", "loss_density", "friction_coefficient"}
-            Pressure in GPa, loss in W/mm2, friction coefficient.
+        The quantity is ``pressure`` [GPa] or ``loss_density`` [W/mm2].
         """
         flank = self.flank
         if not flank.drawable:
             return [], 0.0
         u, h = flank.place()
-        scale = {"pressure": 1e-9, "loss_density": 1e-6}.get(quantity, 1.0)
+        scale = 1e-9 if quantity == "pressure" else 1e-6
         values = (flank.of_load("pressure_hertz") if quantity == "pressure" else flank.local(quantity)) * scale
         shown = np.isfinite(values) & flank.loaded
         points = np.column_stack([1e3 * u[shown], 1e3 * h[shown], values[shown]])
@@ -208,7 +191,7 @@ class Answer:
 
 @dataclass
 class Bench:
-    """Pairs, meshes and loads kept between questions.
+    """Pairs, meshes and loads kept between evaluations.
 
     Parameters
     ----------
@@ -226,19 +209,16 @@ class Bench:
         shipped = data_names("designs")
         return [self.given.name, *shipped] if self.given is not None else list(shipped)
 
-    def pair(self, design: str) -> GearPair:
-        """The pair of a name.
+    def _source(self, design: str) -> Path | str:
+        """The file of the command line, or the name of a shipped design."""
+        return self.given if self.given is not None and design == self.given.name else design
 
-        Raises
-        ------
-        InputError
-            Neither shipped nor the file of the command line.
-        """
+    def pair(self, design: str) -> GearPair:
+        """The pair of a name: a shipped one, or the file of the command line."""
         if design not in self.designs:
             raise InputError("design", design[:_LONGEST], "one of " + ", ".join(self.designs))
         if design not in self._pairs:
-            own = self.given is not None and design == self.given.name
-            self._pairs[design] = GearPair(self.given if own and self.given is not None else design)
+            self._pairs[design] = GearPair(self._source(design))
         return self._pairs[design]
 
     def start(self, design: str | None = None) -> Scene:
@@ -246,11 +226,8 @@ class Bench:
         name = design or (self.given.name if self.given is not None else FIRST)
         given = self.pair(name).design
         point, turn = given.operation, 30.0 / math.pi
-        offsets = {
-            key: 1e3 * value
-            for key, value in given.assembly.misalignment.model_dump().items()
-            if key != "shaft_angle_error"
-        }
+        shifts = given.assembly.misalignment.model_dump()
+        scales = dict.fromkeys(shifts, 1e3) | {"shaft_angle_error": math.degrees(1.0)}
         return Scene(
             name,
             oil=point.oil,
@@ -259,16 +236,15 @@ class Bench:
             speed=f"{point.speed * turn:.6g}",
             temperature=f"{point.temperature - 273.15:.6g}",
             **self.roughness(name),
-            shaft_angle_error=f"{math.degrees(given.assembly.misalignment.shaft_angle_error):.6g}",
-            **{key: f"{value:.6g}" for key, value in offsets.items()},
+            **{key: f"{scales[key] * value:.6g}" for key, value in shifts.items()},
         )
 
     def roughness(self, design: str, finish: str = "") -> dict[str, str]:
         """Texts of the fields of Rq of a pair with a finish."""
         members = _finished(self.pair(design).design, finish)
         return {
-            "roughness_pinion": f"{1e6 * members.pinion.roughness_rms:.4g}",
-            "roughness_gear": f"{1e6 * members.gear.roughness_rms:.4g}",
+            "roughness_rms_pinion": f"{1e6 * members.pinion.roughness_rms:.4g}",
+            "roughness_rms_gear": f"{1e6 * members.gear.roughness_rms:.4g}",
         }
 
     def loaded(self, scene: Scene) -> LoadedMesh:
@@ -286,23 +262,17 @@ class Bench:
             replace(found, mesh=replace(mesh, design=_finished(mesh.design, scene.finish))) if scene.finish else found
         )
 
-    def answer(self, scene: Scene) -> Answer:
-        """Efficiency and all that the page draws of one scene.
-
-        Raises
-        ------
-        MixedEhlError
-            A field that cannot be used, or flanks that do not mesh.
-        """
+    def answer(self, scene: Scene) -> SceneAnswer:
+        """Efficiency and all that the page draws of one scene."""
         self.oil(scene)
         friction = self.friction(scene)
         loaded = self.loaded(scene)
-        return Answer(scene, loaded, loaded.efficiency(friction, **scene.conditions), friction)
+        return SceneAnswer(loaded, loaded.efficiency(friction, **scene.conditions), friction)
 
     def problems(self, scene: Scene, error: InputError) -> dict[str, str]:
         """All that is wrong with a scene: the field, or nothing where none is named, and a sentence by its label.
 
-        A refused field is put back to the design's value and the scene asked again, until it has an answer.
+        A refused field is set to the design's value and the scene evaluated again, until it has an answer.
         """
         found: dict[str, str] = {}
         try:
@@ -319,34 +289,22 @@ class Bench:
             scene = replace(scene, **back)
             try:
                 self.answer(scene)
+                return found
             except InputError as other:
                 error = other
             except MixedEhlError:
                 return found
-            else:
-                return found
 
     def oil(self, scene: Scene) -> str:
-        """Name of the oil; a shipped one, no file.
-
-        Raises
-        ------
-        InputError
-            Another name.
-        """
-        name = scene.oil or self.pair(scene.design).design.operation.oil
-        if scene.oil and name not in (*data_names("oils"), self.pair(scene.design).design.operation.oil):
+        """Name of the oil: a shipped one, or that of the design."""
+        own = self.pair(scene.design).design.operation.oil
+        name = scene.oil or own
+        if name not in (*data_names("oils"), own):
             raise InputError("oil", name[:_LONGEST], "one of " + ", ".join(data_names("oils")))
         return name
 
     def friction(self, scene: Scene) -> str:
-        """Name of the friction model; a shipped or a published formula, or a constant, no file.
-
-        Raises
-        ------
-        InputError
-            Another name.
-        """
+        """Name of the friction model: a shipped or a published formula, or a constant, no file."""
         name = scene.friction or default_friction(self.oil(scene))
         if name.partition(":")[0] != "constant" and name not in FRICTIONS:
             raise InputError("friction", name[:_LONGEST], "constant:VALUE, or one of " + ", ".join(FRICTIONS))
@@ -386,8 +344,7 @@ class Bench:
 
     def script(self, scene: Scene) -> str:
         """A Python script that gives the number of the page."""
-        own = self.given is not None and scene.design == self.given.name
-        name = str(self.given) if own else scene.design
+        name = str(self._source(scene.design))
         mesh = "".join(f", {key}={value!r}" for key, value in scene.mesh_values.items())
         torque = scene.values("torque").get("torque")
         friction = self.friction(scene)
@@ -406,10 +363,8 @@ class Bench:
 
         Profiles and other files that the design names stand as they are.
         """
-        own = self.given is not None and scene.design == self.given.name
-        content = read_toml(
-            self.given if own and self.given is not None else data_path("designs", f"{scene.design}.toml")
-        )
+        source = self._source(scene.design)
+        content = read_toml(source if isinstance(source, Path) else data_path("designs", f"{source}.toml"))
         operation = content.setdefault("operation", {})
         conditions, torque = scene.conditions, scene.values("torque")
         operation.update(
@@ -451,16 +406,14 @@ def _finished(design: Design, finish: str) -> Design:
 def _field(name: str) -> str:
     """Field of a scene that an error names, or nothing."""
     last = name.rpartition(".")[2]
-    arguments = {argument: key for key, (argument, *_) in FIELDS.items()}
-    known = {one.name: one.name for one in fields(Scene)} | arguments
-    return known.get(last, "")
+    return last if last in {one.name for one in fields(Scene)} else ""
 
 
 def _sentence(scene: Scene, name: str, error: InputError) -> str:
     """An error with the label and the unit of its field, and what was typed there."""
     if not name:
         return str(error)
-    _, unit, label = FIELDS.get(name, ("", "", CHOICES.get(name, name)))
+    unit, label = FIELDS.get(name, ("", CHOICES.get(name, name)))
     allowed = error.allowed
     if unit:  # ranges in the unit of the field, which takes no other
         allowed = _LIMIT.sub(lambda found: _in_unit(found, unit), allowed.partition(" (a number")[0])
@@ -492,8 +445,3 @@ def changed(scene: Scene, **values: str) -> Scene:
         if name not in known:
             raise InputError("field", name, "one of " + ", ".join(sorted(known)))
     return replace(scene, **{name: str(value or "") for name, value in values.items()})
-
-
-def worst_first(notes: Sequence[Note], count: int = 3) -> tuple[list[Note], list[Note]]:
-    """The notes to show at once, and the rest."""
-    return list(notes[:count]), list(notes[count:])

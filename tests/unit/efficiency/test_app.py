@@ -41,14 +41,16 @@ def scene(bench: Bench) -> Scene:
 
 
 def test_answers_are_those_of_the_python_interface(bench: Bench, scene: Scene) -> None:
-    asked = changed(scene, torque="250", speed="900", temperature="70", roughness_gear="0.3", peklenik="2", E="0.05")
+    asked = changed(
+        scene, torque="250", speed="900", temperature="70", roughness_rms_gear="0.3", peklenik_number="2", E="0.05"
+    )
     found = bench.answer(asked)
     mesh = efficiency.load(PAIR).mesh(side="drive", E="0.05 mm")
     expected = mesh.load("250 N m").efficiency(
         "75w90",
         speed="900 rpm",
         temperature="70 degC",
-        roughness_rms_pinion=f"{scene.roughness_pinion} um",
+        roughness_rms_pinion=f"{scene.roughness_rms_pinion} um",
         roughness_rms_gear="0.3 um",
         peklenik_number=2.0,
     )
@@ -91,8 +93,8 @@ def test_pictures_hold_the_contact(bench: Bench, scene: Scene) -> None:
         ("speed", "1,200", "a number in rpm"),  # a thousand, or a decimal comma
         ("speed", "0", "speed"),
         ("temperature", "2000", "temperature"),
-        ("roughness_gear", "x" * 9999, "a number in um"),
-        ("peklenik", "0", "peklenik_number"),
+        ("roughness_rms_gear", "x" * 9999, "a number in um"),
+        ("peklenik_number", "0", "peklenik_number"),
         ("E", "40", "E = '40 mm'"),
         ("side", "sideways", "drive or coast"),
         ("oil", "../secret.toml", "oil"),
@@ -111,15 +113,15 @@ def test_nonsense_makes_a_sentence_and_opens_no_file(
 
 
 def test_all_problems_at_once_by_label_and_unit(bench: Bench, scene: Scene) -> None:
-    asked = changed(scene, torque="-5", speed="1,200", temperature="2000", roughness_gear="40", E="3")
+    asked = changed(scene, torque="-5", speed="1,200", temperature="2000", roughness_rms_gear="40", E="3")
     with pytest.raises(InputError) as caught:
         bench.answer(asked)
     told = bench.problems(asked, caught.value)
-    assert set(told) == {"torque", "speed", "temperature", "roughness_gear", "E"}
+    assert set(told) == {"torque", "speed", "temperature", "roughness_rms_gear", "E"}
     assert "pinion torque [N m] = '-5'" in told["torque"]
     assert told["speed"].endswith("allowed: a number in rpm.")
     assert "at least -40 degC and at most 200 degC" in told["temperature"]
-    assert "Rq gear [um] = '40' cannot be used; allowed: at least 0 um and at most 20 um" in told["roughness_gear"]
+    assert "Rq gear [um] = '40' cannot be used; allowed: at least 0 um and at most 20 um" in told["roughness_rms_gear"]
     assert "at most 2 mm" in told["E"]
     assert not any("_" in sentence for sentence in told.values())
 
@@ -135,7 +137,7 @@ def test_finish_by_name(bench: Bench, scene: Scene, tmp_path: Path) -> None:
     fine = changed(scene, finish="superfinished, new", **bench.roughness(scene.design, "superfinished, new"))
     found = bench.answer(fine).result
     pair = efficiency.load(PAIR).finished("superfinished", "new")
-    assert float(fine.roughness_gear) == 1e6 * pair.design.gear.roughness_rms == 0.12
+    assert float(fine.roughness_rms_gear) == 1e6 * pair.design.gear.roughness_rms == 0.12
     expected = pair.mesh(side="drive").load().efficiency("75w90").efficiency
     # the balance of torque begins where the last answer ended
     assert found.efficiency == pytest.approx(expected, abs=found.efficiency_error)
@@ -148,7 +150,7 @@ def test_finish_by_name(bench: Bench, scene: Scene, tmp_path: Path) -> None:
 
 
 def test_design_file_and_script_give_the_number_of_the_page(bench: Bench, scene: Scene, tmp_path: Path) -> None:
-    asked = changed(scene, speed="1000", roughness_pinion="0.25", P="-0.04", torque="")
+    asked = changed(scene, speed="1000", roughness_rms_pinion="0.25", P="-0.04", torque="")
     expected = bench.answer(asked).result.efficiency
     design = tmp_path / "design.toml"
     design.write_text(bench.design_text(asked), encoding="utf-8")
@@ -268,7 +270,7 @@ def test_page_in_a_browser(address: str, tmp_path: Path) -> None:
         other.goto(address)
         expect(other.locator(".text-3xl")).to_have_text(bench.answer(scene).headline(), timeout=120_000)
         other.get_by_label("Rq gear").fill("0.2")
-        smoother = changed(scene, roughness_gear="0.2")
+        smoother = changed(scene, roughness_rms_gear="0.2")
         expect(other.locator(".text-3xl")).to_have_text(bench.answer(smoother).headline(), timeout=120_000)
         other.close()
         expect(headline).to_have_text(bench.answer(faster).headline())
@@ -302,7 +304,7 @@ def test_page_in_a_browser(address: str, tmp_path: Path) -> None:
         expect(old).to_have_count(2)
         expect(old.first).to_be_hidden()
         page.get_by_label("Rq pinion").fill("0.35")
-        moved = changed(moved, roughness_pinion="0.35")
+        moved = changed(moved, roughness_rms_pinion="0.35")
         expect(headline).to_have_text(bench.answer(moved).headline(), timeout=120_000)
         expect(old.first).to_be_visible()
         expect(old.last).to_be_visible()
