@@ -8,12 +8,12 @@ from typing import Annotated, Any
 import typer
 
 import ehl
-from ehl.common.console import CONTACT, App, check_outputs, check_suffix, given, names_of, print_json, write_figure
+from ehl.common.console import CONTACT, App, JsonOption, check_outputs, given, names_of, print_json, write_figure
 
 
 def solve(
     case_file: Annotated[Path, typer.Argument(metavar="CASE.toml", help="Input file of one contact.")],
-    json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
+    json_output: JsonOption = False,
     plot: Annotated[Path | None, typer.Option(help="Write a figure of the solution (PNG, SVG, PDF).")] = None,
     report: Annotated[Path | None, typer.Option(help="Write one HTML page with results, notes and figure.")] = None,
     uncertainty: Annotated[
@@ -25,8 +25,6 @@ def solve(
     Exit code 0 with an answer, also where its interval is wider than asked for (status unsettled); 1 without.
     """
     check_outputs({"plot": plot, "report": report})
-    check_suffix(plot, "plot")
-    check_suffix(report, "report")
     contact = ehl.Contact.from_file(case_file)
     result = contact.solve()
     # a page holds the interval by the inputs where it costs seconds
@@ -114,7 +112,7 @@ def oil(
     nu100: Annotated[str | None, typer.Option(help="Its viscosity at 100 degC.")] = None,
     vg: Annotated[int | None, typer.Option(help="Its ISO VG, in place of both.")] = None,
     density: Annotated[str | None, typer.Option(help="Its density at 15 degC.")] = None,
-    json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
+    json_output: JsonOption = False,
     plot: Annotated[Path | None, typer.Option(help="Write a figure of viscosity over pressure.")] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the card as a TOML file.")] = None,
 ) -> None:

@@ -13,7 +13,7 @@ import regression.cli
 import regression.cli.calibration
 from efficiency.cli import design, gear, loss_map, new, optimise
 from ehl import __version__
-from ehl.common.console import PROGRAM, App, print_json, run
+from ehl.common.console import PROGRAM, App, JsonOption, print_json, run
 
 app = App(
     name="mixed-ehl",
@@ -73,7 +73,7 @@ def warmup(
         str,
         typer.Argument(metavar="KIND", help="smooth, rough (with smooth), or gear: what a gear pair needs."),
     ] = "gear",
-    json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
+    json_output: JsonOption = False,
 ) -> None:
     """Compile what is not compiled yet, so that no later command waits for it."""
     ready = efficiency.warmup(kind)

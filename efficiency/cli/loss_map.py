@@ -25,7 +25,7 @@ from efficiency.cli.options import (
     with_groups,
 )
 from ehl import InputError
-from ehl.common.console import GEAR, App, advanced, check_outputs, check_suffix, given, working
+from ehl.common.console import GEAR, App, advanced, check_outputs, given, working
 
 _ConditionOptions = Annotated[
     dict[str, Any],
@@ -60,8 +60,7 @@ def loss_map(
     files: TableOptions,
 ) -> None:
     """Torque loss over pinion torque and speed, drive and coast, for vehicle simulation."""
-    check_suffix(vecto, "vecto", (".vtlm",))
-    check_outputs({"vecto": vecto})
+    check_outputs({"vecto": vecto}, vecto=".vtlm")
     check_files(files)
     load_balance_of(conditions.get("load_balance"))
     losses = _axle(axle)

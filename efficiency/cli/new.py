@@ -14,7 +14,7 @@ import typer.main
 
 import efficiency
 from ehl import InputError
-from ehl.common.console import PROGRAM, App, check_outputs, check_suffix, write_text
+from ehl.common.console import PROGRAM, App, check_outputs, write_text
 
 # kind: what it is, and what one does with it
 _KINDS = {
@@ -62,8 +62,7 @@ def _command(kind: str) -> Callable[..., None]:
         suffix = ".csv" if kind == "duty" else ".toml"
         output, force = given.pop("output"), given.pop("force")
         path = output or Path(f"my_{kind}{suffix}")
-        check_suffix(path, "output", (suffix,))
-        check_outputs({"output": path})
+        check_outputs({"output": path}, output=suffix)
         if path.exists() and not force:
             raise InputError("output", str(path), "a file that does not exist yet", "--force writes over it.")
         answers = {name: value for name, value in given.items() if value is not None}

@@ -166,7 +166,8 @@ def present_folder(result: Any, json_output: bool, folder: Path) -> None:
 def check_files(files: Mapping[str, Path]) -> None:
     """Refuse pages and workbooks with another suffix, before anything is computed."""
     for field in ("report", "xlsx"):
-        check_suffix(files.get(field), field)
+        if field in files:
+            check_suffix(files[field], field)
 
 
 def one_of(field: str, text: str | None, *allowed: str) -> Any:

@@ -21,7 +21,7 @@ from contextlib import contextmanager
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, NoReturn, TypeVar
+from typing import IO, TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar
 
 import typer
 import typer.core
@@ -271,6 +271,9 @@ def _write_log() -> str:
     return "No log could be written."
 
 
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")]
+
+
 def names_of(kind: str) -> Callable[[], list[str]]:
     """What the shell completes an argument to: the shipped names of a kind, as of `ehl.shipped`."""
     return lambda: list(shipped(kind))
@@ -297,20 +300,25 @@ def pairs(field: str, texts: list[str] | None) -> dict[str, str]:
     return found
 
 
-def check_suffix(path: Path | None, field: str, suffixes: tuple[str, ...] = ()) -> None:
+_SUFFIXES = {"report": PAGE, "plot": FIGURE, "xlsx": (".xlsx",)}
+
+
+def check_suffix(path: Path, field: str, suffix: str = "") -> None:
     """Refuse a file of another kind than will be written; suffixes of pages, figures and workbooks are known."""
-    suffixes = suffixes or {"report": PAGE, "plot": FIGURE, "xlsx": (".xlsx",)}[field]
-    if path is not None and path.suffix.lower() not in suffixes:
+    suffixes = (suffix,) if suffix else _SUFFIXES[field]
+    if path.suffix.lower() not in suffixes:
         raise InputError(field, str(path), "a file name ending in " + " or ".join(suffixes))
 
 
-def check_outputs(outputs: Mapping[str, Path | None]) -> None:
+def check_outputs(outputs: Mapping[str, Path | None], **suffixes: str) -> None:
     """Refuse files that cannot be written, before anything is computed.
 
     Parameters
     ----------
     outputs : mapping
         Option to file; None where the option was not given.
+    **suffixes : str
+        Suffix of an option; those of pages, figures and workbooks are known.
 
     Raises
     ------
@@ -319,6 +327,8 @@ def check_outputs(outputs: Mapping[str, Path | None]) -> None:
     """
     files = given(outputs)
     for field, path in files.items():
+        if field in suffixes or field in _SUFFIXES:
+            check_suffix(path, field, suffixes.get(field, ""))
         if os.path.isdir(path):  # and not Path.is_dir, which raises where the name is too long
             raise InputError(field, str(path), "a file", "This is a folder.")
         folder = path.parent

@@ -10,7 +10,7 @@ import typer
 import ehl
 import regression
 from ehl import InputError
-from ehl.common.console import FORMULA, App, advanced, check_outputs, check_suffix, print_json, working
+from ehl.common.console import FORMULA, App, JsonOption, advanced, check_outputs, given, print_json, working
 from regression.cli.sweep import sweep_app
 
 
@@ -39,10 +39,7 @@ def fit(
     json_output: Annotated[bool, typer.Option("--json", help="Print the formula file's content.")] = False,
 ) -> None:
     """Fit a friction formula to the results of one or more sweeps, and say what it is worth."""
-    check_outputs({"output": output, "plot": plot, "report": report})
-    check_suffix(output, "output", (".json",))
-    check_suffix(plot, "plot")
-    check_suffix(report, "report")
+    check_outputs({"output": output, "plot": plot, "report": report}, output=".json")
     with working("fit"):
         formula = regression.fit(
             runs, family, gaussian_process=gaussian_process, corners=corners, nested=nested, paths=paths, noise=noise
@@ -79,7 +76,7 @@ def mu(
     hull: Annotated[
         list[Path] | None, advanced(metavar="RUN", help="The formula's data: test their convex hull exactly.")
     ] = None,
-    json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
+    json_output: JsonOption = False,
 ) -> None:
     """Evaluate a friction formula at one contact point."""
     friction = regression.friction_model(model)
@@ -97,8 +94,7 @@ def mu(
         "temperature_oil": temperature,
         "roughness_rms": roughness_rms,
         "speed_sliding_lengthwise": lengthwise,
-        **({} if correlation_length is None else {"correlation_length": correlation_length}),
-        **({} if peklenik_number is None else {"peklenik_number": peklenik_number}),
+        **given({"correlation_length": correlation_length, "peklenik_number": peklenik_number}),
     }
     content: dict[str, Any] = friction.mu(oil=name, **point).to_dict()
     other = friction.oil_note(ehl.Oil.load(name)) if isinstance(friction, regression.Formula) else ""

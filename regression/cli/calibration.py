@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 import regression
-from ehl.common.console import FORMULA, App, advanced, check_outputs, check_suffix, print_json, working
+from ehl.common.console import FORMULA, App, JsonOption, advanced, check_outputs, print_json, working
 
 
 def calibrate(
@@ -33,13 +33,10 @@ def calibrate(
     force: Annotated[
         bool, advanced("--force", help="Write the card although the misfit exceeds the stated noise.")
     ] = False,
-    json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")] = False,
+    json_output: JsonOption = False,
 ) -> None:
     """Fit oil and surface parameters to measured traction or Stribeck curves, and write an oil card."""
-    check_outputs({"output": output, "plot": plot, "report": report})
-    check_suffix(output, "output", (".toml",))
-    check_suffix(plot, "plot")
-    check_suffix(report, "report")
+    check_outputs({"output": output, "plot": plot, "report": report}, output=".toml")
     with working("calibration"):
         result = regression.calibrate(measured, setup, profile=profile, parameters=fit, oil=oil, jobs=jobs)
     result.write(plot=plot, report=report)

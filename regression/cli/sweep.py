@@ -10,7 +10,7 @@ import typer.core
 
 import regression
 from ehl import InputError
-from ehl.common.console import App, advanced, names_of, pairs, print_json, working
+from ehl.common.console import App, JsonOption, advanced, names_of, pairs, print_json, working
 
 
 class SweepGroup(typer.core.TyperGroup):
@@ -110,7 +110,7 @@ def sweep_run(
 def sweep_status(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder or file of results, or a shipped dataset.")],
     failed: Annotated[bool, typer.Option("--failed", help="List the failed cases too.")] = False,
-    json_output: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    json_output: JsonOption = False,
 ) -> None:
     """Progress of a run; also while it is being computed."""
     status = regression.Run(run).status
