@@ -59,12 +59,12 @@ EVALUATIONS, BATCH, CHECKED = 120, 4, 4
 """Default numbers: evaluations of a search, points of a batch, points of the front that are checked exactly."""
 MAX_EVALUATIONS = 20_000
 SEARCH_GRID = (8, 31)
-"""Positions and points per line of the search; fewer points tell the greatest pressure 3 to 14 % too low."""
+"""Positions and points per line of the search; fewer points underestimate the greatest pressure by 3 to 14 %."""
 # spread-out points before the first batch, for each variable; evaluations between two fits of the length scales
 _FIRST, _REFIT = 4, 24
 # states of a search: with more of them it takes three
 _MAX_STATES = 5
-# shares of the evaluations after which the best point so far is checked, for the rest to know
+# shares of the evaluations after which the best point so far is checked, to correct the rest
 _CHECK_AT = 2 / 3, 5 / 6
 
 
@@ -288,22 +288,8 @@ def _check_numbers(evaluations: int, batch: int, check: int, variables: int) -> 
 
 
 def _write_problem(problem: SearchProblem, path: Path, evaluations: int, batch: int, seed: int) -> None:
-    content = {
-        "version": __version__,
-        "start": problem.start.model_dump(),
-        "variables": [asdict(v) for v in problem.variables],
-        "objectives": problem.objectives,
-        "limits": problem.limits,
-        "duty": [asdict(row) for row in problem.duty],
-        "states": problem.states,
-        "flanks": problem.flanks,
-        "over": problem.over,
-        "friction": problem.friction,
-        "oil": problem.oil,
-        "evaluations": evaluations,
-        "batch": batch,
-        "seed": seed,
-    }
+    content = {"version": __version__, **asdict(problem), "start": problem.start.model_dump()}
+    content |= {"evaluations": evaluations, "batch": batch, "seed": seed}
     write_file(path, json.dumps(finite_or_none(content), indent=1) + "\n", "output", folder=True)
 
 

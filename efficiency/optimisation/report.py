@@ -16,7 +16,7 @@ from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.machine_settings.design_file import targets_text
 from efficiency.machine_settings.inputs import targets_beside
 from efficiency.optimisation.check import CHECK_GRID
-from efficiency.optimisation.evaluation import duty_results, targets_of
+from efficiency.optimisation.evaluation import duty_results, settings_of, targets_of
 from efficiency.optimisation.plots import optimisation_figures, progress_figure
 from efficiency.optimisation.problem import EDGE_FREE, START, state_text
 from efficiency.optimisation.result import state_of
@@ -112,14 +112,8 @@ def front_table(result: Optimisation) -> Table:
         )
         for point in result.front
     ]
-    columns: tuple[Column | str, ...] = (
-        Column("design", label="checked as"),
-        "loss_change",
-        *names,
-        *map(_variable, variables),
-    )
     return Table(
-        columns,
+        (Column("design", label="checked as"), "loss_change", *names, *map(_variable, variables)),
         rows,
         title="Pareto front of the search, on its coarse mesh: within the limits nothing beats one of these in all.",
         name="pareto",
@@ -156,13 +150,7 @@ def candidates_table(result: Optimisation) -> Table:
             )
         )
     heads = ("loss_change", "gain_lower", "gain_upper", "solved_gain", "solved_gain_error")
-    columns = [
-        Column("design"),
-        *map(Column, heads),
-        *map(Column, names),
-        *map(_variable, variables),
-        Column("verdict"),
-    ]
+    columns = [*map(Column, ("design", *heads, *names)), *map(_variable, variables), Column("verdict")]
     kept = [k for k, c in enumerate(columns) if not c.name.startswith("solved") or any(_known(r[k]) for r in rows)]
     return Table(
         [columns[k] for k in kept],
@@ -283,10 +271,13 @@ def _answer(result: Optimisation) -> list[Item]:
     if math.isfinite(low):
         interval = f"{100.0 * low:.1f} to {100.0 * high:.1f} % less loss"
         said.append(
-            (interval, "90 % interval by oil, surfaces and formula, aligned pair; wrong alike before and after")
+            (
+                interval,
+                "90 % interval by oil, surfaces and formula, aligned pair; fully correlated errors before and after",
+            )
         )
         if low <= 0.0:
-            text = "the interval of the gain reaches zero: the gain is smaller than what is not known of the friction"
+            text = "the interval of the gain reaches zero: the gain is smaller than the uncertainty of friction"
             notes.insert(0, Note("warning", text))
     gain, error = best.solved_gain
     if math.isfinite(gain):
@@ -335,8 +326,6 @@ def _before_after(result: Optimisation) -> list[Section]:
     best = result.best
     if best is None:
         return []
-    from efficiency.optimisation.evaluation import settings_of
-
     before = GearPair(settings_of(result.problem, {}).design)
     both = before, GearPair(result.settings(best).design)
     results: list[EfficiencyResult] = [duty_results(pair, result.problem, {}, CHECK_GRID)[0] for pair in both]

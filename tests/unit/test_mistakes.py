@@ -139,7 +139,7 @@ SHEET: list[Change] = [
     ("member, pinion", "members, pinion", "line 5"),
     ("teeth, 14", "teeth, 14.5", "line 5 (teeth)"),
     ("teeth, 14", "teeth, 0", "teeth"),
-    ("hand, left", "hand, lefthand", "line 6 (hand)"),
+    ("hand, left", "hand, lefthand", "line 13 (hand)"),
     ("hand, left", "", "hand"),
     ("face width, 25.4", "face width, -25.4", "face_width"),
     ("pitch angle, 19.7468", "pitch angle, 197.468", "pitch_angle"),
