@@ -296,7 +296,7 @@ def test_a_gain_inside_its_interval_is_called_so(found: Optimisation) -> None:
         ({"tolerance": {"spiral_angle": "1 deg"}}, "lengthwise_crowning"),
         ({"tolerance": {"bias": 0.0}}, "above 0"),
         ({"tolerance": {"bias": 0.1, "twist": "-2 um"}}, "goes to both sides"),
-        ({"tolerance": {"profile_crowning": "2 um", "relief_tip": "2 um"}}, "moves relief_tip too"),
+        ({"tolerance": {"profile_crowning": "2 um", "relief_tip": "2 um"}}, "sets relief_tip too"),
         ({"tolerance": dict.fromkeys(("bias", "contact_face", "contact_depth"), 0.1) | SIX}, "at most 7"),
         ({"flanks": "coast"}, "carry load"),
         ({"over": "best"}, "mean or worst"),
