@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.metadata
-import os
 import sys
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -81,18 +79,12 @@ def _data() -> Check:
 
 
 def _cache() -> Check:
-    folder = Path(os.environ.get("NUMBA_CACHE_DIR") or Path(importlib.import_module("ehl").__file__ or "").parent)
-    existing = next((place for place in (folder, *folder.parents) if place.exists()), folder)  # numba makes the rest
+    from ehl.compile.compiler import kernel_folder
+
     try:
-        with tempfile.TemporaryFile(dir=existing):
-            pass
-    except OSError:
-        return Check(
-            "compile cache",
-            True,
-            f"{folder} is not writable: kernels are kept in the user's cache folder, else in a temporary one",
-        )
-    return Check("compile cache", True, f"{folder} is writable")
+        return Check("compile cache", True, f"{kernel_folder()} belongs to this user alone")
+    except OSError as error:
+        return Check("compile cache", True, f"none, each process compiles its own kernels: {error}")
 
 
 def _kernels() -> Check:

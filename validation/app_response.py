@@ -43,7 +43,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--count", type=int, default=12)
     options = parser.parse_args(argv)
     command = [sys.executable, "-c", "from efficiency.cli import main; main()", "app", "--no-browser"]
-    server = subprocess.Popen([*command, "--port", str(PORT)], stderr=subprocess.DEVNULL, env=dict(os.environ))
+    server = subprocess.Popen([*command, "--port", str(PORT)], stderr=subprocess.PIPE, env=dict(os.environ), text=True)
+    assert server.stderr is not None
+    address = next(line for line in server.stderr if line.startswith("http://")).split()[0]
     while True:
         with socket.socket() as trial:
             if trial.connect_ex(("127.0.0.1", PORT)) == 0:
@@ -54,7 +56,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     with sync_playwright() as play:
         browser = play.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1280, "height": 1250})
-        page.goto(f"http://127.0.0.1:{PORT}")
+        page.goto(address)
         headline = page.locator(".text-3xl")
         page.wait_for_function("document.querySelector('.text-3xl').innerText.includes('%')", timeout=120_000)
         for number, (label, name, *pair) in enumerate(CHANGES):
@@ -82,7 +84,7 @@ def main(argv: Sequence[str] | None = None) -> int:
                 page.screenshot(path=options.out / "app.png")
         if options.out:
             phone = browser.new_page(viewport={"width": 390, "height": 1100}, color_scheme="dark")
-            phone.goto(f"http://127.0.0.1:{PORT}")
+            phone.goto(address)
             phone.wait_for_function("document.querySelector('.text-3xl').innerText.includes('%')", timeout=120_000)
             time.sleep(3.0)
             phone.screenshot(path=options.out / "app_phone.png")

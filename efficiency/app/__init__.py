@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import secrets
 import socket
 import sys
 from os import PathLike
@@ -13,6 +14,8 @@ from ehl.common.errors import InputError
 
 def serve_app(design: str | PathLike[str] | None = None, *, port: int = 8642, browser: bool = True) -> None:
     """Serve a page to play with a pair, on the loopback address of this machine alone, until Ctrl-C.
+
+    The address holds a random token, new at each start; without it the page does not open.
 
     Parameters
     ----------
@@ -47,5 +50,6 @@ def serve_app(design: str | PathLike[str] | None = None, *, port: int = 8642, br
 
     bench = Bench(None if design is None else Path(design))
     bench.start()  # refuses a file that cannot be used before the browser opens
-    print(f"http://127.0.0.1:{port} (Ctrl-C ends it)", file=sys.stderr)
-    serve(bench, port, browser=browser)
+    token = secrets.token_urlsafe(24)
+    print(f"http://127.0.0.1:{port}/?token={token} (Ctrl-C ends it)", file=sys.stderr, flush=True)
+    serve(bench, port, token, browser=browser)

@@ -11,9 +11,10 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, TypeVar
 
-from nicegui import run, ui
+from nicegui import app, core, run, ui
 
 from efficiency.app import charts
+from efficiency.app.guard import Guard
 from efficiency.app.scene import CHOICES, FIELDS, FINISHES, FRICTIONS, MISALIGNMENTS, Bench, Scene, SceneAnswer, changed
 from ehl.common.data import data_names
 from ehl.common.errors import InputError, MixedEhlError
@@ -343,8 +344,10 @@ def _picture(figure: Any) -> str:
     return "data:image/png;base64," + base64.b64encode(held.getvalue()).decode()
 
 
-def serve(bench: Bench, port: int, *, browser: bool) -> None:
-    """Serve the page on the loopback address until Ctrl-C."""
+def serve(bench: Bench, port: int, token: str, *, browser: bool) -> None:
+    """Serve the page on the loopback address until Ctrl-C, to those who have the token."""
+    app.add_middleware(Guard, port=port, token=token)
+    core.sio.eio.cors_allowed_origins = []  # no CORS headers; the guard checks the origin
 
     @ui.page("/")
     def index() -> None:
@@ -353,7 +356,7 @@ def serve(bench: Bench, port: int, *, browser: bool) -> None:
     ui.run(
         host="127.0.0.1",
         port=port,
-        show=browser,
+        show=f"/?token={token}" if browser else False,
         reload=False,
         title="mixed-ehl",
         show_welcome_message=False,

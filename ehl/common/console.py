@@ -262,11 +262,12 @@ def _write_log() -> str:
     """Write what is known of the fault at hand into a file; the sentence that names it."""
     lines = [f"mixed-ehl {__version__}, Python {platform.python_version()}, {platform.platform()}"]
     lines += [f"arguments: {sys.argv[1:]!r}", f"folder: {os.getcwd()}", "", traceback.format_exc()]
-    name = f"mixed-ehl-fault-{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}.log"
+    start = f"mixed-ehl-fault-{time.strftime('%Y%m%d-%H%M%S')}-"
     for folder in (tempfile.gettempdir, os.getcwd):
-        with contextlib.suppress(OSError):
-            path = Path(folder(), name)
-            path.write_text("\n".join(lines), encoding="utf-8", errors="backslashreplace")
+        with contextlib.suppress(OSError, InputError):
+            handle, path = tempfile.mkstemp(".log", start, folder())  # readable for this user alone
+            os.close(handle)
+            write_file(Path(path), "\n".join(lines).encode("utf-8", "backslashreplace"))
             return f"What is known of it is in {path}: please send it with your input."
     return "No log could be written."
 

@@ -11,9 +11,9 @@ import errno
 import json
 import os
 import re
+import secrets
 import shutil
 import stat
-import threading
 import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -151,7 +151,7 @@ def replacing(path: Path, field: str = "path", *, folder: bool = False) -> Itera
         Naming `field`: the file cannot be written.
     """
     target = Path(os.path.realpath(path))
-    draft = target.with_name(f".mixed-ehl-{os.getpid()}-{threading.get_ident()}{target.suffix}")
+    draft = target.with_name(f".mixed-ehl-{secrets.token_hex(8)}{target.suffix}")
     try:
         if folder:
             target.parent.mkdir(parents=True, exist_ok=True)
@@ -161,6 +161,8 @@ def replacing(path: Path, field: str = "path", *, folder: bool = False) -> Itera
         if os.path.isfile(target) and not os.access(target, os.W_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(target))
         try:
+            # a new file, and no link that somebody laid there
+            os.close(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
             yield draft
             with open(draft, "rb+") as file:
                 os.fsync(file.fileno())

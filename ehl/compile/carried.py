@@ -22,6 +22,8 @@ import numba
 from numba.core import config
 from numba.core.serialize import dumps
 
+from ehl.common.files import write_file
+
 FOLDER = Path(__file__).resolve().parents[1] / "_carried"
 INDEX = "kernels.json"
 SWITCH = "MIXED_EHL_KERNELS"  # "native": compile for this very processor
@@ -137,7 +139,7 @@ def write_carried(kernels: Iterable[tuple[str, str, Any]], folder: Path) -> int:
             "sources": sources,
             "sha256": hashlib.sha256(content).hexdigest(),
         }
-        (folder / f"{name}.bin").write_bytes(content)
+        write_file(folder / f"{name}.bin", content)
     index = {"surrounding": surrounding(), "kernels": entries}
-    (folder / INDEX).write_text(json.dumps(index, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+    write_file(folder / INDEX, json.dumps(index, indent=1, sort_keys=True) + "\n")
     return len(entries)

@@ -16,6 +16,7 @@ from __future__ import annotations
 import gc
 import hashlib
 import inspect
+import multiprocessing
 import os
 import stat
 import sys
@@ -78,67 +79,121 @@ def source_hash(folder: Path) -> bytes:
 _hash_of_folder = cache(source_hash)
 
 
-class _TemporaryLocator:
-    """A folder for temporary files that belongs to the user alone, where neither packages nor HOME can be written."""
+def private_folder(folder: Path) -> Path:
+    """A folder that belongs to this user alone, made where there is none.
 
-    def __init__(self, py_func: Callable[..., Any], py_file: str) -> None:
-        self._line = py_func.__code__.co_firstlineno
-        self._path = _own_temporary() / hashlib.sha256(py_file.encode()).hexdigest()[:16]
+    Parameters
+    ----------
+    folder : Path
+        Must be no symbolic link, and have mode 0700; the folders above it must belong to this user or the
+        administrator, and nobody else may be able to replace what they hold.
 
-    def ensure_cache_path(self) -> None:
-        """Make the folder."""
-        self._path.mkdir(mode=0o700, exist_ok=True)
-        tempfile.TemporaryFile(dir=self._path).close()
-
-    def get_cache_path(self) -> str:
-        """The folder."""
-        return str(self._path)
-
-    def get_disambiguator(self) -> str:
-        """What tells functions of one name apart."""
-        return str(self._line)
-
-
-def _own_temporary() -> Path:
-    """Folder of this user below that for temporary files; compiled code is loaded from it, so nobody else may write.
+    Returns
+    -------
+    Path
+        Without symbolic links.
 
     Raises
     ------
     OSError
-        It cannot be made, or others can write into it.
+        It cannot be made, or belongs to others as well.
     """
-    user = os.getuid() if hasattr(os, "getuid") else 0  # under Windows each user has a folder of their own
-    folder = Path(tempfile.gettempdir()) / f"mixed-ehl-kernels-{user}"
-    folder.mkdir(mode=0o700, exist_ok=True)
+    folder = Path(os.path.abspath(folder))
+    folder = Path(os.path.realpath(folder.parent), folder.name)
+    for part in reversed((folder, *folder.parents)):
+        part.mkdir(mode=0o700, exist_ok=True)
+    if not hasattr(os, "getuid"):  # under Windows the folders of a user are the user's own
+        return folder
+    user = os.getuid()
+    # in a user namespace the administrator of the machine has another number: that of the owner of the root folder
+    trusted = {0, user, os.stat("/").st_uid}
+    for part in folder.parents:
+        found = part.lstat()
+        if found.st_uid not in trusted or (found.st_mode & 0o022 and not found.st_mode & stat.S_ISVTX):
+            raise PermissionError(f"others can replace what is in {part}")
     found = folder.lstat()
-    if hasattr(os, "getuid") and (not stat.S_ISDIR(found.st_mode) or found.st_uid != user or found.st_mode & 0o022):
-        raise PermissionError(f"{folder} belongs to others")
+    if not stat.S_ISDIR(found.st_mode):
+        raise PermissionError(f"{folder} is a symbolic link or a file")
+    if found.st_uid != user:
+        raise PermissionError(f"{folder} belongs to another user")
+    if found.st_mode & 0o077:
+        raise PermissionError(f"{folder} is open to others (chmod 700 makes it private)")
     return folder
 
 
+def kernel_folder() -> Path:
+    """Folder from which compiled kernels are loaded and in which they are kept.
+
+    It is that of NUMBA_CACHE_DIR, else one in the user's cache folder, else one for temporary files: the first that
+    belongs to this user alone, as of `private_folder`, and can be written.
+
+    Raises
+    ------
+    OSError
+        There is none.
+    """
+    user = os.getuid() if hasattr(os, "getuid") else 0
+    own = os.environ.get("XDG_CACHE_HOME", "")
+    cache = Path(own if os.path.isabs(own) else os.path.expanduser("~/.cache"), "mixed-ehl")
+    given = [Path(config.CACHE_DIR)] if config.CACHE_DIR else []
+    reason = ""
+    for place in (*given, cache / "kernels", Path(tempfile.gettempdir(), f"mixed-ehl-kernels-{user}")):
+        try:
+            if not place.is_absolute() and place not in given:  # no home
+                continue
+            folder = private_folder(place)
+            tempfile.TemporaryFile(dir=folder).close()
+        except OSError as error:
+            if place in given:
+                _report_refused(f"{error}")
+            reason = f"{error}"
+        else:
+            return folder
+    raise PermissionError(reason)
+
+
+@cache
+def _report_refused(reason: str) -> None:
+    if multiprocessing.parent_process() is None:  # said once, not by every worker
+        print(f"mixed-ehl: NUMBA_CACHE_DIR is not used: {reason}", file=sys.stderr, flush=True)
+
+
 class _ContentLocator:
-    """Where numba would put a kernel anyway, else a temporary folder, under the hash of its sources."""
+    """A private folder for the kernels of one folder, under the hash of their sources."""
+
+    def __init__(self, folder: Path, line: int, stamp: bytes) -> None:
+        self._folder = folder
+        self._line = line
+        self._stamp = stamp
 
     @classmethod
-    def from_function(cls, py_func: Callable[..., Any], py_file: str) -> Any:
-        """As of numba's locators; None for code that is not ours."""
+    def from_function(cls, py_func: Callable[..., Any], py_file: str) -> _ContentLocator | None:
+        """As of numba's locators; None for code that is not ours, and where there is no place."""
         folder = Path(py_file).resolve().parent
         if not _OURS & set(folder.parents):
             return None
         try:
             stamp = _hash_of_folder(folder)
-        except OSError:  # sources in an archive: numba's own stamp will do
+            place = private_folder(kernel_folder() / stamp.hex()[:16])
+        except OSError:  # sources in an archive, or no place
             return None
-        others = (other.from_function(py_func, py_file) for other in CompileResultCacheImpl._locator_classes)
-        locator: Any = next(filter(None, others), None)
-        if locator is None:
-            try:
-                locator = _TemporaryLocator(py_func, py_file)
-                locator.ensure_cache_path()
-            except OSError:
-                return None
-        locator.get_source_stamp = lambda: stamp
-        return locator
+        return cls(place, py_func.__code__.co_firstlineno, stamp)
+
+    def ensure_cache_path(self) -> None:
+        """Make the folder."""
+        private_folder(self._folder)
+
+    def get_cache_path(self) -> str:
+        """The folder."""
+        return str(self._folder)
+
+    def get_source_stamp(self) -> bytes:
+        """Hash of the sources."""
+        return self._stamp
+
+    def get_disambiguator(self) -> str:
+        """The line of the function."""
+        return str(self._line)
 
 
 class _Results(CompileResultCacheImpl):

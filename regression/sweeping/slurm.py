@@ -24,7 +24,6 @@ array=$(sbatch --parsable <<'EOF'
 #SBATCH --array=1-{shards}
 #SBATCH --cpus-per-task={jobs}
 {options}
-{setup}
 # the memory and time of a task are its own: one that was killed is resumed by submitting again
 exec {sweep} --shard "${{SLURM_ARRAY_TASK_ID}}/{shards}"
 EOF
@@ -37,16 +36,11 @@ behind=$(sbatch --parsable --dependency="afterany:${{array%%;*}}" <<'EOF'
 #!/bin/bash
 #SBATCH --cpus-per-task=1
 {options}
-{setup}
 set -e
 {commands}
 EOF
 )
 echo "then ${{behind%%;*}}: {what}"
-"""
-_SETUP = """
-# compiled kernels are cached on the node: many processes on one shared folder slow each other down
-export NUMBA_CACHE_DIR="${TMPDIR:-/tmp}/mixed-ehl-numba-${SLURM_JOB_ID:-0}"
 """
 
 
@@ -96,7 +90,6 @@ def job_script(
         shards=shards,
         jobs=jobs,
         options=directives,
-        setup=_SETUP,
         sweep=shlex.join([*program, "sweep", plan, *options, "-o", run]),
     )
     behind = []
@@ -107,7 +100,7 @@ def job_script(
     if behind:
         what = " and ".join(name for name, target in (("merge", merge), ("fit", fit)) if target is not None)
         commands = "\n".join(shlex.join(command) for command in behind)
-        script += _BEHIND.format(options=directives, setup=_SETUP, commands=commands, what=what)
+        script += _BEHIND.format(options=directives, commands=commands, what=what)
     return script
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import http.client
 import importlib.util
 import os
 import shutil
@@ -11,7 +13,9 @@ import sys
 import time
 import tomllib
 from collections.abc import Iterator
+from email.message import Message
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import pytest
 from refusals import refuses
@@ -205,26 +209,125 @@ def test_command_without_its_extra_or_port(monkeypatch: pytest.MonkeyPatch) -> N
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def address() -> Iterator[str]:
+    """Of a running page, as printed."""
     with socket.socket() as trial:
         trial.bind(("127.0.0.1", 0))
         port = trial.getsockname()[1]
     command = [sys.executable, "-c", "from efficiency.cli import main; main()", "app", "--no-browser"]
     # with this variable NiceGUI waits for a test client of its own
     plain = {name: value for name, value in os.environ.items() if name != "PYTEST_CURRENT_TEST"}
-    with subprocess.Popen([*command, "--port", str(port)], stderr=subprocess.DEVNULL, env=plain) as server:
+    with subprocess.Popen([*command, "--port", str(port)], stderr=subprocess.PIPE, env=plain, text=True) as server:
+        assert server.stderr is not None
+        printed = next(line.split()[0] for line in server.stderr if line.startswith("http://"))
         for _ in range(600):
             with socket.socket() as trial:
                 if trial.connect_ex(("127.0.0.1", port)) == 0:
                     break
             time.sleep(0.1)
         try:
-            yield f"http://127.0.0.1:{port}"
+            yield printed
             server.terminate()
             server.wait(30.0)
         finally:
             server.kill()
+
+
+PAGE_OF_ANOTHER = "http://attacker.example"
+SOCKET = "/_nicegui_ws/socket.io/?EIO=4&transport="
+UPGRADE = {
+    "Connection": "Upgrade",
+    "Upgrade": "websocket",
+    "Sec-WebSocket-Version": "13",
+    "Sec-WebSocket-Key": base64.b64encode(bytes(16)).decode(),
+}
+
+
+class Caller:
+    """Sends requests to the page as a browser or another program does."""
+
+    def __init__(self, address: str) -> None:
+        parts = urlsplit(address)
+        assert parts.port is not None
+        self.port, self.host, self.query = parts.port, parts.netloc, parts.query
+
+    def get(self, path: str, method: str = "GET", **headers: str) -> tuple[int, Message, str]:
+        """Status, headers and content of an answer; names of headers with `_` for `-`."""
+        line = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60.0)
+        given = {"Host": self.host} | {name.replace("_", "-"): text for name, text in headers.items()}
+        line.request(method, path, headers=given)
+        found = line.getresponse()
+        content = "" if found.status == 101 else found.read().decode()
+        line.close()
+        return found.status, found.headers, content
+
+    def socket(self, **headers: str) -> int:
+        """Status of the attempt to open a websocket."""
+        return self.get(f"{SOCKET}websocket", **UPGRADE, **headers)[0]
+
+
+@pytest.fixture
+def caller(address: str) -> Caller:
+    return Caller(address)
+
+
+@pytest.fixture
+def cookie(caller: Caller) -> str:
+    """Which the browser keeps after the printed address was opened."""
+    status, headers, content = caller.get(f"/?{caller.query}")
+    assert status == 200
+    assert "mixed-ehl" in content
+    value, *attributes = headers["Set-Cookie"].split("; ")
+    assert set(attributes) == {"Path=/", "HttpOnly", "SameSite=Strict"}
+    return str(value)
+
+
+def test_page_opens_with_its_token_alone(caller: Caller, cookie: str) -> None:
+    origin = f"http://{caller.host}"
+    assert caller.get("/", Cookie=cookie)[0] == 200
+    assert caller.get("/", Cookie=f"other=1; {cookie}")[0] == 200
+    assert caller.get(f"{SOCKET}polling", Cookie=cookie, Origin=origin)[0] == 200
+    assert caller.socket(Cookie=cookie, Origin=origin) == 101
+    assert caller.get("/", Cookie=cookie, Host=f"localhost:{caller.port}")[0] == 200
+    name = cookie.partition("=")[0]
+    for wrong in ({}, {"Cookie": f"{name}="}, {"Cookie": f"{name}=x"}, {"Cookie": "\xe4=\xe4;;="}):
+        status, headers, content = caller.get("/", **wrong)
+        assert (status, headers["Set-Cookie"]) == (403, None)
+        assert "efficiency" not in content
+        assert caller.get(f"{SOCKET}polling", **wrong)[0] == 403
+        assert caller.socket(Origin=origin, **wrong) == 403
+    for query in ("token=", "token=x", "token=%ff", "token"):
+        assert caller.get(f"/?{query}")[0] == 403
+
+
+@pytest.mark.parametrize(
+    "host", ["attacker.example", "attacker.example:{port}", "127.0.0.1", "localhost:1", "127.0.0.1:{port}.example", ""]
+)
+def test_names_of_others_are_refused(caller: Caller, cookie: str, host: str) -> None:
+    """DNS rebinding: a name of another owner is led to 127.0.0.1."""
+    foreign = {"Host": host.format(port=caller.port), "Cookie": cookie}
+    assert caller.get(f"/?{caller.query}", **foreign)[0] == 403
+    assert caller.get(f"{SOCKET}polling", **foreign)[0] == 403
+    assert caller.socket(**foreign) == 403
+    assert caller.socket(Origin=f"http://{foreign['Host']}", **foreign) == 403
+
+
+@pytest.mark.parametrize(
+    "origin", [PAGE_OF_ANOTHER, "null", "http://127.0.0.1", "https://{host}", "http://{host}.example"]
+)
+def test_pages_of_others_are_refused(caller: Caller, cookie: str, origin: str) -> None:
+    foreign = {"Origin": origin.format(host=caller.host), "Cookie": cookie}
+    for path in (f"/?{caller.query}", f"{SOCKET}polling"):
+        for method in ("GET", "OPTIONS"):
+            status, headers, _ = caller.get(path, method, **foreign)
+            assert status == 403
+            assert not [name for name in headers if name.lower().startswith("access-control")]
+    assert caller.socket(**foreign) == 403
+    # nor is the page itself told that others may read it
+    for path in ("/", f"{SOCKET}polling"):
+        headers = caller.get(path, Origin=f"http://{caller.host}", Cookie=cookie)[1]
+        assert not [name for name in headers if name.lower().startswith("access-control")]
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
@@ -232,7 +335,7 @@ def test_page_in_a_browser(address: str, tmp_path: Path) -> None:
     sync_api = pytest.importorskip("playwright.sync_api")
     # the loopback address of the page, not another one of this machine
     with socket.socket() as trial:
-        assert trial.connect_ex(("127.0.0.2", int(address.rpartition(":")[2]))) != 0
+        assert trial.connect_ex(("127.0.0.2", urlsplit(address).port)) != 0
     with sync_api.sync_playwright() as play:
         browser = play.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         page = browser.new_page()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import pickle
 import shutil
 import subprocess
 import sys
@@ -12,9 +13,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numba
 import numpy as np
 import pytest
 from numba import njit
+from numba.core import config
+from numba.core.caching import UserProvidedCacheLocator
 from numba.core.compiler import Flags
 from refusals import refuses
 
@@ -26,12 +30,15 @@ from ehl.compile.compiler import (
     Options,
     announced,
     kernel,
+    kernel_folder,
     missing_on_disk,
+    private_folder,
     source_hash,
 )
+from ehl.rough._kernels import quasi_separable
 from ehl.rough._kernels.march import march
 from ehl.smooth import _kernels as smooth_kernels
-from ehl.smooth._kernels import newton, residual
+from ehl.smooth._kernels import newton
 from ehl.warmup import warm_up
 from regression.friction._kernels import matern_of_squares
 from regression.friction.gaussian_process import ask_kernel
@@ -117,34 +124,102 @@ def test_kernels_on_disk_carry_the_stamp_and_another_one_does_not_count(monkeypa
     assert not missing_on_disk(lambda: None)
 
 
-@pytest.mark.skipif(not hasattr(os, "getuid"), reason="under Windows each user has a folder for temporary files")
-def test_kernels_are_kept_in_a_temporary_folder_of_the_user_alone(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    """Where neither the packages nor HOME can be written: numba then finds no place."""
-    content = kernel_cache._ContentLocator
-    monkeypatch.setattr(kernel_cache.CompileResultCacheImpl, "_locator_classes", [])
+OF_USERS = pytest.mark.skipif(not hasattr(os, "getuid"), reason="under Windows each user's folders are private")
+
+
+@pytest.fixture
+def places(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Path]:
+    """The three folders that compiled kernels may be in, none made yet."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    source = str(smooth_kernels.__file__)
-    found = content.from_function(newton.py_func, source)
-    folder = tmp_path / f"mixed-ehl-kernels-{os.getuid()}"
-    assert Path(found.get_cache_path()).parent == folder
-    assert folder.stat().st_mode & 0o777 == 0o700
-    assert found.get_source_stamp() == source_hash(Path(source).parent)
-    assert Path(str(KernelCache(newton.py_func).cache_path)).parent == folder
-    # functions of one name, and files of one name elsewhere
-    other = content.from_function(residual.py_func, source)
-    assert other.get_disambiguator() != found.get_disambiguator()
-    # compiled code is loaded from there: not from a folder that others can write, or that is a link
-    folder.chmod(0o777)
-    assert content.from_function(newton.py_func, source) is None
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path / "given"))
+    return {
+        "given": tmp_path / "given",
+        "user": tmp_path / "cache" / "mixed-ehl" / "kernels",
+        "temporary": tmp_path / f"mixed-ehl-kernels-{os.getuid()}",
+    }
+
+
+def _open_to_others(folder: Path) -> None:
+    folder.mkdir(parents=True)
+    folder.chmod(0o770)
+
+
+def _link(folder: Path) -> None:
+    target = folder.with_name(f"behind_{folder.name}")
+    target.mkdir(mode=0o700, parents=True)
+    folder.symlink_to(target)
+
+
+def _of_another(folder: Path) -> None:
+    folder.mkdir(mode=0o700, parents=True)
+    if os.getuid() != 0:
+        pytest.skip("only the administrator can give a folder away")
+    os.chown(folder, 12345, -1)
+
+
+def _below_one_of_all(folder: Path) -> None:
+    folder.mkdir(mode=0o700, parents=True)
+    folder.parent.chmod(0o777)
+
+
+def _file(folder: Path) -> None:
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    folder.write_text("")
+
+
+@OF_USERS
+@pytest.mark.parametrize("plant", [_open_to_others, _link, _of_another, _file])
+def test_kernels_are_in_the_first_folder_that_belongs_to_the_user_alone(
+    places: dict[str, Path], capfd: pytest.CaptureFixture[str], plant: Callable[[Path], None]
+) -> None:
+    kernel_cache._report_refused.cache_clear()
+    for folder in places.values():
+        assert kernel_folder() == folder
+        assert folder.stat().st_mode & 0o777 == 0o700
+        assert Path(str(KernelCache(newton.py_func).cache_path)).parent == folder
+        shutil.rmtree(folder)
+        plant(folder)
+        with pytest.raises((PermissionError, FileExistsError)):
+            private_folder(folder)
+    with pytest.raises((PermissionError, FileExistsError)):
+        kernel_folder()
     assert KernelCache(newton.py_func).cache_path is None  # each process compiles its own
-    shutil.rmtree(folder)
-    (tmp_path / "elsewhere").mkdir()
-    folder.symlink_to(tmp_path / "elsewhere")
-    assert content.from_function(newton.py_func, source) is None
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "nowhere"))
-    assert content.from_function(newton.py_func, source) is None
+    assert capfd.readouterr().err.count("NUMBA_CACHE_DIR is not used") == 1
+
+
+class Attack:
+    """Runs a command of another where it is loaded."""
+
+    def __init__(self, made: Path) -> None:
+        self.made = made
+
+    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+        return os.mkdir, (str(self.made),)
+
+
+def _private(folder: Path) -> None:
+    folder.mkdir(mode=0o700, parents=True)
+
+
+@OF_USERS
+@pytest.mark.parametrize("plant", [_private, _open_to_others, _link, _of_another, _below_one_of_all])
+def test_nothing_is_loaded_from_a_folder_of_others(tmp_path: Path, plant: Callable[[Path], None]) -> None:
+    planted, ran = tmp_path / "between" / "planted", tmp_path / "ran"
+    plant(planted)
+    function = quasi_separable.exponential_product.py_func
+    index = Path(KernelCache(function).disk._cache_file._index_path)
+    # as the program lays it out, and as numba does
+    for name in (index.parent.name, UserProvidedCacheLocator.get_suitable_cache_subpath(quasi_separable.__file__)):
+        (planted / name).mkdir(mode=0o700)
+        content = pickle.dumps(numba.__version__) + pickle.dumps(Attack(ran))
+        (planted / name / index.name).write_bytes(content)
+    surrounding = os.environ | {"NUMBA_CACHE_DIR": str(planted)}
+    run = subprocess.run([sys.executable, "-c", ANSWER], env=surrounding, capture_output=True, text=True)
+    trusted = plant is _private  # what is planted there does run
+    assert ran.exists() == trusted
+    assert ("NUMBA_CACHE_DIR is not used" in run.stderr) != trusted
+    assert (run.returncode == 0 and run.stdout != "") != trusted
 
 
 def test_compiling_is_announced_once_for_each_kind(
