@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Awaitable, Callable, MutableMapping
-from http.cookies import CookieError, SimpleCookie
 from typing import Any
 from urllib.parse import parse_qs
 
@@ -61,14 +60,12 @@ class Guard:
             return FOREIGN
         if any(origin.lower() != f"http://{hosts[0].lower()}" for origin in origins):
             return FOREIGN
-        return None if in_address or self._is_token(self._kept_token(scope)) else NO_TOKEN
+        return None if in_address or any(map(self._is_token, self._kept_tokens(scope))) else NO_TOKEN
 
-    def _kept_token(self, scope: _Message) -> str:
-        try:
-            cookies = SimpleCookie("; ".join(_header(scope, b"cookie")))
-        except CookieError:
-            return ""
-        return cookies[self._cookie].value if self._cookie in cookies else ""
+    def _kept_tokens(self, scope: _Message) -> list[str]:
+        # split by hand: other programs of this machine may have set cookies that a strict parser stops at
+        parts = [part.strip().partition("=") for line in _header(scope, b"cookie") for part in line.split(";")]
+        return [value for name, _, value in parts if name == self._cookie]
 
     def _is_token(self, text: str) -> bool:
         return secrets.compare_digest(text.encode(errors="replace"), self._token.encode())
