@@ -120,7 +120,7 @@ def test_json_and_frame_are_si_without_nan() -> None:
 @pytest.mark.parametrize("width", range(8, 120, 7))
 @pytest.mark.parametrize("vertical", [False, True])
 def test_narrow_terminals_lose_columns_but_no_digits(width: int, vertical: bool) -> None:
-    numbers = {"film_central": 2.5e-7, "efficiency": 0.98765, "pressure_hertz": 1.23456e9, "speed_pinion": 100.0}
+    numbers = {"film_central": 2.5e-7, "efficiency": 0.98765, "pressure_hertz": 1.23456e9, "speed": 100.0}
     table = Table.from_records([{"oil": "a", **numbers}, {"oil": "b", **numbers}], vertical=vertical)
     text = printed(table, width)
     assert all(len(line) <= width for line in text.splitlines())
