@@ -276,7 +276,7 @@ class Page:
 
         def solve() -> tuple[str, str]:
             result = self.bench.contact(scene).solve()
-            return _picture(result.plot()), (
+            return _picture(result.figure()), (
                 f"mu {result.friction_coefficient:.4f} ± {100 * result.friction_error:.2g} %, central film "
                 f"{1e9 * result.film_central:.3g} nm, {result.status}"
             )
