@@ -76,6 +76,7 @@ def test_a_fault_of_the_program_is_one_sentence_and_a_log(
     assert said.count("\n") == 1
     assert "unforeseen" in said
     assert str(log) in said
+    assert log.stat().st_mode & 0o077 == 0 or os.name == "nt"
     assert "Traceback" in log.read_text(encoding="utf-8")
     assert ehl.__version__ in log.read_text(encoding="utf-8")
 

@@ -260,6 +260,8 @@ def test_slurm(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "#SBATCH --array=1-12" in script
     assert "#SBATCH --cpus-per-task=3" in script
     assert "mixed-ehl sweep 'my plan.toml' -o 'runs/a b' --shard \"${SLURM_ARRAY_TASK_ID}/12\"" in script
+    assert "/tmp" not in script  # a folder that another user of the node could make first
+    assert "NUMBA_CACHE_DIR" not in script
     with pytest.raises(InputError, match="at least 1"):
         job_script("plan.toml", "run", 0)
 
