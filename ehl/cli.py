@@ -17,7 +17,7 @@ def solve(
     plot: Annotated[Path | None, typer.Option(help="Write a figure of the solution (PNG, SVG, PDF).")] = None,
     report: Annotated[Path | None, typer.Option(help="Write one HTML page with results, notes and figure.")] = None,
     uncertainty: Annotated[
-        bool, typer.Option("--uncertainty", help="What uncertain inputs leave open of mu: some twenty solutions.")
+        bool, typer.Option("--uncertainty", help="Uncertainty of mu from the inputs: some twenty solutions.")
     ] = False,
 ) -> None:
     """Solve one lubricated contact.

@@ -225,7 +225,7 @@ def demo(
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the results.")] = Path("mixed-ehl-demo"),
     jobs: JobsOption = None,
 ) -> None:
-    """The main job, small and real: sweep, fit, gear, compare, one HTML report."""
+    """Run a complete example: sweep, fit, gear, compare, one HTML report."""
     kept = f"solved contacts are kept in {output}, the same command goes on from there"
     with working("demonstration", kept):
         result = efficiency.demo(output, jobs)

@@ -39,7 +39,7 @@ from regression.friction.published_registry import PUBLISHED, model_label
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-SHAFTS = "shafts, bearings and the body beyond its held surfaces"
+SHAFTS = "shafts, bearings and gear-body deformation outside the tooth model"
 SKIPPED = (SHAFTS, "churning, windage and bearing losses")
 FRICTIONLESS = "friction in the torque balance"
 AS_WARM_AS_THE_OIL = "heat balance of the teeth: they are as warm as the oil (state [cooling], or --bulk-temperature)"

@@ -1,4 +1,4 @@
-"""What uncertain inputs leave open of an efficiency: oil, roughness, boundary film and friction, bulk, formula.
+"""Uncertainty of an efficiency from its inputs: oil, roughness, boundary film and friction, bulk, formula.
 
 Each input is one number for the whole flank, moved to both ends of its interval by itself; the loss is summed anew with
 the friction there. Load and sliding stay as they are. What the solver leaves open (mesh, number of contacts) is the

@@ -46,8 +46,7 @@ def comparison_sections(comparison: Comparison, medium: Medium) -> list[Section]
     fitted = f"The constant fitted to {model_label(comparison.reference)} has its loss at this operating point. "
     shared = (
         f"{fitted if comparison.reference else ''}Geometry and load are shared; the closed forms take one constant "
-        "friction coefficient for the whole pair. A model that knows no uncertain input has no interval: its error "
-        "is not small, it is not known."
+        "friction coefficient for the whole pair. No uncertainty is available for a model without uncertain inputs."
     )
     along = (
         (plot_friction_along_mesh, "Weighted with the sliding power, of all pairs in mesh."),

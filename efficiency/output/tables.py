@@ -134,7 +134,7 @@ def efficiency_table(result: EfficiencyResult) -> Table:
 
 
 def inputs_note(inputs: InputUncertainty) -> str:
-    """What the inputs leave open of the efficiency, in one line; the error of the solution is not in it."""
+    """Uncertainty of the efficiency from the inputs, in one line, without the numerical error."""
     if not inputs.low < inputs.high:
         return f"inputs   {'; '.join(inputs.notes) or 'no input of this friction model is uncertain'}"
     return "; ".join((f"inputs   {inputs.headline()}, {100.0 * inputs.level:.0f} % interval", *inputs.notes))

@@ -117,7 +117,7 @@ def _greatest_shear() -> FloatArray:
 
 
 def shakedown_pressure(stress: float, friction: ArrayLike = 0.0) -> FloatArray:
-    """Hertz pressure above which a line contact flows at every pass [Pa].
+    """Shakedown limit of a line contact: Hertz pressure above which cyclic plasticity sets in [Pa].
 
     `stress` is the yield stress in tension [Pa]; a friction coefficient beyond 0.5 counts as 0.5.
     """

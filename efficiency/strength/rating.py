@@ -171,7 +171,7 @@ def _flank_grades(flank: float, endurance: float, first: float, shakes: float, w
     value = f"{flank / 1e9:.3g} GPa"
     remedy = "less torque, a larger pattern (less crowning), larger teeth"
     if flank > shakes:
-        text = f"flank pressure {value} above shakedown, {shakes / 1e9:.3g} GPa: the material flows at every pass"
+        text = f"flank pressure {value} above shakedown, {shakes / 1e9:.3g} GPa: cyclic plasticity"
         found.append(Grade("shakedown", "warning", f"{text}; {where}; {remedy}"))
     elif flank > first:
         text = f"flank pressure {value} above first yield below the surface, {first / 1e9:.3g} GPa"
@@ -195,9 +195,9 @@ def _edge_grades(edges: EdgeLoad, first: float, shakes: float) -> list[Grade]:
     text = f"edges carry {100.0 * edges.share:.2g} % of the load ({names}): {'; '.join(remedies)}"
     pressure = f"{edges.pressure / 1e9:.3g} GPa"
     if edges.pressure > shakes:
-        text += f"; {pressure} at the {edges.edge} is above shakedown, {shakes / 1e9:.3g} GPa: it flows at every pass"
+        text += f"; {pressure} at the {edges.edge} is above shakedown, {shakes / 1e9:.3g} GPa: cyclic plasticity"
     elif edges.pressure > first:
-        text += f"; {pressure} at the {edges.edge} is above first yield, {first / 1e9:.3g} GPa: it wears in"
+        text += f"; {pressure} at the {edges.edge} is above first yield, {first / 1e9:.3g} GPa: local yielding"
     severe = edges.share >= EDGE_WARNING or edges.pressure > shakes
     return [Grade("edges", "warning" if severe else "note", text)]
 

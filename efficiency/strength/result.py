@@ -74,7 +74,7 @@ class Strength(TableResult):
     contact_endurance : float
         Of the weaker member [Pa].
     pressure_yield, pressure_shakedown : float
-        Pressure at first yield below the surface, and above which the material flows at every pass [Pa].
+        Pressure at first yield below the surface, and the shakedown limit, above which cyclic plasticity sets in [Pa].
     pressure_edge, edge_load_share : float
         Greatest elastic pressure at an edge [Pa], share of the torque there [-].
     safety_contact : float

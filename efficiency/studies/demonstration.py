@@ -1,4 +1,4 @@
-"""The main job, small and real: sweep -> fit -> gear -> compare -> one HTML report."""
+"""A complete example: sweep -> fit -> gear -> compare -> one HTML report."""
 
 from __future__ import annotations
 

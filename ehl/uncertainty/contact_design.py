@@ -1,4 +1,4 @@
-"""What uncertain inputs leave open of the friction of one contact, by solving it with each input at both its ends."""
+"""Uncertainty of the friction of one contact from its inputs, by solutions at both ends of each input."""
 
 from __future__ import annotations
 
