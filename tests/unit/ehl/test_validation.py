@@ -53,5 +53,5 @@ def test_limits_are_those_of_the_design_file() -> None:
     assert {name: limit.unit for name, limit in OPERATION_LIMITS.items()} == {
         "torque": "N*m",
         "speed": "rad/s",
-        "temperature_oil": "K",
+        "temperature": "K",
     }

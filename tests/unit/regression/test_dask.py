@@ -143,5 +143,5 @@ def test_bad_addresses(address: str, words: str, monkeypatch: pytest.MonkeyPatch
 
 def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with refuses("dask"):
+    with refuses("dask"), dask_executor("local:1"):
         pass
