@@ -309,8 +309,12 @@ class GearPair:
         ----------
         file : Path, str or sequence of DutyRow
             CSV or XLSX file with the columns torque, speed, temperature and hours, each with its unit.
-        friction, grid, progress
-            As in `over`.
+        friction : FrictionModel or str
+            Friction model or its name.
+        grid : (int, int), optional
+            Mesh positions and points per contact line.
+        progress : callable, optional
+            Called with a `Progress` after each point.
         **conditions : float or str
             What differs from the design at all points, as in `LoadedMesh.efficiency`.
         """
@@ -340,12 +344,18 @@ class GearPair:
             below zero are coast: the coast flanks carry them and the gear drives.
         speed : float, str or sequence
             Of the pinion, likewise.
+        friction : FrictionModel or str
+            Friction model or its name.
+        temperature : float or str, optional
+            Of the oil; that of the design if not given.
         axle : mapping, Path, str or AxleLosses, optional
             Losses other than those of the mesh: ``{"drag": "2 N m", "load_share": 0.005}`` (constant torque and share
             of the pinion torque) or a table file with the columns torque, speed, torque_loss; none if not given.
-        friction, grid, progress
-            As in `over`.
-        temperature, **conditions : float or str
+        grid : (int, int), optional
+            Mesh positions and points per contact line.
+        progress : callable, optional
+            Called with a `Progress` after each point.
+        **conditions : float or str
             What differs from the design at all points, as in `LoadedMesh.efficiency`.
 
         Raises
@@ -378,11 +388,21 @@ class GearPair:
         ----------
         application : {"single", "tandem"}
             Output torques up to 4000 N m, or up to 2000 N m.
+        friction : FrictionModel or str
+            Friction model or its name.
+        temperature : float or str, optional
+            Of the oil; that of the design if not given.
         torque_max : float or str, optional
             Greatest output torque of the axle [N m]; test points above are left out.
         revolutions_per_mile : float
             Of the smallest tyre, 100 to 2000.
-        friction, temperature, axle, grid, progress, **conditions
+        axle : mapping, Path, str or AxleLosses, optional
+            As in `loss_map`.
+        grid : (int, int), optional
+            Mesh positions and points per contact line.
+        progress : callable, optional
+            Called with a `Progress` after each point.
+        **conditions : float or str
             As in `loss_map`.
 
         Raises

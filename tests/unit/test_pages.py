@@ -97,8 +97,6 @@ ONLY_READ = {
     "mixed-ehl study": "minutes; test_study runs smaller ones",
     "mixed-ehl fit RUN": "RUN, PATHS, NOISE: folders of hundreds of contacts of the reader",
     "mixed-ehl mu formula.json --hull RUN": "RUN, as above",
-    "mixed-ehl calibrate boundary_film_conditions.csv": "rough contacts, minutes",
-    "mixed-ehl calibrate made.csv": "rough contacts, minutes",
     "mixed-ehl calibrate synthetic_traction.csv": "the tutorial runs it",
     "mixed-ehl calibrate docs/examples/synthetic_traction.csv": "the tutorial runs it",
     "mixed-ehl compare fm_spiral_bevel_14x39 --friction formula.json": "solves every contact point, a minute",
