@@ -4,11 +4,13 @@ A summary is text, one entry a line: the label, a separator (comma, semicolon, t
 are those of `LABELS` in any case; ``#`` starts a comment. Three labels steer the rest: ``units`` (``inch`` or ``mm``;
 angles are degrees), ``member`` (``pinion`` or ``gear``) and ``flank`` (``concave``, ``convex``, ``outside blade``,
 ``inside blade`` or ``both``); until they are given again they hold for all lines that follow. A value may carry its
-own unit ("4.108 in"), degrees may be given with minutes ("67d11m"). Numbers are taken over as written, with their unit.
+own unit ("4.108 in"), or the label has it in brackets ("radial [mm]"); degrees may be given with minutes ("67d11m").
+Numbers are taken over as written, with their unit; a decimal comma is read where no comma separates label and value.
 
 Conventions of a sheet that are turned into those of the design file:
 
 - cradle angle: unsigned or 0..360 deg on a sheet; negative for a left-hand member here
+- a ratio of roll or a motion of 0 of a Formate member, whose cradle stands still, is left out with a note
 - blank offset ``down`` is positive, ``up`` negative; sliding base ``with`` (drawn) positive, ``advance`` negative
 - cutter diameter, point diameter and blade radius become radii and curvature; horizontal and vertical setting of a
   Formate member become radial setting and cradle angle; test rolls and the crown gear's teeth over 75 the roll ratio
@@ -21,7 +23,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -56,6 +58,7 @@ _TURNED = {
     "work test roll": ("machine", "WORK_ROLL", "deg"),
     "nc/75": ("machine", "CROWN_TEETH", ""),
 }
+_TURNED_KEYS = {key for _, key, _ in _TURNED.values()}
 # labels of a sheet other than the key of the design file with spaces; the first one of a key is written
 _OTHER_LABELS = {
     "cutter type": "type",
@@ -141,10 +144,13 @@ class Summary:
         Nested tables ``pinion`` and ``gear`` with ``blank``, ``cutter``, ``machine``, ``concave``, ``convex``.
     unread : tuple of str
         Lines whose label is not known, as written.
+    left_out : tuple of str
+        Zeros of settings that the machine of a member does not have.
     """
 
     tables: dict[str, Any]
     unread: tuple[str, ...]
+    left_out: tuple[str, ...] = ()
 
     def toml(self) -> str:
         """The tables as text of a design file; lines that were not read stand at the end as comments."""
@@ -154,43 +160,100 @@ class Summary:
         return "\n".join(lines).strip() + "\n"
 
 
-def read_summary(path: str | Path) -> Summary:
-    """Read a machine summary file."""
-    return parse_summary(read_text(path, "summary", "a readable UTF-8 text file"))
+def read_summary(path: str | Path, hands: Mapping[str, str] | None = None) -> Summary:
+    """Read a machine summary file; text in any encoding.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    hands : mapping, optional
+        Hand of ``pinion`` and ``gear`` where the sheet states none.
+
+    Raises
+    ------
+    InputError
+        All lines that cannot be used, together.
+    """
+    return parse_summary(read_text(path, "summary", "a readable text file", any_encoding=True), hands)
 
 
-def parse_summary(text: str) -> Summary:
+def parse_summary(text: str, hands: Mapping[str, str] | None = None) -> Summary:
     """Read a machine summary from text; as `read_summary`."""
     length, member, flank = "", "", ""
     found: dict[tuple[str, str, str, str], Any] = {}
-    unread = []
+    unread: list[str] = []
+    problems: list[InputError] = []
     for number, line in enumerate(text.splitlines(), 1):
-        bare = line.partition("#")[0].strip()
-        if not bare:
+        label, brackets, value = _entry(line)
+        if not label:
             continue
-        entry = re.fullmatch(r"([^,;\t=:]+)[,;\t=:](.*)", bare)
-        label, value = (entry[1], entry[2].strip()) if entry else (bare, "")
-        label, where = " ".join(label.lower().split()), f"line {number}"
-        if label == "units":
-            length = _chosen(_UNITS, value, where)
-        elif label == "member":
-            member = _chosen({"pinion": "pinion", "gear": "gear"}, value, where)
-            flank = ""
-        elif label == "flank":
-            flank = _chosen(_FLANKS, value, where)
-        elif label in LABELS:
-            if not member:
-                raise InputError(where, label, "a line 'member, pinion' or 'member, gear' before the first value")
-            table, key, unit = LABELS[label]
-            found[member, flank, table, key] = _value(value, key, unit, length, f"{where} ({label})")
-        else:
-            unread.append(line.strip())
+        where = f"line {number}"
+        try:
+            if label == "units":
+                length = _chosen(_UNITS, value, where)
+            elif label == "member":
+                member = _chosen({"pinion": "pinion", "gear": "gear"}, value, where)
+                flank = ""
+            elif label == "flank":
+                flank = _chosen(_FLANKS, value, where)
+            elif label in LABELS:
+                if not member:
+                    raise InputError(where, label, "a line 'member, pinion' or 'member, gear' before the first value")
+                table, key, unit = LABELS[label]
+                of_label = length if brackets is None else _unit_of_label(brackets, unit, where)
+                found[member, flank, table, key] = _value(value, key, unit, of_label, f"{where} ({label})")
+            else:
+                unread.append(line.strip())
+        except InputError as problem:
+            problems.append(problem)
     tables: dict[str, Any] = {}
+    left_out: list[str] = []
     for name in ("pinion", "gear"):
         own = {key[1:]: value for key, value in found.items() if key[0] == name}
         if own:
-            tables[name] = _member(own, name)
-    return Summary(tables, tuple(unread))
+            left_out += _without_rest(own, name)
+            try:
+                tables[name] = _member(own, name, (hands or {}).get(name))
+            except InputError as problem:
+                problems.append(problem)
+    if problems:
+        raise InputError.of(problems)
+    return Summary(tables, tuple(unread), tuple(left_out))
+
+
+def _entry(line: str) -> tuple[str, str | None, str]:
+    """Label in lower case, unit in brackets behind it, and value of a line; all empty where it has no content."""
+    bare = line.partition("#")[0].strip().rstrip(",;\t ")
+    entry = re.fullmatch(r"([^,;\t=:]+)([,;\t=:])(.*)", bare)
+    label, separator, value = (entry[1], entry[2], entry[3].strip()) if entry else (bare, "", "")
+    if separator != ",":
+        value = re.sub(r"(?<![\d.,])(\d+),(\d+)(?![\d.,])", r"\1.\2", value)
+    named = re.fullmatch(r"(.*?)\s*[\[(]([^\])]*)[\])]", " ".join(label.strip('"').lower().split()))
+    return (named[1], named[2].strip(), value.strip('"')) if named else (" ".join(label.lower().split()), None, value)
+
+
+def _unit_of_label(brackets: str, unit: str, where: str) -> str:
+    """Unit that a label has in brackets, checked; that of a motion is a length per radian."""
+    if unit not in ("mm", "deg"):
+        return ""
+    own = _UNITS.get(brackets, brackets.removesuffix("/rad"))
+    parse_quantity(f"1 {own}", {"mm": "m", "deg": "rad"}[unit], field=where)
+    return own
+
+
+def _without_rest(own: dict[tuple[str, str, str], Any], name: str) -> list[str]:
+    """Take out zeros of what a machine does not do, as sheets print them for a Formate member; a note for each."""
+    left_out: dict[str, None] = {}
+    for flank, table, key in list(own):
+        process = own.get((flank, "machine", "process"), own.get(("", "machine", "process")))
+        if table == "machine" and process in MACHINE_INPUTS and key not in _TURNED_KEYS:
+            value = own[flank, table, key]
+            number = value[0] if isinstance(value, tuple) else value
+            if key not in MACHINE_INPUTS[process].model_fields and number == 0.0:
+                del own[flank, table, key]
+                left_out[f"{name}: {key} is 0, as of a {GENERATIONS[process].label} member"] = None
+    return list(left_out)
 
 
 def _chosen(words: dict[str, str], value: str, where: str) -> str:
@@ -230,9 +293,11 @@ def _value(text: str, key: str, unit: str, length: str, where: str) -> Any:
         return int(number)
     if unit == "":
         return number
+    if unit == "deg" and length in _UNITS.values():
+        length = ""  # of the sheet's lengths
     if unit == "mm" and not own and not length:
         raise InputError(where, text, "a value with its unit, or a line 'units, inch' or 'units, mm' before")
-    return number, own or ("deg" if unit == "deg" else length)
+    return number, own or length or "deg"
 
 
 class _Part:
@@ -253,8 +318,8 @@ class _Part:
             self.values[name] = (factor * number, unit)
 
 
-def _member(own: dict[tuple[str, str, str], Any], name: str) -> dict[str, Any]:
-    hand = own.get(("", "blank", "hand"))
+def _member(own: dict[tuple[str, str, str], Any], name: str, hand: str | None) -> dict[str, Any]:
+    hand = own.get(("", "blank", "hand"), hand)
     tables: dict[str, Any] = {}
     teeth = own.get(("", "blank", "teeth"))
     for flank in ("", "concave", "convex"):

@@ -49,19 +49,22 @@ def design_from_sheet(sheet: Path, like: str | None = None) -> tuple[str, list[s
     >>> text.splitlines()[0]
     'name = "setting_sheet"'
     """
-    summary = read_summary(sheet)
+    content: dict[str, Any] = {}
+    hands: dict[str, str] = {}
+    if like is not None:
+        hands = {name: getattr(load_design(like), name).blank.hand for name in ("pinion", "gear")}
+        path = Path(like)
+        shipped = not path.suffix and not os.path.exists(path)
+        content = read_toml(data_path("designs", f"{like}.toml") if shipped else path)
+    summary = read_summary(sheet, hands)
     if not any(summary.tables.values()):
         allowed = "a machine summary: a label and its value a line, such as 'radial setting, 98.1'"
         hint = "No line of it is one; `mixed-ehl export DESIGN -o FOLDER --what summary` writes one, setting_sheet.csv."
         raise InputError("summary", str(sheet), allowed, hint)
-    notes = [f"not read: {line}" for line in summary.unread]
+    notes = [f"not read: {line}" for line in summary.unread] + [f"left out: {line}" for line in summary.left_out]
     if like is None:
         notes.append("name, assembly and operation are missing; --like DESIGN takes them from another design")
         return summary.toml(), notes
-    load_design(like)
-    path = Path(like)
-    shipped = not path.suffix and not os.path.exists(path)
-    content = read_toml(data_path("designs", f"{like}.toml") if shipped else path)
     content |= {"name": sheet.stem, "source": f"machine summary {sheet.name}; the rest as {content['name']}"}
     for member, tables in summary.tables.items():
         kept = {key: value for key, value in content[member].items() if key not in _OF_SHEET}
@@ -71,5 +74,7 @@ def design_from_sheet(sheet: Path, like: str | None = None) -> tuple[str, list[s
 
 
 def _complete(tables: dict[str, Any], base: dict[str, Any]) -> dict[str, Any]:
-    """Tables of a member, its blank from the base where the sheet has none."""
-    return tables if "blank" in tables else {"blank": base["blank"]} | tables
+    """Tables of a member, its blank or the hand of it from the base where the sheet has none."""
+    if "blank" not in tables:
+        return {"blank": base["blank"]} | tables
+    return tables | {"blank": {"hand": base["blank"]["hand"]} | tables["blank"]}

@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import json
+import logging
 import os
 import platform
 import re
@@ -208,10 +209,15 @@ def run(command: Callable[[], object]) -> None:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a terminal without Greek letters shows question marks
             stream.reconfigure(errors="replace")
+    notes, log = logging.StreamHandler(), logging.getLogger("mixed_ehl")
+    notes.setFormatter(logging.Formatter("note     %(message)s"))
+    log.addHandler(notes)
+    log.setLevel(logging.INFO)
     try:
         try:
             command()
         finally:
+            log.removeHandler(notes)
             _flush()
     except MixedEhlError as error:
         print(f"mixed-ehl: {error}", file=sys.stderr)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
@@ -31,11 +31,21 @@ _INTERACTIVE: ContextVar[bool] = ContextVar("interactive", default=False)
 
 
 @contextmanager
+def own_style() -> Iterator[None]:
+    """The defaults of matplotlib, whatever a matplotlibrc of the user sets (LaTeX, fonts, sizes)."""
+    from matplotlib import style
+
+    with style.context("default"):
+        yield
+
+
+@contextmanager
 def interactive() -> Iterator[None]:
     """New figures belong to pyplot: a notebook shows them, and `pyplot.show` opens them."""
     before = _INTERACTIVE.set(True)
     try:
-        yield
+        with own_style():
+            yield
     finally:
         _INTERACTIVE.reset(before)
 
@@ -43,9 +53,10 @@ def interactive() -> Iterator[None]:
 def new_figure(width: float = 7.0, height: float = 4.2, *, layout: Layout = "constrained", dpi: int = 100) -> Figure:
     """An empty figure of that size [inch]."""
     if _INTERACTIVE.get():
-        from matplotlib import pyplot
+        with suppress(ImportError):  # a backend of the user's matplotlibrc that has no display
+            from matplotlib import pyplot
 
-        return pyplot.figure(figsize=(width, height), layout=layout, dpi=dpi)
+            return pyplot.figure(figsize=(width, height), layout=layout, dpi=dpi)
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout=layout, dpi=dpi)
@@ -119,5 +130,5 @@ def save_figure(drawn: Figure | Axes, path: Path) -> None:
         raise InputError("plot", str(path), "a file name ending in .png, .svg or .pdf")
     figure = figure_of(drawn)
     printable(figure)
-    with replacing(path, "plot") as draft, quiet_about_names():
+    with replacing(path, "plot") as draft, quiet_about_names(), own_style():
         figure.savefig(draft, dpi=150, format=path.suffix[1:].lower())

@@ -25,6 +25,7 @@ from ehl.common.errors import InputError
 PAGE = (".html", ".htm")
 FIGURE = (".png", ".svg", ".pdf")
 MAX_BYTES = 100_000_000  # of a file of text; 10^6 rows of a table have about that many
+_CONTROL = re.compile(r"[\x00-\x08\x0e-\x19\x1b-\x1f]")  # what no text has; \x1a ends one of old programs
 MAX_DEPTH = 50  # of tables and lists within each other; the deepest file there is has 7
 
 
@@ -67,12 +68,38 @@ def read_bytes(path: str | Path, field: str, allowed: str, max_bytes: int = MAX_
         raise InputError(field, name, allowed, f"It could not be read: {error}.") from None
 
 
-def read_text(path: str | Path, field: str, allowed: str) -> str:
-    """As `read_bytes`, of a text in UTF-8; `InputError` where it is something else."""
+def read_text(path: str | Path, field: str, allowed: str, *, any_encoding: bool = False) -> str:
+    """As `read_bytes`, of a text in UTF-8; `InputError` where it is something else.
+
+    With `any_encoding`, for files of spreadsheets and instruments, also UTF-16 and, where nothing else fits, cp1252.
+    """
+    content = read_bytes(path, field, allowed)
     try:
-        return read_bytes(path, field, allowed).decode("utf-8-sig")
+        return _decoded(content) if any_encoding else content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(field, str(path), allowed, f"It could not be read: no text in UTF-8 ({error}).") from None
+    except _NoText:
+        raise InputError(field, str(path), allowed, "It could not be read: it is no text.") from None
+
+
+class _NoText(Exception):
+    """Control characters: the file is of another kind."""
+
+
+def _decoded(content: bytes) -> str:
+    """Text whose encoding is found by its content: byte order mark, zero bytes, validity as UTF-8."""
+    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        text = content.decode("utf-16")
+    elif content[:200].count(0) > 0.3 * len(content[:200]):  # digits and separators in UTF-16 without a mark
+        text = content.decode("utf-16-le" if content[1:2] == b"\0" else "utf-16-be")
+    else:
+        try:
+            text = content.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = content.decode("cp1252", errors="replace")
+    if _CONTROL.search(text):
+        raise _NoText
+    return text
 
 
 def parse_toml(text: str, field: str, name: str, allowed: str = "valid TOML") -> dict[str, Any]:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ehl.common.errors import InputError
-from ehl.common.figures import figure_of, interactive, printable, quiet_about_names, save_figure
+from ehl.common.figures import figure_of, interactive, own_style, printable, quiet_about_names, save_figure
 from ehl.common.files import FIGURE, PAGE, make_folder, write_file
 from ehl.common.notes import notes_table
 from ehl.common.quantities import typeset_units
@@ -203,11 +203,12 @@ class Reportable:
             An unknown name; the message lists all names.
         """
         if name is None:
-            return figure_of(self._plot(None, **options))
+            with own_style():
+                return figure_of(self._plot(None, **options))
         named = {picture.name: picture for picture in pictures_of(self.sections("page", **options))}
         if name not in named:
             raise InputError("figure", name, "one of " + ", ".join(named) if named else "a result with figures")
-        return figure_of(named[name].draw())
+        return named[name].figure()
 
 
 class TableResult(Reportable):
@@ -299,7 +300,7 @@ def write_page(path: Path, sections: Sequence[Section]) -> Path:
         lstrip_blocks=True,
     )
     environment.filters["typeset"] = typeset_units
-    environment.filters["svg"] = lambda picture: figure_svg(figure_of(picture.draw()))
+    environment.filters["svg"] = lambda picture: figure_svg(picture.figure())
     head = head_of(sections)
     footer = f"mixed-ehl {__version__}, Python {platform.python_version()}. {head.footer}".strip()
     page = environment.get_template("report.html").render(head=head, sections=sections, footer=footer)
@@ -313,7 +314,7 @@ def figure_svg(figure: Figure) -> str:
 
     printable(figure)
     buffer = io.StringIO()
-    with quiet_about_names(), mpl.rc_context({"svg.fonttype": "none", "font.family": "sans-serif"}):
+    with quiet_about_names(), own_style(), mpl.rc_context({"svg.fonttype": "none", "font.family": "sans-serif"}):
         figure.savefig(buffer, format="svg", transparent=True, bbox_inches="tight", pad_inches=0.05)
     text = buffer.getvalue()
     text = _ASIDE.sub("", text[text.index("<svg") :])
@@ -335,7 +336,7 @@ def write_figures(folder: Path, sections: Sequence[Section]) -> None:
         raise InputError("plot", str(folder), "a result with figures")
     make_folder(folder, "plot")
     for picture in pictures:
-        save_figure(picture.draw(), folder / f"{picture.name}.png")
+        save_figure(picture.figure(), folder / f"{picture.name}.png")
 
 
 def write_csv(folder: Path, tables: Sequence[Table]) -> list[Path]:

@@ -7,7 +7,10 @@ suspects one by one, each alone in a fresh worker.
 
 from __future__ import annotations
 
+import logging
+import math
 import os
+import secrets
 import signal
 import threading
 import time
@@ -16,6 +19,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Se
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 from ehl.common.errors import InputError, MixedEhlError
@@ -47,17 +51,51 @@ class AllWorkersCrashed(MixedEhlError):
 
 
 def granted_workers() -> int:
-    """Processors that affinity, cgroup quota, scheduler (Slurm) and OMP_THREAD_LIMIT grant together; 1 in a worker."""
-    if _in_worker_process:
+    """Processors that affinity, cgroup quotas, scheduler (Slurm) and OMP_THREAD_LIMIT grant together.
+
+    1 in a worker, and where the machine has no semaphores, which worker processes need.
+    """
+    if _in_worker_process or _no_semaphores():
         return 1
     from joblib.externals.loky import cpu_count
 
-    granted = [int(cpu_count())]
-    for name in ("SLURM_CPUS_PER_TASK", "OMP_THREAD_LIMIT"):
+    # loky sees the quota of the outermost group alone
+    granted = [int(cpu_count()), *_quotas(Path("/proc/self/cgroup"), Path("/sys/fs/cgroup"))]
+    for name in ("SLURM_CPUS_PER_TASK", "SLURM_CPUS_ON_NODE", "OMP_THREAD_LIMIT"):
         value = os.environ.get(name, "")
         if value.isdigit() and int(value) > 0:
             granted.append(int(value))
     return min(granted)
+
+
+def _quotas(groups: Path, root: Path) -> Iterator[int]:
+    """Processors of the quotas (cgroup v2) of this process' group and those it lies in, rounded up."""
+    try:
+        own = next(line[3:] for line in groups.read_text().splitlines() if line.startswith("0::"))
+    except (OSError, StopIteration):
+        return
+    place = root / own.strip("/")
+    for folder in (place, *place.parents):
+        try:
+            quota, period = (folder / "cpu.max").read_text().split()
+        except (OSError, ValueError):
+            continue
+        if quota != "max":
+            yield max(1, math.ceil(int(quota) / int(period)))
+
+
+@cache
+def _no_semaphores() -> bool:
+    """Whether no named semaphore can be made (no /dev/shm, or forbidden): joblib then has no processes."""
+    try:
+        from _multiprocessing import SemLock
+
+        SemLock(0, 0, 1, name=f"/mixed-ehl-{os.getpid()}-{secrets.token_hex(4)}", unlink=True)
+    except (ImportError, OSError, ValueError) as error:
+        warnings.filterwarnings("ignore", ".*joblib will operate in serial mode")
+        logging.getLogger("mixed_ehl").warning("one process: no semaphores here (%s), see docs/sweep.md", error)
+        return True
+    return False
 
 
 def checked_jobs(jobs: int | None) -> int:
@@ -68,7 +106,7 @@ def checked_jobs(jobs: int | None) -> int:
     InputError
         Below 1, or so many that they would fill the memory and only wait for each other.
     """
-    granted = granted_workers()
+    granted = 1 if jobs == 1 else granted_workers()
     most = max(MIN_MOST_JOBS, 4 * granted)
     if jobs is not None and not 1 <= jobs <= most:
         hint = f"This process may use {granted}."

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
+from ehl.common.figures import figure_of, own_style
 from ehl.common.notes import Note
 from ehl.common.table import Table
 
@@ -60,6 +61,11 @@ class Picture:
     caption: str
     name: str = ""
     kind = "picture"
+
+    def figure(self) -> Figure:
+        """The figure, drawn now."""
+        with own_style():
+            return figure_of(self.draw())
 
 
 @dataclass(frozen=True)

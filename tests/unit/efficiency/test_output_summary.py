@@ -11,12 +11,13 @@ import pytest
 from pydantic import BaseModel
 
 from efficiency.contact.grid_flank import grid_flank, read_point_grid
-from efficiency.cutting.summary import read_summary
+from efficiency.cutting.summary import parse_summary, read_summary
 from efficiency.design.design import load_design
 from efficiency.output.design_import import design_from_sheet
 from efficiency.output.files import export_grids
 from efficiency.output.machine_summary import sheet_text, write_sheet
 from ehl.common.data import data_names
+from ehl.common.errors import InputError
 
 PAIR = "fm_spiral_bevel_14x39"
 Cli = Callable[..., Any]
@@ -72,6 +73,40 @@ def test_import_on_the_command_line(mixed_ehl: Cli, tmp_path: Path) -> None:
     alone = mixed_ehl("import", sheet, "-o", tmp_path / "tables.toml")
     assert alone.code == 0
     assert "operation are missing" in alone.out
+
+
+def test_a_sheet_as_papers_print_it(mixed_ehl: Cli, tmp_path: Path) -> None:
+    """Zeros of a Formate gear, labels with units, decimal commas, cp1252; the hands are those of the other design."""
+    base, sheet, output = load_design("fm_hypoid_13x42"), tmp_path / "sheet.csv", tmp_path / "again.toml"
+    text = sheet_text(base, "metric")
+    lines = ["Setting sheet, 20 \u00b0C"]
+    for line in text.splitlines():
+        label, _, value = (part.strip() for part in line.partition(","))
+        if label == "cradle angle":
+            value = str(abs(float(value)))
+        label = {"radial setting": "Radial distance [mm]", "cradle angle": "Cradle angle (\u00b0)"}.get(label, label)
+        if label != "hand":
+            lines.append(f"{label};{value.replace('.', ',')};;" if label != "name" else line)
+    for after in [k for k, line in enumerate(lines) if line.startswith("process;formate")][::-1]:
+        lines[after + 1 : after + 1] = ["ratio of roll;0", "helical motion (mm/rad);0", "modified roll 2c;0"]
+    sheet.write_bytes("\r\n".join(lines).encode("cp1252"))
+    outcome = mixed_ehl("import", sheet, "-o", output, "--like", "fm_hypoid_13x42")
+    assert outcome.code == 0, outcome.err
+    assert "roll_ratio" in outcome.out
+    again = load_design(output)
+    for member in ("pinion", "gear"):
+        for flank in ("concave", "convex"):
+            first, second = (getattr(getattr(d, member), flank).machine for d in (base, again))
+            assert second.radial_setting == pytest.approx(first.radial_setting, rel=1e-9)
+            assert second.cradle_angle == pytest.approx(first.cradle_angle, rel=1e-9)
+    sheet.write_text("\n".join(line.replace("ratio of roll;0", "ratio of roll;3") for line in lines), encoding="utf-8")
+    assert mixed_ehl("import", sheet, "-o", output, "--like", "fm_hypoid_13x42").code == 2
+
+
+def test_all_lines_that_cannot_be_used_are_reported_together() -> None:
+    with pytest.raises(InputError) as caught:
+        parse_summary("member, gear\nteeth, 41.5\nradial [deg], 90\nhand, middle")
+    assert [problem.field for problem in caught.value.problems] == ["line 2 (teeth)", "line 3", "line 4 (hand)"]
 
 
 def test_lines_not_known_are_told(mixed_ehl: Cli, tmp_path: Path) -> None:

@@ -1,0 +1,75 @@
+"""Containers, clusters and settings of other programs: what the machine grants, and what it lacks."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import pytest
+from small_plans import sweep_plan
+
+from ehl import Oil
+from ehl.common.figures import new_figure
+from ehl.common.files import toml_text
+from ehl.common.runner import _quotas, granted_workers
+from ehl.common.sections import Picture
+
+Cli = Callable[..., Any]
+TESTS = Path(__file__).parents[1]
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+def test_a_machine_without_semaphores_and_locks_computes_in_one_process(tmp_path: Path) -> None:
+    library, plan = tmp_path / "none.so", tmp_path / "plan.toml"
+    subprocess.run(["cc", "-shared", "-fPIC", "-o", library, TESTS / "no_semaphores.c"], check=True)
+    plan.write_text(toml_text(sweep_plan("serial", roughness="load_sharing")), encoding="utf-8")
+    ended = subprocess.run(
+        [
+            sys.executable,
+            "-c",
+            "from efficiency.cli import main; main()",
+            "sweep",
+            plan,
+            "-o",
+            tmp_path / "run",
+            "--jobs",
+            "2",
+        ],
+        env=os.environ | {"LD_PRELOAD": str(library)},
+        capture_output=True,
+        text=True,
+    )
+    assert ended.returncode == 0, ended.stderr
+    assert "semaphores" in ended.stderr
+    assert "16 converged" in ended.stdout
+
+
+def test_quotas_of_all_groups_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    own = tmp_path / "slurm" / "job"
+    own.mkdir(parents=True)
+    (tmp_path / "cpu.max").write_text("max 100000\n")
+    (tmp_path / "slurm" / "cpu.max").write_text("150000 100000\n")
+    (own / "cpu.max").write_text("50000 100000\n")
+    groups = tmp_path / "cgroup"
+    groups.write_text("1:cpu:/\n0::/slurm/job\n")
+    assert list(_quotas(groups, tmp_path)) == [1, 2]
+    assert list(_quotas(tmp_path / "none", tmp_path)) == []
+    monkeypatch.setattr("joblib.externals.loky.cpu_count", lambda: 64)
+    monkeypatch.setattr("ehl.common.runner._quotas", lambda *places: iter([8]))
+    monkeypatch.setenv("SLURM_CPUS_ON_NODE", "3")
+    assert granted_workers() == 3
+
+
+def test_figures_do_not_depend_on_a_matplotlibrc(mixed_ehl: Cli, tmp_path: Path) -> None:
+    for name, settings in (("own", {}), ("foreign", {"text.usetex": True, "font.size": 30.0, "axes.grid": True})):
+        with mpl.rc_context(settings):
+            assert mixed_ehl("oil", "75w90", "--plot", tmp_path / f"{name}.png").code == 0
+            assert Picture(lambda: new_figure(3.0 + 0.1 * mpl.rcParams["font.size"]), "").figure().get_figwidth() == 4.0
+            assert Oil.load("75w90").plot().title.get_usetex() is False
+    assert (tmp_path / "own.png").read_bytes() == (tmp_path / "foreign.png").read_bytes()
