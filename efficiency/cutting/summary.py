@@ -389,8 +389,11 @@ def _machine(part: _Part, hand: str | None, teeth: int | None, name: str) -> Non
         if teeth is None:
             raise InputError(f"{name}: nc/75", crown, "a line 'teeth, ...' of the member as well")
         values["roll_ratio"] = round(75.0 * crown / teeth, 10)
-    if "cradle_angle" in values and values["cradle_angle"][1] == "deg":
-        angle = math.remainder(values["cradle_angle"][0], 360.0)
+    if "cradle_angle" in values:
+        number, unit = values["cradle_angle"]
+        if unit != "deg":
+            number = math.degrees(parse_quantity(f"{number!r} {unit}", "rad", field=f"{name}: cradle angle"))
+        angle = math.remainder(number, 360.0)
         if hand is not None:
             angle = math.copysign(angle, 1.0 if hand == "right" else -1.0)
         values["cradle_angle"] = (round(angle, 10), "deg")
