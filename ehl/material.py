@@ -44,7 +44,7 @@ class Material(InputModel):
     poisson_ratio: Annotated[float, ValueRange("", gt=-1.0, lt=0.5)] = Field(
         validation_alias=AliasChoices("poisson_ratio", "nu")
     )
-    thermal_conductivity: Annotated[float, ValueRange("W/(m*K)", gt=0.0, le=2000.0)] = 46.0
+    thermal_conductivity: Annotated[float, ValueRange("W/(m*K)", gt=0.0, le=2000.0)] = 30.0
     heat_capacity: Annotated[float, ValueRange("J/(kg*K)", gt=0.0, le=10000.0)] = 465.0
     density: Annotated[float, ValueRange("kg/m^3", gt=0.0, le=30000.0)] = 7830.0
     hardness: Annotated[float, ValueRange("Pa", gt=0.0, le=1e11)] = 8e9

@@ -1,4 +1,4 @@
-"""What boundary film, lay and bulk temperature do to friction: the inputs a friction formula does not hold.
+"""What boundary film, lay, temperature and steel of the bodies do to friction: inputs a friction formula does not hold.
 
 Contacts spread over what gears see are solved with each input lowered and raised by what the 90 % interval of its
 default spread spans, with the same roughness, so that
@@ -38,7 +38,8 @@ RANGES = {
     "film_ratio": (0.06, 5.0),
 }
 SPEEDS = (0.3, 30.0)
-FILM_FACTORS, LAYS, WARMER = (1.0 / 3.0, 2.0), (0.5, 5.0), 16.0
+FILM_FACTORS, LAYS, WARMER, CONDUCTIVITIES = (1.0 / 3.0, 2.0), (0.5, 5.0), 16.0, (2.0 / 3.0, 1.5)
+STEEL = ehl.Material.load("steel").thermal_conductivity
 # of the mean over ln lambda
 WIDTH = 0.5
 # ends of what a contact file may say
@@ -93,6 +94,13 @@ def rows(count: int, path: Path, oil: str) -> None:
                     [-WARMER, WARMER],
                     [{f"temperature_bulk_{body}": bulk + by for body in "12"} for by in (-WARMER, WARMER)],
                 ),
+                "conductivity_solid": (
+                    [math.log(factor) for factor in CONDUCTIVITIES],
+                    [
+                        {f"solid_{body}": {"thermal_conductivity": factor * STEEL} for body in "12"}
+                        for factor in CONDUCTIVITIES
+                    ],
+                ),
             }
             for name, (spans, changes) in steps.items():
                 writer.writerow([base.film_ratio, name, *spans, *row_of(contact, changes, base.friction_coefficient)])
@@ -110,7 +118,7 @@ def table(path: Path, target: Path) -> None:
     with target.open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["input", "film_ratio", "slope_below", "slope_above", "scatter"])
-        for name in ("boundary_film", "peklenik_number", "temperature_bulk"):
+        for name in ("boundary_film", "peklenik_number", "temperature_bulk", "conductivity_solid"):
             # a film that is at its limit already does not move
             mine = [
                 row for row in found if row["input"] == name and float(row["step_below"]) * float(row["step_above"])

@@ -183,12 +183,12 @@ def low_slip() -> tuple[list[Row], dict[str, Any]]:
     ratios = [values[0] / values[-1] for values in curves.values()]
     ratio = found[0] / found[-1]
     cards_named = ", ".join(cards)
-    gear = [mu("75w90", 80.0, 1.0, 15.0, 5.0, s) for s in (slip[0], slip[-1])]
+    gear = [mu("75w90", 80.0, 1.25, 15.0, 5.0, s) for s in (slip[0], slip[-1])]
     rows = [
         Row("low slip", "mu at 1 % over mu at 20 % slip, 3.5 GPa", "", ratio, ratio, *spread(ratios), "secondary",
             f"0.025 m/s, 40 degC; oil unknown, cards {cards_named}"),
         Row("low slip", "mu at 1 % over mu at 20 % slip, gear contact", "", ratio, ratio, *[gear[0] / gear[1]] * 2,
-            "secondary", "shape only: 75w90 at 1 GPa, 5 m/s, 80 degC beside the ball at 3.5 GPa"),
+            "secondary", "shape only: 75w90 at 1.25 GPa, 5 m/s, 80 degC beside the ball at 3.5 GPa"),
         Row("low slip", "mu at 20 % slip, 3.5 GPa", "", found[-1], found[-1], *spread(v[-1] for v in curves.values()),
             "secondary", "size only: the oil is unknown"),
     ]  # fmt: skip
@@ -214,11 +214,13 @@ def bearing_oils() -> tuple[list[Row], dict[str, Any]]:
 def family_order() -> list[Row]:
     """Naphthenic, paraffinic, PAO, ester, polyglycol at equal state, each over the next: 1 or more is the order."""
     states = list(product((0.8, 1.2), (60.0, 90.0), (2.0,), (0.05, 0.2)))
-    chain = ("n100", "m100", "pao100", "estr", "pagd")
-    mean = {oil: np.array([mu(oil, t, p, 10.0, u, s) for p, t, u, s in states]) for oil in chain}
+    # of one viscosity grade each
+    chains = (("n100", "m100", "pao100"), ("minr", "paor", "estr", "pagd"))
+    mean = {oil: np.array([mu(oil, t, p, 10.0, u, s) for p, t, u, s in states]) for oil in sum(chains, ())}
     return [
         Row("oil family", f"{first}/{second} at equal state", "", 1.0, math.inf, *spread(mean[first] / mean[second]),
             "secondary", "published order: naphthenic > paraffinic > PAO >= ester > polyglycol")
+        for chain in chains
         for first, second in pairwise(chain)
     ]  # fmt: skip
 

@@ -56,3 +56,9 @@ class FilmConductivity(InputModel):
 PAO = FilmConductivity(c1=1.40e-9, c2=0.34e-9)
 PARAFFINIC = FilmConductivity(c1=1.72e-9, c2=0.54e-9)
 CONDUCTIVITY_FAMILIES = {"pao": PAO, "mineral": PARAFFINIC}
+# of cards that have no law of their own, by base oil; measured are a polyalphaolefin and a paraffinic oil
+CONDUCTIVITY_OF_BASE = {"mineral": PARAFFINIC, "hydrocracked": PARAFFINIC, "pao": PAO, "ester": PAO, "polyglycol": PAO}
+ASSUMED_CONDUCTIVITY = (
+    "the conductivity of the film is assumed to grow with pressure as that of a polyalphaolefin (twofold at 1 GPa); "
+    "conductivity_pressure names another law"
+)

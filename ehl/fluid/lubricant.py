@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ehl.fluid.conductivity import PAO, FilmConductivity
 from ehl.fluid.density import DOWSON_HIGGINSON_LAW, Compression
 from ehl.fluid.pressure_viscosity import alpha_of
-from ehl.fluid.rheology import Limit, Rheology, RisingStress, ShearLaw
+from ehl.fluid.rheology import Limit, PressureStress, Rheology, ShearLaw
 from ehl.fluid.viscosity import (
     AbsoluteLaw,
     BarusLaw,
@@ -49,7 +49,7 @@ class Lubricant:
         rho/rho0 over pressure at the inlet temperature; that of Dowson & Higginson where not given.
     rheology : {"newtonian", "eyring", "carreau"}
         Shear law.
-    eyring_stress : float or RisingStress
+    eyring_stress : float, LinearStress or RisingStress
         tau0 [Pa], constant or rising with pressure.
     limiting_shear_coefficient : float
         Lambda in tau <= tau_L0 + Lambda p [-]; infinity switches the limit off.
@@ -100,7 +100,7 @@ class Lubricant:
     modulus_constants: tuple[float, ...] = ()
     compression: Compression = DOWSON_HIGGINSON_LAW
     rheology: Rheology = "newtonian"
-    eyring_stress: float | RisingStress = 5e6
+    eyring_stress: float | PressureStress = 5e6
     limiting_shear_coefficient: float = math.inf
     temperature: float = 353.15
     temperature_viscosity: float = 0.03

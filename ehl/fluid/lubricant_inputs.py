@@ -12,7 +12,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
-from ehl.fluid.conductivity import PAO, FilmConductivity
+from ehl.fluid.conductivity import ASSUMED_CONDUCTIVITY, PAO, FilmConductivity
 from ehl.fluid.density import DOWSON_HIGGINSON, INCOMPRESSIBLE, Compression, DowsonHigginson
 from ehl.fluid.free_volume import Doolittle
 from ehl.fluid.lubricant import Lubricant
@@ -43,7 +43,7 @@ class ShearInput(InputModel):
     """The shear law. Nothing is assumed for what an oil has not been measured for: a law asks for its parameters."""
 
     rheology: Rheology = "eyring"
-    eyring_stress_law: Literal["constant", "pressure"] = "constant"
+    eyring_stress_law: Literal["constant", "pressure"] | None = None  # of the card, or constant
     eyring_stress_pressure: RisingStress | None = None
     carreau_stress: Stress | None = None
     carreau_exponent: Annotated[float, ValueRange("", ge=0.1, le=1.0)] | None = None
@@ -85,8 +85,8 @@ class ShearInput(InputModel):
             idle += [(name, f"rheology is {self.rheology}") for name in eyring if name in given]
         elif self.eyring_stress_law == "pressure" and "eyring_stress" in given:
             idle.append(("eyring_stress", "eyring_stress_law is pressure"))
-        elif self.eyring_stress_law == "constant" and "eyring_stress_pressure" in given:
-            idle.append(("eyring_stress_pressure", "eyring_stress_law is constant"))
+        elif self.eyring_stress_law != "pressure" and "eyring_stress_pressure" in given:
+            idle.append(("eyring_stress_pressure", "eyring_stress_law is not pressure"))
         if self.rheology != "carreau":
             carreau = ("carreau_stress", "carreau_exponent")
             idle += [(name, f"rheology is {self.rheology}") for name in carreau if name in given]
@@ -208,7 +208,9 @@ class DirectLubricant(ShearInput):
     def remarks(self) -> tuple[str, ...]:
         """What a reader of the result must know of these inputs."""
         silent = self.pressure_viscosity is not None and self.alpha_definition is None and self.viscosity_law != "barus"
-        return (NO_DEFINITION.format(where="lubricant.pressure_viscosity"),) if silent else ()
+        assumed = self.conductivity_pressure is None
+        undefined = NO_DEFINITION.format(where="lubricant.pressure_viscosity")
+        return (undefined,) * silent + (ASSUMED_CONDUCTIVITY,) * assumed
 
 
 class OilLubricant(ShearInput):
@@ -226,11 +228,17 @@ class OilLubricant(ShearInput):
         card = Oil.load(self.oil)
         if self.rheology == "eyring" and self.eyring_stress_law == "pressure" and self._rising_stress(card) is None:
             raise InputError("eyring_stress_pressure", None, RISING_TABLE, f"The card of {self.oil} has none.")
+        if self.rheology == "eyring" and self.eyring_stress_law == "constant" and not self._constant_stress(card):
+            hint = f"The card of {self.oil} has none: it follows its base oil over pressure."
+            raise InputError("eyring_stress", None, "a stress such as '8 MPa', with a constant law", hint)
         return self
 
     def remarks(self) -> tuple[str, ...]:
         """What a reader of the result must know of the card."""
         return Oil.load(self.oil).remarks()
+
+    def _constant_stress(self, card: Oil) -> float | None:
+        return self.eyring_stress or card.eyring_stress
 
     def _rising_stress(self, card: Oil) -> RisingStress | None:
         return self.eyring_stress_pressure or card.eyring_stress_pressure

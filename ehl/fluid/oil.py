@@ -27,7 +27,7 @@ from ehl.common.figures import interactive
 from ehl.common.units import KELVIN, ValueRange
 from ehl.common.validation import InputModel, read_toml, validate
 from ehl.fluid import oil_alpha, oil_sheet
-from ehl.fluid.conductivity import PAO, FilmConductivity
+from ehl.fluid.conductivity import ASSUMED_CONDUCTIVITY, CONDUCTIVITY_OF_BASE, FilmConductivity
 from ehl.fluid.density import density_at
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil_family import FAMILIES, SHEAR_MODULUS, check_viscosities, generic_card, generic_name
@@ -44,7 +44,7 @@ from ehl.fluid.oil_laws import (
 )
 from ehl.fluid.oil_uncertainty import VARIABLES, CardUncertainty, InputFactors, standard_uncertainty
 from ehl.fluid.pressure_viscosity import AlphaDefinition
-from ehl.fluid.rheology import RisingStress
+from ehl.fluid.rheology import LinearStress, RisingStress
 from ehl.fluid.viscosity import TEMPERATURE_RANGE, Temperature, WaltherViscosity, walther_1931, walther_slope
 
 if TYPE_CHECKING:
@@ -264,15 +264,15 @@ class Oil(InputModel):
         """What a reader of results with this card must know."""
         law = self.pressure_viscosity
         stated = not isinstance(law, ModulusAlpha) and law.alpha_definition is None
-        return (NO_DEFINITION.format(where=f"the card of {self.name}"),) if stated else ()
+        assumed = self.conductivity_pressure is None and self.base in ("ester", "polyglycol")
+        return (NO_DEFINITION.format(where=f"the card of {self.name}"),) * stated + (ASSUMED_CONDUCTIVITY,) * assumed
 
     @property
     def limiting_stress(self) -> tuple[float, float]:
         """tau_L0 [Pa] and Lambda [-] of the card, or of its base oil."""
         if self.limiting_shear_coefficient is not None:
             return self.limiting_shear_ambient or 0.0, self.limiting_shear_coefficient
-        family = FAMILIES[self.base]
-        return family.limit_ambient, family.limit_slope
+        return self.limiting_shear_ambient or 0.0, FAMILIES[self.base].limit_slope
 
     def varied(self, **deviations: float) -> Oil:
         """The card with inputs shifted by so many standard deviations of its `uncertainty`.
@@ -372,7 +372,11 @@ class Oil(InputModel):
         """`lubricant` whose alpha_film is not known beforehand."""
         law, alpha, factors = self.viscosity, self.alpha(temperature), self.factors
         limit_ambient, limit_slope = self.limiting_stress
-        stress = self.eyring_stress or FAMILIES[self.base].eyring_stress(temperature)
+        stress: float | LinearStress = (
+            factors.eyring_stress * self.eyring_stress
+            if self.eyring_stress is not None
+            else FAMILIES[self.base].eyring_stress(temperature).scaled(factors.eyring_stress)
+        )
         if isinstance(law, WaltherViscosity):
             figures: dict[str, Any] = {
                 "viscosity_law": law.law,
@@ -387,7 +391,7 @@ class Oil(InputModel):
             pressure_rise_factor=factors.pressure_viscosity,
             pressure_valid=self.pressure_valid or math.inf,
             rheology="eyring",
-            eyring_stress=factors.eyring_stress * stress,
+            eyring_stress=stress,
             limiting_shear_coefficient=factors.limiting_shear * limit_slope,
             limiting_shear_ambient=factors.limiting_shear * limit_ambient,
             shear_modulus=self.shear_modulus or SHEAR_MODULUS,
@@ -396,7 +400,7 @@ class Oil(InputModel):
             thermal_conductivity=factors.thermal_conductivity * self.thermal_conductivity,
             heat_capacity=self.heat_capacity,
             **figures,
-            film_conductivity=self.conductivity_pressure or PAO,
+            film_conductivity=self.conductivity_pressure or CONDUCTIVITY_OF_BASE[self.base],
             **compression_of(self.density_pressure, law, temperature),
         )
 

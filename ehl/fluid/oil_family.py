@@ -12,9 +12,12 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from ehl.common.errors import InputError, near
 from ehl.common.units import KELVIN
 from ehl.fluid.density import density_at
+from ehl.fluid.rheology import LinearStress
 from ehl.fluid.viscosity import walther_1931
 
 LEVEL_TEMPERATURE = 80.0 + KELVIN  # where the secant of a family is taken [K]
@@ -77,48 +80,80 @@ OIL_FAMILIES = {
 }  # fmt: skip
 
 
-# Shear of oils that have no figures of their own, by base oil; a figure on the card goes before these. Why Ree-Eyring
-# with these stresses is the default stands in docs/shear.md.
+# Shear of oils that have no figures of their own, by base oil; a figure on the card goes before these (docs/shear.md).
 STRESS_TEMPERATURE = 40.0 + KELVIN
 
 
 @dataclass(frozen=True)
 class ShearFamily:
-    """Shear of one base oil.
+    """Shear of one base oil: tau0 = tau00 + c (T - 40 degC) + s p and tau_L = Lambda p.
+
+    tau0 is the mean over the family's FVA 400 oils of 2 Lambda_A/alpha(p, T), alpha = d ln(eta)/dp, which Arana,
+    Larranaga & Ulacia (2019) give with Lambda_A: Eyring's flow with a constant ratio of the activation volumes of
+    stress and of pressure. The three constants are fitted from 40 to 120 degC and 0 to 1.2 GPa.
 
     Parameters
     ----------
     stress : float
-        tau0 at 40 degC [Pa].
-    limit_ambient, limit_slope : float
-        tau_L0 [Pa] and Lambda [-] of tau_L = tau_L0 + Lambda p.
+        tau00, at 40 degC and ambient pressure [Pa].
+    stress_temperature : float
+        c [Pa/K].
+    stress_pressure : float
+        s [-].
+    ratio : float
+        Lambda_A [-].
+    limit_slope : float
+        Lambda [-].
+    limit_range : tuple of float
+        Published figures that Lambda lies between [-].
     source : str
-        Where the figures come from.
+        Where Lambda_A and Lambda come from.
     """
 
     stress: float
-    limit_ambient: float
+    stress_temperature: float
+    stress_pressure: float
+    ratio: float
     limit_slope: float
+    limit_range: tuple[float, float]
     source: str
 
-    def eyring_stress(self, temperature: Any) -> Any:
-        """tau0 = k T/V of a flowing piece of the molecule of constant volume V [Pa]; `temperature` in K."""
-        return self.stress * temperature / STRESS_TEMPERATURE
+    def eyring_stress(self, temperature: Any) -> LinearStress:
+        """tau0 over pressure at an inlet temperature [K]; held below 0 degC."""
+        above = np.maximum(temperature, KELVIN) - STRESS_TEMPERATURE
+        return LinearStress(self.stress + self.stress_temperature * above, self.stress_pressure)
 
 
 # apparent modulus of the film alone, the compliance of the bodies apart: 0.3 to 1 GPa were found for 5P4E and Santotrac
 # by traction (from memory); other oils are taken as the softest of them (ours, uncertain by a factor of 3 either way)
 SHEAR_MODULUS = 0.3e9
 
+# Lambda: mineral is the middle of LVI 260 (.047, Arana et al. 2019) and Shell T9 (.083, Habchi 2018). PAO and
+# polyglycol stand to it as in Arana et al. (.035 and .044 to .047), whose cap is on mean friction; ester lies between
+# paraffinic oil and PAO (order at 40 degC: Lubricants 2025 13:485). No family changes with temperature: the one figure
+# found (T9) is constant. Lowest: measured mean traction of thrust ball bearings (FEUP), which no limit may lie below
 FAMILIES = {
-    "mineral": ShearFamily(8.8e6, 0.0, 0.047, "tau0 published for FVA 3, Lambda for LVI 260"),
-    "hydrocracked": ShearFamily(5.8e6, 4e6, 0.0395, "tau0 by the formula for FVA 3, of HC + PMA1; limit as PAO (ours)"),
-    "pao": ShearFamily(
-        7.0e6, 4e6, 0.0395, "tau0 by the formula for FVA 3: 5.4 to 8.7 MPa with and without thickener; limit published"
+    "mineral": ShearFamily(
+        4.08e6, 3.22e4, 8.90e-3, 0.047, 0.065, (0.056, 0.083),
+        "ratio published for LVI 260; limit: middle of LVI 260 and T9",
     ),
-    "ester": ShearFamily(5.5e6, 0.0, 0.035, "tau0 by the formula for FVA 3: 4.7 to 6.3 MPa; limit below PAO (ours)"),
-    "polyglycol": ShearFamily(4.75e6, 0.0, 0.044, "tau0 by the formula for FVA 3: 4.5 to 5.0 MPa; Lambda published"),
-}
+    "hydrocracked": ShearFamily(
+        5.05e6, 4.31e4, 8.46e-3, 0.041, 0.057, (0.044, 0.065),
+        "ratio and limit: middle of mineral oil and PAO (ours)",
+    ),
+    "pao": ShearFamily(
+        4.26e6, 3.90e4, 7.10e-3, 0.035, 0.048, (0.044, 0.062),
+        "ratio published for PAO 100; limit: to mineral oil as there",
+    ),
+    "ester": ShearFamily(
+        4.15e6, 4.94e4, 1.085e-2, 0.041, 0.057, (0.043, 0.065),
+        "ratio and limit: middle of mineral oil and PAO (order published)",
+    ),
+    "polyglycol": ShearFamily(
+        5.44e6, 6.73e4, 5.88e-3, 0.044, 0.061, (0.044, 0.078),
+        "ratio published; limit: to mineral oil as there",
+    ),
+}  # fmt: skip
 
 
 def vogel_constants(viscosity_40: float, viscosity_100: float, density_15: float, coefficient: float) -> dict[str, Any]:

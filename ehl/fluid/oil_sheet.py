@@ -18,7 +18,7 @@ from ehl.common.files import toml_text, write_file
 from ehl.common.quantities import axis_label, to_display
 from ehl.common.units import KELVIN, ValueRange
 from ehl.fluid.pressure_viscosity import DEFINITIONS, alpha_of
-from ehl.fluid.rheology import RisingStress
+from ehl.fluid.rheology import stress_at
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -50,7 +50,7 @@ def figures_at(oil: Oil, temperature: float) -> dict[str, float | None]:
         "temperature_viscosity": lubricant.temperature_viscosity,
         "density": lubricant.density,
         **{f"pressure_viscosity_{definition}": float(alpha_of(law, definition)) for definition in DEFINITIONS},
-        "eyring_stress": float(stress(np.array(1e9))) if isinstance(stress, RisingStress) else stress,
+        "eyring_stress": float(stress_at(stress, 1e9)),
         "limiting_shear_ambient": lubricant.limiting_shear_ambient,
         "limiting_shear_coefficient": lubricant.limiting_shear_coefficient,
         "shear_modulus": lubricant.shear_modulus,

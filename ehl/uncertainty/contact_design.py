@@ -11,7 +11,7 @@ from ehl.common.runner import run_tasks
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_uncertainty import VARIABLES
-from ehl.fluid.rheology import RisingStress
+from ehl.fluid.rheology import PressureStress
 from ehl.inputs import ContactProblem
 from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, score_of
 from ehl.uncertainty.spread import GROUPS, Spread, UncertaintyInput
@@ -28,7 +28,7 @@ _ROUGH = ("roughness_rms", "correlation_length", "peklenik_number", "boundary_fr
 def varied_lubricant(lubricant: Lubricant, name: str, factor: float) -> Lubricant:
     """The lubricant with one figure of `ehl.fluid.oil_uncertainty.VARIABLES` times a factor."""
     stress = lubricant.eyring_stress
-    scaled = stress.scaled(factor) if isinstance(stress, RisingStress) else factor * stress
+    scaled = stress.scaled(factor) if isinstance(stress, PressureStress) else factor * stress
     changes: dict[str, dict[str, Any]] = {
         "pressure_viscosity": {"pressure_rise_factor": factor * lubricant.pressure_rise_factor},
         "viscosity": {"viscosity_inlet": factor * lubricant.viscosity_inlet},
@@ -107,6 +107,16 @@ def uncertain_contact_inputs(
             return replace(given, temperature_bulk=(one, two))
 
         entry("temperature_bulk", "temperature_bulk", bulk, warmer)
+        steel = spreads.spread("conductivity_solid")
+
+        def conducting(given: ContactProblem, z: float) -> ContactProblem:
+            one, two = (
+                body.model_copy(update={"thermal_conductivity": steel.at(body.thermal_conductivity, z)})
+                for body in given.bodies
+            )
+            return replace(given, bodies=(one, two))
+
+        entry("conductivity_solid", "conductivity_solid", steel, conducting)
     return found
 
 

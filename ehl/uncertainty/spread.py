@@ -82,6 +82,8 @@ class Spread:
 
 # the teeth are rarely as warm as the oil or a heat balance says
 TEMPERATURE_BULK = Spread(10.0, "absolute", "ours")
+# of hardened steel, 30 +- 10 W/(m K): 21 (through-hardened bearing steel) to 46 (annealed) were found, from memory
+CONDUCTIVITY_SOLID = Spread(0.30, source="hardened steel, 21 to 46 W/(m K)")
 
 Relative = Annotated[
     float, ValueRange("", ge=0.0, le=3.0, hint="One standard deviation of its logarithm: 0.1 is about 10 %.")
@@ -98,6 +100,7 @@ GROUPS = {
     "boundary_film": "boundary film",
     "boundary_friction": "boundary friction",
     "temperature_bulk": "bulk temperature",
+    "conductivity_solid": "steel",
 }
 
 
@@ -118,6 +121,8 @@ class UncertaintyInput(InputModel):
         Relative [-].
     temperature_bulk : float, optional
         Of both bodies [K].
+    conductivity_solid : float, optional
+        Thermal conductivity of both bodies, relative [-].
     same_surface : bool, optional
         Both surfaces were made alike, so that the Rq of both is wrong the same way; by default where a finish is named.
 
@@ -138,6 +143,7 @@ class UncertaintyInput(InputModel):
     boundary_film: Relative | None = None
     boundary_friction: Relative | None = None
     temperature_bulk: Kelvins | None = None
+    conductivity_solid: Relative | None = None
     same_surface: bool | None = None
     _figures: Mapping[str, Figure] = PrivateAttr(default_factory=dict)
     _finish: str | None = PrivateAttr(default=None)
@@ -165,6 +171,8 @@ class UncertaintyInput(InputModel):
             return TEMPERATURE_BULK if given is None else Spread(given, "absolute")
         if given is not None:
             return Spread(given)
+        if name == "conductivity_solid":
+            return CONDUCTIVITY_SOLID
         if name in SURFACE:
             return Spread.of_figure((self._figures or _UNNAMED)[name])
         if oil is None:

@@ -38,12 +38,12 @@ def _arrays(rows: dict[str, list[tuple[float, ...]]]) -> list[tuple[str, Array]]
 def stated_change(name: str, spread: Spread, film_ratio: Array, score: float) -> tuple[Array, Array] | None:
     """Change of ln mu with an input `score` standard deviations below and above; None for an input without a table.
 
-    Linear in ln(film ratio) between the entries, the nearest entry beyond them; smooth surfaces feel the bulk alone.
+    Linear in ln(film ratio) between the entries, the nearest entry beyond them; smooth surfaces feel the bodies alone.
     """
     if name not in _slopes():
         return None
     nodes, below, above = _slopes()[name]
     place = np.log(np.clip(film_ratio, 1e-6, 1e6))
-    felt = np.where(np.isfinite(film_ratio) | (name == "temperature_bulk"), 1.0, 0.0)
+    felt = np.where(np.isfinite(film_ratio) | (name in ("temperature_bulk", "conductivity_solid")), 1.0, 0.0)
     down, up = spread.shift(-score), spread.shift(score)
     return felt * down * np.interp(place, nodes, below), felt * up * np.interp(place, nodes, above)

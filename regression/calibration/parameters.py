@@ -11,12 +11,13 @@ from ehl.common.units import KELVIN
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_laws import GoldAlpha, ModulusAlpha, TabulatedAlpha
-from ehl.fluid.rheology import RisingStress
+from ehl.fluid.rheology import RisingStress, stress_at
 from ehl.fluid.viscosity import ModulusViscosity
 
 GOLD_ANCHOR = 100.0 + KELVIN  # where a formula without measured point is anchored [K]
 # pressures between which a stress rises, where the card has none: those of the published 75W-90 law [Pa]
 RISE_BETWEEN = (0.5e9, 3.5e9)
+START_PRESSURE = 1e9  # where a stress over pressure gives the start of a constant one [Pa]
 
 Acts = Literal["oil", "roughness", "mix"]
 
@@ -90,8 +91,7 @@ def start_values(card: Oil, temperature: float, *, rising: bool) -> dict[str, fl
     if rising:
         law = _rising(card)
         return values | {"stress_low": law.stress_low, "stress_slope": law.stress_slope}
-    assert isinstance(lubricant.eyring_stress, float)
-    return values | {"eyring_stress": lubricant.eyring_stress}
+    return values | {"eyring_stress": float(stress_at(lubricant.eyring_stress, START_PRESSURE))}
 
 
 def _rising(card: Oil) -> RisingStress:

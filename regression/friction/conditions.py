@@ -20,7 +20,7 @@ from ehl.fluid.density import dowson_higginson_1966
 from ehl.fluid.film_formulas import moes_film
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
-from ehl.fluid.rheology import RisingStress
+from ehl.fluid.rheology import stress_at
 from ehl.fluid.viscosity import Temperature
 from ehl.line_contact import half_width_of_pressure, hertz_load
 from ehl.material import Material, effective_modulus
@@ -95,7 +95,7 @@ def lubricant_columns(lubricant: Lubricant, pressure_hertz: Array) -> dict[str, 
         "viscosity_mean_pressure": lubricant.viscosity(mean_pressure),
         "pressure_viscosity": lubricant.alpha,
         "pressure_viscosity_film": lubricant.pressure_viscosity_film,
-        "eyring_stress": stress(mean_pressure) if isinstance(stress, RisingStress) else stress,
+        "eyring_stress": stress_at(stress, mean_pressure),
         "limiting_shear_coefficient": lubricant.limiting_shear_coefficient
         + lubricant.limiting_shear_ambient / np.maximum(mean_pressure, 1.0),
         "temperature_viscosity": lubricant.temperature_viscosity,

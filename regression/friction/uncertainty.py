@@ -137,6 +137,18 @@ def uncertain_inputs(
     else:
         found.append(entry("boundary_film", "boundary_film", lambda case, spread, z: case))
     found.append(entry("temperature_bulk", "temperature_bulk", of_state(*bulk)))
+
+    def conducting(case: Case, spread: Spread, z: float) -> Case:
+        held: Any = case[0]
+        if not hasattr(held, "bodies"):  # of a formula by stated slopes alone
+            return case
+        bodies = tuple(
+            body.model_copy(update={"thermal_conductivity": spread.at(body.thermal_conductivity, z)})
+            for body in held.bodies
+        )
+        return replace(held, bodies=bodies), *case[1:]
+
+    found.append(entry("conductivity_solid", "conductivity_solid", conducting))
     return [one for one in found if not one.spread.known]
 
 

@@ -43,9 +43,13 @@ def hamrock_dowson_1977(viscosity: float, alpha: float, speed: float, load: floa
 
 
 def test_oils_come_out_in_the_published_order() -> None:
-    """Naphthenic, paraffinic, PAO, ester, polyglycol at equal state; PAO and ester may be level."""
-    friction = [mu(oil, 80.0, 1.0, 10.0, 2.0, 0.1) for oil in ("n100", "m100", "pao100", "estr", "pagd")]
-    assert min(first / second for first, second in pairwise(friction)) > 0.9
+    """Naphthenic, paraffinic of VG 100; mineral, PAO, ester of VG 320; polyglycol level with ester."""
+    friction = {
+        oil: mu(oil, 80.0, 1.0, 10.0, 2.0, 0.1) for oil in ("n100", "m100", "minr", "paor", "pao100", "estr", "pagd")
+    }
+    for grade in (("n100", "m100", "pao100"), ("minr", "paor", "estr")):
+        assert min(friction[first] / friction[second] for first, second in pairwise(grade)) > 1.0
+    assert friction["pagd"] == pytest.approx(friction["estr"], rel=0.15)
 
 
 def test_synthetic_oils_are_well_below_mineral() -> None:
@@ -76,7 +80,7 @@ def test_friction_rises_with_slip_in_shape() -> None:
     slip, friction = ([float(v) for v in data[key]] for key in ("slide_to_roll", "friction_coefficient"))
     assert 0.2 < friction[0] / friction[-1] < 0.45
     # of a gear contact of a synthetic oil; the ball at 3.5 GPa is not reproduced, see the page
-    assert 0.2 < mu("75w90", 80.0, 1.0, 15.0, 5.0, slip[0]) / mu("75w90", 80.0, 1.0, 15.0, 5.0, slip[-1]) < 0.45
+    assert 0.2 < mu("75w90", 80.0, 1.25, 15.0, 5.0, slip[0]) / mu("75w90", 80.0, 1.25, 15.0, 5.0, slip[-1]) < 0.45
 
 
 def test_point_film_of_hamrock_and_dowson_by_hand() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError
 from ehl.common.units import KELVIN
 from ehl.fluid.oil import Oil
-from ehl.fluid.oil_family import OIL_FAMILIES, generic_card, generic_name
+from ehl.fluid.oil_family import FAMILIES, OIL_FAMILIES, generic_card, generic_name
 
 
 def rows(name: str) -> dict[str, dict[str, Any]]:
@@ -156,6 +157,44 @@ def test_the_generic_oil_has_the_oils_of_its_family_inside_the_stated_spread(bas
     deviation = math.sqrt(np.mean(np.square(found)) * len(family.oils) / (len(family.oils) - 1))
     assert 0.7 * family.spread < deviation < 1.03 * family.spread
     assert max(map(abs, found)) < 2.5 * family.spread
+
+
+# Arana et al. (2019), and the middle of their mineral oil and PAO where they have no figure
+RATIOS = {"mineral": 0.047, "hydrocracked": 0.041, "pao": 0.035, "ester": 0.041, "polyglycol": 0.044}
+
+
+def eyring_stress_arana_2019(row: dict[str, Any], ratio: float, pascal: float, celsius: float) -> float:
+    """2 Lambda/alpha, alpha = d ln(eta)/dp = A/(A + B p)^2 of the modulus law with the printed constants."""
+    low, stiffening = row["a1_bar"] + row["a2_bar_K"] * celsius, row["b1"] + row["b2_K"] * celsius
+    bar = pascal / 1e5
+    return 2.0 * ratio * 1e5 * (low + stiffening * bar) ** 2 / low
+
+
+@pytest.mark.parametrize("base", FAMILIES)
+def test_the_eyring_stress_of_a_base_oil_is_that_of_its_fva_400_oils(base: str) -> None:
+    """Geometric mean over the oils that have a card; the linear law within 10 % of it in the mean, 20 % anywhere."""
+    family, missed = FAMILIES[base], []
+    rows_of_base = [FVA[card] for card in OIL_FAMILIES[base].oils if card in SHIPPED]
+    assert family.ratio == RATIOS[base]
+    for celsius in (40.0, 60.0, 80.0, 100.0, 120.0):
+        law = family.eyring_stress(celsius + KELVIN)
+        for pascal in (0.0, 0.3e9, 0.6e9, 0.9e9, 1.2e9):
+            found = [eyring_stress_arana_2019(row, family.ratio, pascal, celsius) for row in rows_of_base]
+            missed.append(math.log(law(pascal) / float(np.exp(np.mean(np.log(found))))))
+    assert np.sqrt(np.mean(np.square(missed))) < 0.10
+    assert np.max(np.abs(missed)) < 0.25
+    assert abs(np.mean(missed)) < 0.02
+
+
+# thrust ball bearings of FEUP, saturated (data/reference/measured/ranges.toml, ball_bearing_traction)
+@pytest.mark.parametrize("card", ["minr", "paor", "estr", "pagd", "p150"])
+def test_no_limit_lies_below_measured_mean_traction(card: str) -> None:
+    with data_path("reference/measured", "ranges.toml").open("rb") as file:
+        measured = tomllib.load(file)["ball_bearing_traction"]
+    ambient, slope = Oil.load(card).limiting_stress
+    assert slope + ambient / 1e9 > measured[card]
+    low, high = FAMILIES[Oil.load(card).base].limit_range
+    assert low <= slope <= high
 
 
 def test_generic_oil_by_hand() -> None:

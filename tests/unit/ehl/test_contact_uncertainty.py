@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 import ehl
@@ -42,7 +43,7 @@ def test_a_product_adds_as_squares() -> None:
 
 def test_thick_films_do_not_ask_for_roughness_and_nothing_uncertain_leaves_nothing() -> None:
     found = contact_uncertainty(CONTACT.problem(), smooth, DEFAULT, OIL, jobs=1)
-    assert {source.group for source in found.sources} == {"oil", "bulk temperature"}
+    assert {source.group for source in found.sources} == {"oil", "bulk temperature", "steel"}
     exact = contact_uncertainty(CONTACT.problem(), product, UncertaintyInput.none(), OIL, jobs=1)
     assert exact.low == exact.high == exact.value
     by_numbers = contact_uncertainty(CONTACT.problem(), smooth, UncertaintyInput.none(), None, jobs=1)
@@ -59,6 +60,9 @@ def test_every_input_is_moved_by_its_own_spread() -> None:
     assert ratio == pytest.approx(1.0 / 1.2)
     assert below["roughness_rms_1"].surface.roughness_rms_2 == problem.surface.roughness_rms_2
     assert above["temperature_bulk"].temperature_bulk[1] - problem.temperature_bulk[1] == pytest.approx(10.0 * z)
+    for number, body in enumerate(problem.bodies):  # 30 +- 10 W/(m K)
+        ratio = above["conductivity_solid"].bodies[number].thermal_conductivity / body.thermal_conductivity
+        assert ratio == pytest.approx(math.exp(0.30 * z))
     thick = above["pressure_viscosity"].lubricant
     rise = float(thick.log_viscosity_ratio(0.8e9) / problem.lubricant.log_viscosity_ratio(0.8e9))
     assert rise == pytest.approx(math.exp(z * OIL.uncertainty.pressure_viscosity))
@@ -71,11 +75,12 @@ def test_lubricant_figures_are_scaled_one_by_one() -> None:
     oil = CONTACT.problem().lubricant
     for name, field in (
         ("viscosity", "viscosity_inlet"),
-        ("eyring_stress", "eyring_stress"),
         ("limiting_shear", "limiting_shear_coefficient"),
         ("thermal_conductivity", "thermal_conductivity"),
     ):
         assert getattr(varied_lubricant(oil, name, 1.5), field) == pytest.approx(1.5 * getattr(oil, field))
+    stress = [one.shear_law.scale(np.array([0.0, 1e9])) for one in (varied_lubricant(oil, "eyring_stress", 1.5), oil)]
+    np.testing.assert_allclose(stress[0], 1.5 * stress[1], rtol=1e-12)
 
 
 def test_a_failed_end_is_named_and_left_out() -> None:

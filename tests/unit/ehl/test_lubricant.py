@@ -12,6 +12,7 @@ from ehl.common.data import data_names
 from ehl.common.units import KELVIN
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
+from ehl.fluid.rheology import stress_at
 from ehl.fluid.viscosity import walther_1931
 from ehl.line_contact import LineContact
 from ehl.material import Material, effective_modulus
@@ -127,7 +128,10 @@ def test_every_card_thins_with_temperature(name: str) -> None:
     alpha = [lubricant.pressure_viscosity for lubricant in values]
     assert viscosity == sorted(viscosity, reverse=True)
     assert alpha == sorted(alpha, reverse=True)
-    assert all(1e6 < lubricant.eyring_stress < 2e7 for lubricant in values)
+    stress = [stress_at(lubricant.eyring_stress, np.array([0.0, 1e9])) for lubricant in values]
+    assert np.all((np.array(stress) > 4e6) & (np.array(stress) < 2.1e7))
+    assert np.all(np.diff(stress, axis=0) > 0.0)
+    assert np.all(np.diff(stress, axis=1) > 0.0)
     assert not oil.at(float(np.mean(oil.temperature_valid))).extrapolated
     assert oil.at(KELVIN - 30.0).extrapolated
 

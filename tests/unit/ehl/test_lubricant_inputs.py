@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from ehl.common.errors import InputError
 from ehl.common.validation import validate
 from ehl.contact import Contact
-from ehl.fluid.conductivity import PAO, PARAFFINIC, FilmConductivity
+from ehl.fluid.conductivity import ASSUMED_CONDUCTIVITY, PAO, PARAFFINIC, FilmConductivity
 from ehl.fluid.lubricant_inputs import DirectLubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.rheology import RisingStress
@@ -44,15 +45,25 @@ def test_laws_and_their_figures(base: dict[str, Any]) -> None:
         2e6,
     )
     assert not limited.shear_law.plain
-    assert case(base).lubricant.lubricant().shear_law.plain
+    constant = case(base | {"eyring_stress": "6 MPa"}).lubricant.lubricant()
+    assert constant.shear_law.plain
+    assert constant.shear_law.stress == 6e6
+
+
+def test_a_card_without_a_stress_of_its_own_follows_its_base_oil() -> None:
+    law = case(CARD).lubricant.lubricant().shear_law
+    # mineral oil: 4.08 MPa, 0.0322 MPa/K above 40 degC and 8.9 MPa/GPa
+    assert law.scale(np.array([0.0, 1e9])) == pytest.approx([6.012e6, 14.88e6], rel=1e-3)
+    assert law.limiting_stress(np.array([1e9]))[0] == pytest.approx(65e6)
+    with refuses("lubricant.eyring_stress"):
+        case(CARD | {"eyring_stress_law": "constant"})
 
 
 def test_card_of_the_axle_oil_carries_its_published_law() -> None:
     axle = {"oil": "75w90", "temperature_oil": "100 degC"}
-    constant, rising = (
-        case(axle | {"eyring_stress_law": law}).lubricant.lubricant() for law in ("constant", "pressure")
-    )
-    assert constant.eyring_stress == 5e6
+    own, rising = (case(axle | more).lubricant.lubricant() for more in ({}, {"eyring_stress_law": "pressure"}))
+    # the law of its base oil, at 1 GPa between k T/V and the published law of the oil
+    assert 8.3e6 < own.shear_law.scale(np.array([1e9]))[0] < 36e6
     assert isinstance(rising.eyring_stress, RisingStress)
     assert rising.shear_law.scale(np.array([2e9]))[0] == pytest.approx(60e6, rel=1e-6)
     own = case(axle | {"eyring_stress_law": "pressure", "eyring_stress_pressure": TABLE | {"stress_slope": 0.02}})
@@ -136,9 +147,15 @@ def test_conductivity_under_pressure(given: Any, law: FilmConductivity, tmp_path
     assert Oil.load(str(tmp_path / "card.toml")).conductivity_pressure == changed.conductivity_pressure
 
 
-def test_files_without_conductivity_law_have_that_of_polyalphaolefins() -> None:
-    card, one = Oil.load("fva3"), validate(DirectLubricant, PLAIN)
-    assert card.at(353.15).film_conductivity == one.lubricant().film_conductivity == PAO
+def test_conductivity_without_a_law_is_that_of_the_base_oil_or_assumed_and_said_so() -> None:
+    for name, law in (("fva3", PARAFFINIC), ("75w90", PAO), ("estr", PAO), ("pagd", PAO)):
+        card = Oil.load(name)
+        assert card.at(353.15).film_conductivity == law
+        assert (ASSUMED_CONDUCTIVITY in card.remarks()) == (name in ("estr", "pagd"))
+    one = validate(DirectLubricant, PLAIN)
+    assert one.lubricant().film_conductivity == PAO
+    assert ASSUMED_CONDUCTIVITY in one.remarks()
+    assert not validate(DirectLubricant, PLAIN | {"conductivity_pressure": "pao"}).remarks()
 
 
 @pytest.mark.parametrize(

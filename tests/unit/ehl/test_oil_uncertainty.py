@@ -57,7 +57,7 @@ def test_varied_shifts_each_input_by_its_standard_deviation(steps: float) -> Non
     plain = card.at(363.15)
     shifted = {
         "viscosity": lambda oil: oil.viscosity_inlet,
-        "eyring_stress": lambda oil: oil.eyring_stress,
+        "eyring_stress": lambda oil: oil.eyring_stress(1e9),
         "limiting_shear": lambda oil: oil.limiting_shear_coefficient,
         "thermal_conductivity": lambda oil: oil.thermal_conductivity,
     }

@@ -181,7 +181,7 @@ def test_film_at_high_pressure_does_not_collapse_on_a_coarse_mesh() -> None:
     contact = Contact(
         oil="75w90", temperature=360.376, pressure_hertz=2.469e9, radius_equivalent=15.73e-3, speed_entrainment=0.538,
         slide_to_roll=0.2039, speed_sliding_lengthwise=0.471, roughness_rms_1=45.06e-9, roughness_rms_2=45.06e-9,
-        correlation_length=38.2e-6, accuracy="fast", seed=1091,
+        correlation_length=38.2e-6, accuracy="fast", seed=1091, eyring_stress="5 MPa",
     )  # fmt: skip
     result = contact.solve()
     assert result.asperity_load_share < 0.02
@@ -202,6 +202,7 @@ def test_a_contact_that_cannot_settle_ends_at_its_budget(monkeypatch: pytest.Mon
     rough = Contact(
         oil="75w90", temperature=353.15, pressure_hertz=1e9, radius_equivalent=15e-3, speed_entrainment=1.0,
         slide_to_roll=0.3, roughness_rms=0.6e-6, correlation_length=120e-6, thermal="off", accuracy="fast",
+        eyring_stress="5 MPa",
     )  # fmt: skip
     result = rough.solve()
     assert result.status == "unsettled"

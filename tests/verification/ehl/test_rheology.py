@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import fsolve
 
 from ehl.fluid._kernels import limited_stress, log_mobility
-from ehl.fluid.rheology import RisingStress, ShearLaw
+from ehl.fluid.rheology import LinearStress, RisingStress, ShearLaw
 
 PRESSURE, HALF_WIDTH, FILM_UNIT = 1e9, 2.6e-4, 1e-6
 RISING = RisingStress(stress_low=5e6, stress_slope=0.035, pressure_start=0.5e9, pressure_end=3.5e9)
@@ -17,6 +17,7 @@ LAWS = {
     "newtonian": ShearLaw("newtonian"),
     "eyring": ShearLaw("eyring", 5e6),
     "rising": ShearLaw("eyring", RISING),
+    "linear": ShearLaw("eyring", LinearStress(4e6, 0.009)),
     "carreau": ShearLaw("carreau", 4e6, 0.45),
     "ambient": ShearLaw("eyring", 5e6, 1.0, 0.06, 2e6),
     "smooth eyring": ShearLaw("eyring", 5e6, 1.0, 0.08, 2e6, "smooth"),
@@ -37,6 +38,8 @@ def stress(law: ShearLaw, eta: float, rate: np.ndarray | float, pressure: float)
     if isinstance(tau0, RisingStress):
         te = 5e6 + 0.035 * 3e9
         tau0 = 5e6 + te / 2.0 * (1.0 + math.tanh(0.035 * 3e9 / te * (2.0 * pressure / 4e9 - 1.0)))
+    if isinstance(tau0, LinearStress):
+        tau0 = 4e6 + 0.009 * 1e10 * math.tanh(pressure / 1e10)
     if law.rheology == "eyring":
         free = tau0 * np.arcsinh(viscous / tau0)
     elif law.rheology == "carreau":

@@ -10,7 +10,7 @@ import pytest
 
 from ehl.fluid._kernels import log_mobility
 from ehl.fluid.lubricant import Lubricant
-from ehl.fluid.rheology import RisingStress
+from ehl.fluid.rheology import LinearStress, RisingStress
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces
@@ -42,6 +42,7 @@ OILS = {
         rheology="eyring",
         eyring_stress=RisingStress(stress_low=5e6, stress_slope=0.035, pressure_start=0.5e9, pressure_end=3.5e9),
     ),
+    "linear": replace(OIL, rheology="eyring", eyring_stress=LinearStress(4e6, 0.009)),
     "carreau": replace(OIL, **CARREAU),
     "cut": replace(OIL, rheology="eyring", limiting_shear_coefficient=0.03, limiting_shear_ambient=1e6),
     "smooth eyring": replace(OIL, rheology="eyring", **SMOOTH),
