@@ -30,7 +30,8 @@ from efficiency.conditions.conditions import (
     resolve_friction,
     split_axes,
 )
-from efficiency.conditions.grid import Condition, Grid, solve_grid
+from efficiency.conditions.grid import Condition, Grid, Solve, solve_grid
+from efficiency.conditions.interpolation import solve_map
 from efficiency.contact.assembly import DisplacedAxes
 from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPosition, cycle_lines, mesh_cycle
 from efficiency.contact.flank_pair import FlankPair, flank_pair
@@ -250,6 +251,7 @@ class Mesh:
         *,
         progress: ProgressCallback | None = None,
         strength: bool = False,
+        interval: bool = False,
         **conditions: Unpack[MeshAxes],
     ) -> Grid:
         """Efficiency at all combinations of conditions that do not change the geometry; see `GearPair.over`.
@@ -262,6 +264,8 @@ class Mesh:
             Called with a `Progress` after each point.
         strength : bool
             Columns of strength: worst grade, safety factors, integral temperature, specific film (0.1 s a point).
+        interval : bool
+            Columns of the 90 % interval by uncertain inputs (0.05 s a point).
         **conditions : value or sequence
             `torque`, `speed`, `temperature`, `oil`, `driver`, roughness: a list of values is an axis of the grid, one
             value holds for all points. `load_balance` and `bulk` of `LoadedMesh.efficiency`.
@@ -270,6 +274,11 @@ class Mesh:
         -------
         Grid
         """
+        axes, solve = self._axes(friction, conditions)
+        return solve_grid(axes, solve, progress, strength, interval)
+
+    def _axes(self, friction: Friction, conditions: Mapping[str, Any]) -> tuple[dict[str, list[Any]], Solve]:
+        """Axes with several values, and the efficiency at one value of each."""
         axes, held = split_axes(conditions, AXES[len(GEOMETRY_AXES) :])
         model = resolve_friction(friction, self.design)
 
@@ -277,7 +286,7 @@ class Mesh:
             here: dict[str, Any] = {**held, **condition}
             return self.load(here.pop("torque", None)).efficiency(model, many=True, **here)
 
-        return solve_grid(axes, solve, progress, strength)
+        return axes, solve
 
     def map(
         self,
@@ -288,15 +297,36 @@ class Mesh:
         *,
         progress: ProgressCallback | None = None,
         strength: bool = False,
+        interval: bool = False,
+        every_point: bool = False,
         **conditions: Unpack[HeldValues],
     ) -> Grid:
-        """`over` with the axes torque, speed and temperature, in this order; what is not given is the design's."""
+        """Map over torque, speed and temperature, in this order; what is not given is the design's.
+
+        An axis of ten values and more is interpolated between seven of them
+        (`efficiency.conditions.interpolation`); interpolated points have their figures and their error, but no
+        `EfficiencyResult`.
+
+        Parameters
+        ----------
+        friction, progress, strength, interval
+            As in `over`. With `strength` every point is solved.
+        torque, speed, temperature : value or sequence, optional
+            Values of the axes.
+        every_point : bool
+            Solve every point.
+        **conditions : value
+            What holds for all points, as in `over`.
+        """
         own = self.design.operation
         given = {"torque": torque, "speed": speed, "temperature": temperature}
         axes: dict[str, Any] = {
             name: axis_values(name, getattr(own, name) if values is None else values) for name, values in given.items()
         }
-        return self.over(friction, progress=progress, strength=strength, **axes, **conditions)
+        lines, solve = self._axes(friction, axes | conditions)
+        if strength or every_point:
+            return solve_grid(lines, solve, progress, strength, interval)
+        return solve_map(lines, solve, progress, interval=interval)
 
     def __repr__(self) -> str:
         lines = f"{len(self.grids.fine)} positions, {self.grids.points_per_line} points per line"

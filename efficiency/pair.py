@@ -250,6 +250,7 @@ class GearPair:
         grid: tuple[int, int] | None = None,
         progress: ProgressCallback | None = None,
         strength: bool = False,
+        interval: bool = False,
         **conditions: Unpack[PairAxes],
     ) -> Grid:
         """Efficiency at all combinations of conditions.
@@ -264,6 +265,8 @@ class GearPair:
             Called with a `Progress` after each point.
         strength : bool
             Columns of strength: worst grade, safety factors, integral temperature, specific film (0.1 s a point).
+        interval : bool
+            Columns of the 90 % interval by uncertain inputs (0.05 s a point).
         **conditions : value or sequence
             `torque`, `speed`, `temperature`, `oil`, `driver`, `roughness_rms_each`, `roughness_rms_pinion`,
             `roughness_rms_gear`, `correlation_length`, `peklenik_number`, `E`, `P`, `G`, `shaft_angle_error`, `side`,
@@ -292,7 +295,7 @@ class GearPair:
             pair: GearPair = here.pop("design", pairs[0])
             return solvers[pair.name](here)
 
-        return solve_grid(axes, solve, progress, strength)
+        return solve_grid(axes, solve, progress, strength, interval)
 
     def duty(
         self,

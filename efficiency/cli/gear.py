@@ -81,6 +81,7 @@ def gear(
     load_balance: LoadBalanceOption = None,
     bulk_temperature: BulkOption = None,
     uncertainty: UncertaintyOption = False,
+    strength: Annotated[bool, advanced("--strength", help="With --json: strength of the teeth as well.")] = False,
     load_from: LoadFromOption = None,
     save_load: SaveLoadOption = None,
 ) -> None:
@@ -107,7 +108,7 @@ def gear(
             loaded.write_load(save_load)
         if uncertainty and result.status == "converged":
             result = result.with_inputs(result.uncertainty(solved=True))
-    present(result, json_output, units=system, balance=balance, **files)
+    present(result, json_output, units=system, balance=balance, strength=strength, **files)
 
 
 @with_groups
@@ -124,6 +125,8 @@ def map_points(
     misalignment: MisalignmentOptions,
     load_balance: LoadBalanceOption = None,
     strength: StrengthOption = False,
+    interval: Annotated[bool, advanced("--interval", help="Columns of the 90 % interval by uncertain inputs.")] = False,
+    every_point: Annotated[bool, advanced("--every-point", help="Solve every point: interpolate none.")] = False,
 ) -> None:
     """Efficiency of a gear pair over torque, speed and temperature.
 
@@ -135,7 +138,8 @@ def map_points(
     [model] = pair.check([friction], **axes, **surface)
     fixed = surface | given({"load_balance": load_balance_of(load_balance)})
     with working("operating points"):
-        grid = pair.mesh(one_side(side)).map(model, strength=strength, **axes, **fixed)
+        more: dict[str, Any] = {"strength": strength, "interval": interval, "every_point": every_point}
+        grid = pair.mesh(one_side(side)).map(model, **more, **axes, **fixed)
     present(grid, json_output, units=system, **files)
 
 

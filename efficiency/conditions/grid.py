@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from efficiency.conditions.conditions import AXES
 from efficiency.loss.efficiency_result import EfficiencyResult
 from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.numbers import finite_or_none
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 
@@ -24,7 +25,8 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 Condition = Mapping[str, Any]
 Solve = Callable[[Condition], EfficiencyResult]
-"""Called with the number of points done and of all points."""
+Place = tuple[int, ...]
+"""Number of the value of each axis."""
 
 
 @dataclass(frozen=True)
@@ -36,20 +38,31 @@ class GridPoint:
     condition : dict
         Value of each axis, SI units.
     result : EfficiencyResult or None
-        None where geometry or load could not be computed.
+        None where geometry or load could not be computed, and where the point is interpolated.
     reason : str
         Why the point failed; empty where it did not.
     detail : str
         The same in words, where there is no result.
-    strength : dict
-        Worst grade and safety factors, where they were asked for.
+    requested : dict
+        Interval by uncertain inputs, worst grade and safety factors, where they were requested.
+    interpolated : dict
+        Figures of a point between solved ones.
     """
 
     condition: dict[str, Any]
     result: EfficiencyResult | None = field(repr=False)
     reason: str = ""
     detail: str = ""
-    strength: dict[str, str | float] = field(default_factory=dict)
+    requested: dict[str, str | float] = field(default_factory=dict)
+    interpolated: dict[str, float] = field(default_factory=dict)
+
+    def figure(self, name: str) -> Any:
+        """A figure of the point; nan where the point failed, or where that figure is not interpolated."""
+        if name in self.requested:
+            return self.requested[name]
+        if self.reason or self.result is None:
+            return self.interpolated.get(name, np.nan)
+        return getattr(self.result, name)
 
     @property
     def status(self) -> Literal["converged", "failed"]:
@@ -60,15 +73,15 @@ class GridPoint:
     def notes(self) -> tuple[str, ...]:
         """Notes of the result, or why there is none."""
         if self.result is None:
-            return (f"{self.reason}: {self.detail}",)
+            return (f"{self.reason}: {self.detail}",) if self.reason else ()
         return self.result.notes
 
     def row(self) -> dict[str, Any]:
-        """Condition, single values of the result and notes."""
-        values = {} if self.result is None else self.result.scalars()
+        """Condition, single values of the result, what else was requested, and notes."""
+        values = self.interpolated if self.result is None else self.result.scalars()
         named = {name: getattr(value, "name", value) for name, value in self.condition.items()}
-        last = {"status": self.status, "reason": self.reason, "notes": "; ".join(self.notes)}
-        return named | values | self.strength | last
+        last = {"interpolated": bool(self.interpolated), "status": self.status, "reason": self.reason}
+        return named | values | self.requested | last | {"notes": "; ".join(self.notes)}
 
 
 @dataclass(frozen=True, repr=False)
@@ -81,6 +94,8 @@ class Grid(Reportable):
         Values of each axis, SI units; a design by its name.
     points : tuple of GridPoint
         First axis outermost.
+    interpolation_error : float
+        Stated error of ln(loss) at interpolated points, which is part of their `efficiency_error` [-].
 
     Examples
     --------
@@ -95,6 +110,7 @@ class Grid(Reportable):
 
     axes: dict[str, tuple[Any, ...]]
     points: tuple[GridPoint, ...] = field(repr=False)
+    interpolation_error: float = 0.0
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -103,14 +119,12 @@ class Grid(Reportable):
 
     @property
     def results(self) -> tuple[EfficiencyResult, ...]:
-        """Results of the points that have one."""
+        """Results of the points that were solved."""
         return tuple(point.result for point in self.points if point.result is not None)
 
     def values(self, name: str = "efficiency") -> FloatArray:
-        """One figure of all results in the shape of the grid; nan where a point failed."""
-        found = [
-            np.nan if point.result is None or point.reason else getattr(point.result, name) for point in self.points
-        ]
+        """One figure of all points in the shape of the grid; nan where a point has none (`GridPoint.figure`)."""
+        found = [point.figure(name) for point in self.points]
         return np.array(found, dtype=np.float64).reshape(self.shape)
 
     @property
@@ -125,25 +139,30 @@ class Grid(Reportable):
 
     @property
     def notes(self) -> dict[str, int]:
-        """Each note, and how many points have it."""
+        """Each note, and how many solved points have it."""
         return dict(Counter(note for point in self.points for note in point.notes))
 
+    @property
+    def interpolation(self) -> str:
+        """How many points are interpolated and how well, in words; empty where all are solved."""
+        count = sum(bool(point.interpolated) for point in self.points)
+        if not count:
+            return ""
+        error = f"{100.0 * self.interpolation_error:.1g} % of the loss"
+        return f"{count} of {len(self.points)} points are interpolated between solved ones, within {error}"
+
     def to_frame(self) -> pandas.DataFrame:
-        """One row per point: its condition, the single values of the result in SI units, status, reason, notes."""
+        """One row per point: its condition, its figures in SI units, status, reason, notes."""
         import pandas
 
         return pandas.DataFrame([point.row() for point in self.points])
 
     def to_dict(self) -> dict[str, Any]:
-        """Axes, status and one object per point, for JSON."""
+        """Axes, status and one object per point, for JSON; not-a-number becomes None."""
         axes = {name: list(values) for name, values in self.axes.items()}
-        points = [
-            {name: getattr(value, "name", value) for name, value in point.condition.items()}
-            | {"status": point.status, "reason": point.reason}
-            | ({} if point.result is None else point.result.to_dict())
-            for point in self.points
-        ]
-        return axes | {"status": self.status, "reason": self.reason, "points": points}
+        points = [finite_or_none(point.row() | {"notes": list(point.notes)}) for point in self.points]
+        found = {"status": self.status, "reason": self.reason, "interpolation_error": self.interpolation_error}
+        return axes | found | {"points": points}
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{name} x {len(values)}" for name, values in self.axes.items())
@@ -163,7 +182,11 @@ def count_reasons(reasons: Iterable[str], what: str) -> str:
 
 
 def solve_points(
-    conditions: Sequence[Condition], solve: Solve, progress: ProgressCallback | None = None, strength: bool = False
+    conditions: Sequence[Condition],
+    solve: Solve,
+    progress: ProgressCallback | None = None,
+    strength: bool = False,
+    interval: bool = False,
 ) -> list[GridPoint]:
     """Efficiency at each condition, in their order; what has no geometry or load is a point with its reason.
 
@@ -177,14 +200,20 @@ def solve_points(
         Called with a `Progress` after each point.
     strength : bool
         Whether the points have grades and safety factors: 0.1 s each.
+    interval : bool
+        Whether they have the interval of the efficiency by uncertain inputs.
     """
     points = []
     with progress_to(progress):
         for done, condition in enumerate(conditions, 1):
             try:
                 result = solve(condition)
-                graded = result.strength.columns() if strength and not result.reason else {}
-                points.append(GridPoint(dict(condition), result, result.reason, strength=graded))
+                more: dict[str, str | float] = {}
+                if interval:
+                    more |= {"efficiency_lower": result.efficiency_lower, "efficiency_upper": result.efficiency_upper}
+                if strength and not result.reason:
+                    more |= result.strength.columns()
+                points.append(GridPoint(dict(condition), result, result.reason, requested=more))
             except ConvergenceError as error:
                 points.append(GridPoint(dict(condition), None, error.reason, error.detail))
             report_progress("points", done, len(conditions))
@@ -196,6 +225,7 @@ def solve_grid(
     solve: Solve,
     progress: ProgressCallback | None = None,
     strength: bool = False,
+    interval: bool = False,
 ) -> Grid:
     """Efficiency at every combination of the axes; geometry and load once each, whatever the order of the axes.
 
@@ -203,7 +233,7 @@ def solve_grid(
     ----------
     axes : mapping
         Names of `AXES` to values in SI units.
-    solve, progress, strength
+    solve, progress, strength, interval
         As in `solve_points`.
 
     Raises
@@ -214,14 +244,28 @@ def solve_grid(
     for name, values in axes.items():
         if not len(values):
             raise InputError(name, list(values), "at least one value")
-    shape = tuple(len(values) for values in axes.values())
-    places = list(itertools.product(*(range(n) for n in shape)))
+    places = list(itertools.product(*(range(len(values)) for values in axes.values())))
+    solved = solve_places(axes, places, solve, progress, strength, interval)
+    return Grid(named_axes(axes), tuple(solved[place] for place in places))
+
+
+def named_axes(axes: Mapping[str, Sequence[Any]]) -> dict[str, tuple[Any, ...]]:
+    """Values of each axis; designs and oils by their names."""
+    return {name: tuple(getattr(v, "name", v) for v in values) for name, values in axes.items()}
+
+
+def solve_places(
+    axes: Mapping[str, Sequence[Any]],
+    places: Sequence[Place],
+    solve: Solve,
+    progress: ProgressCallback | None = None,
+    strength: bool = False,
+    interval: bool = False,
+) -> dict[Place, GridPoint]:
+    """Efficiency at some combinations of the axes, those that share geometry and load one after the other."""
     cost = [list(axes).index(name) for name in AXES if name in axes]
-    order = sorted(range(len(places)), key=lambda k: [places[k][axis] for axis in cost])
+    order = sorted(places, key=lambda place: [place[axis] for axis in cost])
     conditions = [
-        dict(zip(axes, (v[k] for v, k in zip(axes.values(), place, strict=True)), strict=True)) for place in places
+        dict(zip(axes, (v[k] for v, k in zip(axes.values(), place, strict=True)), strict=True)) for place in order
     ]
-    solved = solve_points([conditions[k] for k in order], solve, progress, strength)
-    points = dict(zip(order, solved, strict=True))
-    named = {name: tuple(getattr(v, "name", v) for v in values) for name, values in axes.items()}
-    return Grid(named, tuple(points[k] for k in range(len(places))))
+    return dict(zip(order, solve_points(conditions, solve, progress, strength, interval), strict=True))

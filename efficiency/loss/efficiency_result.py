@@ -333,12 +333,18 @@ class EfficiencyResult(Reportable):
         kept = (str, bool, int, float)
         return {name: value for name in self._names() if isinstance(value := getattr(self, name), kept)}
 
-    def to_dict(self) -> dict[str, Any]:
-        """Everything but the point arrays, for JSON; not-a-number and infinity become None."""
+    def to_dict(self, *, strength: bool = False) -> dict[str, Any]:
+        """Everything but the point arrays, for JSON; not-a-number and infinity become None.
+
+        Parameters
+        ----------
+        strength : bool
+            With the strength of the teeth.
+        """
         plain = {name: _plain(getattr(self, name)) for name in self._names()}
         interval = {name: _plain(value) for name, value in self._interval().items()}
-        strength = {} if self.source is None else {"strength": self.strength.to_dict()}
-        return plain | interval | {"uncertainty": self.inputs.to_dict()} | strength
+        graded = {"strength": self.strength.to_dict()} if strength else {}
+        return plain | interval | {"uncertainty": self.inputs.to_dict()} | graded
 
     def to_frame(self) -> pandas.DataFrame:
         """One row: the single values by their names, SI units."""

@@ -8,6 +8,7 @@ scaled so that torque, and with it energy, is in balance to rounding (`efficienc
 from __future__ import annotations
 
 import math
+from dataclasses import fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,8 @@ WORTH, WORTH_MANY = 1e-7, 2e-6
 EXPECTED, BOUND = 0.1, 0.7
 # error of the loss by the square of the way of a tangent, as a share (ours; up to 0.15 measured with 6 x 15 points)
 TANGENT = 0.3
+# of many points: the processes of a formula are asked at one in so many points of the balance (ours)
+_EVERY = 4
 
 
 def balance_friction(
@@ -82,7 +85,7 @@ def balance_friction(
     for rounds in range(1, ROUNDS + 1):
         load = grid.at(torque * ratio)
         points = loaded_points(load, modulus, operation)
-        mu = friction_only(asked, points.state, oil)
+        mu = _friction_of_many(asked, points.state, oil) if many else friction_only(asked, points.state, oil)
         # what has no friction is told by the loss
         mu = np.where(np.isfinite(mu), mu, COLEMAN_FRICTION)
         share = carried_share(load, points.force, mu, way)
@@ -108,6 +111,22 @@ def balance_friction(
 def form_of(model: FrictionModel) -> FrictionModel:
     """The form of a formula that Gaussian processes correct; any other model as it is."""
     return core_of(model) if isinstance(model, Formula) and model.processes else model
+
+
+def _friction_of_many(model: FrictionModel, state: ContactState, oil: Oil) -> FloatArray:
+    """Friction coefficients, with the processes of a formula at every so manieth point and their effect in between.
+
+    Along a contact line the processes change what the form gives by a few per cent, and smoothly.
+    """
+    form = form_of(model)
+    if form is model:
+        return friction_only(model, state, oil)
+    mu, some = friction_only(form, state, oil), slice(None, None, _EVERY)
+    there = ContactState(**{f.name: getattr(state, f.name)[some] for f in fields(ContactState)})
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio = friction_only(model, there, oil) / mu[some]
+    number = np.arange(mu.size)
+    return np.asarray(mu * np.interp(number, number[some], ratio))
 
 
 def friction_only(model: FrictionModel, state: ContactState, oil: Oil) -> FloatArray:

@@ -17,7 +17,7 @@ from efficiency.output.flank_map import FlankMap
 from efficiency.output.geometry_report import AXIAL_SECTION
 from efficiency.output.geometry_tables import blank_table, misalignment_text, setting_tables, words
 from efficiency.output.machine_summary import FLANKS, Units, summary_rows
-from efficiency.output.notes import result_notes
+from efficiency.output.notes import result_notes, said_of_grid
 from efficiency.output.plots_geometry import blank_figure
 from efficiency.output.plots_load import (
     plot_friction_and_loss,
@@ -212,8 +212,7 @@ def _headline(result: EfficiencyResult, of_design: Sequence[str], grid: Grid | N
     if grid is not None:
         cases = len(grid.points)
         own = {text for _, text in said}
-        for other in grid.results:
-            said += [pair for pair in result_notes(other, (), operating_state(other)) if pair[1] not in own]
+        said += [pair for pair in said_of_grid(grid) if pair[1] not in own]
     return [answer(result, grid), KeyFigures(tiles), Notes(pair_notes(said), cases)]
 
 
@@ -249,6 +248,7 @@ def _map_items(grid: Grid, shown: EfficiencyResult) -> list[Item]:
     return [
         Row(map_figures(grid)),
         *efficiency_grids(grid),
+        *([Text(f"{grid.interpolation}.")] if grid.interpolation else []),
         Text(f"The sections below are of one point of it, {operating_point(shown)}."),
     ]
 

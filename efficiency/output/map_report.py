@@ -45,6 +45,7 @@ def map_sections(grid: Grid, medium: Medium, units: Units = "metric") -> list[Se
     if medium == "terminal":
         skipped = dict.fromkeys(text for result in grid.results for text in result.skipped)
         below: list[Item] = [grid_notes(grid), *(Text(f"skipped: {text}") for text in skipped)]
+        below += [Text(grid.interpolation)] if grid.interpolation else []
         return [Section("", [*(efficiency_grids(grid) if is_map(grid) else [map_table(grid)]), *below])]
     if is_map(grid):
         found = page_sections(nearest_point(grid), grid, units)

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from ehl.common.notes import Note
 
 
-def result_notes(result: EfficiencyResult, of_design: Sequence[str] = (), case: str = "") -> list[tuple[str, str]]:
+def result_notes(
+    result: EfficiencyResult, of_design: Sequence[str] = (), case: str = "", *, strength: bool = True
+) -> list[tuple[str, str]]:
     """Case and sentence of all that has to be known of one operating point, each kind once.
 
     Parameters
@@ -28,10 +30,12 @@ def result_notes(result: EfficiencyResult, of_design: Sequence[str] = (), case: 
         Notes on the pair without load.
     case : str
         How the operating point is called among others.
+    strength : bool
+        With the grades of the strength.
     """
     said = [f"not converged: {result.reason}"] if result.status != "converged" else []
     edges = False
-    if result.source is not None:
+    if strength and result.source is not None:
         said += [grade.text for grade in result.strength.grades]
         edges = any(grade.kind == "edges" for grade in result.strength.grades)
     # of load at edges the grade says what to do about it, the note where it is
@@ -44,8 +48,15 @@ def result_notes(result: EfficiencyResult, of_design: Sequence[str] = (), case: 
 
 def grid_notes(grid: Grid) -> Notes:
     """Notes of a map, one for each kind with the worst point."""
-    said = [pair for result in grid.results for pair in result_notes(result, (), operating_state(result))]
-    return Notes(pair_notes(said), len(grid.results))
+    return Notes(pair_notes(said_of_grid(grid)), len(grid.results))
+
+
+def said_of_grid(grid: Grid) -> list[tuple[str, str]]:
+    """Operating point and sentence of all that has to be known of a map; grades of strength where requested."""
+    solved = [(point.result, bool(point.requested.get("strength"))) for point in grid.points if point.result]
+    return [
+        pair for result, graded in solved for pair in result_notes(result, (), operating_state(result), strength=graded)
+    ]
 
 
 def duty_notes(cycle: DutyCycle) -> Notes:

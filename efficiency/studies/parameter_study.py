@@ -558,7 +558,7 @@ def _solve(task: StudyTask) -> dict[str, list[dict[str, Any]]]:
         if found.result is None:
             points.append(replace(point, reason=found.reason, notes=found.notes))
         else:
-            solved = with_result(replace(point, strength=found.strength), found.result)
+            solved = with_result(replace(point, strength=found.requested), found.result)
             points.append(replace(solved, seconds=time.perf_counter() - clock))
     return {"points": [asdict(point) for point in points]}
 
