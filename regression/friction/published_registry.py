@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ehl.fluid.film_formulas import pan_hamrock_1989_minimum
 from ehl.fluid.load_sharing import arana_2019, doleschel_2002
 from ehl.fluid.oil import Oil
+from ehl.fluid.oil_family import FAMILIES
 from regression.friction import published as p
 from regression.friction.conditions import Array, Conditions
 from regression.friction.models import FrictionEstimate, FrictionFlag, FrictionModel
@@ -174,7 +175,7 @@ def _arana_film(c: Conditions) -> Array:
     return p.murch_wilson_1975(loading / c["thermal_conductivity"], c["slide_to_roll_total"]) * c["film_formula"]
 
 
-def _arana_fluid(c: Conditions) -> Array:
+def _arana_fluid(c: Conditions, base: str) -> Array:
     pressure = np.maximum(0.25 * np.pi * c["pressure_hertz"], 1.0)
     return p.arana_2019_fluid(
         pressure,
@@ -182,12 +183,12 @@ def _arana_fluid(c: Conditions) -> Array:
         c["pressure_viscosity"],
         c["speed_sliding"],
         _arana_film(c),
-        c["limiting_shear_coefficient"],
+        FAMILIES[base].ratio,  # the authors' Lambda caps the mean friction, and is no limit of the oil
     )
 
 
-def _mix(share: Array, c: Conditions) -> Array:
-    return np.asarray(share * BOUNDARY_FRICTION + (1.0 - share) * _arana_fluid(c))
+def _mix(share: Array, c: Conditions, base: str) -> Array:
+    return np.asarray(share * BOUNDARY_FRICTION + (1.0 - share) * _arana_fluid(c, base))
 
 
 def _over(film: Array, roughness: Array) -> Array:
@@ -196,11 +197,11 @@ def _over(film: Array, roughness: Array) -> Array:
 
 
 def _arana(c: Conditions, base: str) -> Array:
-    return _mix(arana_2019(_over(_arana_film(c), c["roughness_rms"])), c)
+    return _mix(arana_2019(_over(_arana_film(c), c["roughness_rms"])), c, base)
 
 
 def _doleschel(c: Conditions, base: str) -> Array:
-    return _mix(doleschel_2002(_over(_arana_film(c), _mean_ra(c))), c)
+    return _mix(doleschel_2002(_over(_arana_film(c), _mean_ra(c))), c, base)
 
 
 def _matsumoto(c: Conditions, base: str) -> Array:
@@ -211,7 +212,7 @@ def _matsumoto(c: Conditions, base: str) -> Array:
         c["pressure_viscosity_film"] * c["effective_modulus"],
     )
     heights = RZ_OVER_RQ * (c["roughness_rms_1"] + c["roughness_rms_2"])
-    return _mix(p.share_matsumoto_2014(heights / minimum), c)
+    return _mix(p.share_matsumoto_2014(heights / minimum), c, base)
 
 
 def _masjedi(c: Conditions, base: str) -> Array:
@@ -223,7 +224,7 @@ def _masjedi(c: Conditions, base: str) -> Array:
         c["roughness_rms"] / c["radius_equivalent"],
         HARDNESS / c["effective_modulus"],
     )
-    return _mix(share, c)
+    return _mix(share, c, base)
 
 
 _LOCAL_LOAD = "a mesh mean with the figures of the pitch point, applied with local ones; Ra = 0.798 Rq, mean of both"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from ehl.common.quantities import si_unit
 from ehl.fluid.lubricant_inputs import OilLubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_sheet import write_card
+from ehl.fluid.rheology import stress_at
 from regression.calibration import robust
 from regression.calibration.calibrate import Calibration, ParameterEstimate, solver_of
 from regression.calibration.card import calibrated_card, use_lines
@@ -124,7 +126,11 @@ def test_the_cards_own_values_change_nothing() -> None:
     for name, rising in (("fva3", False), ("75w90", True), ("m100", False)):
         card = Oil.load(name)
         again = card_with(card, start_values(card, WARM, rising=rising), WARM)
-        assert lubricant_of(again, WARM, rising=rising) == lubricant_of(card, WARM, rising=rising)
+        found, own = lubricant_of(again, WARM, rising=rising), lubricant_of(card, WARM, rising=rising)
+        if not rising:  # a constant one starts at that of the card at 1 GPa
+            assert found.eyring_stress == stress_at(own.eyring_stress, 1e9)
+            found = replace(found, eyring_stress=own.eyring_stress)
+        assert found == own
 
 
 def test_rising_stress_takes_both_figures() -> None:

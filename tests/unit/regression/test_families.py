@@ -188,7 +188,7 @@ def test_film_friction_reaches_the_limiting_shear_stress() -> None:
         "eyring_stress": 1e6 * conditions["eyring_stress"],
         "viscosity_inlet": 1e6 * conditions["viscosity_inlet"],
     }
-    limit = OILS["fva3"].limiting_shear_coefficient
+    limit = OILS["fva3"].limiting_stress[1]
     fluid = film_friction(conditions, k, heated_film(conditions, k))
     assert fluid == pytest.approx(limit, rel=2e-4)
     assert CAP_ORDER >= 8.0

@@ -39,9 +39,9 @@ def test_isothermal_over_thermal_friction(pressure, speed, slide, ratio, frictio
         speed_entrainment=speed,
         slide_to_roll=slide,
     )
-    oil = replace(Oil.load("fva3").at(353.15), rheology="eyring", eyring_stress=5e6)
+    oil = replace(Oil.load("fva3").at(353.15), eyring_stress=5e6, limiting_shear_coefficient=0.047)
     oil = replace(oil, film_conductivity=FilmConductivity(c1=0.8e-9, c2=0.0))
-    steel = Material.load("steel")
+    steel = Material.load("steel").model_copy(update={"thermal_conductivity": 46.0})
     result = solve_smooth(contact, oil, (steel, steel), thermal="on")
     assert result.status == "converged"
     assert result.isothermal.friction_fluid / result.friction_fluid == pytest.approx(ratio, rel=0.06)
