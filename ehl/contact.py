@@ -87,6 +87,9 @@ class ContactKeywords(TypedDict, total=False):
     roughness_rms_2: Amount
     profile_1: str | None
     profile_2: str | None
+    profile_unit_x: str | None
+    profile_unit_height: str | None
+    detrend: int | None
     cutoff_short: Amount
     cutoff_long: Amount
     finish: str | None
@@ -181,7 +184,9 @@ class Contact(InputModel):
     roughness_rms : float or str
         Composite Rq [m], shared evenly by both surfaces; or, of each surface, `roughness_rms_1` and `roughness_rms_2`.
     profile_1, profile_2 : str
-        Files of measured profiles instead, kept between `cutoff_short` and `cutoff_long` [m].
+        Files of measured profiles instead, kept between `cutoff_short` and `cutoff_long` [m] after a polynomial of the
+        order `detrend`, the form, was taken out (2). `profile_unit_x` and `profile_unit_height` give their units where
+        the files have none.
     finish, finish_state : str
         How the surfaces were made (`ehl.shipped("finishes")`), and whether they are "run_in" (default) or "new"; gives
         Rq, correlation length, skewness, lay and a self-affine spectrum, each where it is not given.

@@ -112,6 +112,9 @@ class SurfaceInput(InputModel):
     roughness_rms_2: Rms = 0.0
     profile_1: str | None = None
     profile_2: str | None = None
+    profile_unit_x: str = ""
+    profile_unit_height: str = ""
+    detrend: Annotated[int, Field(ge=1, le=8)] = 2
     cutoff_short: Length = 2.5e-6
     cutoff_long: Annotated[float, ValueRange("m", ge=1e-5, le=0.1)] | None = 8e-4
     finish: str | None = None
@@ -199,6 +202,17 @@ class SurfaceInput(InputModel):
             return self.boundary_film
         below = 0.0 if self.spectrum == "self_affine" else None
         return boundary_film(self.roughness_rms, below, film=self.reaction_film).thickness
+
+    @property
+    def profile_reading(self) -> dict[str, Any]:
+        """How measured profiles are read, as options of `ehl.surface.measured_profile.load_profile`."""
+        return {
+            "unit_x": self.profile_unit_x,
+            "unit_height": self.profile_unit_height,
+            "detrend": self.detrend,
+            "cutoff_long": self.cutoff_long,
+            "peklenik_number": self.peklenik_number,
+        }
 
     @property
     def measured(self) -> bool:

@@ -31,6 +31,7 @@ from ehl.rough.mixed import (
     TOLERANCE,
     SmoothFriction,
     film_stress_ratio,
+    profile_notes,
     rolling_heat_of,
     roughness_effect,
     roughness_heights,
@@ -164,7 +165,8 @@ def _solve(problem: ContactProblem, start: ContactResult | None, window: float |
     result = _accepted(result, model.friction_tolerance or TOLERANCE[model.accuracy])
     hardness = min(body.hardness for body in bodies)
     warmth = bulk_note(lubricant, bulk) if model.thermal != "off" else ()
-    notes = tuple(dict.fromkeys((*result.notes, *limit_notes(result, contact, lubricant, hardness), *warmth)))
+    own = (*profile_notes(surface), *result.notes)
+    notes = tuple(dict.fromkeys((*own, *limit_notes(result, contact, lubricant, hardness), *warmth)))
     return replace(result, notes=notes, skipped=tuple(skipped))
 
 

@@ -88,7 +88,7 @@ def _quotas(groups: Path, root: Path) -> Iterator[int]:
 def _no_semaphores() -> bool:
     """Whether no named semaphore can be made (no /dev/shm, or forbidden): joblib then has no processes."""
     try:
-        from _multiprocessing import SemLock
+        from _multiprocessing import SemLock  # type: ignore[import-not-found]
 
         SemLock(0, 0, 1, name=f"/mixed-ehl-{os.getpid()}-{secrets.token_hex(4)}", unlink=True)
     except (ImportError, OSError, ValueError) as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from ehl.rough import RoughSurfaces, TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET, NODES_MIN, level_of, mesh_length, min_nodes
 from ehl.rough.running_in import RUNNING_IN, flattened
 from ehl.rough.subgrid import BUDGET_SHARE, CUTOFF_NODES, SplitSurfaces, share_left_out, split_surfaces
-from ehl.surface.measured_profile import load_profile
+from ehl.surface.measured_profile import load_profile, profile_points
 from ehl.surface.roughness import CUTOFF_PER_CORRELATION_LENGTH, RoughProfile, generate_profile
 
 FloatArray = NDArray[np.float64]
@@ -117,14 +118,7 @@ def rough_surfaces(surface: SurfaceInput, contact: LineContact, hardness: float 
         ((surface.roughness_rms_1, surface.profile_1), (surface.roughness_rms_2, surface.profile_2)), start=1
     ):
         if path is not None:
-            profiles.append(
-                load_profile(
-                    path,
-                    cutoff_long=surface.cutoff_long,
-                    cutoff_short=surface.cutoff_short,
-                    peklenik_number=surface.peklenik_number,
-                )
-            )
+            profiles.append(load_profile(path, cutoff_short=surface.cutoff_short, **surface.profile_reading))
         elif rms > 0.0:
             lc = surface.correlation_length
             # a Gaussian autocorrelation has next to nothing below its cut-off, and the profile the whole Rq
@@ -170,6 +164,13 @@ class SmoothFriction:
 
     film: float = 0.0
     stress_ratio: float = math.inf
+
+
+def profile_notes(surface: SurfaceInput) -> tuple[str, ...]:
+    """What was done to measured profiles while they were read: gaps, spikes, the line of a map."""
+    units = {"unit_x": surface.profile_unit_x, "unit_height": surface.profile_unit_height}
+    paths = dict.fromkeys(path for path in (surface.profile_1, surface.profile_2) if path is not None)
+    return tuple(f"{Path(path).name}: {note}" for path in paths for note in profile_points(path, **units)[2])
 
 
 def roughness_heights(surface: SurfaceInput, contact: LineContact) -> tuple[float, float]:

@@ -138,17 +138,12 @@ def share_left_out(surface: SurfaceInput, cutoff: float) -> float:
 
 
 def _split_measured(path: str, surface: SurfaceInput, cutoff: float) -> tuple[RoughProfile | None, float, float]:
-    x, heights, _ = profile_points(path)
+    x, heights, _ = profile_points(path, unit_x=surface.profile_unit_x, unit_height=surface.profile_unit_height)
     spacing = float(x[1] - x[0])
-    level = detrended(heights)
+    level = detrended(heights, surface.detrend)
     in_band = gaussian_mean_line(level, spacing, surface.cutoff_short)
     try:
-        profile = load_profile(
-            path,
-            cutoff_long=surface.cutoff_long,
-            cutoff_short=cutoff,
-            peklenik_number=surface.peklenik_number,
-        )
+        profile = load_profile(path, cutoff_short=cutoff, **surface.profile_reading)
     except InputError:
         # the cut-off is beyond what the file shows: all of it is fine structure
         if surface.cutoff_long is not None:

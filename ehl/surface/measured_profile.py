@@ -1,162 +1,29 @@
-"""Measured rough profiles: reading, checking, levelling and filtering with stated cut-offs."""
+"""Measured rough profiles: checking, levelling and filtering with stated cut-offs."""
 
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
 from ehl.common.errors import InputError
-from ehl.common.files import read_bytes, read_text
-from ehl.common.units import parse_quantity
+from ehl.common.units import UNITS, parse_quantity
+from ehl.surface.profile_file import MeasuredHeights, read_heights
 from ehl.surface.roughness import RoughProfile
 
 FloatArray = NDArray[np.float64]
 
-MIN_POINTS = 64
 # ISO 16610-21: half the amplitude passes at the cut-off wavelength
 GAUSSIAN_CONSTANT = math.sqrt(math.log(2.0) / math.pi)
-# relative; larger steps than this are resampled
-UNIFORM_SPACING = 1e-3
+# of technical surfaces (ours): what lies beyond has most often a wrong unit
+RMS_RANGE, MAX_SLOPE, SLOPE_CUTOFF = (2e-9, 2e-5), 0.5, 2.5e-6
 
 
-def read_profile(
-    path: str | Path, *, unit_x: str = "", unit_height: str = ""
-) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
-    """Positions and heights from a text file of two columns.
-
-    Columns are parted by comma, semicolon, tab or blanks; with semicolons the decimal comma is understood. Lines that
-    begin with ``#`` and the header may carry the units, as in ``x [mm], height [um]``.
-
-    Parameters
-    ----------
-    path : str or Path
-    unit_x, unit_height : str
-        Units such as "mm" and "um"; they win over the header. Without either the file is refused.
-
-    Returns
-    -------
-    x, heights : ndarray, shape (n,)
-        [m]; x increasing and uniform.
-    notes : tuple of str
-        What had to be done (resampling).
-
-    Raises
-    ------
-    InputError
-        The file is missing, unreadable or not two columns; a value is missing or not finite; there are fewer than
-        64 points; positions do not increase; a unit is missing or not a length.
-    """
-    path = Path(path)
-    name = str(path)
-    text = read_text(path, "profile", "an existing file of text with two columns")
-    rows, units = _parse(text, name)
-    if len(rows) < MIN_POINTS:
-        raise InputError("profile", name, f"at least {MIN_POINTS} points", f"The file has {len(rows)}.")
-    data = np.array(rows)
-    bad = np.flatnonzero(~np.all(np.isfinite(data), axis=1))
-    if len(bad):
-        raise InputError(
-            "profile",
-            name,
-            "finite numbers",
-            f"{len(bad)} of {len(data)} points are missing or not finite, first point {bad[0] + 1}.",
-        )
-    x = data[:, 0] * _scale(unit_x or units[0], "unit_x", name)
-    heights = data[:, 1] * _scale(unit_height or units[1], "unit_height", name)
-    if x[0] > x[-1]:
-        x, heights = x[::-1], heights[::-1]
-    backward = np.flatnonzero(np.diff(x) <= 0.0)
-    if len(backward):
-        raise InputError(
-            "profile",
-            name,
-            "positions that increase",
-            f"Point {backward[0] + 2} does not lie behind the one before it.",
-        )
-    return _uniform(x, heights)
-
-
-def _parse(text: str, name: str) -> tuple[list[tuple[float, float]], tuple[str, str]]:
-    units = ("", "")
-    rows: list[tuple[float, float]] = []
-    for number, line in enumerate(text.splitlines(), start=1):
-        content = line.strip()
-        if not content:
-            continue
-        fields = _fields(content.lstrip("#"))
-        if content.startswith("#") or (not rows and not _is_number(fields[0])):
-            found = re.findall(r"[\[(]\s*([^\])]+?)\s*[\])]", content)
-            if len(found) >= 2:
-                units = (found[0], found[1])
-            continue
-        if len(fields) != 2:
-            raise InputError(
-                "profile",
-                name,
-                "two columns, position and height",
-                f"Line {number} has {len(fields)}: {content[:60]!r}.",
-            )
-        if not all(_is_number(field) or not field for field in fields):
-            raise InputError("profile", name, "numbers", f"Line {number} reads {content[:60]!r}.")
-        rows.append(tuple(float(field) if field else math.nan for field in fields))  # type: ignore[arg-type]
-    return rows, units
-
-
-def _fields(line: str) -> list[str]:
-    if ";" in line:
-        return [part.strip().replace(",", ".") for part in line.split(";")]
-    separator = next((mark for mark in (",", "\t") if mark in line), None)
-    return [part.strip() for part in line.split(separator)] or [""]
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
-def _scale(unit: str, field: str, name: str) -> float:
-    if not unit:
-        raise InputError(
-            field,
-            "",
-            "a length unit such as 'um'",
-            f"Give it, or write it in the header of {name}: x [mm], height [um].",
-        )
-    return parse_quantity(f"1 {unit.replace('µ', 'u').replace('μ', 'u')}", "m", field=field)
-
-
-def _uniform(x: FloatArray, heights: FloatArray) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
-    steps = np.diff(x)
-    mean = (x[-1] - x[0]) / (len(x) - 1)
-    spread = float(np.max(np.abs(steps / mean - 1.0)))
-    even = x[0] + mean * np.arange(len(x))
-    if spread <= UNIFORM_SPACING:
-        return even, heights, ()
-    if spread > 9.0:
-        raise InputError(
-            "profile",
-            f"largest step {steps.max():.3g} m",
-            f"steps of at most 10 times their mean ({mean:.3g} m)",
-            "Points are missing.",
-        )
-    return (
-        even,
-        np.interp(even, x, heights),
-        (f"resampled: steps differed from their mean by up to {100 * spread:.0f} %",),
-    )
-
-
-def detrended(heights: FloatArray, order: int = 1) -> FloatArray:
-    """Heights less their least-squares polynomial (1: tilt, 2: tilt and curvature)."""
+def detrended(heights: FloatArray, order: int = 2) -> FloatArray:
+    """Heights less their least-squares polynomial: 1 takes out a tilt, 2 the form of a flank, cylinder or ball too."""
     place = np.linspace(-1.0, 1.0, len(heights))
     return np.asarray(heights - np.polynomial.Polynomial.fit(place, heights, order)(place))
 
@@ -210,7 +77,7 @@ def prepared_profile(
     cutoff_long: float | None,
     cutoff_short: float,
     spacing: float | None = None,
-    detrend_order: int = 1,
+    detrend_order: int = 2,
     periodic: bool = True,
     peklenik_number: float = 1.0,
     source: str = "measured",
@@ -288,10 +155,64 @@ def prepared_profile(
 def profile_points(
     path: str | Path, *, unit_x: str = "", unit_height: str = ""
 ) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
-    """Positions and heights of a text or profilometer file [m], by its file name."""
-    if Path(path).suffix.lower() in (".csv", ".txt", ".dat", ".tsv", ".prn"):
-        return read_profile(path, unit_x=unit_x, unit_height=unit_height)
-    return read_topography(path)
+    """Positions and heights of a file [m], gaps and spikes interpolated, and what was done; of a map one line.
+
+    `require_plausible` states what is refused.
+    """
+    found = read_heights(path, unit_x=unit_x, unit_height=unit_height).cleaned()
+    heights, notes = typical_line(found)
+    require_plausible(Path(path).name, found.x, heights, found.unit)
+    return found.x, heights, (*found.notes, *notes)
+
+
+def typical_line(found: MeasuredHeights) -> tuple[FloatArray, tuple[str, ...]]:
+    """The line of a map whose Rq is the median of all its lines, form taken out of each alone, and a note of it."""
+    if not found.is_map:
+        return found.heights[0], ()
+    rms = np.array([np.std(detrended(line)) for line in found.heights])
+    chosen = int(np.argsort(rms)[len(rms) // 2])
+    low, high = 1e6 * np.quantile(rms, (0.05, 0.95))
+    note = f"line {chosen + 1} of {len(rms)} of a map, of the median Rq; nine of ten have {low:.3g} to {high:.3g} um"
+    return found.heights[chosen], (note,)
+
+
+def require_plausible(name: str, x: FloatArray, heights: FloatArray, unit: str = "m") -> None:
+    """Refuse heights that no technical surface has: most often their unit is another one.
+
+        Parameters
+        ----------
+        name : str
+            Of the file.
+        x, heights : ndarray, shape (n,)
+            Even positions and heights [m].
+    unit : str
+            Of the heights as they were read.
+
+        Raises
+        ------
+        InputError
+            Rq after taking out the form is not 2 nm to 20 um, or the RMS slope of waves longer than 2.5 um exceeds 0.5.
+    """
+    step = float(x[1] - x[0])
+    level = detrended(heights)
+    rms = float(np.std(level))
+    slope = float(np.std(np.diff(gaussian_mean_line(level, step, max(SLOPE_CUTOFF, 2.0 * step))))) / step
+    if RMS_RANGE[0] <= rms <= RMS_RANGE[1] and slope <= MAX_SLOPE:
+        return
+    others = ("nm", "um", "mm", "m")
+    factors = {one: UNITS[one][1] / parse_quantity(f"1 {unit}", "m") for one in others}
+    meant = [
+        one
+        for one, factor in factors.items()
+        if factor != 1.0 and RMS_RANGE[0] <= factor * rms <= RMS_RANGE[1] and factor * slope <= MAX_SLOPE
+    ]
+    hint = f" Are the heights in {' or '.join(meant)}?" if meant else " Check the units of positions and heights."
+    raise InputError(
+        "profile",
+        f"{name}: Rq {rms:.3g} m, RMS slope {slope:.3g}",
+        f"Rq of 2 nm to 20 um and an RMS slope up to {MAX_SLOPE:g}",
+        f"The heights were read in {unit}.{hint}",
+    )
 
 
 def load_profile(
@@ -301,14 +222,14 @@ def load_profile(
     cutoff_short: float,
     unit_x: str = "",
     unit_height: str = "",
+    detrend: int = 2,
     spacing: float | None = None,
     periodic: bool = True,
     peklenik_number: float = 1.0,
 ) -> RoughProfile:
-    """A measured profile from a file, prepared; text columns, or a profilometer format by its file name.
+    """A measured profile from a file of text or of an instrument (`read_heights`), checked and prepared.
 
-    Files ending in csv, txt, dat, tsv or prn are read as text (`read_profile`), others by SurfaceTopography
-    (`read_topography`). See `prepared_profile` for the cut-offs.
+    See `prepared_profile` for the cut-offs.
     """
     x, heights, notes = profile_points(path, unit_x=unit_x, unit_height=unit_height)
     return prepared_profile(
@@ -317,63 +238,9 @@ def load_profile(
         cutoff_long=cutoff_long,
         cutoff_short=cutoff_short,
         spacing=spacing,
+        detrend_order=detrend,
         periodic=periodic,
         peklenik_number=peklenik_number,
         source=f"measured: {Path(path).name}",
         notes=notes,
     )
-
-
-def read_topography(path: str | Path) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
-    """Positions and heights of a profilometer file, through the optional package SurfaceTopography.
-
-    Of a map the middle line along x is taken.
-
-    Raises
-    ------
-    InputError
-        The package is not installed, the file cannot be read by it, has no physical unit or has missing points.
-    """
-    try:
-        import SurfaceTopography
-    except ImportError:
-        raise InputError(
-            "profile",
-            str(path),
-            "a text file with two columns, unless SurfaceTopography is installed",
-            'Install it with: pip install "mixed-ehl[roughness]".',
-        ) from None
-    read_bytes(path, "profile", "an existing file")  # readers of other packages would wait for a pipe
-    try:
-        topography: Any = SurfaceTopography.read_topography(str(path))
-    except Exception as error:  # its readers raise errors of many kinds
-        raise InputError(
-            "profile",
-            str(path),
-            "a format SurfaceTopography reads",
-            f"None of its readers took the file ({type(error).__name__}).",
-        ) from None
-    if topography.unit is None:
-        raise InputError("profile", str(path), "a file that carries its length unit")
-    scale = _scale(str(topography.unit), "unit", str(path))
-    notes: tuple[str, ...] = ()
-    if topography.dim == 1:
-        x, heights = (_plain(values) for values in topography.positions_and_heights())
-    else:
-        grid = _plain(topography.heights())
-        heights = grid[:, grid.shape[1] // 2]
-        x = np.arange(len(heights)) * (topography.physical_sizes[0] / len(heights))
-        notes = ("middle line of a map",)
-    if not np.all(np.isfinite(heights)):
-        raise InputError(
-            "profile", str(path), "a profile without missing points", "Fill them in the instrument's software."
-        )
-    if len(heights) < MIN_POINTS:
-        raise InputError("profile", str(path), f"at least {MIN_POINTS} points", f"The file has {len(heights)}.")
-    x, heights, resampled = _uniform(scale * x, scale * heights)
-    return x, heights, (*notes, *resampled)
-
-
-def _plain(values: Any) -> FloatArray:
-    """An array with nan where the instrument saw nothing."""
-    return np.asarray(np.ma.filled(np.ma.asarray(values, dtype=float), math.nan))

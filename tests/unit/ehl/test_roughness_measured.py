@@ -18,9 +18,9 @@ from ehl.surface.measured_profile import (
     joined_ends,
     load_profile,
     prepared_profile,
-    read_profile,
-    read_topography,
+    profile_points,
 )
+from ehl.surface.profile_file import read_heights, read_topography
 from ehl.surface.roughness import boundary_film, generate_profile
 
 STEP = 1e-6
@@ -39,71 +39,137 @@ def rows(n: int = 100, template: str = "{x},{z}") -> list[str]:
     return [template.format(x=0.001 * i, z=0.1 * math.sin(0.3 * i)) for i in range(n)]
 
 
+GERMAN = [line.replace(",", ";").replace(".", ",") for line in rows()]
+
+
 @pytest.mark.parametrize(
-    ("header", "lines"),
+    ("header", "lines", "encoding"),
     [
-        ("x [mm], height [um]", rows()),
-        ("# stylus\n# x (mm); z (µm)", [line.replace(",", ";").replace(".", ",") for line in rows()]),
-        ("x[mm]\tz[um]", rows(template="{x}\t{z}")),
-        ("# x [mm] z [um]\n", rows(template="  {x}   {z}")),
+        ("x [mm], height [um]", rows(), "utf-8"),
+        ("# stylus\n# x (mm); z (µm)", GERMAN, "utf-8-sig"),
+        ("x[mm]\tz[um]", rows(template="{x}\t{z}"), "utf-16"),
+        ("# x [mm] z [um]\n", rows(template="  {x}   {z}"), "utf-8"),
+        ("x [mm]\tz [µm]", [line.replace(";", "\t") for line in GERMAN], "utf-8"),
+        ("# x [mm]  z [µm]", [line.replace(";", "  ") for line in GERMAN], "latin-1"),
+        ("Stylus,2.5 µm\nLength,0.1 mm\n\nLateral mm,Raw Micrometer,", rows(template="{x},{z},,"), "cp1252"),
+        ("Weg/mm;Höhe/µm", GERMAN, "cp1252"),
+        ("X_(mm) Z_(microns)\n100", rows(template="{x}, {z}"), "utf-8"),
+        ("point\tx [mm]\tz [um]", [f"{k}\t" + line.replace(",", "\t") for k, line in enumerate(rows())], "utf-16-le"),
+        ("spacing: 1 um, units: um", [line.split(",")[1] for line in rows()], "utf-8"),
     ],
 )
-def test_columns_and_units_of_the_header(tmp_path, header, lines):
-    x, heights, notes = read_profile(write(tmp_path / "p.csv", [header, *lines]))
-    assert_allclose(x, 1e-6 * np.arange(100), atol=1e-15)
-    assert_allclose(heights, 1e-7 * np.sin(0.3 * np.arange(100)), atol=1e-18)
-    assert notes == ()
+def test_columns_and_units_by_content(tmp_path, header, lines, encoding):
+    path = tmp_path / "p.dat"
+    path.write_bytes("\r\n".join([header, *lines, "", "end of data"]).encode(encoding))
+    found = read_heights(path)
+    assert_allclose(found.x, 1e-6 * np.arange(100), atol=1e-15)
+    assert_allclose(found.heights, [1e-7 * np.sin(0.3 * np.arange(100))], atol=1e-18)
+    assert found.notes == ()
 
 
 def test_given_units_win_over_the_header(tmp_path):
-    path = write(tmp_path / "p.csv", ["x [mm], height [um]", *rows()])
-    x, heights, _ = read_profile(path, unit_x="um", unit_height="nm")
-    assert x[1] == pytest.approx(1e-9)
-    assert heights.max() == pytest.approx(1e-10, rel=0.01)
+    path = write(tmp_path / "p.csv", ["x [um], height [nm]", *rows()])
+    found = read_heights(path, unit_x="mm", unit_height="um")
+    assert found.x[1] == pytest.approx(1e-6)
+    assert found.heights.max() == pytest.approx(1e-7, rel=0.01)
 
 
 def test_reversed_profile_is_turned(tmp_path):
-    path = write(tmp_path / "p.csv", ["x [mm], z [um]", *reversed(rows())])
-    x, heights, _ = read_profile(path)
-    assert np.all(np.diff(x) > 0.0)
-    assert heights[5] == pytest.approx(1e-7 * math.sin(1.5))
+    found = read_heights(write(tmp_path / "p.csv", ["x [mm], z [um]", *reversed(rows())]))
+    assert found.heights[0, 5] == pytest.approx(1e-7 * math.sin(1.5))
 
 
 def test_uneven_steps_are_resampled_and_noted(tmp_path):
     positions = np.cumsum(1e-3 * (1.0 + 0.3 * np.sin(np.arange(200))))
     lines = [f"{x:.9f},{2.0 * x:.9f}" for x in positions]
-    x, heights, notes = read_profile(write(tmp_path / "p.csv", ["x [mm], z [mm]", *lines]))
-    assert_allclose(np.diff(x), np.diff(x)[0], rtol=1e-9)
-    assert_allclose(heights, 2.0 * x, rtol=1e-6)
-    assert notes[0].startswith("resampled")
+    found = read_heights(write(tmp_path / "p.csv", ["x [mm], z [mm]", *lines]))
+    assert_allclose(found.heights[0], 2e-3 * positions[0] + 2.0 * found.x, rtol=1e-6)
+    assert found.notes[0].startswith("resampled")
 
 
 @pytest.mark.parametrize(
     ("lines", "says"),
     [
         (["x [mm], z [um]", *rows(50)], "at least 64 points"),
-        (["x [mm], z [um]", *rows(99), "0.099,nan"], "1 of 100 points"),
-        (["x [mm], z [um]", *rows(99), "0.099,"], "1 of 100 points"),
-        (["x [mm], z [um]", *rows(99), "0.099,bad"], "Line 101"),
+        (["x [mm], z [um]", *rows(99), "0.099,x9", "0.100,0.1"], "Line 101"),
         (["x [mm], z [um]", *rows(99), "0.099,1,2"], "Line 101 has 3"),
         (["x [mm], z [um]", *rows(99), "0.050,0.1"], "Point 100"),
         (["x [mm], z [um]", *rows(99), "9.0,0.1"], "Points are missing"),
         (["x [mm], z [kg]", *rows()], "unit_height"),
         (["x, z", *rows()], "length unit"),
-        ([], "at least 64 points"),
+        (["x [nm], z [um]", *rows()], "length of 0.1 mm to 100 mm"),
+        (["x [mm]; z [um]", *GERMAN[:99], "0,099;1.500"], "Line 101"),
+        (["a,b,c", *(f"{line},1" for line in rows())], "3 columns"),
+        ([",".join(["1.5"] * 96)] * 96, "96 columns"),
+        ([], "no lines of numbers"),
     ],
 )
 def test_what_is_refused_and_how(tmp_path, lines, says):
     with pytest.raises(InputError, match=says):
-        read_profile(write(tmp_path / "p.csv", lines))
+        read_heights(write(tmp_path / "p.csv", lines))
+
+
+def test_gaps_and_spikes_are_interpolated_and_counted(tmp_path):
+    truth = generate_profile(0.4e-6, 30e-6, 4e-3, STEP, 4)
+    lines = [f"{1e3 * x:.6f};{1e6 * z:.6f}" for x, z in zip(truth.x, truth.heights, strict=True)]
+    for k in (700, 701, 2500):
+        lines[k] = lines[k].partition(";")[0] + ";Bad"
+    lines[1200] = lines[1200].partition(";")[0] + ";35.0"
+    found = read_heights(write(tmp_path / "p.csv", ["x [mm];z [um]", *lines])).cleaned()
+    assert (found.missing, found.spikes, len(found.notes)) == (3, 1, 2)
+    assert_allclose(found.heights[0], truth.heights, atol=5e-9)
+    lines[1000:1200] = [line.partition(";")[0] + ";" for line in lines[1000:1200]]
+    with refuses("profile"):
+        read_heights(write(tmp_path / "p.csv", ["x [mm];z [um]", *lines])).cleaned()
+
+
+@pytest.mark.parametrize(("of", "unit"), [(1e-6, "mm"), (1e-6, "nm"), (1e-9, "um"), (1e-6, "m")])
+def test_heights_in_a_wrong_unit_are_refused(tmp_path, of, unit):
+    truth = generate_profile(0.4e-6, 30e-6, 4e-3, STEP, 4)
+    lines = [f"{1e3 * x:.6f},{z / of:.6f}" for x, z in zip(truth.x, truth.heights, strict=True)]
+    with pytest.raises(InputError) as caught:
+        profile_points(write(tmp_path / "p.csv", [f"x [mm], z [{unit}]", *lines]))
+    assert {1e-6: "um", 1e-9: "nm"}[of] in caught.value.hint.split()[-1]
+
+
+@pytest.mark.parametrize("radius", [10e-3, 20e-3])
+def test_the_form_of_a_flank_does_not_count(tmp_path, radius):
+    truth = generate_profile(0.4e-6, 30e-6, 4e-3, 2e-6, 4)
+    form = -((truth.x - 2e-3) ** 2) / (2.0 * radius)
+    rms = []
+    for heights in (truth.heights, truth.heights + form):
+        lines = [f"{1e6 * x:.1f},{1e6 * z:.5f}" for x, z in zip(truth.x, heights, strict=True)]
+        path = write(tmp_path / "p.csv", ["x [um], z [um]", *lines])
+        rms.append(load_profile(path, cutoff_long=0.8e-3, cutoff_short=10e-6).rms)
+    assert rms[1] == pytest.approx(rms[0], rel=0.01)
+
+
+@pytest.mark.parametrize("kind", ["matrix", "points"])
+def test_a_map_of_text(tmp_path, kind):
+    x = 2e-6 * np.arange(96)
+    lines = np.array([generate_profile(0.2e-6, 12e-6, 192e-6, 2e-6, seed).heights for seed in range(80)])
+    if kind == "matrix":
+        text = ["# Channel: Height", "# Width: 192 µm", "# Height: 160 µm", "# Value units: m"]
+        text += ["\t".join(f"{z:.5e}" for z in line) for line in lines]
+    else:
+        text = ["x [um] y [um] z [um]"]
+        text += [
+            f"{1e6 * a:g} {2 * k} {1e6 * z:.6f}" for k, line in enumerate(lines) for a, z in zip(x, line, strict=True)
+        ]
+    found = read_heights(write(tmp_path / "map.txt", text))
+    assert_allclose(found.heights, lines, atol=1e-11)
+    assert (found.spacing, found.spacing_lines) == pytest.approx((2e-6, 2e-6))
+    _, heights, notes = profile_points(tmp_path / "map.txt")
+    assert np.std(heights) == pytest.approx(np.median(np.std(lines, axis=1)), rel=0.1)
+    assert "of 80 of a map" in notes[0]
 
 
 def test_missing_and_binary_files(tmp_path):
     with refuses("profile"):
-        read_profile(tmp_path / "none.csv")
+        read_heights(tmp_path / "none.csv")
     (tmp_path / "b.csv").write_bytes(bytes(range(256)))
     with refuses("profile"):
-        read_profile(tmp_path / "b.csv")
+        read_heights(tmp_path / "b.csv")
 
 
 def test_detrending_leaves_no_polynomial():
@@ -209,7 +275,7 @@ class FakeTopography:
 
 def test_profilometer_line_and_map(tmp_path, monkeypatch):
     path = tmp_path / "scan.opd"
-    path.write_bytes(b"")
+    path.write_bytes(b"\0")
     line = np.sin(0.1 * np.arange(200))
 
     def provide(topography):
@@ -217,18 +283,22 @@ def test_profilometer_line_and_map(tmp_path, monkeypatch):
         monkeypatch.setitem(sys.modules, "SurfaceTopography", module)
 
     provide(FakeTopography(1, line))
-    x, heights, notes = read_topography(path)
-    assert_allclose([x[1] - x[0], heights[10]], [1e-6, 1e-6 * line[10]])
-    assert notes == ()
-    provide(FakeTopography(2, np.stack([0.0 * line, line, 0.0 * line], axis=1)))
-    _, heights, notes = read_topography(path)
-    assert heights[10] == pytest.approx(1e-6 * line[10])
-    assert notes == ("middle line of a map",)
+    found = read_heights(path)
+    assert_allclose([found.spacing, found.heights[0, 10]], [1e-6, 1e-6 * line[10]])
+    assert found.notes == ("read by SurfaceTopography",)
+    provide(FakeTopography(2, np.stack([0.0 * line, line, 0.5 * line], axis=1)))
+    found = read_heights(path)
+    assert_allclose(found.heights, 1e-6 * np.stack([0.0 * line, line, 0.5 * line]))
+    assert found.spacing_lines == pytest.approx(5e-6 / 3.0)
+    assert np.max(profile_points(path)[1]) == pytest.approx(0.5e-6, rel=0.01)
+    # a text of another format is tried as well, whatever its name
+    (tmp_path / "scan.csv").write_text("aBCR-1.0\n" + "12\n" * 70, encoding="utf-8")
+    assert read_heights(tmp_path / "scan.csv").is_map
     provide(FakeTopography(1, line, unit=None))
     with refuses("profile"):
-        read_topography(path)
+        read_heights(path)
+    assert read_heights(path, unit_height="um").spacing == pytest.approx(1e-6)
     provide(FakeTopography(1, np.ma.masked_greater(line, 0.99)))
-    with refuses("profile"):
-        read_topography(path)
+    assert read_heights(path).cleaned().missing == np.sum(line > 0.99)
     with refuses("profile"):
         read_topography(tmp_path / "none.opd")

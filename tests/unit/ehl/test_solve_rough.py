@@ -169,28 +169,29 @@ def rows(count: int = 1500, unit: str = "um") -> list[str]:
 
 
 def test_measured_profile_is_used(mixed_ehl: Cli, tmp_path: Path) -> None:
-    path = measured(tmp_path, rows())
+    path = measured(tmp_path, with_gap(rows()))
     outcome = mixed_ehl("solve", path, "--json")
     assert outcome.code == 0
     result = json.loads(outcome.out)
+    assert "flank.csv: 1 missing points interpolated" in result["notes"]
     assert result["roughness_load_share"] > 0.0
     # Rq of two waves of 0.3 um and of the generated surface 2
     smooth = Contact.from_file(path).model_copy(update={"surface": case(rms=0.0).surface}).solve()
     assert smooth.film_central / result["film_ratio"] == pytest.approx(math.hypot(0.3, 0.35) * 1e-6, rel=0.05)
 
 
-def with_gap(lines: list[str]) -> list[str]:
-    lines[700] = lines[700].split(",")[0] + ", nan"
-    return lines
+def with_gap(lines: list[str], count: int = 1) -> list[str]:
+    return [line.split(",")[0] + ", nan" if 700 <= k < 700 + count else line for k, line in enumerate(lines)]
 
 
 @pytest.mark.parametrize(
     ("lines", "word"),
     [
-        (with_gap(rows()), "1 of 1500 points are missing or not finite"),
+        (with_gap(rows(), 400), "400 of 1500 points are missing"),
+        (rows(unit="mm"), "heights in um?"),
         (rows(40), "at least 64 points"),
         (rows(unit="kg"), "kg"),
-        (rows()[1:], "Give it, or write it in the header"),
+        (rows()[1:], "profile_unit_height"),
     ],
 )
 def test_bad_profile_is_one_sentence(mixed_ehl: Cli, tmp_path: Path, lines: list[str], word: str) -> None:
