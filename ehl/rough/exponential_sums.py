@@ -12,6 +12,7 @@ quasi-separable.  One mode has ``phi = 0``: it makes ``K_0`` exact.
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib.resources import files
@@ -19,6 +20,7 @@ from importlib.resources import files
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, nnls
+from scipy.special import iti0k0
 
 Array = NDArray[np.float64]
 
@@ -43,6 +45,9 @@ class ExponentialSum:
     def evaluate(self, distance: Array) -> Array:
         """The sum at whole-number distances."""
         return np.asarray(np.power.outer(self.ratios, distance).T @ self.weights)
+
+
+FASTEST_RATE = 4.0  # of a long sum, per node
 
 
 def kernel_constant(n: int) -> float:
@@ -121,6 +126,52 @@ def fit_log_kernel(n: int, modes: int) -> ExponentialSum:
     fitted = ExponentialSum(weights, ratios, 0.0)
     error = float(np.abs(fitted.evaluate(np.arange(n, dtype=float)) - kernel).max())
     return ExponentialSum(weights, ratios, error)
+
+
+def bessel_kernel(wave_number: float, modes: int, newton_modes: int) -> tuple[ExponentialSum, ExponentialSum]:
+    """``int K0(k |d - s|) ds`` over unit cells as a long sum of exponentials and as a short one for the Newton matrix.
+
+    K0(z) = int_0^inf exp(-z cosh t) dt (DLMF 10.32.9) is a sum of exponentials by the trapezoidal rule, whose rates the
+    long sum has; the short one has geometric rates. Weights by non-negative least squares. One mode has the ratio zero
+    and makes the coefficient of distance 0 exact; `error` is the largest deviation from the integrated K0, absolute.
+
+    Parameters
+    ----------
+    wave_number : float
+        k times the node spacing [-].
+    modes, newton_modes : int
+        Of both sums, the mode of ratio zero included.
+    """
+    distance = np.unique(np.round(np.geomspace(1.0, max(12.0 / wave_number, 12.0), 120)))
+    target = np.array([quad_bessel(wave_number, d) for d in distance])
+    here = quad_bessel(wave_number, 0.0)
+
+    def closed(weights: Array, rates: Array) -> ExponentialSum:
+        ratios = np.exp(-rates)
+        error = float(np.abs(np.power.outer(ratios, distance).T @ weights - target).max())
+        return ExponentialSum(np.append(weights, here - weights.sum()), np.append(ratios, 0.0), error)
+
+    step = math.acosh(max(FASTEST_RATE / wave_number, 1.5)) / (modes - 2)
+    rates = wave_number * np.cosh(step * np.arange(modes - 1))
+    weights = nnls(np.exp(-np.outer(distance, rates)), target)[0]
+    long = closed(weights, rates)
+    best: ExponentialSum | None = None
+    for slow in (1.05, 1.2, 1.5):
+        for fast in (0.5, 1.0, 2.0):
+            rates = np.geomspace(slow * wave_number, max(fast, 3.0 * slow * wave_number), newton_modes - 1)
+            terms = np.exp(-np.outer(distance, rates))
+            fit = closed(nnls(terms, target)[0], rates)
+            if best is None or fit.error < best.error:
+                best = fit
+    assert best is not None
+    return long, best
+
+
+def quad_bessel(wave_number: float, distance: float) -> float:
+    """``int K0(k |d - s|) ds`` over the unit cell around s = 0, by the integral of K0 from zero."""
+    ends = [wave_number * (distance - 0.5), wave_number * (distance + 0.5)]
+    lower, upper = (math.copysign(float(iti0k0(abs(z))[1]), z) for z in ends)
+    return (upper - lower) / wave_number
 
 
 @lru_cache(maxsize=32)

@@ -24,6 +24,7 @@ from ehl.rough._kernels.records import (
     Step,
     Work,
 )
+from ehl.rough._kernels.side_flow import deflect_mean
 from ehl.rough.scaling import RunProblem, hertz_start
 
 Array = NDArray[np.float64]
@@ -70,6 +71,10 @@ def _macroscopic(pressure: Array) -> Macroscopic:
         counts=np.zeros(2, dtype=np.int64),
         total_exchange=np.zeros(n),
         matrix=np.zeros((4, n)),
+        total=np.zeros(n),
+        sum_total=np.zeros(n),
+        deflection=np.zeros(n),
+        kind=np.zeros(n, dtype=np.int64),
     )
 
 
@@ -116,12 +121,17 @@ class TransientRun:
             entering=np.zeros((2, n + 3)),
             shear=np.zeros(n),
             strained=np.zeros(n),
+            outflow=np.ones(n),
             scalars=scalars,
         )
         start = 0.5 * pressure if model.side_flow.on else np.zeros(n)
         start[model.contact.outlet :] = 0.0
         start[:2] = model.contact.inlet_pressure
+        self._work = _work_arrays(n)
         self.macroscopic = _macroscopic(start)
+        if model.side_flow.on:
+            self.macroscopic.total[:] = pressure
+            deflect_mean(self.macroscopic, self._work, model)
         self._step = _step_arrays(n)
         self._step.thermal[:] = temperature_place(model.fluid.temperature, model.fluid.table)
         self._saved = Saved(
@@ -133,7 +143,6 @@ class TransientRun:
             last_step=_step_arrays(n),
             target_step=_step_arrays(n),
         )
-        self._work = _work_arrays(n)
 
     @property
     def travel(self) -> float:
@@ -171,7 +180,7 @@ class TransientRun:
         """Elastic gap under a pressure film units."""
         elastic, response = self.problem.model.elastic, np.zeros(total.size)
         exponential_product(total, elastic.weights, elastic.ratios, response)
-        return response
+        return response + self.macroscopic.deflection
 
     def start_from(self, other: TransientRun) -> None:
         """Take over the state of a run of the same contact on another mesh, by linear interpolation.
@@ -189,8 +198,11 @@ class TransientRun:
         for name in ("film", "mass"):
             take(getattr(self.state, name), ratio * getattr(other.state, name))
         self.state.fluid_pressure[self.state.fluid_pressure < 1e-9] = 0.0
-        self.state.scalars[RIGID_APPROACH] = self.state.scalars[RIGID_APPROACH_OLD] = self._level_of_film()
         take(self.macroscopic.pressure, other.macroscopic.pressure)
+        if self.problem.model.side_flow.on:
+            take(self.macroscopic.total, other.macroscopic.total)
+            deflect_mean(self.macroscopic, self._work, self.problem.model)
+        self.state.scalars[RIGID_APPROACH] = self.state.scalars[RIGID_APPROACH_OLD] = self._level_of_film()
         if other.macroscopic.counts[1] > 0:
             scale = self.problem.units.spacing / other.problem.units.spacing  # of dt in the exchange, dt/dx^2 along x
             # from the exchanging nodes only: the averages of the others are empty, and zeros would have no logarithm
@@ -201,7 +213,7 @@ class TransientRun:
                 (self.macroscopic.log_flux, other.macroscopic.log_flux - np.log(scale)),
             ):
                 target[:] = np.interp(x, x_other[known], source[known])
-            self.macroscopic.counts[1] = round(1.0 / self.problem.model.side_flow.memory)
+            self.macroscopic.counts[1] = other.macroscopic.counts[1]
 
     def branch(self, problem: RunProblem) -> TransientRun:
         """Another run that goes on from this state, on the same mesh, with other settings."""

@@ -17,7 +17,7 @@ from ehl.rough._kernels.fluid import density_rows
 from ehl.rough._kernels.motion import SAMPLES
 from ehl.rough._kernels.quasi_separable import MODES, exponential_product
 from ehl.rough._kernels.records import Elastic, Fluid, Heat, Model, SideFlow, Solids, Strain, Surfaces
-from ehl.rough.exponential_sums import fit_root_kernel, log_kernel, range_of
+from ehl.rough.exponential_sums import ExponentialSum, bessel_kernel, fit_root_kernel, log_kernel, range_of
 from ehl.rough.surfaces import RoughSurfaces, sample_ring
 
 Array = NDArray[np.float64]
@@ -26,7 +26,6 @@ OUTLET = 1.2  # no fluid pressure beyond [b]: later there is a spurious branch, 
 FARTHEST = 8.0  # distance from the middle at which contact is given up [b]
 MIDDLE = 0.8  # half length of the mean film [b]
 ROUGHNESS_FRONT = (-1.3, 0.3)  # where the roughness starts, and the width of the ramp [b]
-LATERAL = 2.0  # k_y of the exchange: second spectral moment of the assumed autocorrelation
 DRAINED_GAP = 10.0  # of the composite Rq: where the gap is wider, pockets and mean pressure agree
 ELASTIC_MODES = 10
 HEAT_MODES = 10
@@ -157,9 +156,12 @@ def drained_from(contact: LineContact, film: float, rms: float, x: Array) -> int
 
 
 def scaled_fluid(
-    contact: LineContact, lubricant: Lubricant, units: Units, lateral_length: float, heated: bool
+    contact: LineContact, lubricant: Lubricant, units: Units, wave_number: float, heated: bool
 ) -> Fluid:
-    """Lubricant laws for pressures in p_h and films in the film unit; `heated` where the film temperature acts."""
+    """Lubricant laws for pressures in p_h and films in the film unit; `heated` where the film temperature acts.
+
+    ``wave_number`` [1/m] is that of the lateral mode (`flattening_wave_number`); 0 = sealed.
+    """
     p = units.pressure
     shear = lubricant.shear_law
     stress = shear.reference(p)
@@ -171,7 +173,7 @@ def scaled_fluid(
         sliding=lubricant.viscosity_inlet * contact.speed_sliding / (stress * units.film),
         along=contact.sliding_cosine**2,
         flux=flow / units.spacing**2,
-        flux_lateral=flow * LATERAL / lateral_length**2,
+        flux_lateral=flow * wave_number**2,
         stress=stress / p,
         limit=NO_LIMIT if shear.limit_in_flow else min(shear.limit_slope, NO_LIMIT),
         temperature=lubricant.temperature,
@@ -263,12 +265,15 @@ def build_problem(
     wedge_pressure, wedge_load, wedge_shear = inlet_wedge(contact, viscosity, estimate, float(x[0]))
     gamma = settings.peklenik_number
     sealed = not math.isfinite(gamma) or not surfaces.profiles
-    lateral_length = math.inf if sealed else gamma * surfaces.correlation_length
+    wave_number = 0.0 if sealed else flattening_wave_number(surfaces.correlation_length, gamma)
     deflection = 4.0 * p_h * spacing / (math.pi * contact.effective_modulus * film_unit)
     size = range_of(n)
-    full, short = log_kernel(size, ELASTIC_MODES), log_kernel(size, MODES)
+    line = (log_kernel(size, ELASTIC_MODES), log_kernel(size, MODES))
+    lateral = line
+    if not sealed:
+        lateral = bessel_kernel(wave_number * spacing, ELASTIC_MODES, MODES)
     model = Model(
-        fluid=scaled_fluid(contact, lubricant, units, lateral_length, settings.thermal),
+        fluid=scaled_fluid(contact, lubricant, units, wave_number, settings.thermal),
         contact=Solids(
             boundary=settings.boundary_film / film_unit,
             cap=settings.hardness / p_h,
@@ -282,12 +287,8 @@ def build_problem(
             middle_last=int(np.searchsorted(x, MIDDLE)),
             tolerance=settings.tolerance,
         ),
-        elastic=Elastic(
-            full.weights * deflection,
-            full.ratios.copy(),
-            short.weights * deflection,
-            short.ratios.copy(),
-        ),
+        elastic=scaled_elastic(*lateral, deflection),
+        elastic_mean=scaled_elastic(*line, deflection),
         surfaces=Surfaces(
             parabola=(x * b) ** 2 / (2.0 * contact.radius_equivalent * film_unit),
             x=x,
@@ -306,11 +307,25 @@ def build_problem(
             window=max(1, round(settings.exchange_window / dx)),
             relaxation=0.2,
             storage=4.0 * p_h * b / (math.pi * contact.effective_modulus * film_unit),
-            memory=0.05,
+            isotropic=0.0 if sealed else 1.0 / (gamma * wave_number * spacing) ** 2,
         ),
         strain=scaled_strain(contact, lubricant, units, estimate),
     )
     return RunProblem(units, settings, model, x, estimate, deflection)
+
+
+def scaled_elastic(full: ExponentialSum, short: ExponentialSum, deflection: float) -> Elastic:
+    """Kernel of the film and of the Newton matrix, film units per p_h."""
+    return Elastic(full.weights * deflection, full.ratios.copy(), short.weights * deflection, short.ratios.copy())
+
+
+def flattening_wave_number(correlation_length: float, gamma: float) -> float:
+    """Lateral wave number k_e of the pressure that flattens roughness of two dimensions [1/m] (ours).
+
+    k_e^2 = <k_y^2 k^2>/<k^2> of the Gaussian spectrum of the lengths lc and gamma lc: 2/(gamma lc)^2 times
+    (1 + 3/gamma^2)/(1 + 1/gamma^2).
+    """
+    return math.sqrt(2.0 * (1.0 + 3.0 / gamma**2) / (1.0 + 1.0 / gamma**2)) / (gamma * correlation_length)
 
 
 def density_ratio(pressure: Array, fluid: Fluid) -> Array:
@@ -326,7 +341,7 @@ def hertz_start(problem: RunProblem) -> tuple[Array, Array, float]:
     pressure = np.sqrt(np.maximum(1.0 - x * x, 0.0))
     pressure *= model.contact.load / pressure.sum()
     response = np.zeros(x.size)
-    exponential_product(pressure, model.elastic.weights, model.elastic.ratios, response)
+    exponential_product(pressure, model.elastic_mean.weights, model.elastic_mean.ratios, response)
     rigid = model.surfaces.parabola + response
     film = problem.film_estimate / problem.units.film
     level = film - float(rigid[np.abs(x) < 0.7].mean())

@@ -18,7 +18,7 @@ from ehl.rough._kernels.newton import (
     solve_step,
 )
 from ehl.rough._kernels.records import AGE, CAPPED, RIGID_APPROACH, RIGID_APPROACH_OLD, TRAVEL
-from ehl.rough._kernels.side_flow import accumulate, update_pressure
+from ehl.rough._kernels.side_flow import accumulate, isotropic_outflow, update_mean_total, update_pressure
 
 # columns of the record of a step
 (
@@ -211,6 +211,9 @@ def march(steps, state, step, saved, macro, work, model, records, profiles):
         last_level = scalars[RIGID_APPROACH]
         scalars[TRAVEL] += 1.0
         move_surfaces(step.gap, scalars[TRAVEL], model.surfaces)
+        if model.side_flow.on:
+            for i in range(n):
+                step.gap[i] += macro.deflection[i]
         carry_mass(state, step.upstream_mass, step.weight)
         if model.heat.on:
             film_factors(state, step, model)
@@ -233,8 +236,11 @@ def march(steps, state, step, saved, macro, work, model, records, profiles):
             store_fluxes(state, work)
         if model.strain.counted > 0.0:
             strain_film(state, model)
-        if model.side_flow.on and stage != UNCONVERGED and accumulate(state, macro, work, model):
-            update_pressure(macro, model)
+        if model.side_flow.on and stage != UNCONVERGED:
+            if accumulate(state, macro, work, model):
+                update_mean_total(macro, work, model)
+                update_pressure(macro, model)
+            isotropic_outflow(state, macro, work, model)
         write_record(records[k], state, macro, work, model)
         records[k, ITERATIONS] = iterations
         records[k, STAGE] = stage

@@ -122,6 +122,9 @@ def add_side_flow(state, step, macro, work, model, mode):
             filled = max(step.upstream_mass[i], 0.0) / h[i]
             k *= filled
             by_film *= filled
+        k *= state.outflow[i]
+        by_film *= state.outflow[i]
+        by_pressure *= state.outflow[i]
         work.exchange[i] = k
         w = step.weight[i]
         excess = p[i] - macro.pressure[i]

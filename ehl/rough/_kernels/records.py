@@ -48,7 +48,7 @@ class Solids(NamedTuple):
 
 
 class Elastic(NamedTuple):
-    """Sums of exponentials of the line kernel, in film units per p_h."""
+    """Sums of exponentials of an elastic kernel, in film units per p_h."""
 
     weights: np.ndarray
     ratios: np.ndarray
@@ -90,14 +90,14 @@ class Heat(NamedTuple):
 
 
 class SideFlow(NamedTuple):
-    """Update rule of the macroscopic pressure."""
+    """Side flow, and the update rules of the macroscopic pressure and of the mean total pressure."""
 
     on: bool
     first: int  # first node that exchanges: ahead of it the gap is many times the roughness
     window: int  # steps averaged for one update
     relaxation: float
     storage: float  # compliance of the diagonal
-    memory: float  # smallest weight of a window in the long averages
+    isotropic: float  # 1/(gamma k_e dx)^2: lateral outflow of a spot as that along x over gamma^2
 
 
 class Strain(NamedTuple):
@@ -113,7 +113,8 @@ class Model(NamedTuple):
 
     fluid: Fluid
     contact: Solids
-    elastic: Elastic
+    elastic: Elastic  # of the pressure less its time mean
+    elastic_mean: Elastic  # of the time mean: the line kernel
     surfaces: Surfaces
     heat: Heat
     side_flow: SideFlow
@@ -140,6 +141,7 @@ class State(NamedTuple):
     entering: np.ndarray  # (2, n + 3) flux of the last step by slot of the memory
     shear: np.ndarray  # film shear stress of the viscous law, p_h
     strained: np.ndarray  # the same with its elastic part
+    outflow: np.ndarray  # factor on the side flow out of spots under high pressure
     scalars: np.ndarray  # see the indices below
 
 
@@ -163,6 +165,10 @@ class Macroscopic(NamedTuple):
     counts: np.ndarray  # steps in the window, updates so far
     total_exchange: np.ndarray  # over the whole run, for the net exchange
     matrix: np.ndarray  # (4, n) scratch
+    total: np.ndarray  # time mean of the total pressure, Q
+    sum_total: np.ndarray  # of the total pressure, over the current window
+    deflection: np.ndarray  # (K_log - K_e) Q, film units
+    kind: np.ndarray  # scratch: nodes at which Q is updated
 
 
 class Step(NamedTuple):

@@ -6,7 +6,14 @@ part, which the local part alone would need thousands of passages for).  Ahead o
 is many times the roughness: there P is the mean of p and the boundary value of the diffusion problem.
 
 Conductances and fluidities are long averages: window values correlate with the exchange and bias the fixed point
-while every step still converges.
+while every step still converges. Their gain falls as 1/n, so that they become means over the whole travel.
+
+Elasticity: the time mean Q(x) of the total pressure q acts through the line kernel, what deviates from it through that
+of a lateral mode of wave number k_e (`ehl.rough.lateral`):
+
+    V = K_log Q + K_e (q - Q) = (K_log - K_e) Q + K_e q
+
+The first term changes as slowly as Q and is part of the rigid gap.
 """
 
 from __future__ import annotations
@@ -15,13 +22,23 @@ import math
 
 from numba import njit
 
-from ehl.compile.compiler import FAST_INTERNAL_KERNEL
+from ehl.compile.compiler import FAST_INTERNAL_KERNEL, FAST_KERNEL, kernel
 from ehl.rough._kernels.heat import log_or_floor
+from ehl.rough._kernels.quasi_separable import FLUID, exponential_product, factor_and_solve
 
 STEP_MAX = 0.3  # largest change of P in one update, p_h
 # largest load of P over that of the contact: with more the bodies are lifted, the wider gap takes in oil faster than P
 # answers, and light loads on thick films fly apart
 LOAD_MAX = 1.05
+SETTLED = 40.0  # windows after which the gain of P falls as 1/n
+AVERAGED = 3.0  # windows: the gain of the long averages is (1 + 3)/(n + 3) and weights the start-up less than a mean
+# Q: gain of the first updates, windows after which it falls as 1/n, pressure below which it is not changed [p_h],
+# diagonal compliance over that of the kernel, which keeps short waves of the noise out of Q
+TOTAL_GAIN, TOTAL_WINDOWS, TOTAL_MIN, TOTAL_COMPLIANCE = 0.5, 20.0, 1e-3, 0.1
+OUTFLOW_PRESSURE = 0.02  # excess over P from which a spot drains as it does along x [p_h]
+# the mean-field exchange drains spots 1.2 to 16 times too slowly, by snapshots of solutions with two-dimensional
+# roughness: range of the factor
+OUTFLOW_MAX = 20.0
 
 
 @njit(**FAST_INTERNAL_KERNEL)
@@ -36,6 +53,8 @@ def accumulate(state, macro, work, model):
     """Add the exchange of one converged step; True when the window is full."""
     first = model.side_flow.first
     outlet = model.contact.outlet
+    for i in range(state.film.size):
+        macro.sum_total[i] += state.fluid_pressure[i] + state.contact_pressure[i]
     for i in range(first):
         macro.sum_pressure[i] += state.fluid_pressure[i]
     # slices and not a range of indices: those could be negative to the compiler, and nothing would vectorise
@@ -58,13 +77,14 @@ def update_pressure(macro, model):
     first = rule.first
     outlet = model.contact.outlet
     per_step = 1.0 / macro.counts[0]
-    weight = max(rule.memory, 1.0 / (macro.counts[1] + 1.0))
+    weight = (1.0 + AVERAGED) / (macro.counts[1] + 1.0 + AVERAGED)
+    relaxation = rule.relaxation * SETTLED / (macro.counts[1] + SETTLED)
     below = macro.matrix[0]
     centre = macro.matrix[1]
     above = macro.matrix[2]
     change = macro.matrix[3]
     for i in range(first):
-        macro.pressure[i] += rule.relaxation * (macro.sum_pressure[i] * per_step - macro.pressure[i])
+        macro.pressure[i] += relaxation * (macro.sum_pressure[i] * per_step - macro.pressure[i])
         macro.sum_pressure[i] = 0.0
     for i in range(first - 1, outlet):
         macro.log_flux[i] += weight * (macro.sum_log_flux[i] * per_step - macro.log_flux[i])
@@ -96,7 +116,7 @@ def update_pressure(macro, model):
         change[i] = (change[i] - above[i] * change[i + 1]) / centre[i]
     for i in range(first, outlet - 1):
         local = macro.sum_exchange[i] / macro.conductance[i] if macro.conductance[i] > 1e-300 else 0.0
-        step = rule.relaxation * (change[i] + local)
+        step = relaxation * (change[i] + local)
         if not abs(step) < 1e6:
             step = 0.0
         macro.pressure[i] = max(macro.pressure[i] + min(max(step, -STEP_MAX), STEP_MAX), 0.0)
@@ -111,3 +131,84 @@ def update_pressure(macro, model):
         macro.sum_exchange[i] = macro.sum_conductance[i] = macro.sum_log_lateral[i] = 0.0
     macro.counts[0] = 0
     macro.counts[1] += 1
+
+
+@njit(**FAST_INTERNAL_KERNEL)
+def isotropic_outflow(state, macro, work, model):
+    """Factor on the side flow of the next step where a spot's pressure exceeds the macroscopic one.
+
+    The lateral outflow of a spot is that of its own profile, -(1/gamma^2) d/dx [f_y d(p - P)/dx] (local isotropy), where
+    this is more than the mean-field exchange. It moves with the mean velocity, one node per step.
+    """
+    p = state.fluid_pressure
+    f = work.node.f
+    far = model.contact.outlet - 1
+    for i in range(far, model.side_flow.first, -1):
+        j = i - 1
+        excess = p[j] - macro.pressure[j]
+        factor = 1.0
+        if excess > OUTFLOW_PRESSURE and work.exchange[j] > 0.0 and j > model.side_flow.first:
+            right = (f[j] + f[j + 1]) * (p[j + 1] - macro.pressure[j + 1] - excess)
+            left = (f[j] + f[j - 1]) * (excess - p[j - 1] + macro.pressure[j - 1])
+            outflow = 0.5 * model.side_flow.isotropic * (left - right)
+            factor = outflow * state.outflow[j] / (work.exchange[j] * excess)
+            factor = min(max(factor, 1.0), OUTFLOW_MAX)
+        state.outflow[i] = factor
+
+
+@kernel(**FAST_KERNEL)
+def deflect_mean(macro, work, model):
+    """Deflection (K_log - K_e) Q of the mean total pressure, which is part of the gap."""
+    exponential_product(macro.total, model.elastic_mean.weights, model.elastic_mean.ratios, macro.deflection)
+    exponential_product(macro.total, model.elastic.weights, model.elastic.ratios, work.response)
+    for i in range(macro.total.size):
+        macro.deflection[i] -= work.response[i]
+
+
+@njit(**FAST_INTERNAL_KERNEL)
+def update_mean_total(macro, work, model):
+    """One step of the mean total pressure Q towards the time mean of q, at constant load.
+
+    A change of Q moves the gap by (K_log - K_e) dQ, which q answers: (D + K_e) dq = -(K_log - K_e) dQ - dh0 with the
+    compliance D of the film. Newton's step for <q> = Q is (D + K_log) dQ + dh0 = (D + K_e)(<q> - Q), sum dQ = W - sum Q;
+    its gain falls as 1/n (Robbins & Monro 1951).
+    """
+    n = macro.total.size
+    per_step = 1.0 / macro.counts[0]
+    gain = TOTAL_GAIN * TOTAL_WINDOWS / (macro.counts[1] + TOTAL_WINDOWS)
+    mean = model.elastic_mean
+    diagonal = 0.0
+    for m in range(mean.weights_newton.size):
+        diagonal += mean.weights_newton[m]
+    compliance = TOTAL_COMPLIANCE * diagonal
+    left = work.residual[1]
+    band = work.band
+    excess = model.contact.load
+    for i in range(n):
+        left[i] = macro.sum_total[i] * per_step - macro.total[i]
+        excess -= macro.total[i]
+        macro.kind[i] = FLUID if i > 0 and macro.total[i] + macro.sum_total[i] * per_step > TOTAL_MIN else 0
+        macro.sum_total[i] = 0.0
+        work.unit[i] = 1.0
+        band[0, i] = band[2, i] = band[3, i] = band[5, i] = 0.0
+        band[1, i] = compliance
+        band[4, i] = 1.0
+    exponential_product(left, model.elastic.weights, model.elastic.ratios, work.residual[0])
+    for i in range(n):
+        work.residual[0, i] += compliance * left[i]
+    factor_and_solve(
+        1, n, macro.kind, band, mean.weights_newton, mean.ratios_newton, work.residual[0], left, work.unit,
+        work.solution, work.block,
+    )
+    moved = 0.0
+    by_level = 0.0
+    for i in range(n):
+        if macro.kind[i] == FLUID:
+            moved += work.solution[0, i]
+            by_level += work.solution[2, i]
+    level = (moved - excess) / by_level if by_level != 0.0 else 0.0
+    for i in range(n):
+        if macro.kind[i] == FLUID:
+            change = work.solution[0, i] - level * work.solution[2, i]
+            macro.total[i] = max(macro.total[i] + gain * change, 0.0)
+    deflect_mean(macro, work, model)
