@@ -191,7 +191,7 @@ class Contact(InputModel):
         How the surfaces were made (`ehl.shipped("finishes")`), and whether they are "run_in" (default) or "new"; gives
         Rq, correlation length, skewness, lay and a self-affine spectrum, each where it is not given.
     correlation_length, skewness, kurtosis, peklenik_number, seed : float, str or int
-        Shape of generated roughness; the correlation length [m] is 100 Rq when not given.
+        Shape of generated roughness; the correlation length [m] is 40 Rq when not given.
     running_in : {"none", "plastic"}
         Whether asperities that a dry contact presses beyond the hardness are flattened first (ours, not proven).
     spectrum, hurst_exponent : {"gaussian", "self_affine"}, float

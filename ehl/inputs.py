@@ -24,7 +24,6 @@ from ehl.surface.finish import (
     default_correlation_length,
     lay_seen,
 )
-from ehl.surface.roughness import boundary_film
 
 Radius = Annotated[float, ValueRange("m", ge=1e-4, le=10.0)]
 Modulus = Annotated[float, ValueRange("Pa", ge=1e9, le=2e12)]
@@ -120,8 +119,8 @@ class SurfaceInput(InputModel):
     finish: str | None = None
     finish_state: State = "run_in"
     additive: str = DEFAULT_ADDITIVE
-    spectrum: Literal["gaussian", "self_affine"] = "gaussian"
-    hurst_exponent: Annotated[float, ValueRange("", ge=0.1, le=0.95)] = 0.8
+    spectrum: Literal["gaussian", "self_affine"] = "self_affine"
+    hurst_exponent: Annotated[float, ValueRange("", ge=0.1, le=0.95)] = 0.85
     correlation_length: Length = SHORTEST_LENGTH
     skewness: Annotated[float, ValueRange("", ge=-3.0, le=3.0)] = 0.0
     kurtosis: Annotated[float, ValueRange("", ge=1.5, le=20.0)] = 3.0
@@ -172,13 +171,9 @@ class SurfaceInput(InputModel):
         for rms, path in (("roughness_rms_1", self.profile_1), ("roughness_rms_2", self.profile_2)):
             if rms not in self.model_fields_set and path is None:
                 self.__dict__[rms] = values[rms] = finish.roughness_rms.value
-        given = [rms for rms in (self.roughness_rms_1, self.roughness_rms_2) if rms > 0.0]
-        if given:
-            finish = finish.with_rms(math.sqrt(sum(rms**2 for rms in given) / len(given)))
         skewness = finish.skewness.value
         length, gamma = lay_seen(finish.correlation_length.value, finish.lay_ratio.value, self.lay_angle)
         return values | {
-            "spectrum": "self_affine",
             "correlation_length": float(length),
             "skewness": skewness,
             "kurtosis": 3.0 + 1.5 * skewness**2,  # of heights cut off above, below the lognormal's
@@ -191,18 +186,11 @@ class SurfaceInput(InputModel):
         return self.hurst_exponent if self.spectrum == "self_affine" else None
 
     @property
-    def reaction_film(self) -> float:
-        """Film of the additives, or the boundary film that was given [m]."""
+    def film_of_contact(self) -> float:
+        """h_boundary: the boundary film as given, or that of the additives [m]."""
         return self.boundary_film or Additive.load(self.additive).boundary_film.value
 
     @property
-    def generated_boundary_film(self) -> float:
-        """h_boundary of generated surfaces: as given, or the reaction film and what the profiles do not show [m]."""
-        if self.boundary_film is not None:
-            return self.boundary_film
-        below = 0.0 if self.spectrum == "self_affine" else None
-        return boundary_film(self.roughness_rms, below, film=self.reaction_film).thickness
-
     @property
     def profile_reading(self) -> dict[str, Any]:
         """How measured profiles are read, as options of `ehl.surface.measured_profile.load_profile`."""

@@ -69,7 +69,7 @@ class ContactState:
         """A state from scalars and arrays, broadcast to one shape.
 
         Sliding and roughness default to 0, the oil to 80 degC, both bodies to the temperature of the oil, the
-        correlation length to 100 Rq and the Peklenik number to 1 as in a contact file.
+        correlation length to 40 Rq and the Peklenik number to 1 as in a contact file.
 
         Parameters
         ----------

@@ -85,7 +85,7 @@ def rows(count: int, path: Path, oil: str) -> None:
             base = contact.solve()
             if base.status == "failed":
                 continue
-            film, bulk = contact.surface.generated_boundary_film, state["temperature_oil"]
+            film, bulk = contact.surface.film_of_contact, state["temperature_oil"]
             films = [float(np.clip(film * f, *FILMS)) for f in FILM_FACTORS]
             steps: dict[str, tuple[list[float], list[dict[str, object]]]] = {
                 "boundary_film": ([math.log(f / film) for f in films], [{"boundary_film": f} for f in films]),

@@ -90,7 +90,7 @@ class FlankSurfaceInput(InputModel):
     Attributes
     ----------
     correlation_length : float, optional
-        Across the contact line [m]; of the finishes of the members, else 100 Rq, where not given.
+        Across the contact line [m]; of the finishes of the members, else 40 Rq, where not given.
     peklenik_number : float, optional
         Correlation length along the contact line over that across it [-]; from the angle between marks and contact
         line where a finish is named, else 1.

@@ -85,7 +85,7 @@ class Operation:
     temperature_inlet : float, optional
         Temperature of the oil as it enters the contacts [K], where the teeth have warmed it.
     correlation_length : float, optional
-        Of the roughness of either flank, across the contact line [m]; of the finishes, else 100 Rq,
+        Of the roughness of either flank, across the contact line [m]; of the finishes, else 40 Rq,
         where not given.
     peklenik_number : float, optional
         Correlation length along the contact line over that across it [-]; where not given that of the finishes and
@@ -160,7 +160,7 @@ class Operation:
                 continue
             own, ratio = float(default_correlation_length(rms)), 1.0
             if finish is not None:
-                own, ratio = finish.with_rms(rms).correlation_length.value, finish.lay_ratio.value
+                own, ratio = finish.correlation_length.value, finish.lay_ratio.value
             seen, ratio_seen = lay_seen(own, ratio, angle)
             across, along = across + (rms / seen) ** 2, along + (rms / (ratio_seen * seen)) ** 2
             weight += rms**2

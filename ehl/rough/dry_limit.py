@@ -119,14 +119,12 @@ def dry_limit(
 
     if not surface.measured:
         # known before any profile is made
-        if left_out(surface.generated_boundary_film)[1] > 0.5 * tolerance:
+        if left_out(surface.film_of_contact)[1] > 0.5 * tolerance:
             return None
         if NODES_PER_LENGTH * 2.0 * REACH * contact.half_width > NODES_MAX * surface.correlation_length:
             return None
     surfaces = rough_surfaces(surface, contact, min(body.hardness for body in bodies))
-    boundary = surface.generated_boundary_film
-    if surface.measured:
-        boundary = surface.boundary_film or surfaces.default_boundary_film(surface.reaction_film)
+    boundary = surface.film_of_contact
     deficit, error = left_out(boundary)
     if error > 0.5 * tolerance:
         return None

@@ -155,9 +155,7 @@ def drained_from(contact: LineContact, film: float, rms: float, x: Array) -> int
     return max(2, int(np.argmax(~wide | (film + gap < DRAINED_GAP * rms))))
 
 
-def scaled_fluid(
-    contact: LineContact, lubricant: Lubricant, units: Units, wave_number: float, heated: bool
-) -> Fluid:
+def scaled_fluid(contact: LineContact, lubricant: Lubricant, units: Units, wave_number: float, heated: bool) -> Fluid:
     """Lubricant laws for pressures in p_h and films in the film unit; `heated` where the film temperature acts.
 
     ``wave_number`` [1/m] is that of the lateral mode (`flattening_wave_number`); 0 = sealed.

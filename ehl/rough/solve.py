@@ -51,6 +51,7 @@ from ehl.rough.scaling import RunProblem, Settings, build_problem, density_ratio
 from ehl.rough.startup import start_up
 from ehl.rough.surfaces import RoughSurfaces
 from ehl.rough.transient_result import Fallbacks, Profiles, Snapshot, TransientResult
+from ehl.surface.roughness import EP_FILM
 
 Array = NDArray[np.float64]
 
@@ -98,7 +99,7 @@ def solve_transient(
     accuracy : {"fast", "standard", "reference"} or float
         Level, or relative tolerance on mu.
     boundary_film : float, optional
-        h_boundary [m], 1 nm to 20 um; by `ehl.surface.roughness.boundary_film` when not given.
+        h_boundary [m], 1 nm to 20 um; that of extreme-pressure additives when not given.
     boundary_friction : float
         mu_b of the asperity pressure [-]; without sliding there is no friction.
     peklenik_number : float
@@ -141,7 +142,7 @@ def solve_transient(
     """
     begin = time.perf_counter()
     rough = surfaces if surfaces is not None else RoughSurfaces()
-    film = rough.default_boundary_film() if boundary_film is None else boundary_film
+    film = EP_FILM if boundary_film is None else boundary_film
     _check(contact, film, boundary_friction, peklenik_number, hardness)
     bodies = materials if materials is not None else (Material.load("steel"), Material.load("steel"))
     estimate = contact.film_moes(lubricant)

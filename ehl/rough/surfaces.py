@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl.common.errors import InputError
-from ehl.surface.roughness import EP_FILM, RoughProfile, boundary_film
+from ehl.surface.roughness import RoughProfile
 
 Array = NDArray[np.float64]
 
@@ -62,12 +62,6 @@ class RoughSurfaces:
     def shortest_wavelength(self) -> float:
         """Smallest cut-off of the profiles [m]; inf when smooth."""
         return min((p.cutoff for p in self.profiles), default=math.inf)
-
-    def default_boundary_film(self, film: float = EP_FILM) -> float:
-        """h_boundary of `ehl.surface.roughness.boundary_film` for the composite roughness and a reaction film [m]."""
-        known = [p.rms_below_cutoff for p in self.profiles]
-        below = math.sqrt(sum(v * v for v in known)) if known else math.nan
-        return boundary_film(self.rms, below, film=film).thickness
 
     def common_length(self) -> float | None:
         """Period [m] the node spacing should divide: that of the first rough profile."""

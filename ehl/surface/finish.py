@@ -1,14 +1,13 @@
 """Finishes of flanks and additives of oils: what a shop can say instead of figures, each figure with its range.
 
-A range is the central 90 % of a log-normal figure, of a normal one where it changes sign (skewness). Waves grow in
-proportion to heights within a finish, so a Rq of one's own takes the correlation length along; running-in lowers Rq
-alone (docs/roughness.md).
+A range is the central 90 % of a log-normal figure, of a normal one where it changes sign (skewness). Rq and
+correlation length are independent: the process decides both, and each has its own range (docs/roughness.md).
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from statistics import NormalDist
 from typing import Annotated, Literal, Self
@@ -27,11 +26,11 @@ State = Literal["new", "run_in"]
 STATES: tuple[State, ...] = ("new", "run_in")
 HALF_RANGE = NormalDist().inv_cdf(0.95)  # standard deviations from the middle to an end of a range
 
-# tuned: where no finish is named, lc over the Rq of one surface (docs/roughness.md); may be changed by whoever runs
-# tests/unit/ehl/test_finish.py
-LENGTH_PER_RMS = 100.0
-SHORTEST_LENGTH, LONGEST_LENGTH = 20e-6, 200e-6
-UNNAMED = {"roughness_rms": 1.2, "correlation_length": 2.5, "peklenik_number": 3.0}
+# where no finish is named: lc over the Rq of one surface, the middle of 15 to 100 of measured profiles and of what
+# hardness and shakedown allow (docs/roughness.md), and its bounds [m]
+LENGTH_PER_RMS = 40.0
+SHORTEST_LENGTH, LONGEST_LENGTH = 8e-6, 150e-6
+UNNAMED = {"roughness_rms": 1.2, "correlation_length": 2.6, "peklenik_number": 3.0}
 DEFAULT_ADDITIVE = "EP"
 
 
@@ -157,11 +156,8 @@ class Finish:
         return cls(file.name, state, file.description, *figures)
 
     def with_rms(self, rms: float) -> Finish:
-        """The finish with a Rq of one's own [m]; its waves grow in proportion, the Rq is then known to 20 %."""
-        factor = rms / self.roughness_rms.value
-        length = self.correlation_length.scaled(factor)
-        values = self.name, self.state, self.description
-        return Finish(*values, _given("roughness_rms", rms), length, self.skewness, self.lay_ratio)
+        """The finish with a measured Rq [m], which is then known to 20 %; its waves keep their length."""
+        return replace(self, roughness_rms=_given("roughness_rms", rms))
 
 
 @dataclass(frozen=True)
@@ -227,9 +223,10 @@ def _additive_file(name: str) -> _AdditiveFile:
 
 
 def default_correlation_length(rms_1: ArrayLike, rms_2: ArrayLike = 0.0) -> FloatArray:
-    """lc of surfaces of no named finish: 100 Rq of one surface, within 20 to 200 um (ours) [m].
+    """lc of surfaces of no named finish: 40 Rq of one surface, within 8 to 150 um [m].
 
-    Waves of a kind of finish grow with its heights: that slopes stay is the least they do (docs/roughness.md).
+    Measured profiles have 16 to 20 Rq, smooth ones up to 200; with 40 Rq run-in flanks stay below the shakedown limit
+    of their summits (docs/roughness.md).
 
     Parameters
     ----------
@@ -295,8 +292,8 @@ def surface_uncertainty(
     """Figures of a surface with their ranges: what friction inherits from roughness and boundary film.
 
     A finish gives the ranges of what is not given; a surface described by numbers alone has the ranges of
-    `UNNAMED` about them, correlation length and Peklenik number being rarely measured. Correlation length and Rq have
-    one cause where a finish is named: they go up and down together.
+    `UNNAMED` about them, correlation length and Peklenik number being rarely measured. Rq and correlation length are
+    separate causes.
 
     Parameters
     ----------

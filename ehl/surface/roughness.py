@@ -1,4 +1,4 @@
-"""Rough profiles: generated ones with stated statistics, and what the profiles do not show (boundary film)."""
+"""Rough profiles with stated statistics."""
 
 from __future__ import annotations
 
@@ -17,10 +17,6 @@ FloatArray = NDArray[np.float64]
 
 # exp(-(k lc)^2/4), the spectrum of the ACF exp(-(x/lc)^2), has fallen to 5 % of its peak at k = 3.5/lc
 CUTOFF_PER_CORRELATION_LENGTH = 2.0 * math.pi / 3.5
-MIN_BOUNDARY_FILM, MAX_BOUNDARY_FILM = 5e-9, 300e-9  # boundary films of the default rule [m]
-# tuned: tips of unknown waves stand out by sqrt(this times Rq), runs with self-affine profiles; may be changed by
-# whoever runs validation/mixed_shortcuts.py
-TIP_LENGTH = 2.1e-9
 EP_FILM = 30e-9  # film of the additives of gear oils (data/additives/EP.toml) [m]
 
 
@@ -380,49 +376,3 @@ def _check_spacing(spacing: float, shortest: float) -> None:
 def _require(field: str, value: object, holds: bool, allowed: str) -> None:
     if not holds:
         raise InputError(field, value, allowed)
-
-
-@dataclass(frozen=True)
-class BoundaryFilm:
-    """Gap h_boundary at which solids count as touching, and whether usual meshes resolve it.
-
-    Parameters
-    ----------
-    thickness : float
-        h_boundary [m].
-    bounded : bool
-        Whether the rule left 5..300 nm and was cut off there.
-    unresolved : bool
-        Whether it lies below 10 nm, where friction still moves with the mesh at 1024 nodes.
-    """
-
-    thickness: float
-    bounded: bool
-    unresolved: bool
-
-
-def boundary_film(rms: float, rms_below_cutoff: float | None = None, *, film: float = EP_FILM) -> BoundaryFilm:
-    """Default boundary film: film of the additives, and what the roughness left out of the profiles adds to it.
-
-    A profile with one correlation length lacks the waves of a real one below it, which touch first. Where their RMS
-    sigma_sub is known they count with 2.5 sigma_sub, where not with sqrt(2.1 nm Rq): that gives the friction of
-    self-affine profiles, which show them (docs/roughness.md). Ours, an estimate: friction between film ratios of about
-    0.5 and 0.01 depends on it by a factor of 2 to 3, so it should be calibrated on one measured Stribeck curve.
-
-    Parameters
-    ----------
-    rms : float
-        Composite Rq of both profiles [m].
-    rms_below_cutoff : float, optional
-        sigma_sub, composite [m]; None or nan where no spectrum is known.
-    film : float
-        Thickness of the adsorbed or reaction film [m] (`ehl.surface.finish.Additive`).
-    """
-    _require("rms", rms, rms >= 0.0, ">= 0 m")
-    _require("film", film, film >= 0.0, ">= 0 m")
-    tips = math.sqrt(TIP_LENGTH * rms)
-    if rms_below_cutoff is not None and not math.isnan(rms_below_cutoff):
-        _require("rms_below_cutoff", rms_below_cutoff, rms_below_cutoff >= 0.0, ">= 0 m")
-        tips = 2.5 * rms_below_cutoff
-    thickness = min(max(film + tips, MIN_BOUNDARY_FILM), MAX_BOUNDARY_FILM)
-    return BoundaryFilm(thickness, thickness != film + tips, thickness < 10e-9)

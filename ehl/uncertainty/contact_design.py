@@ -67,7 +67,7 @@ def uncertain_contact_inputs(
         def at(given: ContactProblem, z: float) -> ContactProblem:
             values = {field: getattr(given.surface, field) for field in fields}
             if "boundary_film" in values:
-                values["boundary_film"] = given.surface.generated_boundary_film
+                values["boundary_film"] = given.surface.film_of_contact
             changed = {field: min(max(spread.at(value, z), low), high) for field, value in values.items()}
             return replace(given, surface=given.surface.model_copy(update=changed))
 
@@ -80,20 +80,11 @@ def uncertain_contact_inputs(
     rms = [name for name in ("roughness_rms_1", "roughness_rms_2") if getattr(surface, name) > 0.0]
     if rough:
         spread = spreads.spread("roughness_rms")
+        for fields in [rms] if spreads.shared_rms else [[name] for name in rms]:
+            name = fields[0] if len(fields) == 1 else "roughness_rms"
+            entry(name, "roughness_rms", spread, of_surface(fields, spread))
         length = spreads.spread("correlation_length")
-        if spreads.one_finish:
-
-            def made(given: ContactProblem, z: float) -> ContactProblem:
-                changed = {field: spread.at(getattr(given.surface, field), z) for field in rms}
-                changed["correlation_length"] = length.at(given.surface.correlation_length, z)
-                return replace(given, surface=given.surface.model_copy(update=changed))
-
-            entry("finish", "roughness_rms", spread, made)
-        else:
-            for fields in [rms] if spreads.same_surface else [[name] for name in rms]:
-                name = fields[0] if len(fields) == 1 else "roughness_rms"
-                entry(name, "roughness_rms", spread, of_surface(fields, spread))
-            entry("correlation_length", "correlation_length", length, of_surface(["correlation_length"], length))
+        entry("correlation_length", "correlation_length", length, of_surface(["correlation_length"], length))
         lay = spreads.spread("peklenik_number")
         entry("peklenik_number", "peklenik_number", lay, of_surface(["peklenik_number"], lay, LAY_LEAST))
         film, friction = spreads.spread("boundary_film"), spreads.spread("boundary_friction")

@@ -160,9 +160,9 @@ class UncertaintyInput(InputModel):
         return found
 
     @property
-    def one_finish(self) -> bool:
-        """Whether Rq of both surfaces and their correlation length have one cause."""
-        return self._finish is not None and self.same_surface is not False
+    def shared_rms(self) -> bool:
+        """Whether the Rq of both surfaces has one cause."""
+        return self._finish is not None if self.same_surface is None else self.same_surface
 
     def spread(self, name: str, oil: Oil | None = None) -> Spread:
         """How well an input is known: as given here, by oil card, finish and additives, or the default."""

@@ -63,7 +63,7 @@ def mu(
     roughness_rms: Annotated[str, typer.Option(help='Composite Rq of both surfaces, "0.4 um".')] = "0 um",
     lengthwise: Annotated[str, typer.Option(help='Sliding along the contact line, "1 m/s".')] = "0 m/s",
     correlation_length: Annotated[
-        str | None, advanced(help='Correlation length of either surface, "50 um"; 100 Rq if not given.')
+        str | None, advanced(help='Correlation length of either surface, "50 um"; 40 Rq if not given.')
     ] = None,
     peklenik_number: Annotated[
         str | None, advanced(help="Correlation length along the contact line over that across it; 1 is isotropic.")

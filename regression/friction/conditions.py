@@ -25,7 +25,7 @@ from ehl.fluid.viscosity import Temperature
 from ehl.line_contact import half_width_of_pressure, hertz_load
 from ehl.material import Material, effective_modulus
 from ehl.state import ContactState
-from ehl.surface.roughness import EP_FILM, TIP_LENGTH
+from ehl.surface.roughness import EP_FILM
 
 Array = NDArray[np.float64]
 Conditions = Mapping[str, Array]
@@ -233,11 +233,6 @@ MIN_ROUGHNESS = 1e-12  # [m]
 _LEAST_ACROSS = 0.01  # no friction differs between less sliding across the line and none
 
 
-def boundary_film(c: Conditions) -> Array:
-    """h_b = 30 nm + (2.1 nm Rq)^1/2, the default rule of `ehl.surface.roughness.boundary_film` [m]."""
-    return np.asarray(EP_FILM + np.sqrt(TIP_LENGTH * _rough(c)))
-
-
 def flattening(c: Conditions) -> Array:
     """P = p_h lc/(0.5 E' Rq): the pressure over the one that flattens the roughness."""
     return np.asarray(c["pressure_hertz"] * c["correlation_length"] / (0.5 * c["effective_modulus"] * _rough(c)))
@@ -248,7 +243,7 @@ def _rough(c: Conditions) -> Array:
 
 
 GROUPS: dict[str, Callable[[Conditions], Array]] = {
-    "film_over_boundary_film": lambda c: c["film_formula"] / boundary_film(c),
+    "film_over_boundary_film": lambda c: c["film_formula"] / EP_FILM,
     "flattening": flattening,
     "correlation_over_width": lambda c: c["correlation_length"] / c["half_width"],
     "pressure_over_modulus": lambda c: c["pressure_hertz"] / c["effective_modulus"],

@@ -169,7 +169,7 @@ class FrictionModel(ABC):
         **conditions : float, str or array
             `pressure_hertz`, `radius_equivalent`, `speed_entrainment`, `slide_to_roll`, `temperature` and, where they
             are not 0, `roughness_rms` (composite of both surfaces) and `speed_sliding_lengthwise`; also
-            `correlation_length` (100 Rq) and `effective_modulus` (steel on steel). SI numbers, strings with a unit, or
+            `correlation_length` (40 Rq) and `effective_modulus` (steel on steel). SI numbers, strings with a unit, or
             arrays of either that broadcast.
 
         Returns

@@ -89,7 +89,7 @@ class UncertainInput:
 def uncertain_inputs(
     model: FrictionModel, state: ContactState, oil: Oil, spreads: UncertaintyInput, *, warm_inlet: bool = False
 ) -> list[UncertainInput]:
-    """Every uncertain input of a case; what one finish makes is moved together."""
+    """Every uncertain input of a case."""
 
     def entry(name: str, input: str, at: Callable[[Case, Spread, float], Case]) -> UncertainInput:
         spread = spreads.spread(input, oil)
@@ -109,30 +109,16 @@ def uncertain_inputs(
         return lambda case, spread, z: (_with(case[0], field, min(max(spread.at(value, z), least), most)), *case[1:])
 
     rms = ("roughness_rms_1", "roughness_rms_2")
-    both = [("roughness_rms", rms)] if spreads.same_surface else [(name, (name,)) for name in rms]
-    textures: tuple[str, ...] = ("correlation_length", "peklenik_number")
-    if spreads.one_finish:
-        both, textures = [], ("peklenik_number",)
+    both = [("roughness_rms", rms)] if spreads.shared_rms else [(name, (name,)) for name in rms]
     bulk = ("temperature_bulk_1", "temperature_bulk_2", *(("temperature_oil",) if warm_inlet else ()))
     found = [entry(name, name, of_oil(name)) for name in VARIABLES]
     found += [entry(name, "roughness_rms", of_state(*fields)) for name, fields in both]
-    found += [entry(name, name, of_state(name)) for name in textures]
-    if spreads.one_finish:
-        length = spreads.spread("correlation_length")
-
-        def made(case: Case, spread: Spread, z: float) -> Case:
-            changed = {field: np.asarray(spread.at(getattr(case[1], field), z)) for field in rms}
-            changed["correlation_length"] = np.asarray(length.at(case[1].correlation_length, z))
-            return case[0], replace(case[1], **changed), case[2]
-
-        found.append(entry("finish", "roughness_rms", made))
+    found += [entry(name, name, of_state(name)) for name in ("correlation_length", "peklenik_number")]
     mu_b = boundary_friction_of(model)
     if np.isfinite(mu_b):
         found.append(entry("boundary_friction", "boundary_friction", of_model("boundary_friction", mu_b, 0.0, 1.0)))
     if hasattr(model, "boundary_film"):
-        rms_1, rms_2 = float(np.max(state.roughness_rms_1)), float(np.max(state.roughness_rms_2))
-        surface = SurfaceInput(roughness_rms_1=rms_1, roughness_rms_2=rms_2, boundary_film=model.boundary_film)
-        film = of_model("boundary_film", surface.generated_boundary_film, *FILMS)
+        film = of_model("boundary_film", SurfaceInput(boundary_film=model.boundary_film).film_of_contact, *FILMS)
         found.append(entry("boundary_film", "boundary_film", film))
     else:
         found.append(entry("boundary_film", "boundary_film", lambda case, spread, z: case))

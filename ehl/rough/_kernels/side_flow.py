@@ -170,8 +170,8 @@ def update_mean_total(macro, work, model):
     """One step of the mean total pressure Q towards the time mean of q, at constant load.
 
     A change of Q moves the gap by (K_log - K_e) dQ, which q answers: (D + K_e) dq = -(K_log - K_e) dQ - dh0 with the
-    compliance D of the film. Newton's step for <q> = Q is (D + K_log) dQ + dh0 = (D + K_e)(<q> - Q), sum dQ = W - sum Q;
-    its gain falls as 1/n (Robbins & Monro 1951).
+    compliance D of the film. Newton's step for <q> = Q is (D + K_log) dQ + dh0 = (D + K_e)(<q> - Q) with sum dQ =
+    W - sum Q; its gain falls as 1/n (Robbins & Monro 1951).
     """
     n = macro.total.size
     per_step = 1.0 / macro.counts[0]
@@ -197,8 +197,17 @@ def update_mean_total(macro, work, model):
     for i in range(n):
         work.residual[0, i] += compliance * left[i]
     factor_and_solve(
-        1, n, macro.kind, band, mean.weights_newton, mean.ratios_newton, work.residual[0], left, work.unit,
-        work.solution, work.block,
+        1,
+        n,
+        macro.kind,
+        band,
+        mean.weights_newton,
+        mean.ratios_newton,
+        work.residual[0],
+        left,
+        work.unit,
+        work.solution,
+        work.block,
     )
     moved = 0.0
     by_level = 0.0

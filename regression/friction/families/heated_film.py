@@ -12,7 +12,8 @@ import numpy as np
 
 from ehl.fluid.conductivity import PAO
 from ehl.fluid.viscosity import ROELANDS_LOG_VISCOSITY
-from regression.friction.conditions import MIN_ROUGHNESS, Array, Conditions, boundary_film, flattening
+from ehl.surface.roughness import EP_FILM
+from regression.friction.conditions import MIN_ROUGHNESS, Array, Conditions, flattening
 
 # steel: sqrt(46 W/(m K) * 7830 kg/m3 * 465 J/(kg K))
 EFFUSIVITY = 12941.4
@@ -123,8 +124,8 @@ def asperity_share(c: Conditions, film: Array, k: Mapping[str, float], slope_pow
     Q = squeeze (h'/h_b)^n exp(squeeze_tail (h'/Rq)^2) P^(squeeze_flattening exp(-h/Rq)) (1 + slide A)
     g/(g + lay/P)/(1 + narrow P^2 lc/b)
 
-    The film is measured by the boundary film h_b = 30 nm + (2.1 nm Rq)^1/2 of the default rule
-    (`ehl.surface.roughness.boundary_film`): it, and not Rq, decides which film the asperities reach through. The
+    The film is measured by the boundary film h_b = 30 nm of extreme-pressure additives: it, and not Rq, decides which
+    film the asperities reach through. The
     exponent n = squeeze_film (0.01 lc/Rq)^slope_power (1 + lc/b)^squeeze_width says how suddenly they do: flatter
     roughness touches more evenly. P = p_h lc/(0.5 E' Rq) is the pressure over the one that flattens the roughness,
     which matters where films are thin. Sliding s across the line makes films between asperities, A = |s|/(0.15 (1 +
@@ -142,7 +143,7 @@ def asperity_share(c: Conditions, film: Array, k: Mapping[str, float], slope_pow
     power = k["squeeze_film"] * (0.01 * length / rough) ** slope_power * (1.0 + waves) ** k["squeeze_width"]
     log_resistance = (
         np.log(k["squeeze"])
-        + power * np.log(lifted / boundary_film(c))
+        + power * np.log(lifted / EP_FILM)
         + k["squeeze_tail"] * (lifted / rough) ** 2
         + k["squeeze_flattening"] * np.exp(-film / rough) * np.log(pressed)
         + np.log1p(k["slide"] * across)
