@@ -264,7 +264,7 @@ def _rough(
         temperature_film_max=run.temperature_film_max,
         temperature_flash=run.temperature_flash,
         film_error=run.film_error,
-        friction_error=run.mesh_error + run.statistical_error + run.subgrid_error,
+        friction_error=run.friction_error,
         mesh_error=run.mesh_error,
         statistical_error=run.statistical_error,
         realisation_error=run.realisation_error,

@@ -13,7 +13,6 @@ from ehl.rough.surfaces import RoughSurfaces
 
 Accuracy = Literal["fast", "standard", "reference"]
 
-SPREADS = 3.0  # standard errors of the difference of two meshes that count in the error of the finer one
 BATCH = 2.0  # travel of the smallest batch of the mean [b]
 FRONT_STARTUP = 2.9  # until the roughness has filled the contact [b]
 DRAINED_STARTUP = 8.0  # more, until the macroscopic pressure has settled [b]

@@ -19,6 +19,7 @@ from ehl.material import Material
 from ehl.rough import RoughSurfaces, TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET, NODES_MIN, level_of, mesh_length, min_nodes
 from ehl.rough.running_in import RUNNING_IN, flattened
+from ehl.rough.solve import ERROR_ALLOWED
 from ehl.rough.subgrid import BUDGET_SHARE, CUTOFF_NODES, SplitSurfaces, share_left_out, split_surfaces
 from ehl.surface.measured_profile import load_profile, profile_points
 from ehl.surface.roughness import CUTOFF_PER_CORRELATION_LENGTH, RoughProfile, generate_profile
@@ -50,8 +51,6 @@ SHEAR_STRENGTH = 1e9  # about the shear modulus of a glassy oil: a larger stress
 # tuned: error of mu by a subgrid film over its change with twice the cut-off, 0.05 to 2.4 in contacts solved with all
 # waves; may be changed by whoever runs validation/mixed_shortcuts.py
 OVER_CHANGE = 2.5
-# times the tolerance asked for: with a larger error of mesh and subgrid film a rough result is not converged
-ERROR_ALLOWED = 4.0
 TOLERANCE = {"fast": 0.05, "standard": 0.02, "reference": 0.01}
 
 
@@ -248,7 +247,7 @@ def solve_mixed(
     if surface.running_in != "none":
         coarse = replace(coarse, notes=(*coarse.notes, "running-in is left out: the roughness is finer than the mesh"))
     allowed = ERROR_ALLOWED * (model.friction_tolerance or TOLERANCE[model.accuracy])
-    if coarse.status == "converged" and coarse.mesh_error + coarse.subgrid_error <= allowed:
+    if coarse.status == "converged" and coarse.friction_error <= allowed:
         return coarse
     if needed <= most:
         try:

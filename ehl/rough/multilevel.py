@@ -1,9 +1,10 @@
 """Runs of one contact on meshes of increasing fineness over the same roughness, and the mean of mu they give together.
 
-mu = mean on the coarsest mesh + mean difference of each mesh to the one before it. Both meshes of a difference roll
-over the same stretch of the surfaces: it settles in a fraction of the travel that mu itself takes, so that the fine
-meshes roll for a short while and the coarsest, at a sixteenth of their cost, for long (multilevel Monte Carlo, Giles
-2008, Oper. Res. 56, 607, with time means in place of samples).
+mu = mean on the coarsest mesh + mean difference of each mesh to the one before it + a third of the last difference, the
+error of the finest mesh by Richardson's extrapolation (`ehl.rough.batch_means.richardson`). Both meshes of a difference
+roll over the same stretch of the surfaces: it settles in a fraction of the travel that mu itself takes, so that the
+fine meshes roll for a short while and the coarsest, at a sixteenth of their cost, for long (multilevel Monte Carlo,
+Giles 2008, Oper. Res. 56, 607, with time means in place of samples).
 """
 
 from __future__ import annotations
@@ -16,18 +17,19 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from ehl.common.errors import ConvergenceError
-from ehl.rough._kernels.march import FILM_MEAN
-from ehl.rough.accuracy import FRONT_STARTUP, PER_SWEEP, SETTLING, SPREADS, RunPlan
+from ehl.rough._kernels.march import FILM_MEAN, SHARE
+from ehl.rough.accuracy import FRONT_STARTUP, PER_SWEEP, SETTLING, RunPlan
 from ehl.rough.averaging import Window
-from ehl.rough.batch_means import ONE_DRAW, batch_means, interval_of_means, paired_error
+from ehl.rough.batch_means import ONE_DRAW, batch_means, interval_of_means, richardson
 
 Array = NDArray[np.float64]
 
 HOPELESS = 1.5  # predicted interval at the end of the budget, over the tolerance, above which a contact will not settle
 SHARE_WITHOUT_HOPE = 0.75  # of the budget that is spent on it all the same
 SMALL_PART = 0.05  # of the squared error: what adds less is not worth rolling on
-# error of mu by the mesh above which a mesh that the budget left out is added, and the budgets that may cost
-MESH_ERROR_ALLOWED, BUDGETS = 0.1, 2.0
+# difference of mu on two meshes above which a mesh that the budget left out is added, and the budgets that may cost
+DIFFERENCE_ALLOWED, BUDGETS = 0.1, 2.0
+EXTRAPOLATED = 4.0 / 3.0  # weight of the finest difference in the extrapolated mean
 # tuned: iterations of a step over those on twice the spacing; may be changed by whoever runs
 # validation/work_precision.py
 FINER_STEP = 0.85
@@ -112,18 +114,45 @@ class MeshLevels:
         return total
 
     def friction(self) -> float:
-        """mu."""
+        """mu, extrapolated."""
+        return self._extrapolated()[0]
+
+    def mesh_error(self) -> float:
+        """Error of mu by mesh and time step that the extrapolation leaves."""
+        return self._extrapolated()[1]
+
+    def share(self) -> float:
+        """Asperity load share, extrapolated like mu."""
+        mean = self.mean(SHARE)
+        return richardson(mean - self._difference(SHARE), mean)[0]
+
+    def film(self) -> tuple[float, float]:
+        """Mean film [m], extrapolated, and its error by the mesh."""
+        mean = self.mean(FILM_MEAN, film=True)
+        return richardson(mean - self._difference(FILM_MEAN, film=True), mean)
+
+    def _extrapolated(self) -> tuple[float, float]:
         if self.even:
-            return float(self.fine.friction().mean())
-        return float(self.windows[0].friction().mean()) + sum(
-            float(self.differences(level).mean()) for level in range(1, len(self.windows))
+            mean = float(self.fine.friction().mean())
+        else:
+            mean = float(self.windows[0].friction().mean())
+            mean += sum(float(self.differences(level).mean()) for level in range(1, len(self.windows)))
+        return richardson(mean - float(self.differences(len(self.windows) - 1).mean()), mean)
+
+    def _difference(self, column: int, *, film: bool = False) -> float:
+        """Mean of a column on the finest mesh less that on the one before over their common travel; of a film in m."""
+        coarser, finer = self.windows[-2:]
+        common = in_common(finer, coarser)
+        fine, coarse = (
+            (window.run.problem.units.film if film else 1.0) * float(window.records_of(common)[:, column].mean())
+            for window in (finer, coarser)
         )
+        return fine - coarse
 
     def half_widths(self) -> list[float]:
-        """Half widths of the 90 % intervals of the coarsest mean and of each difference."""
-        return [self.windows[0].interval()[1]] + [
-            interval_of_means(self.differences(level)) for level in range(1, len(self.windows))
-        ]
+        """Half widths of the 90 % intervals of the coarsest mean and of each difference, as they enter mu."""
+        widths = [interval_of_means(self.differences(level)) for level in range(1, len(self.windows))]
+        return [self.windows[0].interval()[1], *widths[:-1], EXTRAPOLATED * widths[-1]]
 
     def interval(self) -> tuple[float, float]:
         """mu and the half width of its 90 % interval, with what a shortened start-up may have left."""
@@ -148,7 +177,8 @@ class MeshLevels:
     def _interval(self) -> tuple[float, float]:
         """A difference that grows with mu counts with its covariance: both come from the same travel."""
         if self.even:
-            return self.fine.interval()
+            extrapolation = (EXTRAPOLATED - 1.0) * interval_of_means(self.differences(len(self.windows) - 1))
+            return self.friction(), math.hypot(self.fine.interval()[1], extrapolation)
         widths = self.half_widths()
         total = sum(width**2 for width in widths)
         finer, coarser = self.windows[1], self.windows[0]
@@ -160,39 +190,21 @@ class MeshLevels:
             total += 2.0 * max(float(np.corrcoef(parts, change)[0, 1]), 0.0) * widths[0] * widths[1] * share
         return self.friction(), math.sqrt(total)
 
-    def mesh_error(self) -> float:
-        """Error of mu by the mesh, from the two finest over their common travel (`paired_error`)."""
-        coarser, finer = self.windows[-2:]
-        common = in_common(finer, coarser)
-        parts = round(
-            sum(len(finer.records_of([n])) for n in common)
-            / (finer.batch * finer.run.problem.units.steps_per_half_width)
-        )
-        return paired_error(coarser.friction_of(common), finer.friction_of(common), parts)
-
     def film_error(self) -> float:
-        """Error of the mean film over itself: by the mesh as that of mu, and the 90 % interval of its time mean."""
-        coarser, finer = self.windows[-2:]
-        common = in_common(finer, coarser)
-        per_batch = finer.batch * finer.run.problem.units.steps_per_half_width
-        films = [window.run.problem.units.film * window.records_of(common)[:, FILM_MEAN] for window in (coarser, finer)]
-        mesh = paired_error(films[0], films[1], round(len(films[1]) / per_batch))
+        """Error of the mean film over itself: by the mesh, and the 90 % interval of its time mean."""
+        mean, mesh = self.film()
         window = self.longest
         film = window.run.problem.units.film * window.records[:, FILM_MEAN]
         _, half_width = batch_means(film, round(window.batch * window.run.problem.units.steps_per_half_width))
         if not math.isfinite(half_width):
             half_width = ONE_DRAW * float(np.std(film))
-        return (mesh + half_width) / self.mean(FILM_MEAN, film=True)
+        return math.hypot(mesh, half_width) / mean
 
     def finer_needed(self) -> bool:
-        """Whether the error of the mesh is large, and half of it affordable with no more than twice the budget."""
+        """Whether the last two meshes differ much, and a finer one is affordable with no more than twice the budget."""
         finer = 4.0 * FINER_STEP * self.fine.rate * (SETTLING + self.plan.window_fine) + self.work
-        return self.mesh_error() > MESH_ERROR_ALLOWED * abs(self.friction()) and finer <= BUDGETS * self.plan.budget
-
-    def spread(self) -> float:
-        """What the scatter of the last difference adds to the error of the mesh."""
-        change = self.differences(len(self.windows) - 1)
-        return SPREADS * float(np.std(change, ddof=1)) / math.sqrt(change.size) if change.size > 1 else math.inf
+        difference = abs(float(self.differences(len(self.windows) - 1).mean()))
+        return difference > DIFFERENCE_ALLOWED * abs(self.friction()) and finer <= BUDGETS * self.plan.budget
 
     def roll(self) -> None:
         """Roll until mu is inside the tolerance, the windows are full or the budget is spent.
@@ -224,13 +236,11 @@ class MeshLevels:
 
     def _settled(self) -> bool:
         mean, half_width = self.interval()
-        return max(half_width, self.spread()) <= self.plan.tolerance * abs(mean)
+        return half_width <= self.plan.tolerance * abs(mean)
 
     def _variances(self) -> list[float]:
-        """Squared errors by level: the interval, and what counts as error of the mesh besides."""
-        found = [width**2 for width in self.half_widths()]
-        found[-1] += self.spread() ** 2
-        return found
+        """Squared half widths by level."""
+        return [width**2 for width in self.half_widths()]
 
     def _worthiest(self) -> int:
         """Level whose next block lowers the squared error most for its cost; -1 where windows that count are full."""

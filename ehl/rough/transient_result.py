@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -144,8 +145,7 @@ class TransientResult:
         Half width of the 90 % interval of mu over other stretches of the same surfaces, over mu: the figure above,
         larger where the window is longer than the profiles or a surface brings little new roughness.
     mesh_error : float
-        Estimated error of mesh and time step, over mu: difference to a run with twice the spacing over the same
-        roughness, with its spread over the window (`ehl.rough.batch_means.paired_error`).
+        Error of mesh and time step that their extrapolation leaves, over mu (`ehl.rough.batch_means.richardson`).
     film_error : float
         The same of the mean film, with the half width of its 90 % interval, over the film.
     friction_boundary_half, friction_boundary_double : float
@@ -156,8 +156,7 @@ class TransientResult:
         Largest running sum of the mean side flow along x over the throughput [-]; small when the macroscopic
         pressure has settled.
     net_exchange_threshold : float
-        Its statistical threshold in a window of this length (1 % level) [-]; nan without enough batches. A result that
-        exceeds it by more than 0.1 is unsettled.
+        Its statistical threshold in a window of this length (1 % level) [-]; nan without enough batches.
     capped_share : float
         Mean share of the nodes whose pressure is at the hardness [-].
     fallbacks : Fallbacks
@@ -183,6 +182,8 @@ class TransientResult:
     subgrid_error : float
         Error of mu by the subgrid film in place of roughness finer than the mesh, over mu (`ehl.rough.subgrid`); 0
         without.
+    exchange_error : float
+        Error of mu by what the side flow gains or loses in the mean, over mu.
     """
 
     status: str
@@ -222,3 +223,9 @@ class TransientResult:
     snapshot: Snapshot = field(repr=False)
     run: TransientRun = field(repr=False)
     subgrid_error: float = 0.0
+    exchange_error: float = 0.0
+
+    @property
+    def friction_error(self) -> float:
+        """Error of mu over itself: independent parts, added in quadrature [-]."""
+        return math.hypot(self.mesh_error, self.statistical_error, self.subgrid_error, self.exchange_error)

@@ -137,8 +137,8 @@ def update_pressure(macro, model):
 def isotropic_outflow(state, macro, work, model):
     """Factor on the side flow of the next step where a spot's pressure exceeds the macroscopic one.
 
-    The lateral outflow of a spot is that of its own profile, -(1/gamma^2) d/dx [f_y d(p - P)/dx] (local isotropy), where
-    this is more than the mean-field exchange. It moves with the mean velocity, one node per step.
+    The lateral outflow of a spot is that of its own profile, -(1/gamma^2) d/dx [f_y d(p - P)/dx] (local isotropy),
+    where this is more than the mean-field exchange. It moves with the mean velocity, one node per step.
     """
     p = state.fluid_pressure
     f = work.node.f
