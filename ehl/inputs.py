@@ -191,7 +191,6 @@ class SurfaceInput(InputModel):
         return self.boundary_film or Additive.load(self.additive).boundary_film.value
 
     @property
-    @property
     def profile_reading(self) -> dict[str, Any]:
         """How measured profiles are read, as options of `ehl.surface.measured_profile.load_profile`."""
         return {
