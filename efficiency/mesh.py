@@ -37,6 +37,7 @@ from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPositio
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.gear_flanks import MEMBERS, Side
 from efficiency.design.design import Design, MemberInput
+from efficiency.design.kept import kept_of_design
 from efficiency.loss.closed_form import PitchGeometry
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.efficiency import solve_balanced
@@ -45,8 +46,8 @@ from efficiency.loss.heat_balance import CoolingInput, HeatBalance, balance_heat
 from efficiency.loss.kinematics import Axis, Operation
 from efficiency.ltca.external_load import read_load, write_load
 from efficiency.ltca.limits import edge_load
-from efficiency.ltca.load_distribution import TeethElasticity
-from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids, load_grids
+from efficiency.ltca.load_distribution import ElasticPosition, TeethElasticity, elastic_cycle
+from efficiency.ltca.mesh_grids import LoadedGrids, MakeCycle, MeshGrids, both_cycles, load_grids
 from efficiency.ltca.shaft_deflection import solve_deflection
 from efficiency.ltca.solid_tooth import SolidTooth, elastic_teeth
 from efficiency.strength.rating import LocalConditions, rate_strength
@@ -97,6 +98,8 @@ class Mesh:
         Data for the closed forms.
     roots : list
         Of pinion and gear, filled when they are asked for (`root_teeth`); meshes of one pair share it.
+    keep : bool
+        Whether geometry, bodies and roots are kept on disk (`efficiency.design.kept`).
     """
 
     design: Design
@@ -105,6 +108,7 @@ class Mesh:
     grids: MeshGrids
     pitch: PitchGeometry
     roots: list[RootTooth | str] = field(default_factory=list, repr=False)
+    keep: bool = False
     _loaded: dict[float, LoadedMesh] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
@@ -116,6 +120,7 @@ class Mesh:
         positions: int = POSITIONS,
         points_per_line: int = POINTS_PER_LINE,
         bodies: ElasticTeeth | None = None,
+        keep: bool = False,
     ) -> Mesh:
         """Geometry, contact lines and tooth compliance of a design.
 
@@ -129,11 +134,12 @@ class Mesh:
             Pinion angles in a pitch (even) and points on each contact line.
         bodies : ElasticTeeth, optional
             From `elastic_bodies`, where they are known: misalignments do not change them.
+        keep : bool
+            Keep geometry, bodies and roots on disk, and take them from there.
         """
         flanks = design.flanks()
-        pair = flank_pair(flanks, side)
         pinion, gear = (flank.mean_angles() for flank in flanks.mating(side))
-        known = elastic_bodies(design, side) if bodies is None else bodies
+        known = elastic_bodies(design, side, keep) if bodies is None else bodies
         teeth = TeethElasticity(
             *known,
             design.pinion.elastic_material(),
@@ -142,20 +148,21 @@ class Mesh:
             edge_rounding_gear=_edge_rounding(design.gear, design),
         )
 
-        @lru_cache(maxsize=1)
-        def lines(count: int) -> CycleLines:
-            return cycle_lines(pair.surface, count)
+        def geometry() -> tuple[FlankPair, tuple[ElasticPosition, ...], tuple[ElasticPosition, ...]]:
+            found = flank_pair(flanks, side)
+            fine, coarse = both_cycles(_cycle_maker(found), positions, points_per_line)
+            return found, elastic_cycle(fine, teeth), elastic_cycle(coarse, teeth)
 
-        def make_cycle(count: int, points: int, reach: float | None = None, /) -> tuple[MeshPosition, ...]:
-            return mesh_cycle(pair.surface, count, points, reach, edges=True, lines=lines(count))
-
+        pair, fine, coarse = (
+            kept_of_design("mesh", design, (side, positions, points_per_line), geometry) if keep else geometry()
+        )
         placement = design.placement()
-        grids = MeshGrids.build(
+        grids = MeshGrids(
             design.name,
             side,
-            make_cycle,
+            tuple(at.position for at in fine),
+            tuple(at.position for at in coarse),
             teeth,
-            positions,
             points_per_line,
             (
                 Axis(placement.pinion_axis[:, 0], placement.pinion_origin[:, 0]),
@@ -163,8 +170,10 @@ class Mesh:
             ),
             pair.notes,
             math.nan if pair.surface.relief else pair.transmission.peak_to_peak,
+            _cycle_maker(pair),
             EDGE_REACH * 2.0 * math.pi / pair.teeth_gear,
         )
+        grids.__dict__.update(elastic_fine=fine, elastic_coarse=coarse)
         stated, stiffness = design.assembly.deflection.moves, design.assembly.stiffness
         if stated or stiffness.given:
 
@@ -185,7 +194,8 @@ class Mesh:
                 return replace(found, deflection=replace(found.deflection, E=design.mirror * found.deflection.E))
 
             grids = replace(grids, under_torque=deflected)
-        return cls(design, side, pair, grids, PitchGeometry.of(design.pinion.blank, design.gear.blank, pinion, gear))
+        pitch = PitchGeometry.of(design.pinion.blank, design.gear.blank, pinion, gear)
+        return cls(design, side, pair, grids, pitch, keep=keep)
 
     @one_thread
     def load(self, torque: Value | None = None) -> LoadedMesh:
@@ -221,15 +231,20 @@ class Mesh:
     def root_teeth(self) -> tuple[RootTooth | str, RootTooth | str]:
         """Root sections of pinion and gear, computed once; a text says why there is none."""
         if not self.roots:
-            flanks, module = self.design.flanks(), self.pitch.module_normal
-            solids = self.grids.teeth.pinion, self.grids.teeth.gear
-            for member, solid in zip(MEMBERS, solids, strict=True):
-                try:
-                    self.roots.append(root_tooth(flanks, member, solid, module))
-                except (ConvergenceError, InputError) as error:
-                    self.roots.append(str(error))
+            found = kept_of_design("roots", self.design, (self.side,), self._roots) if self.keep else self._roots()
+            self.roots.extend(found)
         pinion, gear = self.roots
         return pinion, gear
+
+    def _roots(self) -> list[RootTooth | str]:
+        flanks, module, teeth = self.design.flanks(), self.pitch.module_normal, self.grids.teeth
+        found: list[RootTooth | str] = []
+        for member, solid in zip(MEMBERS, (teeth.pinion, teeth.gear), strict=True):
+            try:
+                found.append(root_tooth(flanks, member, solid, module))
+            except (ConvergenceError, InputError) as error:
+                found.append(str(error))
+        return found
 
     def load_from(self, path: Path | str, torque: Value | None = None) -> LoadedMesh:
         """Load distribution of another program (CSV, `efficiency.ltca.external_load`) in place of the own one.
@@ -534,9 +549,26 @@ class LoadedMesh:
         return f"LoadedMesh({self.mesh.design.name}, {self.mesh.side}, {self.torque:.6g} N m: {pressure})"
 
 
-def elastic_bodies(design: Design, side: Side) -> ElasticTeeth:
-    """Teeth of pinion and gear as elastic bodies."""
-    return elastic_teeth(design.flanks(), design.tooth_bodies(), side)
+def _cycle_maker(pair: FlankPair) -> MakeCycle:
+    """Makes mesh cycles of a flank pair; the lines of all positions are traced once."""
+
+    @lru_cache(maxsize=1)
+    def lines(count: int) -> CycleLines:
+        return cycle_lines(pair.surface, count)
+
+    def make_cycle(count: int, points: int, reach: float | None = None, /) -> tuple[MeshPosition, ...]:
+        return mesh_cycle(pair.surface, count, points, reach, edges=True, lines=lines(count))
+
+    return make_cycle
+
+
+def elastic_bodies(design: Design, side: Side, keep: bool = False) -> ElasticTeeth:
+    """Teeth of pinion and gear as elastic bodies; `keep`: on disk as well."""
+
+    def make() -> ElasticTeeth:
+        return elastic_teeth(design.flanks(), design.tooth_bodies(), side)
+
+    return kept_of_design("bodies", design, (side,), make) if keep else make()
 
 
 def _edge_rounding(member: MemberInput, design: Design) -> float:

@@ -86,7 +86,7 @@ def load(name: str | Path) -> GearPair:
     >>> efficiency.load("fm_spiral_bevel_14x39")
     GearPair(fm_spiral_bevel_14x39: 14x39, offset 0 mm, 300 N m, 125.7 rad/s, 75w90 at 363.15 K)
     """
-    return GearPair(load_design(name))
+    return GearPair(load_design(name), keep=True)
 
 
 class GearPair:
@@ -96,6 +96,8 @@ class GearPair:
     ----------
     design : Design, str or Path
         A design, the name of a shipped one, or a design file.
+    keep : bool
+        Keep elastic bodies, roots and geometry on disk for later processes, as pairs of `load` do.
 
     Attributes
     ----------
@@ -110,11 +112,12 @@ class GearPair:
     14
     """
 
-    def __init__(self, design: Design | str | Path) -> None:
+    def __init__(self, design: Design | str | Path, *, keep: bool = False) -> None:
+        self._keep = keep
         self.design = design if isinstance(design, Design) else load_design(design)
         self._meshes = lru_cache(maxsize=_KEPT_MESHES)(self._mesh)
         # misalignments change neither the bodies nor their roots
-        self._bodies = lru_cache(maxsize=2)(lambda side: elastic_bodies(self.design, side))
+        self._bodies = lru_cache(maxsize=2)(lambda side: elastic_bodies(self.design, side, keep))
         self._roots: dict[Side, list[RootTooth | str]] = {"drive": [], "coast": []}
 
     def sharing_bodies(self, design: Design) -> GearPair:
@@ -167,7 +170,8 @@ class GearPair:
     @one_thread
     def _mesh(self, side: Side, positions: int, points: int, misalignment: tuple[tuple[str, float], ...]) -> Mesh:
         design = self.design.with_misalignment(**dict(misalignment))
-        return replace(Mesh.of(design, side, positions, points, self._bodies(side)), roots=self._roots[side])
+        mesh = Mesh.of(design, side, positions, points, self._bodies(side), self._keep)
+        return replace(mesh, roots=self._roots[side])
 
     def _placed(self, given: Mapping[str, Value]) -> dict[str, float]:
         """Misalignments of the design, with the given ones in place of its own."""
@@ -197,7 +201,7 @@ class GearPair:
 
     def misaligned(self, **misalignment: Value) -> GearPair:
         """The pair with `E`, `P`, `G` [m] and `shaft_angle_error` [rad] in place of those of the design."""
-        return GearPair(self.design.with_misalignment(**self._placed(misalignment)))
+        return GearPair(self.design.with_misalignment(**self._placed(misalignment)), keep=self._keep)
 
     def finished(self, finish: str, state: State = "run_in") -> GearPair:
         """The pair with both flanks of a finish of `ehl.shipped("finishes")`, "new" or "run_in", with its Rq."""

@@ -70,41 +70,6 @@ class MeshGrids:
     under_torque: Callable[[float], MeshGrids] | None = field(default=None, repr=False, compare=False)
     _refitted: dict[int, MeshGrids] = field(default_factory=dict, init=False, repr=False, compare=False)
 
-    @classmethod
-    def build(
-        cls,
-        design: str,
-        side: str,
-        make_cycle: MakeCycle,
-        teeth: TeethElasticity,
-        positions: int = 24,
-        points_per_line: int = 31,
-        axes: tuple[Axis, Axis] | None = None,
-        notes: tuple[str, ...] = (),
-        transmission_error: float = math.nan,
-        reach: float = math.inf,
-    ) -> MeshGrids:
-        """Both grids of a mesh cycle; an even number of positions lets every second one estimate the error."""
-        if positions < 4 or positions % 2:
-            raise InputError("positions", positions, "an even number of at least 4")
-        if points_per_line < 5:
-            raise InputError("points_per_line", points_per_line, "a number of at least 5")
-        fine = make_cycle(positions, points_per_line)
-        coarse = make_cycle(positions, (points_per_line + 1) // 2)
-        return cls(
-            design,
-            side,
-            fine,
-            coarse,
-            teeth,
-            points_per_line,
-            axes,
-            notes,
-            transmission_error,
-            make_cycle,
-            reach,
-        )
-
     @property
     def unloaded_error(self) -> float:
         """Transmission error without load, peak to peak [rad]."""
@@ -147,6 +112,17 @@ class MeshGrids:
             coarse = self.make_cycle(len(self.fine), (self.points_per_line + 1) // 2, reach)
             self._refitted[step] = replace(self, fine=fine, coarse=coarse, make_cycle=None, reach=reach)
         return self._refitted[step]
+
+
+def both_cycles(
+    make_cycle: MakeCycle, positions: int, points_per_line: int
+) -> tuple[tuple[MeshPosition, ...], tuple[MeshPosition, ...]]:
+    """Fine and coarse grid of a mesh cycle; an even number of positions lets every second one estimate the error."""
+    if positions < 4 or positions % 2:
+        raise InputError("positions", positions, "an even number of at least 4")
+    if points_per_line < 5:
+        raise InputError("points_per_line", points_per_line, "a number of at least 5")
+    return make_cycle(positions, points_per_line), make_cycle(positions, (points_per_line + 1) // 2)
 
 
 def friction_arm(position: MeshPosition, axis: Axis) -> FloatArray:

@@ -17,10 +17,7 @@ import gc
 import hashlib
 import inspect
 import multiprocessing
-import os
-import stat
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -35,6 +32,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompileResult, Flags
 from numba.core.registry import CPUDispatcher
 
+from ehl.common.private_files import private_folder, user_folder
 from ehl.compile.carried import carried_kernel, carries
 
 _EHL = Path(__file__).resolve().parents[1]
@@ -79,77 +77,17 @@ def source_hash(folder: Path) -> bytes:
 _hash_of_folder = cache(source_hash)
 
 
-def private_folder(folder: Path) -> Path:
-    """A folder that belongs to this user alone, made where there is none.
-
-    Parameters
-    ----------
-    folder : Path
-        Must be no symbolic link, and have mode 0700; the folders above it must belong to this user or the
-        administrator, and nobody else may be able to replace what they hold.
-
-    Returns
-    -------
-    Path
-        Without symbolic links.
-
-    Raises
-    ------
-    OSError
-        It cannot be made, or belongs to others as well.
-    """
-    folder = Path(os.path.abspath(folder))
-    folder = Path(os.path.realpath(folder.parent), folder.name)
-    for part in reversed((folder, *folder.parents)):
-        part.mkdir(mode=0o700, exist_ok=True)
-    if not hasattr(os, "getuid"):  # under Windows the folders of a user are the user's own
-        return folder
-    user = os.getuid()
-    # in a user namespace the administrator of the machine has another number: that of the owner of the root folder
-    trusted = {0, user, os.stat("/").st_uid}
-    for part in folder.parents:
-        found = part.lstat()
-        if found.st_uid not in trusted or (found.st_mode & 0o022 and not found.st_mode & stat.S_ISVTX):
-            raise PermissionError(f"others can replace what is in {part}")
-    found = folder.lstat()
-    if not stat.S_ISDIR(found.st_mode):
-        raise PermissionError(f"{folder} is a symbolic link or a file")
-    if found.st_uid != user:
-        raise PermissionError(f"{folder} belongs to another user")
-    if found.st_mode & 0o077:
-        raise PermissionError(f"{folder} is open to others (chmod 700 makes it private)")
-    return folder
-
-
 def kernel_folder() -> Path:
     """Folder from which compiled kernels are loaded and in which they are kept.
 
-    It is that of NUMBA_CACHE_DIR, else one in the user's cache folder, else one for temporary files: the first that
-    belongs to this user alone, as of `private_folder`, and can be written.
+    It is that of NUMBA_CACHE_DIR where that belongs to this user alone, else that of `user_folder`.
 
     Raises
     ------
     OSError
         There is none.
     """
-    user = os.getuid() if hasattr(os, "getuid") else 0
-    own = os.environ.get("XDG_CACHE_HOME", "")
-    cache = Path(own if os.path.isabs(own) else os.path.expanduser("~/.cache"), "mixed-ehl")
-    given = [Path(config.CACHE_DIR)] if config.CACHE_DIR else []
-    reason = ""
-    for place in (*given, cache / "kernels", Path(tempfile.gettempdir(), f"mixed-ehl-kernels-{user}")):
-        try:
-            if not place.is_absolute() and place not in given:  # no home
-                continue
-            folder = private_folder(place)
-            tempfile.TemporaryFile(dir=folder).close()
-        except OSError as error:
-            if place in given:
-                _report_refused(f"{error}")
-            reason = f"{error}"
-        else:
-            return folder
-    raise PermissionError(reason)
+    return user_folder("kernels", Path(config.CACHE_DIR) if config.CACHE_DIR else None, _report_refused)
 
 
 @cache

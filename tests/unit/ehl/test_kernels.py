@@ -22,6 +22,7 @@ from numba.core.caching import UserProvidedCacheLocator
 from numba.core.compiler import Flags
 from refusals import refuses
 
+from ehl.common.private_files import private_folder
 from ehl.compile import compiler as kernel_cache
 from ehl.compile.compiler import (
     INTERNAL_KERNEL,
@@ -32,7 +33,6 @@ from ehl.compile.compiler import (
     kernel,
     kernel_folder,
     missing_on_disk,
-    private_folder,
     source_hash,
 )
 from ehl.rough._kernels import quasi_separable
