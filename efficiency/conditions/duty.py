@@ -89,7 +89,7 @@ def read_duty(path: Path | str) -> tuple[DutyRow, ...]:
         Naming row and column; or nothing of the duty is left.
     """
     path = Path(path)
-    columns = read_table(path, COLUMNS, tuple(COLUMNS), bare=False)
+    columns = read_table(path, COLUMNS, tuple(COLUMNS), bare=False, missing=True)
     rows = [DutyRow(*(float(x) for x in row)) for row in zip(*(columns[name] for name in COLUMNS), strict=True)]
     loaded = tuple(row for row in rows if row.torque * row.speed != 0.0 and row.hours > 0.0)
     if not loaded:

@@ -44,6 +44,7 @@ _GROUPED = {
 }
 # with decimal commas elsewhere: 1.5 or 1500?
 _AMBIGUOUS = {".": re.compile(r"[+-]?[1-9]\d{0,2},\d{3}"), ",": re.compile(r"[+-]?[1-9]\d{0,2}\.\d{3}")}
+_LEADING = re.compile(r"([+-]?[\d.,]*\d[.,]?(?:[eE][+-]?\d+)?)(.*)", re.DOTALL)
 _SIGNS = str.maketrans({"\u2212": "-", "\u2013": "-", "\u00a0": " ", "\u202f": " "})
 
 
@@ -177,17 +178,46 @@ def _longest_run(lines: Sequence[str], dialect: Dialect) -> NumericBlock:
     return NumericBlock(dialect, first, run[-1][0], header, tuple(cells for _, cells in run), tuple(n for n, _ in run))
 
 
-def decimal_of(cells: Sequence[str]) -> str:
-    """Decimal sign of cells whose separator is no comma: the comma where one of them cannot be read otherwise."""
-    point = Dialect(";", ".")
-    comma = Dialect(";", ",")
+def decimals_of(cells: Sequence[str]) -> str:
+    """Decimal signs found in cells that are numbers, perhaps with a unit behind: ``"."``, ``","``, or ``".,"``."""
+    point = comma = False
     for cell in cells:
-        text = cell.translate(_SIGNS).strip()
-        if (
-            "," in text
-            and not _GROUPED["."].fullmatch(text)
-            and comma.is_numeric(text)
-            and text.casefold() not in MISSING
-        ):
-            return ","
-    return point.decimal
+        match = _LEADING.match(cell.translate(_SIGNS).strip())
+        text = match[1] if match else ""
+        if "," in text and not _GROUPED["."].fullmatch(text):
+            comma = comma or Dialect(";", ",").is_numeric(text)
+        elif "." in text and _PLAIN.fullmatch(text) and not _AMBIGUOUS[","].fullmatch(text):
+            point = True
+    return ".," if point and comma else "," if comma else "."
+
+
+def with_point(cell: str, decimals: str, where: str) -> str:
+    """A cell that begins with a number, perhaps with its unit behind, with a decimal point; others as they are.
+
+    Parameters
+    ----------
+    cell : str
+        Without blanks at its ends.
+    decimals : str
+        Of the table, as of `decimals_of`.
+    where : str
+        Of the error.
+
+    Raises
+    ------
+    InputError
+        The number may be meant with either decimal sign.
+    """
+    match = _LEADING.fullmatch(cell.translate(_SIGNS))
+    if match is None or "," not in match[1] + decimals:
+        return cell
+    text, unit = match[1], match[2]
+    if any(_AMBIGUOUS[sign].fullmatch(text) for sign in decimals):
+        either = re.sub("[.,]", "", text), text.replace(",", ".")
+        hint = f"{either[1]} or {either[0]}? Write numbers without a separator of thousands."
+        raise InputError(where, cell, "numbers with the decimal sign of the other cells", hint)
+    grouped = next((sign for sign in ".," if _GROUPED[sign].fullmatch(text)), "")
+    if grouped:
+        text = text.replace("," if grouped == "." else ".", "")
+    text = text.replace(",", ".")
+    return text + unit if _PLAIN.fullmatch(text) else cell

@@ -1,20 +1,29 @@
-"""Tables a user brings (CSV, XLSX): columns by the names of docs/nomenclature.md, units in the header or in the cells.
+"""Tables a user brings (CSV, XLSX): one reader for all, which finds dialect, header and units by content.
 
-A header cell is ``name [unit]`` or a bare name; under a bare name numbers are SI and texts carry their unit. A second
-row that holds units alone (as `mixed-ehl sweep merge` writes it) serves too.
+A header cell is ``name [unit]``, ``name (unit)``, ``name / unit`` or a bare name; under a bare name numbers are SI and
+texts carry their unit. A second row that holds units alone (as `mixed-ehl sweep merge` writes it) serves too. Names are
+those of docs/nomenclature.md in any spelling, or the usual ones of other programs and test rigs (`_OTHER_NAMES`).
+
+A table whose names are all exact is strict: each column, row and cell must be usable. A table of another program (names
+that stand for ours, or lines above the header) is not: other columns, lines between the rows and rows with missing
+values are left out, and a note says which column was taken for what.
 """
 
 from __future__ import annotations
 
 import io
+import logging
 import math
 import re
 import warnings
 import zipfile
+from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ehl.common.dialect import MISSING, decimals_of, with_point
 from ehl.common.errors import InputError, near
 from ehl.common.files import read_bytes, read_text
 from ehl.common.units import ValueRange, parse_quantity
@@ -22,9 +31,11 @@ from ehl.common.units import ValueRange, parse_quantity
 if TYPE_CHECKING:
     import pandas as pd
 
-# a header such as "pressure_hertz [GPa]"; round brackets are common in spreadsheets
-_HEADER = re.compile(r"(?P<name>[^\[(]+?)\s*(?:[\[(]\s*(?P<unit>[^\])]*?)\s*[\])])?")
-_DECIMAL_COMMA = re.compile(r"^\s*([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)\s*$")
+_LOG = logging.getLogger("mixed_ehl")
+# a header such as "pressure_hertz [GPa]"; round brackets are common in spreadsheets; what follows # is a comment
+_HEADER = re.compile(r"(?P<name>[^\[(#]+?|#.*)\s*(?:[\[(]\s*(?P<unit>[^\])]*?)\s*[\])].*?)?(?:\s#.*)?")
+_HEADER_LINES = 200  # among the first of these the header is looked for
+_PLACEHOLDERS = re.compile(r"-?9{1,6}(\.0*)?")  # of missing values, where the quantity cannot have them
 _WORKBOOKS = (".xlsx", ".xlsm")
 MAX_ROWS = 1_000_000
 MAX_COLUMNS = 1000
@@ -35,20 +46,53 @@ MAX_UNPACKED = 1_000_000_000  # of a workbook [bytes]
 # what a spreadsheet takes for the beginning of a formula
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
-# what others call our columns
+# what others call our columns; where several columns of a table stand for one of ours, the first of this list is taken
 _OTHER_NAMES = {
-    **dict.fromkeys(("mu", "cof", "friction", "traction", "traction_coefficient"), "friction_coefficient"),
-    **dict.fromkeys(("srr", "sr", "slip", "slide_roll_ratio"), "slide_to_roll"),
-    **dict.fromkeys(("speed", "velocity", "rolling_speed", "entrainment_speed", "u_e"), "speed_entrainment"),
-    **dict.fromkeys(("temperature", "temp", "oil_temperature"), "temperature_oil"),
-    **dict.fromkeys(("pressure", "hertz_pressure", "p_h"), "pressure_hertz"),
-    **dict.fromkeys(("radius", "r"), "radius_equivalent"),
-    **dict.fromkeys(("rq", "roughness"), "roughness_rms"),
-    **dict.fromkeys(("time", "duration", "share"), "hours"),
+    "friction_coefficient": "mu cof friction traction_coefficient traction_coeff traction_coef friction_coeff "
+    "friction_coef coefficient_of_friction reibungszahl reibwert reibkoeffizient traction",
+    "friction_uncertainty": "sd_mu sigma_mu std_friction",
+    "slide_to_roll": "srr slide_roll_ratio slide_to_roll_ratio sliding_rolling_ratio sr slip schlupf",
+    "speed_entrainment": "rolling_speed entrainment_speed mean_speed entrainment_velocity rolling_velocity "
+    "mean_velocity u_e speed velocity",
+    "temperature_oil": "lube_temp oil_temperature oil_temp lubricant_temperature lube_temperature inlet_temperature "
+    "oil_inlet_temperature oeltemperatur t_oil temperature temp pot_temp pot_temperature bath_temperature temperatur",
+    "pressure_hertz": "hertz_pressure hertzian_pressure max_hertz_pressure contact_pressure p_hertz p_h p_max pressure",
+    "load": "ball_load normal_load normal_force applied_load f_n fn fz normalkraft last force",
+    "radius_equivalent": "reduced_radius effective_radius radius r",
+    "roughness_rms": "rq composite_roughness roughness sq",
+    "torque": "input_torque pinion_torque drehmoment moment torque_in",
+    "speed": "input_speed pinion_speed rotational_speed drehzahl rpm shaft_speed n",
+    "torque_loss": "loss_torque verlustmoment drag_torque loss",
+    "temperature": "oil_temperature oil_temp temperature_oil sump_temperature oeltemperatur temperatur temp",
+    "hours": "duration share time dauer zeit t",
+    "vehicle_speed": "speed velocity geschwindigkeit v",
+    "wheel_torque": "axle_torque radmoment output_torque",
+    "time": "zeit t elapsed_time",
+    "pressure": "p druck",
+    "viscosity": "dynamic_viscosity eta viskositaet",
+    "density": "rho dichte",
+    "force": "normal_force contact_force",
 }
+
 
 Cell = float | int | str | None
 Column = tuple[float, ...] | tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Head:
+    """One row of a header: what its columns are."""
+
+    position: int
+    names: tuple[str, ...]
+    units: tuple[str | None, ...]
+    quantities: tuple[str, ...]
+    exact: bool
+
+    @property
+    def score(self) -> int:
+        """Number of quantities found."""
+        return len({name for name in self.quantities if name})
 
 
 def read_table(
@@ -57,13 +101,14 @@ def read_table(
     required: Sequence[str] = (),
     *,
     bare: bool = True,
+    missing: bool = False,
 ) -> dict[str, Column]:
     """Columns of a table file, checked and converted to SI.
 
     Parameters
     ----------
     path : Path
-        CSV (comma, semicolon or tab; decimal comma where the separator is not one) or XLSX, first sheet.
+        Text of any encoding, separator and decimal sign, or the first sheet of a workbook.
     quantities : mapping
         Unit and range of every column there may be; None for a column of text. Columns whose name begins with ``#`` are
         notes and left out.
@@ -71,13 +116,16 @@ def read_table(
         Columns there must be.
     bare : bool
         Whether a number without any unit counts as SI.
+    missing : bool
+        Whether rows that hold ``nan``, ``Bad``, ``-999`` or the like are left out; in the table of another program also
+        those with an empty cell.
 
     Raises
     ------
     InputError
         The file cannot be read, lacks a column, has one nobody knows, or a cell cannot be used; it is named.
     """
-    return numbered_table(path, quantities, required, bare=bare)[0]
+    return numbered_table(path, quantities, required, bare=bare, missing=missing)[0]
 
 
 def numbered_table(
@@ -86,38 +134,219 @@ def numbered_table(
     required: Sequence[str] = (),
     *,
     bare: bool = True,
+    missing: bool = False,
 ) -> tuple[dict[str, Column], tuple[int, ...]]:
     """The same as `read_table`, and the number of each row in the file, counted from 1 as editors do."""
-    cells = _read_cells(path)
+    cells = _read_cells(path, quantities)
     if cells.empty:
         raise InputError(path.name, "no rows", "a header and at least one row")
-    header = [_HEADER.fullmatch(str(cell).strip()) for cell in cells.iloc[0]]
-    names = [match["name"].strip() if match else "" for match in header]
-    # beside the table of a workbook there may be notes
-    while names and not names[-1]:
-        names.pop()
-    units = [match["unit"] if match else None for match in header[: len(names)]]
-    _check_names(path, names, quantities, required)
-    if path.suffix.lower() not in _WORKBOOKS:
-        _check_width(path, cells, len(names))
-    body = cells.iloc[1:, : len(names)]
-    if len(body) and _are_units(list(body.iloc[0]), names, units, quantities):
+    heads = _heads(cells, quantities)
+    foreign = not heads[0].exact or heads[0].position > 0
+    if foreign:
+        heads = [_distinct(head) for head in heads]
+        _require(path, [name for name in heads[0].quantities if name], required, heads[0].names, quantities)
+    else:
+        heads = heads[:1]
+        _check_names(path, heads[0], quantities, required)
+        if path.suffix.lower() not in _WORKBOOKS:
+            _check_width(path, cells, len(heads[0].names))
+    found: dict[str, list[Any]] = {}
+    numbers: list[int] = []
+    left_out = 0
+    ends = [head.position for head in heads[1:]] + [len(cells)]
+    for block, (head, end) in enumerate(zip(heads, ends, strict=True), 1):
+        taken = {name: k for k, name in enumerate(head.quantities) if name}
+        if not foreign or taken.keys() >= set(required):
+            body = cells.iloc[head.position + 1 : end]
+            rows, out = _block(path, body, head, taken, quantities, bare, foreign, missing)
+            left_out += out
+            for number, values in rows:
+                numbers.append(number)
+                for name, value in values.items():
+                    found.setdefault(name, []).append(value)
+            if "curve" in quantities and "curve" not in taken and len(heads) > 1:
+                found.setdefault("curve", []).extend([str(block)] * len(rows))
+    whole = {name: tuple(values) for name, values in found.items() if len(values) == len(numbers)}
+    if not numbers:
+        raise InputError(path.name, "a header without rows", "at least one row below the header")
+    if left_out > len(numbers):
+        raise InputError(path.name, f"{left_out} rows with missing values", f"fewer than the {len(numbers)} whole ones")
+    if foreign or left_out:
+        _tell(path, heads[0], left_out)
+    return whole, tuple(numbers)
+
+
+def _block(
+    path: Path,
+    body: pd.DataFrame,
+    head: _Head,
+    taken: Mapping[str, int],
+    quantities: Mapping[str, ValueRange | None],
+    bare: bool,
+    foreign: bool,
+    missing: bool,
+) -> tuple[list[tuple[int, dict[str, Any]]], int]:
+    """Number and values of the rows below a header, and how many were left out for missing values."""
+    units = list(head.units)
+    body = body.iloc[:, : len(units)]
+    if len(body) and _are_units(list(body.iloc[0]), head.quantities, units, quantities):
         units = [str(cell).strip() or None for cell in body.iloc[0]]
         body = body.iloc[1:]
-    if body.empty:
-        raise InputError(path.name, "a header without rows", "at least one row below the header")
-    columns: dict[str, Column] = {}
-    for position, (name, unit) in enumerate(zip(names, units, strict=True)):
-        if name.startswith("#"):
-            continue
-        quantity = quantities[name]
-        where = [f"{path.name}, row {number}, {name}" for number in body.index]
-        column = zip(body.iloc[:, position], where, strict=True)
-        if quantity is None:
-            columns[name] = tuple(_text(cell, place) for cell, place in column)
+    decimals = decimals_of([cell for cell in body.to_numpy().ravel() if isinstance(cell, str)])
+    rows: list[tuple[int, dict[str, Any]]] = []
+    left_out = 0
+    for number, row in zip(body.index, body.to_numpy(), strict=True):
+        used = {name: row[k] for name, k in taken.items()}
+        if foreign and not any(_looks_numeric(cell) for cell in used.values()):
+            continue  # a line of text between the steps of a test rig
+        values: dict[str, Any] = {}
+        for name, cell in used.items():
+            quantity, where = quantities[name], f"{path.name}, row {number}, {head.names[taken[name]]}"
+            if quantity is None:
+                values[name] = _text(cell, where)
+            elif missing and _is_missing(cell, units[taken[name]], quantity, empty=foreign):
+                break
+            else:
+                values[name] = _number(cell, units[taken[name]], quantity, where, bare, decimals)
         else:
-            columns[name] = tuple(_number(cell, unit, quantity, place, bare) for cell, place in column)
-    return columns, tuple(int(number) for number in body.index)
+            rows.append((int(number), values))
+            continue
+        left_out += 1
+    return rows, left_out
+
+
+def _looks_numeric(cell: Cell) -> bool:
+    return isinstance(cell, (int, float)) or (isinstance(cell, str) and cell.strip()[-1:].isdigit())
+
+
+def _is_missing(cell: Cell, unit: str | None, quantity: ValueRange, *, empty: bool) -> bool:
+    """Whether a cell holds a word for a missing value, or a number such as -999 that the quantity cannot have."""
+    text = "" if cell is None else str(cell).strip()
+    if not text:
+        return empty
+    if text.casefold() in MISSING:
+        return True
+    if not _PLACEHOLDERS.fullmatch(text):
+        return False
+    try:
+        quantity.check(f"{text} {unit}" if unit and unit not in ("1", "-") else float(text), "cell")
+    except InputError:
+        return True
+    return False
+
+
+def _tell(path: Path, head: _Head, left_out: int) -> None:
+    """Note which column was taken for what."""
+    pairs = [(name, mine) for name, mine in zip(head.names, head.quantities, strict=True) if name]
+    named = [f"{name} -> {mine}" for name, mine in pairs if mine and name != mine]
+    other = [name for name, mine in pairs if not mine]
+    parts = [", ".join(named)] if named else []
+    parts += [f"not used: {', '.join(other)}"] if other else []
+    parts += [f"{left_out} rows with missing values left out"] if left_out else []
+    if parts:
+        _LOG.info("%s: %s", path.name, "; ".join(parts))
+
+
+def _heads(cells: pd.DataFrame, quantities: Mapping[str, ValueRange | None]) -> list[_Head]:
+    """The header, and every later row that repeats it or most of it."""
+    first = _head(0, list(cells.iloc[0]), quantities)
+    if first.exact and first.score:
+        return [first]
+    near_top = [_head(k, list(cells.iloc[k]), quantities) for k in range(min(len(cells), _HEADER_LINES))]
+    best = max(near_top, key=lambda head: head.score)
+    if not best.score:
+        return [first]
+    below = ((k, cells.iat[k, 0]) for k in range(best.position + 1, len(cells)))
+    words = [k for k, cell in below if isinstance(cell, str) and cell[:1].isalpha()]
+    later = (_head(k, list(cells.iloc[k]), quantities) for k in words)
+    return [best, *(head for head in later if head.score >= max(2, 0.6 * best.score))]
+
+
+def _head(position: int, row: Sequence[Cell], quantities: Mapping[str, ValueRange | None]) -> _Head:
+    names: list[str] = []
+    units: list[str | None] = []
+    mine: list[str] = []
+    exact = True
+    while row and (row[-1] is None or not str(row[-1]).strip()):  # beside the table of a workbook there may be notes
+        row = row[:-1]
+    for cell in row:
+        match = _HEADER.fullmatch(str(cell).strip().strip('"'))
+        name, unit = (match["name"].strip(), match["unit"]) if match else ("", None)
+        found = name if name in quantities else ""
+        if match and not found and not name.startswith("#"):
+            name, unit, found = _with_unit(name, unit, quantities)
+            quantity = quantities.get(found) if found else None
+            if found and quantity is not None and unit and not _fits(unit, quantity):
+                found = ""
+            exact = exact and not found
+        names.append(name)
+        units.append(unit)
+        mine.append(found)
+    return _Head(position, tuple(names), tuple(units), tuple(mine), exact)
+
+
+def _with_unit(name: str, unit: str | None, quantities: Mapping[str, ValueRange | None]) -> tuple[str, str | None, str]:
+    """Name, unit and quantity of a head, its unit behind a slash or a blank too: ``p / GPa`` (DIN 1313), ``SRR %``."""
+    if unit is None:
+        first, _, after = name.partition("/")
+        before, _, last = name.rpartition(" ")
+        for words, rest in ((first, after), (before, last)):
+            words, rest = words.strip(), rest.strip()
+            meant = (words if words in quantities else _meant(words, quantities)) if words and rest else ""
+            quantity = quantities.get(meant)
+            if quantity is not None and _fits(rest, quantity):
+                return words, rest, meant
+    return name, unit, _meant(name, quantities)
+
+
+def _plain_name(name: str) -> str:
+    for special, plain in zip("äöüßμ\u00b5%", ("ae", "oe", "ue", "ss", "mu", "mu", "percent"), strict=True):
+        name = name.replace(special, plain)
+    return re.sub(r"[^a-z0-9]+", "_", name.casefold()).strip("_")
+
+
+def _meant(name: str, quantities: Mapping[str, ValueRange | None]) -> str:
+    """The quantity that a name of another program stands for; empty where there is none."""
+    plain = _plain_name(name)
+    if plain in quantities:
+        return plain
+    return next((mine for mine in quantities if plain in _OTHER_NAMES.get(mine, "").split()), "")
+
+
+def _fits(unit: str, quantity: ValueRange) -> bool:
+    if unit in ("-", "1", ""):
+        return not quantity.unit
+    try:
+        parse_quantity(f"1 {unit}", quantity.unit)
+    except InputError:
+        return False
+    return True
+
+
+def _distinct(head: _Head) -> _Head:
+    """The same with each quantity once: of several columns that stand for one, the first in `_OTHER_NAMES`."""
+    mine = list(head.quantities)
+    for quantity in {name for name in mine if name}:
+        places = [k for k, name in enumerate(mine) if name == quantity]
+        order = [quantity, *_OTHER_NAMES.get(quantity, "").split()]
+        kept = min(places, key=lambda k: order.index(_plain_name(head.names[k])))
+        for k in places:
+            mine[k] = quantity if k == kept else ""
+    return replace(head, quantities=tuple(mine))
+
+
+def _require(
+    path: Path,
+    found: Sequence[str],
+    required: Sequence[str],
+    names: Sequence[str],
+    quantities: Mapping[str, ValueRange | None],
+) -> None:
+    for name in required:
+        if name not in found:
+            hints = [near(other, quantities) for other in names if other and not other.startswith("#")]
+            hint = f"The header has {', '.join(filter(None, names))}. {next(filter(None, hints), '')}".strip()
+            raise InputError(f"{path.name}, column {name}", None, f"columns {', '.join(required)}", hint)
 
 
 def _check_width(path: Path, cells: pd.DataFrame, width: int) -> None:
@@ -131,20 +360,17 @@ def _check_width(path: Path, cells: pd.DataFrame, width: int) -> None:
             )
 
 
-def _check_names(
-    path: Path, names: Sequence[str], quantities: Mapping[str, ValueRange | None], required: Sequence[str]
-) -> None:
+def _check_names(path: Path, head: _Head, quantities: Mapping[str, ValueRange | None], required: Sequence[str]) -> None:
     known = ", ".join(quantities)
-    for name in names:
+    counts = Counter(head.names)
+    for name in head.names:
         if not name.startswith("#") and name not in quantities:
-            other = _OTHER_NAMES.get(name.lower(), "")
-            hint = f"Did you mean {other!r}?" if other in quantities else near(name, quantities)
-            hint = f"{hint} A column of notes begins with '#'.".strip()
+            hint = f"{near(name, quantities)} A column of notes begins with '#'.".strip()
             raise InputError(f"{path.name}, header", name, f"columns named {known}", hint)
-        if names.count(name) > 1:
+        if counts[name] > 1:
             raise InputError(f"{path.name}, header", name, "each column once")
     for name in required:
-        if name not in names:
+        if name not in head.names:
             raise InputError(f"{path.name}, column {name}", None, f"columns {', '.join(required)}")
 
 
@@ -183,8 +409,8 @@ def _text(cell: Cell, where: str) -> str:
     return text
 
 
-def _number(cell: Cell, unit: str | None, quantity: ValueRange, where: str, bare: bool) -> float:
-    value: Cell = cell.strip() if isinstance(cell, str) else cell
+def _number(cell: Cell, unit: str | None, quantity: ValueRange, where: str, bare: bool, decimals: str) -> float:
+    value: Cell = with_point(cell.strip(), decimals, where) if isinstance(cell, str) else cell
     if value is None or value == "":
         raise InputError(where, None, quantity.expected, "The cell is empty.")
     if unit and unit != "1" and unit != "-":
@@ -197,12 +423,12 @@ def _number(cell: Cell, unit: str | None, quantity: ValueRange, where: str, bare
     return quantity.check(value, where, bare=bare or not quantity.unit)
 
 
-def _read_cells(path: Path) -> pd.DataFrame:
+def _read_cells(path: Path, quantities: Mapping[str, ValueRange | None]) -> pd.DataFrame:
     """The cells of a file as they are, in rows numbered as in the file from 1; rows without content left out."""
     allowed = "an existing CSV or XLSX file"
     if path.suffix.lower() in _WORKBOOKS:
         return _read_xlsx(path, read_bytes(path, "file", allowed))
-    return _read_csv(path, read_text(path, "file", allowed))
+    return _read_csv(path, read_text(path, "file", allowed, any_encoding=True), quantities)
 
 
 def _check_size(path: Path, rows: int, columns: int) -> None:
@@ -214,12 +440,20 @@ def _check_size(path: Path, rows: int, columns: int) -> None:
         raise InputError(path.name, f"{rows} rows of {columns} cells", f"at most {MAX_CELLS} cells")
 
 
-def _read_csv(path: Path, text: str) -> pd.DataFrame:
+def _separator(lines: Sequence[str], quantities: Mapping[str, ValueRange | None]) -> str:
+    """The separator by which a line near the top names most quantities; else the most frequent of the first line."""
+    top = [line for line in lines if line][:_HEADER_LINES]
+    scores = {mark: max((_head(0, line.split(mark), quantities).score for line in top), default=0) for mark in ",;\t"}
+    counts = {mark: top[0].count(mark) if top else 0 for mark in scores}
+    return max(scores, key=lambda mark: (scores[mark], counts[mark]))
+
+
+def _read_csv(path: Path, text: str, quantities: Mapping[str, ValueRange | None]) -> pd.DataFrame:
     import pandas as pd
 
     # a line of notes becomes an empty one, so that rows keep their numbers
     lines = [line if line.strip() and not line.startswith("# ") else "" for line in text.splitlines()]
-    separator = max(",;\t", key=next((line for line in lines if line), "").count)
+    separator = _separator(lines, quantities)
     width = max((line.count(separator) for line in lines), default=0) + 1
     _check_size(path, sum(map(bool, lines)), width)
     try:
@@ -241,8 +475,7 @@ def _read_csv(path: Path, text: str) -> pd.DataFrame:
     # a cell in quotes may hold line breaks
     height = 1 + frame.apply(lambda column: column.str.count("\n")).sum(axis=1)
     frame.index = 1 + height.cumsum() - height
-    frame = frame[[bool(lines[min(number, len(lines)) - 1]) for number in frame.index]]
-    return frame if separator == "," else frame.replace(_DECIMAL_COMMA, r"\1.\2", regex=True)
+    return frame[[bool(lines[min(number, len(lines)) - 1]) for number in frame.index]]
 
 
 def _read_xlsx(path: Path, content: bytes) -> pd.DataFrame:

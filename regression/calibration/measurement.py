@@ -105,7 +105,7 @@ def read_measurement(path: Path, fixed: Mapping[str, float], *, friction: bool =
     InputError
         Naming file, row and column.
     """
-    table, numbers = numbered_table(path, COLUMNS, ("friction_coefficient",) if friction else ())
+    table, numbers = numbered_table(path, COLUMNS, ("friction_coefficient",) if friction else (), missing=True)
     size = len(next(iter(table.values())))
     for name in fixed:
         if name in table:

@@ -76,7 +76,7 @@ def test_spreadsheet_reads_like_its_text(tmp_path: Path) -> None:
         (TABLE, SETUP, ["measured.csv, row 5, speed_entrainment", "at least 0.0001 m/s"]),
         (GOOD.replace("36,2500,50", "36,fast,50"), SETUP, ["row 3, speed_entrainment", "fast"]),
         (GOOD.replace("0.030", ""), SETUP, ["row 2, friction_coefficient", "empty"]),
-        (GOOD.replace("load [N]", "force [N]"), SETUP, ["force", "load_per_length"]),
+        (GOOD.replace("load [N]", "weight [N]"), SETUP, ["weight", "load_per_length"]),
         (GOOD.replace("load [N]", "load [mm]"), SETUP, ["row 2, load", "36.0 mm", "another dimension"]),
         (GOOD.replace("load [N]", "#load"), SETUP, ["pressure_hertz, load, load_per_length", "[conditions]"]),
         (GOOD, SETUP.replace('temperature_oil = "80 degC"\n', ""), ["column temperature_oil", "80 degC"]),

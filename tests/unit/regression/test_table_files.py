@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from ehl.common.errors import InputError
-from ehl.common.table_reader import read_table
+from ehl.common.table_reader import numbered_table, read_table
+from ehl.common.units import ValueRange
 from regression.plan.plan import Plan
 
 PLAN = """
@@ -98,7 +99,7 @@ oil = ["fva3", "75w90"]
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("slide_to_roll", "slip", ["header", "slip", "slide_to_roll", "'#'"]),
+        ("slide_to_roll", "slide_to_rol", ["header", "slide_to_rol", "slide_to_roll", "'#'"]),
         (",slide_to_roll,", ",# slip,", ["variables.slide_to_roll is missing", "column of [table]"]),
         ("0.8,", "high,", ["points.csv, row 3, pressure_hertz", "high", "GPa"]),
         ("0.8,", ",", ["points.csv, row 3, pressure_hertz is missing", "empty"]),
@@ -116,6 +117,68 @@ def test_bad_tables_name_row_and_column(tmp_path: Path, old: str, new: str, word
         plan_with(tmp_path, POINTS.replace(old, new, 1))
     for word in words:
         assert word in str(caught.value)
+
+
+CONDITIONS = {"load": ValueRange("N", gt=0.0), "speed_entrainment": ValueRange("m/s"), "slide_to_roll": ValueRange("")}
+MTM = """MTM Test Data File
+Test file\tC:\\data\\run1.txt
+Step 1 "Traction"\tstarted at 10:00
+Step type\tTraction
+Rolling Speed (mm/s)\tSliding Speed (mm/s)\tPot Temp (°C)\tLube Temp (°C)\tBall Load (N)\tSRR (%)
+2000.1\t20.0\t80.2\t79.9\t36.02\t1
+2000.1\t40.0\t80.2\tBad\t36.02\t2
+Step 2 "Traction"
+SRR (%)\tRolling Speed (mm/s)\tBall Load (N)\tLube Temp (°C)
+5\t1000\t20\t60
+All steps completed
+"""
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
+@pytest.mark.parametrize("decimal", [".", ","])
+def test_an_export_of_a_test_rig(tmp_path: Path, encoding: str, decimal: str, caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("INFO", "mixed_ehl")
+    (tmp_path / "run.txt").write_bytes(MTM.replace(".", decimal).replace("\n", "\r\n").encode(encoding))
+    quantities = CONDITIONS | {"temperature_oil": ValueRange("K", gt=200.0)}
+    found, numbers = numbered_table(tmp_path / "run.txt", quantities, tuple(quantities), missing=True)
+    assert numbers == (6, 10)
+    assert found["load"] == pytest.approx((36.02, 20.0))
+    assert found["speed_entrainment"] == pytest.approx((2.0001, 1.0))
+    assert found["slide_to_roll"] == pytest.approx((0.01, 0.05))
+    assert found["temperature_oil"] == pytest.approx((353.05, 333.15))
+    assert "Ball Load -> load" in caplog.text
+    assert "Pot Temp" in caplog.text.partition("not used")[2]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "u_e / m/s;F_N N;SRR / %\n2,5;1.234,5;10\n",
+        "Normal Load [kN]\tMean speed [km/h]\tSlip (%)\n1.2345\t9\t10\n",
+        "load,speed_entrainment,slide_to_roll\nkN,m/s,%\n1.2345,2.5,10\n-999,2.5,10\n1,n/a,10\n2,2.5,10\n3,2.5,10\n",
+    ],
+)
+def test_heads_and_numbers_of_other_programs(tmp_path: Path, text: str) -> None:
+    (tmp_path / "t.csv").write_bytes(text.encode("cp1252"))
+    found = read_table(tmp_path / "t.csv", CONDITIONS, tuple(CONDITIONS), missing=True)
+    assert [found[name][0] for name in CONDITIONS] == pytest.approx([1234.5, 2.5, 0.1])
+    assert len(found["load"]) in (1, 3)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "load [N];speed_entrainment [m/s];slide_to_roll\n1.500;2,5;0,1\n",  # 1.5 or 1500?
+        "load [N];speed_entrainment [m/s];slide_to_roll\n1,500;2.5;0.1\n",
+        "load [N],speed_entrainment [m/s],slide_to_roll\n1,500,2.5,0.1\n",
+        "Ball Load [N],speed_entrainment [rpm],slide_to_roll\n1500,2.5,0.1\n",
+        "load [N],speed_entrainment [m/s],slide_to_roll\n-999,2.5,0.1\n-999,2.5,0.2\n1,2.5,0.3\n",  # most are missing
+    ],
+)
+def test_what_may_mean_two_things_is_refused(tmp_path: Path, text: str) -> None:
+    (tmp_path / "t.csv").write_text(text)
+    with pytest.raises(InputError):
+        read_table(tmp_path / "t.csv", CONDITIONS, tuple(CONDITIONS), missing=True)
 
 
 HEADER = "pressure_hertz,radius_equivalent,speed_entrainment,slide_to_roll"
