@@ -246,6 +246,7 @@ class Mesh:
                 found.append(str(error))
         return found
 
+    @one_thread
     def load_from(self, path: Path | str, torque: Value | None = None) -> LoadedMesh:
         """Load distribution of another program (CSV, `efficiency.ltca.external_load`) in place of the own one.
 
@@ -260,6 +261,7 @@ class Mesh:
         grids = read_load(Path(path), self.flanks, self.grids.teeth, given)
         return LoadedMesh(self, grids.fine.torque, grids, Path(path))
 
+    @one_thread
     def over(
         self,
         friction: Friction = CONSTANT,
@@ -303,6 +305,7 @@ class Mesh:
 
         return axes, solve
 
+    @one_thread
     def map(
         self,
         friction: Friction = CONSTANT,
@@ -381,6 +384,7 @@ class LoadedMesh:
         """The design of the pair, misalignments included."""
         return self.mesh.design
 
+    @one_thread
     def efficiency(
         self, friction: Friction = CONSTANT, *, many: bool = False, **conditions: Unpack[ConditionValues]
     ) -> EfficiencyResult:
@@ -414,6 +418,7 @@ class LoadedMesh:
             return self._balance(*point, None, many=many).result
         return self.solve(*point, many=many)
 
+    @one_thread
     def heat_balance(
         self,
         friction: Friction = CONSTANT,
@@ -445,6 +450,7 @@ class LoadedMesh:
         """
         return Conditions.of({"bulk": bulk}).balances_heat(self.mesh.design)
 
+    @one_thread
     def compare(self, frictions: Iterable[Friction] | None = None, **conditions: Unpack[ConditionValues]) -> Comparison:
         """Several friction models, a constant fitted to the best of them, and the closed forms.
 
@@ -464,9 +470,9 @@ class LoadedMesh:
         names = (*shipped_formulas(oil.name), *DEFAULT_MODELS) if frictions is None else frictions
         models = [resolve_friction(friction, design) for friction in names]
         balance, operation = self._balance_of(chosen.load_balance), chosen.operation(design)
-        compared = one_thread(compare_models)
-        return compared(self.grids, models, oil, operation, self.mesh.pitch, balance)
+        return compare_models(self.grids, models, oil, operation, self.mesh.pitch, balance)
 
+    @one_thread
     def strength_of(self, result: EfficiencyResult) -> Strength:
         """Strength of the teeth at the operating point of a result."""
         design, pitch = self.mesh.design, self.mesh.pitch
@@ -513,6 +519,7 @@ class LoadedMesh:
             raise InputError("load_balance", load_balance, "frictionless: forces of a file are taken as they are")
         return "frictionless"
 
+    @one_thread
     def balance(self, result: EfficiencyResult, cooling: CoolingInput | None) -> HeatBalance:
         """Bulk temperatures of the teeth at the operating point of a result."""
         return self._balance(result.model, result.operation, result.card, result.load_balance, cooling)

@@ -207,6 +207,7 @@ class GearPair:
         """The pair with both flanks of a finish of `ehl.shipped("finishes")`, "new" or "run_in", with its Rq."""
         return self.sharing_bodies(self.design.with_finish(finish, state))
 
+    @one_thread
     def at(
         self,
         friction: Friction = CONSTANT,
@@ -247,6 +248,7 @@ class GearPair:
 
         return model, getattr(oil, "name", oil), solve
 
+    @one_thread
     def over(
         self,
         friction: Friction = CONSTANT,
@@ -301,6 +303,7 @@ class GearPair:
 
         return solve_grid(axes, solve, progress, strength, interval)
 
+    @one_thread
     def duty(
         self,
         file: Path | str | Sequence[DutyRow],
@@ -330,6 +333,7 @@ class GearPair:
         points = solve_points([row.condition for row in rows], solve, progress)
         return duty_cycle(rows, points, self.name, model.name, oil)
 
+    @one_thread
     def loss_map(
         self,
         torque: Values,
@@ -376,6 +380,7 @@ class GearPair:
         about = {"design": self.name, "friction_model": model.name, "oil": oil}
         return solve_loss_map(torques, speeds, kelvin, solve, resolve_axle(axle), progress, **about)
 
+    @one_thread
     def axle_test(
         self,
         application: Literal["single", "tandem"] = "single",
@@ -428,6 +433,7 @@ class GearPair:
         found = self.loss_map(*places, friction, **at)
         return solve_axle_test(points, found, ratio, losses)
 
+    @one_thread
     def duty_points(
         self, duty: Path | str | Sequence[DutyRow], oil: str | None = None, grid: tuple[int, int] = (12, 21)
     ) -> list[WeightedPoints]:

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from ehl.common.errors import ConvergenceError
+from ehl.common.threads import one_thread
 from ehl.elastic_shear import elastic_shear
 from ehl.fluid.load_sharing import load_sharing
 from ehl.fluid.lubricant import Lubricant
@@ -48,6 +49,7 @@ def _failed(reason: str, iterations: int) -> ContactResult:
     return ContactResult("failed", reason, iterations=iterations)
 
 
+@one_thread
 def solve_contact(
     contact: LineContact,
     lubricant: Lubricant,

@@ -16,6 +16,7 @@ from ehl.common.errors import InputError
 from ehl.common.pages import Reportable
 from ehl.common.sections import Medium, Section
 from ehl.common.table import Column, Table
+from ehl.common.threads import one_thread
 from ehl.common.units import ValueRange
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
@@ -244,6 +245,7 @@ class Formula(FittedFormula, Reportable):
         return FitRecord(self.candidates, tried, dataset_of(dataset))
 
 
+@one_thread
 def fit(
     results: Results,
     family: str = "best",

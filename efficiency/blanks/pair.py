@@ -44,6 +44,7 @@ from efficiency.blanks.virtual_gears import virtual_gears
 from efficiency.cutting.blank import Hand
 from efficiency.cutting.process import PROCESSES
 from ehl.common.errors import InputError
+from ehl.common.threads import one_thread
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,7 @@ class _Parts:
     ends: tuple[tuple[float, float], tuple[float, float]]
 
 
+@one_thread
 def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
     """Blank of a bevel or hypoid pair after ISO 23509.
 

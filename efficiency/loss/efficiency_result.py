@@ -18,6 +18,7 @@ from efficiency.ltca.load_distribution import LoadDistribution
 from ehl.common.errors import InputError
 from ehl.common.notes import Note, NoteKind, group_notes
 from ehl.common.pages import Reportable
+from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil
 from ehl.uncertainty.result import InputUncertainty
 from regression.friction.models import FrictionEstimate, FrictionModel
@@ -270,6 +271,7 @@ class EfficiencyResult(Reportable):
         """Upper end of the same interval [-]."""
         return self.inputs.high
 
+    @one_thread
     def uncertainty(
         self, spreads: UncertaintyInput | None = None, level: float = 0.90, *, solved: bool = False
     ) -> InputUncertainty:

@@ -32,6 +32,7 @@ from efficiency.machine_settings.design_file import machine_tables
 from efficiency.machine_settings.fit import FitParameter, RootLine, with_setting
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.pages import Reportable
+from ehl.common.threads import one_thread
 from ehl.common.units import parse_quantity
 
 FloatArray = NDArray[np.float64]
@@ -182,6 +183,7 @@ class _Side:
         return np.asarray(np.angle(np.exp(1j * turned)) * self.lever)
 
 
+@one_thread
 def machine_corrections(
     design: Design | Path | str,
     grids: Sequence[Path | str] | Path | str,

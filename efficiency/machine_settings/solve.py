@@ -51,6 +51,7 @@ from efficiency.machine_settings.settings_result import (
     undercut_findings,
 )
 from ehl.common.errors import ConvergenceError
+from ehl.common.threads import one_thread
 
 FloatArray = NDArray[np.float64]
 
@@ -65,6 +66,7 @@ _MESHES, _MESHES_ANGLE = 2.0 * RESIDUAL_LIMIT, 0.01
 _WAYS_OUT = 'a setting per flank, less ease-off, or cutting.pinion = "conjugate" are ways out'
 
 
+@one_thread
 def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = True) -> SettingsResult:
     """Complete design of a pair from its blank and targets.
 

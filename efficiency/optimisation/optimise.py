@@ -52,6 +52,7 @@ from ehl.common.journal import Journal
 from ehl.common.numbers import finite_or_none
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from ehl.common.runner import checked_jobs, cluster, local_executor
+from ehl.common.threads import one_thread
 from ehl.common.validation import read_toml
 from ehl.fluid.oil import Oil
 
@@ -68,6 +69,7 @@ _MAX_STATES = 5
 _CHECK_AT = 2 / 3, 5 / 6
 
 
+@one_thread
 def optimise(
     targets: SettingsInput | Path | str,
     variables: Mapping[str, Any] | Sequence[str] | None = None,

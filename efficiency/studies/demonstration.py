@@ -14,6 +14,7 @@ from ehl.common.files import make_folder
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from ehl.common.runner import checked_jobs
+from ehl.common.threads import one_thread
 from regression.data.dataset import Dataset
 from regression.formula import fit
 from regression.friction.fitted import FittedFormula
@@ -75,6 +76,7 @@ class DemoResult(Reportable):
         }
 
 
+@one_thread
 def run_demo(folder: Path | str, jobs: int | None = None, progress: ProgressCallback | None = None) -> DemoResult:
     """Run all steps and write their files and the report into a folder.
 

@@ -38,6 +38,7 @@ from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from ehl.common.quantities import Quantity, quantities
 from ehl.common.runner import checked_jobs, run_tasks
+from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil
 from regression.formula import Formula
 from regression.friction.models import FrictionModel
@@ -386,6 +387,7 @@ class StudyTask:
         return hashlib.sha256(repr(content).encode()).hexdigest()
 
 
+@one_thread
 def run_study(
     designs: Sequence[GearPair | Design | str | Path] = DESIGNS,
     friction: Friction | None = None,

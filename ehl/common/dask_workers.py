@@ -17,7 +17,8 @@ from itertools import islice
 from typing import Any
 
 from ehl.common.errors import InputError, MixedEhlError
-from ehl.common.runner import MAX_CRASHES, Executor, Numbered, WorkersCrashed, cpu_limit, one_thread
+from ehl.common.runner import MAX_CRASHES, Executor, Numbered, WorkersCrashed, cpu_limit
+from ehl.common.threads import keep_one_thread
 from ehl.common.version import __version__
 
 # cases at each thread of a worker: one runs, one waits
@@ -155,7 +156,7 @@ class _OtherVersion(Exception):
 def _in_dask_worker(task: Numbered, function: Callable[[Any], Any], time_cap: float | None, version: str) -> Numbered:
     if version != __version__:
         raise _OtherVersion(__version__)
-    one_thread()
+    keep_one_thread()
     with cpu_limit(time_cap):
         return task[0], function(task[1])
 

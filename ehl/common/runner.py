@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 from ehl.common.errors import InputError, MixedEhlError
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
+from ehl.common.threads import single_thread
 
 if TYPE_CHECKING:
     from ehl.common.journal import Journal
@@ -138,9 +139,7 @@ class ThisProcess:
         self, tasks: Iterator[Numbered], function: Callable[[Any], Any], time_cap: float | None = None
     ) -> Iterator[Numbered]:
         """As `Executor.results`."""
-        from threadpoolctl import threadpool_limits
-
-        with threadpool_limits(1):
+        with single_thread():
             for number, task in tasks:
                 yield number, function(task)
 
@@ -393,11 +392,3 @@ def init_worker(parent: int) -> None:
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
-
-
-@cache
-def one_thread() -> Callable[[], None]:
-    """Limit the linear algebra of this process to one thread; what is returned lifts the limit."""
-    from threadpoolctl import threadpool_limits
-
-    return threadpool_limits(1).restore_original_limits  # type: ignore[no-any-return]

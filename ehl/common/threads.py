@@ -1,28 +1,106 @@
-"""The thread limit of the linear algebra, set in one place for every public computation."""
+"""One thread for the linear algebra of every public computation.
+
+Matrices are small here: threads of the BLAS would wait for each other, next to a busy process for seconds. Parallel
+work is by processes.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache, wraps
 from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
+# read by a BLAS, or OpenMP, that is loaded inside of a computation
+_VARIABLES = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "BLIS_NUM_THREADS")
+# packages that bring a library with threads of its own
+_LIBRARIES = ("numpy", "scipy.linalg", "sklearn.utils._openmp_helpers")
 
-@cache
-def _controller() -> Any:
-    from threadpoolctl import ThreadpoolController
 
-    return ThreadpoolController()
+class _Limit:
+    """The limit of this process: set by the first computation that begins, lifted by the last that ends."""
+
+    def __init__(self) -> None:
+        self._lock, self._running = threading.RLock(), 0
+        self._known: tuple[bool, ...] = ()
+        self._libraries: Any = None
+        self._set: Any = None
+        self._variables: dict[str, str | None] = {}
+
+    def begin(self) -> None:
+        """One more computation."""
+        with self._lock:
+            self._running += 1
+            if self._running == 1:
+                self._variables = {name: os.environ.get(name) for name in _VARIABLES}
+                os.environ.update(dict.fromkeys(_VARIABLES, "1"))
+                self._set = self._loaded().limit(limits=1)
+
+    def end(self) -> None:
+        """One computation less."""
+        with self._lock:
+            self._running -= 1
+            if self._running:
+                return
+            for name, value in self._variables.items():
+                if value is None:
+                    del os.environ[name]
+                else:
+                    os.environ[name] = value
+            before = self._libraries
+            self._set.restore_original_limits()
+            if self._loaded() is not before:
+                # a library that was loaded meanwhile has the threads that it would have had
+                usual = max((part.num_threads for part in before.lib_controllers), default=1)
+                known = {part.filepath for part in before.lib_controllers}
+                for part in self._libraries.lib_controllers:
+                    if part.filepath not in known:
+                        part.set_num_threads(usual)
+
+    def _loaded(self) -> Any:
+        """The libraries; they are looked for again where a package with one has been loaded."""
+        known = tuple(name in sys.modules for name in _LIBRARIES)
+        if known != self._known:
+            from threadpoolctl import ThreadpoolController
+
+            self._libraries, self._known = ThreadpoolController(), known
+        return self._libraries
+
+
+_limit = _Limit()
+
+
+@contextmanager
+def single_thread() -> Iterator[None]:
+    """A block in which the linear algebra of this process has one thread; blocks may be inside of each other."""
+    _limit.begin()
+    try:
+        yield
+    finally:
+        _limit.end()
 
 
 def one_thread(function: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a computation on small matrices: threads of the linear algebra would only wait for each other."""
+    """Decorate a public computation: as `single_thread`."""
 
     @wraps(function)
     def run(*args: P.args, **kwargs: P.kwargs) -> R:
-        with _controller().limit(limits=1):
+        _limit.begin()
+        try:
             return function(*args, **kwargs)
+        finally:
+            _limit.end()
 
     return run
+
+
+@cache
+def keep_one_thread() -> None:
+    """One thread for all that this process will compute: of a worker."""
+    _limit.begin()

@@ -13,14 +13,13 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cache
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import ThreadpoolController
 
 from ehl.common.errors import InputError
+from ehl.common.threads import single_thread
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.smooth.continuation import (
@@ -177,13 +176,8 @@ def solve_steady(
 @contextmanager
 def undisturbed() -> Iterator[None]:
     """One thread: on small matrices more only wait for each other. Trial steps may overflow; they are rejected."""
-    with _blas().limit(limits=1, user_api="blas"), np.errstate(all="ignore"):
+    with single_thread(), np.errstate(all="ignore"):
         yield
-
-
-@cache
-def _blas() -> ThreadpoolController:
-    return ThreadpoolController()
 
 
 @dataclass(frozen=True)

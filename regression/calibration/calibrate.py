@@ -24,6 +24,7 @@ from ehl.common.progress import ProgressCallback, progress_to
 from ehl.common.quantities import quantity, si_unit
 from ehl.common.runner import checked_jobs
 from ehl.common.sections import Medium, Section
+from ehl.common.threads import one_thread
 from ehl.common.units import KELVIN
 from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
@@ -352,6 +353,7 @@ def target_of(measurement: Measurement, setup: CalibrationSetup) -> Target:
     return Target(mu, np.maximum(sigma, floor), measurement.columns["slide_to_roll"] != 0.0, stated)
 
 
+@one_thread
 def calibrate(
     measurement: Measurement | str | PathLike[str],
     setup: CalibrationSetup | str | PathLike[str] | Mapping[str, Any],

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from ehl.common.errors import ConvergenceError, InputError, MixedEhlError
+from ehl.common.threads import single_thread
 from regression import __version__
 from regression.data.dataset import Dataset, columns
 from regression.fitting.coefficients import fit_form
@@ -46,8 +47,6 @@ def fit_formula(
     The same data give bit-identical coefficients on one machine and build: rows are sorted by key and one thread
     computes.
     """
-    from threadpoolctl import threadpool_limits
-
     family = family_named(family_name)
     frame, excluded = usable_rows(dataset, corners=corners)
     if len(frame) < 2 * len(family.terms):
@@ -63,7 +62,7 @@ def fit_formula(
                 f"contacts with the oils of the data, {', '.join(dataset.oils)}",
                 f"Sweep the plan of {name} with that oil, or leave {name} out.",
             )
-    with threadpool_limits(1):
+    with single_thread():
         form = fit_form(family, frame, gaussian_process=gaussian_process)
         held_out = cross_validate(family, frame, gaussian_process=gaussian_process, start=form.processes)
         within, _ = form.friction(frame)
@@ -149,8 +148,6 @@ def fit_families(
     InputError, ConvergenceError
         As `fit_formula`, where no family can be fitted.
     """
-    from threadpoolctl import threadpool_limits
-
     fitted: list[FittedFormula] = []
     refused: dict[str, MixedEhlError] = {}
     for name in FAMILIES:
@@ -164,7 +161,7 @@ def fit_families(
     ordered = sorted(fitted, key=lambda formula: -formula.validation.r2_log)
     if nested:
         frame, _ = usable_rows(dataset, corners=corners)
-        with threadpool_limits(1):
+        with single_thread():
             mu, _ = nested_cross_validate([formula.form for formula in ordered], frame)
         ordered[0] = ordered[0].model_copy(update={"nested": scores(frame, mu)})
     if gaussian_process:

@@ -19,6 +19,7 @@ from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError
 from ehl.common.files import parse_json, read_text, write_file
 from ehl.common.quantities import quantity
+from ehl.common.threads import one_thread
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, validate
 from ehl.fluid.oil import Oil
@@ -299,6 +300,7 @@ class FittedFormula(FrictionModel, InputModel):
             return np.zeros(np.shape(conditions["pressure_hertz"]), dtype=np.int8)
         return self.cloud.extrapolation(self.with_roughness_in_range(conditions))
 
+    @one_thread
     def evaluate(self, conditions: Conditions, oil: Oil | None = None) -> FrictionEstimate:
         """Friction with the interval of the fit; outside its range and with another oil the largest error seen.
 
@@ -334,6 +336,7 @@ class FittedFormula(FrictionModel, InputModel):
         flag = flags_of(oil_flag, near, far, outside, np.isnan(mu))
         return FrictionEstimate(mu, lower, upper, np.asarray(flag).astype(np.int8))
 
+    @one_thread
     def coefficient(self, conditions: Conditions, oil: Oil | None = None) -> Array:
         """mu as in `evaluate`, without its interval and the guard of its range [-]."""
         means = tuple(process.mean_alone for process in self.processes)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ehl.common.data import data_names
 from ehl.common.errors import InputError
 from ehl.common.numbers import finite_or_none
+from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.friction.conditions import Array, Conditions, PointConditions, conditions_of, contact_points
@@ -155,6 +156,7 @@ class FrictionModel(ABC):
         """
         raise InputError("oil", None, "one of " + ", ".join(data_names("oils")))
 
+    @one_thread
     def mu(
         self, state: ContactState | None = None, *, oil: Oil | str | None = None, **conditions: Unpack[PointConditions]
     ) -> FrictionEstimate:
@@ -204,6 +206,7 @@ class FrictionModel(ABC):
         name = self.default_oil() if oil is None else oil
         return state, Oil.load(name) if isinstance(name, str) else name
 
+    @one_thread
     def uncertainty(
         self,
         state: ContactState | None = None,

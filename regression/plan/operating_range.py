@@ -19,6 +19,7 @@ from ehl.common.errors import InputError
 from ehl.common.pages import TableResult
 from ehl.common.quantities import quantity, si_unit, to_display
 from ehl.common.table import Table
+from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.friction.conditions import conditions_of
@@ -235,6 +236,7 @@ def weighted_quantile(values: ArrayLike, weights: ArrayLike, levels: ArrayLike) 
     return np.asarray(np.interp(np.asarray(levels, dtype=float), (np.cumsum(w) - 0.5 * w) / w.sum(), x))
 
 
+@one_thread
 def operating_range(points: Sequence[WeightedPoints], coverage: float = 0.98) -> OperatingRange:
     """Ranges of the plan's variables, and of the film ratio, over weighted contact points.
 

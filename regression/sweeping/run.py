@@ -12,6 +12,7 @@ from ehl import SOLVER
 from ehl.common.errors import InputError
 from ehl.common.progress import ProgressCallback
 from ehl.common.runner import checked_jobs, cluster
+from ehl.common.threads import one_thread
 from ehl.common.units import ValueRange
 from ehl.warmup import prepare_workers
 from regression.data.dataset import Dataset, RunStatus, load_dataset, results_path, run_status
@@ -198,6 +199,7 @@ class Run(PathLike[str]):
         return self.status.table().html()
 
 
+@one_thread
 def sweep(
     plan: Plan | str | Path,
     folder: str | PathLike[str],
