@@ -491,9 +491,20 @@ class LoadedMesh:
         edges = edge_load(result.load, teeth)
         return rate_strength(result.load, teeth, edges, self.mesh.root_teeth(), local, pitch_angle)
 
-    def write_load(self, path: Path | str) -> None:
-        """Write the load distribution as CSV, as `Mesh.load_from` reads it."""
-        write_load(self.grids.fine, Path(path))
+    def write_load(self, path: Path | str, result: EfficiencyResult | None = None) -> None:
+        """Write the load distribution as CSV, as `Mesh.load_from` reads it.
+
+        Parameters
+        ----------
+        path : Path or str
+            The file.
+        result : EfficiencyResult, optional
+            Whose forces are written: with its friction in the torque balance, so that the file gives its loss. Without
+            it those of the normal forces alone.
+        """
+        if result is None or result.load_balance == "frictionless":
+            return write_load(self.grids.fine, Path(path))
+        return write_load(result.load, Path(path), f"{result.friction_model}, {result.driver} driving")
 
     @one_thread
     def solve(

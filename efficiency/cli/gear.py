@@ -105,7 +105,7 @@ def gear(
         else:
             result = loaded.efficiency(model, load_balance=balance_of, bulk="oil", **conditions)
         if save_load is not None:
-            loaded.write_load(save_load)
+            loaded.write_load(save_load, result)
         if uncertainty and result.status == "converged":
             result = result.with_inputs(result.uncertainty(solved=True))
     present(result, json_output, units=system, balance=balance, strength=strength, **files)

@@ -1,7 +1,9 @@
 """Load distributions as CSV files: of another program in place of the own one, and the own one out.
 
-First line ``# torque = 300 N m``: torque of the pinion that the forces carry. Then a header of column names with units
-(``pinion_angle [deg],face_gear [mm],height_gear [mm],force [N]``) and one row per point and mesh position:
+First line ``# torque = 300 N m``: torque of the pinion that the forces carry. A second line ``# friction =
+constant:0.05, pinion driving`` says that the normal forces carry it together with that friction. Then a header of
+column names with units (``pinion_angle [deg],face_gear [mm],height_gear [mm],force [N]``) and one row per point and
+mesh position:
 
 ``pinion_angle``
     Roll of the pinion from the design point in the driving direction; the positions divide one pitch evenly.
@@ -15,6 +17,10 @@ First line ``# torque = 300 N m``: torque of the pinion that the forces carry. T
     Length of contact line the point stands for; without it half the way to both neighbours.
 ``pair`` (optional)
     Number of the tooth pair, 0 for the one at the design point, +1 further along in mesh.
+``edge``, ``edge_distance``, ``edge_section``, ``edge_touching`` (optional, together)
+    As of `efficiency.contact.contact_lines.EdgeProximity`; without them the nearest edge is searched, and none touches.
+``radius_equivalent`` (optional)
+    In place of that of the design, as where an edge touches.
 
 Normals, arms, velocities and curvatures at the points are those of the design.
 """
@@ -32,7 +38,7 @@ from numpy.typing import NDArray
 from efficiency.contact.contact_lines import EdgeProximity, MeshPosition, conjugate_fields
 from efficiency.contact.edge_lines import nearest_edge
 from efficiency.contact.flank_pair import FlankPair
-from efficiency.contact.mesh_surface import MeshSurface
+from efficiency.contact.mesh_surface import EDGES, MeshSurface
 from efficiency.ltca.equilibrium import Equilibrium
 from efficiency.ltca.load_distribution import (
     ElasticPosition,
@@ -42,7 +48,8 @@ from efficiency.ltca.load_distribution import (
     loads_of_forces,
     require_torque,
 )
-from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids
+from efficiency.ltca.mesh_grids import FrictionBalance, LoadedGrids, MeshGrids
+from ehl.common.dialect import with_point
 from ehl.common.errors import InputError
 from ehl.common.files import read_text, replacing
 from ehl.common.table_reader import numbered_table
@@ -58,32 +65,53 @@ _COLUMNS = {
     "load_per_length": ValueRange("N/m", ge=0.0),
     "length": ValueRange("m", ge=0.0),
     "pair": ValueRange(""),
+    "edge": ValueRange("", ge=0.0, lt=len(EDGES)),
+    "edge_distance": ValueRange("m"),
+    "edge_section": ValueRange("", gt=0.0, le=1.0),
+    "edge_touching": ValueRange("", ge=0.0, le=1.0),
+    "radius_equivalent": ValueRange("m", gt=0.0),
 }
+_OF_EDGE = ("edge", "edge_distance", "edge_section", "edge_touching")
 # how far beyond an edge a point may lie, for the rounding of another mesh [m]
 _BEYOND = 2e-4
 # how far the forces of a position may be from the torque stated
 _TORQUE = 0.05
+# the same where friction, stated in the file, carries a part
+_FRICTION = 0.3
 # how far positions may be from dividing the pitch evenly, as a share of their distance
 _EVEN = 0.02
 
 
-def write_load(load: LoadDistribution, path: Path) -> None:
-    """Write a load distribution in the format `read_load` reads; points without load are left out."""
+def write_load(load: LoadDistribution, path: Path, friction: str = "") -> None:
+    """Write a load distribution in the format `read_load` reads; points without load are left out.
+
+    Parameters
+    ----------
+    load : LoadDistribution
+        What is written.
+    path : Path
+        The file.
+    friction : str
+        Friction that carries the torque together with the normal forces, as ``"constant:0.05, pinion driving"``.
+    """
     with replacing(path, "save_load") as draft, draft.open("w", newline="", encoding="utf-8") as file:
-        file.write(f"# torque = {load.torque!r} N m\n")
+        file.write(f"# torque = {load.torque!r} N m\n" + (f"# friction = {friction}\n" if friction else ""))
         writer = csv.writer(file)
-        writer.writerow(
-            [f"{name} [{unit}]" for name, unit in (("pinion_angle", "rad"), ("pair", ""))]
-            + [f"{name} [{unit}]" for name, unit in (("face_gear", "mm"), ("height_gear", "mm"), ("length", "mm"))]
-            + ["force [N]"]
-        )
+        units = (("pinion_angle", "rad"), ("pair", ""), ("face_gear", "mm"), ("height_gear", "mm"), ("length", "mm"))
+        of_edge = tuple(zip(_OF_EDGE, ("", "mm", "", ""), strict=True))
+        columns = (*units, ("force", "N"), ("radius_equivalent", "mm"), *of_edge)
+        writer.writerow([f"{name} [{unit}]" for name, unit in columns])
         for p in load.positions:
             at = p.position
             for k in np.flatnonzero(p.force > 0.0):
                 millimetres = (1e3 * float(values[k]) for values in (at.face_gear, at.height_gear, at.length))
-                writer.writerow(
-                    [repr(at.pinion_angle), int(at.pair[k]), *map(repr, millimetres), repr(float(p.force[k]))]
-                )
+                row = [repr(at.pinion_angle), int(at.pair[k]), *map(repr, millimetres), repr(float(p.force[k]))]
+                row.append(repr(1e3 * float(at.radius_equivalent[k])))
+                if at.edge is not None:
+                    e = at.edge
+                    distance, section = 1e3 * float(e.distance[k]), float(e.crossing[k])
+                    row += [int(e.index[k]), repr(distance), repr(section), int(e.touching[k])]
+                writer.writerow(row)
 
 
 def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: float | None = None) -> LoadedGrids:
@@ -98,7 +126,7 @@ def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: fl
         With the row: a column or unit that cannot be used, a point off the tooth; a torque that is not above 0 or that
         the forces do not carry; positions that do not divide the pitch evenly.
     """
-    stated, columns, rows = _table(path)
+    stated, friction, columns, rows = _table(path)
     if torque is None:
         torque = stated
     require_torque(torque)
@@ -116,13 +144,16 @@ def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: fl
         here = here[np.argsort(tooth[here], kind="stable")]
         length = columns["length"][here] if "length" in columns else _spacing(surface, u[here], v[here], tooth[here])
         force = columns["force"][here] if "force" in columns else columns["load_per_length"][here] * length
-        position = _position(surface, float(angle), u[here], v[here], tooth[here], length)
+        edge = _edge(surface, u[here], v[here], {name: columns[name][here] for name in _OF_EDGE if name in columns})
+        position = _position(surface, float(angle), u[here], v[here], tooth[here], length, edge)
+        if "radius_equivalent" in columns:
+            position = replace(position, radius_equivalent=columns["radius_equivalent"][here])
         carried = float(force @ position.lever_pinion)
-        if not abs(carried / torque - 1.0) <= _TORQUE:
+        if not abs(carried / torque - 1.0) <= (_FRICTION if friction else _TORQUE):
             raise InputError(
                 f"{path.name}: forces at pinion angle {angle:.6g} rad (rows {rows[here[0]]} to {rows[here[-1]]})",
                 f"{carried:.6g} N m about the pinion axis",
-                f"within {_TORQUE:.0%} of the {torque:.6g} N m stated",
+                f"within {_FRICTION if friction else _TORQUE:.0%} of the {torque:.6g} N m stated",
                 "Check units, sign of the pinion angle, side (drive or coast), and that no tooth pair is missing.",
             )
         loads.append(_load(position, teeth, force, carried / torque - 1.0))
@@ -135,29 +166,36 @@ def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: fl
         f"load distribution from {path.name}: its forces carry {_carried(load):.4f} of the torque stated; transmission "
         "error and compatibility are not known, and no error of its grid along the lines"
     )
+    if friction:
+        note += f"; the normal forces are those with the friction {friction}"
     mesh = MeshGrids(contact.name, contact.side, cycle, cycle, teeth, most, None, (*contact.notes, note))
-    return LoadedGrids(replace(mesh, transmission_error=contact.transmission.peak_to_peak), load, load)
+    balance = FrictionBalance(-1.0 if friction.endswith("gear driving") else 1.0, 0) if friction else None
+    return LoadedGrids(replace(mesh, transmission_error=contact.transmission.peak_to_peak), load, load, balance)
 
 
 def _carried(load: LoadDistribution) -> float:
     return float(np.mean([p.force @ p.position.lever_pinion for p in load.positions])) / load.torque
 
 
-def _table(path: Path) -> tuple[float, dict[str, FloatArray], tuple[int, ...]]:
-    """Torque stated [N m], columns in SI units, and the line of the file each row stands in."""
-    torque: float | None = None
-    lines = read_text(path, "load_from", "a CSV file with a load distribution").splitlines()
+def _table(path: Path) -> tuple[float, str, dict[str, FloatArray], tuple[int, ...]]:
+    """Torque [N m] and friction stated, columns in SI units, and the line of the file each row stands in."""
+    torque, friction = None, ""
+    lines = read_text(path, "load_from", "a CSV file with a load distribution", any_encoding=True).splitlines()
     for number, line in enumerate(lines, 1):
-        name, _, value = line.lstrip("# \t").partition("=")
-        if line.lstrip().startswith("#") and name.strip() == "torque":
-            torque = parse_quantity(value.strip(), "N*m", field=f"{path.name} line {number}: torque", bare=False)
+        bare = line.strip(' "\t,;')
+        name, _, value = bare.lstrip("# \t").partition("=")
+        if bare.startswith("#") and name.strip() == "torque":
+            where = f"{path.name} line {number}: torque"
+            torque = parse_quantity(with_point(value.strip(), ".", where), "N*m", field=where, bare=False)
+        elif bare.startswith("#") and name.strip() == "friction":
+            friction = value.strip()
     if torque is None:
         raise InputError(f"{path.name}: torque", None, "a first line such as '# torque = 300 N m'")
     require_torque(torque)
     columns, rows = numbered_table(path, _COLUMNS, ("pinion_angle",), bare=False)
     if not ({"face_gear", "height_gear"} <= columns.keys() or {"x", "y", "z"} <= columns.keys()):
         raise InputError(f"{path.name}: place of the points", None, "columns face_gear and height_gear, or x, y and z")
-    return torque, {name: np.array(column, float) for name, column in columns.items()}, rows
+    return torque, friction, {name: np.array(column, float) for name, column in columns.items()}, rows
 
 
 def _places(
@@ -201,13 +239,25 @@ def _require_even(path: Path, angles: FloatArray, pitch: float) -> None:
         )
 
 
+def _edge(surface: MeshSurface, u: FloatArray, v: FloatArray, given: dict[str, FloatArray]) -> EdgeProximity:
+    if len(given) < len(_OF_EDGE):
+        return EdgeProximity(*nearest_edge(surface, u, v), np.zeros(u.size, bool))
+    index, distance, section, touching = given.values()
+    return EdgeProximity(np.rint(index).astype(np.int64), distance, section, touching > 0.5)
+
+
 def _position(
-    surface: MeshSurface, angle: float, u: FloatArray, v: FloatArray, tooth: IntArray, length: FloatArray
+    surface: MeshSurface,
+    angle: float,
+    u: FloatArray,
+    v: FloatArray,
+    tooth: IntArray,
+    length: FloatArray,
+    edge: EdgeProximity,
 ) -> MeshPosition:
     fields = conjugate_fields(surface, u, v, length)
     closing = fields.pop("minimum_gap") / fields["lever_gear"]
     gap = (closing - closing.min()) * fields["lever_gear"]
-    edge = EdgeProximity(*nearest_edge(surface, u, v), np.zeros(u.size, bool))
     return MeshPosition(angle, tooth, gap=gap, transmission_error=math.nan, edge=edge, **fields)
 
 

@@ -38,6 +38,7 @@ from regression.calibration.determination import (
     least_identifiable,
     profile_intervals,
     why_not_identifiable,
+    within_range,
 )
 from regression.calibration.measurement import Measurement, read_measurement
 from regression.calibration.parameters import start_values
@@ -58,7 +59,7 @@ EXCLUDED_GAIN = 3.84  # loss of fit beyond which a held value is excluded by the
 
 
 class NotIdentifiable(MixedEhlError):
-    """None of the parameters can be identified from the data."""
+    """The solver fails on so many rows that nothing can be identified."""
 
     exit_code = 1
 
@@ -188,7 +189,7 @@ class Calibration(Reportable):
         from regression.calibration.card import calibrated_card
 
         if not (self.misfit_credible or force):
-            raise MisfitTooLarge(f"no card: {self.misfit_words()}. Force it to have one all the same")
+            raise MisfitTooLarge(f"no card: {self.misfit_words()}. --force (in Python force=True) writes one anyway")
         return calibrated_card(name, *self._inputs(), self, datetime.date.today())
 
     def misfit_words(self) -> str:
@@ -395,7 +396,7 @@ def calibrate(
     InputError
         A parameter cannot be identified from such rows whatever is measured in them, or a condition is out of range.
     NotIdentifiable
-        It could be, but not from the friction measured.
+        The solver fails on most rows.
     ConvergenceError
         The search did not come to rest.
 
@@ -433,16 +434,15 @@ def calibrate(
             if profiled:
                 intervals = profile_intervals(solver, fit, target, noise, found)
                 worst = least_identifiable(fit, found, np.array([interval.half_width for interval in intervals]))
-            if worst is None:
+            if worst is None or len(names) == 1:
                 break
             why = why_not_identifiable(worst, fit, found, noise.quantile, intervals[names.index(worst)])
             names = tuple(name for name in names if name != worst)
             fit, held, more = _refit_without(worst, start[worst], fit, names, solver, target, noise)
             rounds += more
             not_identifiable[worst] = (why, held)
-            if not names:
-                reasons = "; ".join(f"{name}: {words}" for name, (words, _) in not_identifiable.items())
-                raise NotIdentifiable(f"none of the parameters can be identified from these rows. {reasons}")
+        # the last parameter keeps its interval, however wide
+        only = "" if worst is None else why_not_identifiable(worst, fit, found, noise.quantile, intervals[0])
 
     misfit = float(np.sqrt(np.mean((fit.friction - target.friction)[target.rows] ** 2)))
     mean = float(np.mean(np.abs(target.friction[target.rows])))
@@ -454,7 +454,8 @@ def calibrate(
             estimates.append(_not_identifiable(name, why, held, start[name]))
         else:
             j = names.index(name)
-            estimates.append(_estimate(name, fit, float(found.errors[j]), intervals[j], start[name], credible=credible))
+            error, limits = float(found.errors[j]), within_range(name, intervals[j])
+            estimates.append(_estimate(name, fit, error, limits, start[name], only, credible=credible))
     scale = noise.scale * target.sigma
     far = target.rows & (np.abs(fit.friction - target.friction) > robust.FAR * scale)
     errors = solver.parts([fit.values], target.rows)[0, target.rows, 2]
@@ -473,7 +474,7 @@ def calibrate(
         solver_error=float(np.nanmax(errors)),
         profiled=profiled,
         values=fit.values,
-        notes=_notes(setup, stated, float(noise.scale), found.widening, tuple(not_identifiable)),
+        notes=measurement.notes + _notes(setup, stated, float(noise.scale), found.widening, tuple(not_identifiable)),
         iterations=rounds,
         solver_calls=solver.calls,
         seconds=time.perf_counter() - clock,
@@ -543,18 +544,26 @@ def _refit_without(
 
 
 def _estimate(
-    name: str, fit: Fit, error: float, interval: ParameterInterval, start: float, *, credible: bool
+    name: str, fit: Fit, error: float, interval: ParameterInterval, start: float, why: str, *, credible: bool
 ) -> ParameterEstimate:
     low, high = math.exp(interval.low), math.exp(interval.high)
     narrow = interval.half_width <= DETERMINED
     status = "determined" if narrow and credible else "weak"
-    below, above = (100.0 * (end / fit.values[name] - 1.0) for end in (low, high))
-    words = f"95 % interval {below:+.2g} % to {above:+.2g} %"
+    below, above = (_change(end / fit.values[name]) for end in (low, high))
+    words = f"95 % interval {below} to {above}"
     if not narrow:
         words += "; weakly identified: use the interval, not the number"
+    if why:
+        words += f"; not identifiable from these rows: {why}"
     if not credible:
         words += "; the misfit is not credible: a figure of this fit, not of the oil"
     return ParameterEstimate(name, si_unit(name), status, fit.values[name], error, low, high, math.nan, start, words)
+
+
+def _change(factor: float) -> str:
+    """A change in per cent, a large one as a factor."""
+    percent = 100.0 * (factor - 1.0)
+    return f"{factor:.2g} times the value" if percent > 99.5 else f"{percent:+.{0 if abs(percent) >= 10.0 else 1}f} %"
 
 
 def _not_identifiable(name: str, why: str, held: float, start: float) -> ParameterEstimate:

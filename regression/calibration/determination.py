@@ -154,6 +154,12 @@ class ParameterInterval:
         return 0.5 * (self.high - self.low)
 
 
+def within_range(name: str, interval: ParameterInterval) -> ParameterInterval:
+    """The interval with the range of the parameter where the data set no end."""
+    low, high = math.log(PARAMETERS[name].low), math.log(PARAMETERS[name].high)
+    return ParameterInterval(max(interval.low, low), min(interval.high, high))
+
+
 def intervals_by_errors(fit: Fit, noise: Noise, found: Determination) -> list[ParameterInterval]:
     """Intervals by standard errors."""
     here = np.log([fit.values[name] for name in fit.names])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import get_args
 
@@ -38,10 +38,14 @@ CONDITIONS: dict[str, ValueRange] = {
 LOADS = ("pressure_hertz", "load", "load_per_length")
 NEEDED = ("radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil")
 MEASURED: dict[str, ValueRange] = {
-    # the noise of a friction near 0 may be negative
-    "friction_coefficient": ValueRange("", ge=-0.1, le=2.0, hint="mu, not a friction force."),
+    # signed with the slip, or the noise of a friction near 0
+    "friction_coefficient": ValueRange("", ge=-2.0, le=2.0, hint="mu, not a friction force."),
     "friction_uncertainty": ValueRange("", gt=0.0, le=1.0, hint="One standard deviation of mu."),
 }
+MIN_FRICTION = -0.1  # noise of a friction near 0, at slip of either sign
+MAX_SLIP = 4.0  # slide-to-roll ratio: 2 is pure sliding, far beyond it most often a percentage without its unit
+# rows of one condition: relative difference of load, speed and slip, and temperatures [K]
+SAME, SAME_TEMPERATURE, SAME_SLIP = 0.02, 1.5, 1e-4
 LABEL = "curve"
 SYNTHETIC = "# SYNTHETIC"  # how a table of synthetic friction begins
 COLUMNS: dict[str, ValueRange | None] = {**CONDITIONS, **MEASURED, LABEL: None}
@@ -66,7 +70,10 @@ class Measurement:
     curve : tuple of str
         Label of each row.
     row_numbers : tuple of int
-        Of each row in the file, counted from 1; below a header of one line where not given.
+        Of each row in the file, counted from 1; below a header of one line where not given. Of rows that were averaged
+        the first.
+    notes : tuple of str
+        What was done to the rows.
     """
 
     name: str
@@ -77,6 +84,7 @@ class Measurement:
     uncertainty: Array
     curve: tuple[str, ...]
     row_numbers: tuple[int, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.row_numbers:
@@ -94,7 +102,8 @@ def read_measurement(path: Path, fixed: Mapping[str, float], *, friction: bool =
     Parameters
     ----------
     path : Path
-        CSV or XLSX as `ehl.common.table_reader.read_table` takes it.
+        CSV, XLSX or the export of a test rig as `ehl.common.table_reader.read_table` takes it. Slip in both directions
+        is folded (`folded`).
     fixed : mapping
         Conditions that hold for every row, SI; each either here or in the table.
     friction : bool
@@ -126,7 +135,7 @@ def read_measurement(path: Path, fixed: Mapping[str, float], *, friction: bool =
     }
     columns.setdefault("roughness_rms", np.zeros(size))
     nothing, content = np.full(size, np.nan), read_bytes(path, "file", "a CSV or XLSX file")
-    return Measurement(
+    measurement = Measurement(
         name=path.name + (" (synthetic)" if content.startswith(SYNTHETIC.encode()) else ""),
         file_hash=hashlib.sha256(content).hexdigest(),
         columns=columns,
@@ -136,3 +145,75 @@ def read_measurement(path: Path, fixed: Mapping[str, float], *, friction: bool =
         curve=tuple(str(label) for label in table.get(LABEL, ("1",) * size)),
         row_numbers=numbers,
     )
+    largest = float(np.abs(columns["slide_to_roll"]).max())
+    if largest > MAX_SLIP:
+        hint = "Is it in %? Write the unit in the header: slide_to_roll [%]."
+        raise InputError(f"{path.name}, column slide_to_roll", largest, f"at most {MAX_SLIP:g}", hint)
+    measurement = folded(measurement)
+    low = np.flatnonzero(measurement.friction < MIN_FRICTION)
+    if low.size:
+        where = f"{path.name}, row {measurement.row_numbers[low[0]]}, friction_coefficient"
+        hint = "Friction has the sign of the slip, or none."
+        raise InputError(where, float(measurement.friction[low[0]]), f"at least {MIN_FRICTION:g}", hint)
+    return measurement
+
+
+def folded(measurement: Measurement) -> Measurement:
+    """A measurement with slip in both directions brought to one, averaged over repeats; others as they are.
+
+    At each condition mu = (mu(+s) - mu(-s))/2, which takes out a zero offset of the force sensor, (mu(+s) + mu(-s))/2;
+    where the file has friction without sign, the mean of both. Rows of one condition agree in load, speed and slip to
+    2 % and in temperature to 1.5 K. A condition measured in one direction alone is corrected by the median offset.
+    """
+    slip, mu = measurement.columns["slide_to_roll"], measurement.friction
+    back, forth = slip < 0.0, slip > 0.0
+    if not back.any() or not np.isfinite(mu).all():
+        return measurement
+    signed = bool(np.mean(mu[back]) < 0.0)
+    group = _conditions(measurement)
+    both = set(group[back]) & set(group[forth])
+    if not signed and len(both) < 0.5 * len(set(group[back])):
+        return measurement
+    sign = np.where(back & signed, -1.0, 1.0)
+    first, place = np.unique(group, return_index=True)
+    means = {k: [float(np.mean(mu[(group == k) & way])) for way in (forth, back)] for k in both}
+    offsets = [0.5 * (one + other) for one, other in means.values()] if signed else []
+    offset = float(np.median(offsets)) if offsets else 0.0
+    friction = np.array(
+        [
+            0.5 * (means[k][0] + sign[(group == k) & back][0] * means[k][1])
+            if k in both
+            else float(np.mean(sign[group == k] * (mu[group == k] - offset)))
+            for k in first
+        ]
+    )
+    unsigned = measurement.columns | {"slide_to_roll": np.abs(slip)}
+    mean = {name: np.array([np.mean(values[group == k]) for k in first]) for name, values in unsigned.items()}
+    known = measurement.uncertainty
+    note = f"{len(mu)} rows folded over the sign of the slip and averaged to {len(first)} conditions"
+    if offsets:
+        note += f"; offset of mu {offset:+.4f} (median), {min(offsets):+.4f} to {max(offsets):+.4f}"
+    return replace(
+        measurement,
+        columns=mean,
+        friction=friction,
+        uncertainty=np.array([np.sqrt(np.mean(known[group == k] ** 2) / np.sum(group == k)) for k in first]),
+        curve=tuple(measurement.curve[k] for k in place),
+        row_numbers=tuple(measurement.row_numbers[k] for k in place),
+        notes=(note,),
+    )
+
+
+def _conditions(measurement: Measurement) -> NDArray[np.int64]:
+    """Number of the condition of each row, whatever the sign of its slip, in the order of the file."""
+    relative = {name: np.abs(values) for name, values in measurement.columns.items() if name != "temperature_oil"}
+    temperature = measurement.columns["temperature_oil"]
+    group = np.full(measurement.size, -1)
+    for k in range(measurement.size):
+        if group[k] < 0:
+            same = np.abs(temperature - temperature[k]) <= SAME_TEMPERATURE
+            for name, values in relative.items():
+                slack = SAME_SLIP if name == "slide_to_roll" else 0.0
+                same &= np.abs(values - values[k]) <= SAME * values[k] + slack
+            group[same & (group < 0)] = k
+    return group

@@ -67,6 +67,23 @@ def test_round_trip(lines: list[str], loaded: LoadedGrids, geared: Mesh, tmp_pat
     assert any("load.csv" in note and "1.0000 of the torque" in note for note in again.notes)
 
 
+@pytest.mark.parametrize("spreadsheet", [False, True])
+def test_a_saved_load_gives_the_loss_of_the_run(spreadsheet: bool, geared: Mesh, tmp_path: Path) -> None:
+    """Friction in the torque balance and contact at edges included; also as a German spreadsheet saves the file."""
+    loaded, path = geared.load(300.0), tmp_path / "load.csv"
+    for model in ("constant:0.1", "xu_kahraman_2007"):
+        own = loaded.efficiency(model)
+        loaded.write_load(path, own)
+        if spreadsheet:
+            text = path.read_text(encoding="utf-8").replace(",", ";").replace(".", ",")
+            head, friction, *rest = text.replace("constant:0,1;", "constant:0.1,").splitlines()
+            path.write_bytes("\r\n".join([f"{head};;;;", friction, *rest]).encode("utf-16"))
+        again = geared.load_from(path).efficiency(model)
+        assert again.load_balance == "frictional"
+        assert again.power_loss == pytest.approx(own.power_loss, rel=1e-6)
+        assert again.pressure_max == pytest.approx(own.pressure_max, rel=1e-9)
+
+
 def test_other_units_and_load_per_length(lines: list[str], loaded: LoadedGrids, geared: Mesh, tmp_path: Path) -> None:
     old = columns(lines)
     per_length = [float(f) / float(s) for f, s in zip(old["force"], old["length"], strict=True)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -68,6 +69,39 @@ def test_spreadsheet_reads_like_its_text(tmp_path: Path) -> None:
     for name, column in text.columns.items():
         np.testing.assert_allclose(sheet.columns[name], column)
     np.testing.assert_allclose(sheet.friction, text.friction)
+
+
+RIG = """MTM Test Data File
+Step 1 "Traction"\tstarted at 10:00
+Rolling Speed (mm/s)\tTraction Coeff (-)\tLube Temp (°C)\tPot Temp (°C)\tBall Load (N)\tSRR (%)
+"""
+
+
+@pytest.mark.parametrize("signed", [True, False])
+def test_slip_in_both_directions_is_folded_and_repeats_averaged(tmp_path: Path, signed: bool) -> None:
+    measured, given = files(tmp_path, "", SETUP.replace('temperature_oil = "80 degC"\n', ""))
+    rng, slips, offset = np.random.default_rng(5), (1.0, 5.0, 20.0, 50.0), 0.002
+    truth = [0.05 * math.tanh(slip / 10.0) for slip in slips]
+    lines = []
+    for sign in (1, -1, 1):
+        for slip, mu in zip(slips, truth, strict=True):
+            value = (sign if signed else 1.0) * mu + (offset if signed else 0.0)
+            cells = (2500.0 * (1.0 + 1e-3 * rng.standard_normal()), value, 79.9, 81.0, 36.02, sign * slip)
+            lines.append("\t".join(f"{cell:.6g}" for cell in cells))
+    lines.append("2500\t0.0515\t79.9\t81.0\t36.02\t100" if signed else "2500\t0.0495\t79.9\t81.0\t36.02\t100")
+    measured.write_text(RIG + "\n".join(lines) + "\nAll steps completed\n", encoding="cp1252")
+    found = read_measurement(measured, load_setup(given, {}).conditions.given())
+    np.testing.assert_allclose(found.friction, [*truth, 0.0495], rtol=1e-4)
+    np.testing.assert_allclose(found.columns["slide_to_roll"], [0.01, 0.05, 0.2, 0.5, 1.0])
+    np.testing.assert_allclose(found.columns["temperature_oil"], 353.05)
+    assert found.row_numbers == (4, 5, 6, 7, 16)
+    assert ("+0.0020" in found.notes[0]) is signed
+
+
+def test_a_slip_in_per_cent_without_its_unit_is_refused(tmp_path: Path) -> None:
+    measured, _ = files(tmp_path, RIG.replace("SRR (%)", "SRR") + "2500\t0.04\t80\t80\t36\t50\n")
+    with refuses("measured.csv, column slide_to_roll"):
+        read_measurement(measured, {"radius_equivalent": 0.01})
 
 
 @pytest.mark.parametrize(
