@@ -87,9 +87,7 @@ def _oil_list() -> ehl.Table:
     ]  # fmt: skip
     alpha = ehl.quantity("pressure_viscosity_slope")
     heads = ["oil", "base", *names, alpha.name, "ln(eta/eta0) +-", "description"]
-    note = (
-        "alpha at 100 degC. Any other oil: base and cSt at 40/100 degC, such as 'pao 97.5/13.3', or 'mineral vg 220'."
-    )
+    note = "alpha at 100 degC. Any other oil: base and cSt at 40/100 degC, such as 'pao 97.5/13.3', or 'mineral vg 220', 'pao 97.5 vi 145'."
     return ehl.Table(heads, rows, title="Oils", notes=[note])
 
 
@@ -98,7 +96,7 @@ def oil(
         str | None,
         typer.Argument(
             metavar="NAME",
-            help="Shipped oil, card.toml, 'pao 97.5/13.3' or 'mineral vg 220'.",
+            help="Shipped oil, card.toml, 'pao 97.5/13.3' or 'mineral vg 220', 'pao 97.5 vi 145'.",
             autocompletion=names_of("oils"),
         ),
     ] = None,
@@ -111,6 +109,7 @@ def oil(
     nu40: Annotated[str | None, typer.Option(help="Its viscosity at 40 degC, e.g. '97.5 cSt'.")] = None,
     nu100: Annotated[str | None, typer.Option(help="Its viscosity at 100 degC.")] = None,
     vg: Annotated[int | None, typer.Option(help="Its ISO VG, in place of both.")] = None,
+    vi: Annotated[float | None, typer.Option(help="Its viscosity index, in place of one of the viscosities.")] = None,
     density: Annotated[str | None, typer.Option(help="Its density at 15 degC.")] = None,
     json_output: JsonOption = False,
     plot: Annotated[Path | None, typer.Option(help="Write a figure of viscosity over pressure.")] = None,
@@ -118,10 +117,12 @@ def oil(
 ) -> None:
     """Show an oil: viscosity under pressure, all four alphas, shear, heat, how certain; without NAME list them."""
     check_outputs({"plot": plot, "output": output})
-    generic: dict[str, Any] = given({"nu_40": nu40, "nu_100": nu100, "iso_vg": vg, "density_15": density})
+    generic: dict[str, Any] = given(
+        {"nu_40": nu40, "nu_100": nu100, "iso_vg": vg, "viscosity_index": vi, "density_15": density}
+    )
     if base is not None or generic:
         if base is None or name is not None:
-            hint = "Give NAME, or --base with --nu40 and --nu100 or --vg."
+            hint = "Give NAME, or --base with --vg or two of --nu40, --nu100 and --vi."
             raise ehl.InputError("base", base, "mineral, hydrocracked, pao, ester or polyglycol, without NAME", hint)
         card = ehl.Oil.generic(base, **generic, name=None if output is None else output.stem)
     elif name is None:

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange, parse_quantity
-from ehl.common.validation import InputModel
+from ehl.common.validation import InputModel, in_any_case
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.viscosity import Temperature
 from ehl.line_contact import LineContact
@@ -64,7 +64,7 @@ class ContactInput(InputModel):
 class SolidInput(InputModel):
     """One body: a shipped material, or one with some figures of its own."""
 
-    material: str = "steel"
+    material: Annotated[str, in_any_case("materials")] = "steel"
     youngs_modulus: Modulus | None = None
     poisson_ratio: Annotated[float, ValueRange("", gt=-1.0, lt=0.5)] | None = None
     E: Modulus | None = None
@@ -116,9 +116,9 @@ class SurfaceInput(InputModel):
     detrend: Annotated[int, Field(ge=1, le=8)] = 2
     cutoff_short: Length = 2.5e-6
     cutoff_long: Annotated[float, ValueRange("m", ge=1e-5, le=0.1)] | None = 8e-4
-    finish: str | None = None
+    finish: Annotated[str | None, in_any_case("finishes")] = None
     finish_state: State = "run_in"
-    additive: str = DEFAULT_ADDITIVE
+    additive: Annotated[str, in_any_case("additives")] = DEFAULT_ADDITIVE
     spectrum: Literal["gaussian", "self_affine"] = "self_affine"
     hurst_exponent: Annotated[float, ValueRange("", ge=0.1, le=0.95)] = 0.85
     correlation_length: Length = SHORTEST_LENGTH

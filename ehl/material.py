@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import AliasChoices, Field
 
 from ehl.common.data import data_names, data_path
-from ehl.common.errors import InputError, near
+from ehl.common.errors import InputError, near, same_name
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, read_toml, validate
 
@@ -92,6 +92,7 @@ class Material(InputModel):
 def _load(name: str) -> Material:
     # asked for once per contact
     names = data_names("materials")
+    name = same_name(name, names)
     if name not in names:
         raise InputError("material", name, "one of " + ", ".join(names), near(name, names))
     return validate(Material, read_toml(data_path("materials", f"{name}.toml")), f"materials/{name}.toml")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from pydantic import PrivateAttr
 
 from ehl.common.data import data_names
-from ehl.common.errors import InputError
+from ehl.common.errors import InputError, same_name
 from ehl.common.pages import Reportable
 from ehl.common.sections import Medium, Section
 from ehl.common.table import Column, Table
@@ -342,7 +343,12 @@ def friction_model(spec: str) -> ConstantFriction | PublishedFriction | Formula:
     >>> regression.friction_model("coleman").name
     'constant:0.05'
     """
+    spec = same_name(spec, ("coleman", *PUBLISHED))
     kind, colon, value = spec.partition(":")
+    kind = kind.casefold() if colon else kind
+    if re.fullmatch(r"[\d.,]+", spec):
+        hint = f"Did you mean 'constant:{spec.replace(',', '.')}'?"
+        raise InputError("friction model", spec, friction_model_choices(), hint)
     if spec == "coleman":
         return ConstantFriction(COLEMAN_FRICTION)
     if kind == "constant":

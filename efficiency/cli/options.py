@@ -172,6 +172,7 @@ def check_files(files: Mapping[str, Path]) -> None:
 
 def one_of(field: str, text: str | None, *allowed: str) -> Any:
     """The text of an option that takes one of some words; None where it was not given."""
+    text = next((word for word in allowed if text is not None and word.casefold() == text.casefold()), text)
     if text is not None and text not in allowed:
         raise InputError(field, text, " or ".join(allowed))
     return text

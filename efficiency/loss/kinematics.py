@@ -14,7 +14,7 @@ from efficiency.contact.assembly import Axis as Axis
 from efficiency.ltca.load_distribution import LoadDistribution
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
-from ehl.common.validation import InputModel, value_range_of
+from ehl.common.validation import InputModel, in_any_case, value_range_of
 from ehl.fluid.oil import Oil
 from ehl.fluid.viscosity import TEMPERATURE_RANGE, Temperature
 from ehl.inputs import SurfaceInput
@@ -50,7 +50,7 @@ class OperatingPoint(InputModel):
     torque: Annotated[float, ValueRange("N*m", gt=0.0, le=1e6, hint="The torque of the pinion, a positive number.")]
     speed: Annotated[float, ValueRange("rad/s", gt=0.0, le=5000.0)]
     temperature: Temperature
-    oil: str
+    oil: Annotated[str, in_any_case("oils")]
     driver: Driver = "pinion"
 
     @model_validator(mode="after")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from ehl.common.errors import InputError, near
+from ehl.common.errors import InputError, near, same_name
 
 _PACKAGED = Path(__file__).resolve().parents[1] / "_data"
 _CHECKOUT = Path(__file__).resolve().parents[2] / "data"
@@ -69,9 +69,10 @@ def named_file(field: str, folder: str, name: str | Path, suffix: str = ".toml")
         if path.suffix == suffix and path.stem in names:
             raise InputError(field, str(path), "an existing file", f"Without {suffix} it is the shipped {path.stem}.")
         return path
-    if str(name) not in names:
+    name = same_name(str(name), names)
+    if name not in names:
         kind = suffix.removeprefix(".").upper()
-        raise InputError(field, str(name), f"a {kind} file or one of " + ", ".join(names), _meant(str(name), names))
+        raise InputError(field, name, f"a {kind} file or one of " + ", ".join(names), _meant(name, names))
     return data_path(folder, f"{name}{suffix}")
 
 

@@ -89,6 +89,19 @@ class InputError(MixedEhlError, ValueError):
         return (type(self), (self.field, self.value, self.allowed, self.hint, self.also))
 
 
+def same_name(name: str, known: Iterable[str]) -> str:
+    """The one of `known` that differs from a name in case, blanks, hyphens and underscores alone; else the name."""
+    names = tuple(known)
+    if name in names:
+        return name
+    found = [other for other in names if _plain(other) == _plain(name)]
+    return found[0] if len(found) == 1 else name
+
+
+def _plain(name: str) -> str:
+    return "".join(sign for sign in name.casefold() if sign not in " -_")
+
+
 def near(name: object, known: Iterable[str]) -> str:
     """The hint "Did you mean ...?" where one of the known names is nearly the one given; else nothing."""
     from difflib import get_close_matches  # only when something is wrong

@@ -5,13 +5,15 @@ from __future__ import annotations
 import types
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
-from pydantic import AfterValidator, AliasChoices, BaseModel, ConfigDict, Field, Tag, ValidationError
+from pydantic import AfterValidator, AliasChoices, BaseModel, ConfigDict, Field, Tag, ValidationError, model_validator
 from pydantic.fields import FieldInfo
 
-from ehl.common.errors import InputError, near
+from ehl.common.data import data_names
+from ehl.common.errors import InputError, near, same_name
 from ehl.common.file_kinds import refuse_other_kind, refuse_unreadable
 from ehl.common.files import parse_toml, read_text
 from ehl.common.units import ValueRange
@@ -27,13 +29,62 @@ def _name(text: str) -> str:
 Name = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(_name)]
 
 
+def in_any_case(folder: str) -> AfterValidator:
+    """Validator of a field that holds the name of a shipped file of one data folder, or something else."""
+    return AfterValidator(lambda name: same_name(name, data_names(folder)) if isinstance(name, str) else name)
+
+
 class InputModel(BaseModel):
-    """Base of all input models: frozen, numbers finite, and an unknown key is an error."""
+    """Base of all input models: frozen, numbers finite, an unknown key is an error, words in any case."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, defer_build=True, allow_inf_nan=False)
 
+    @model_validator(mode="before")
+    @classmethod
+    def _words(cls, values: Any) -> Any:
+        if not isinstance(values, dict):
+            return values
+        for key, choices in _choices(cls).items():
+            value = values.get(key)
+            if isinstance(choices, dict):
+                changed = _with_words(value, choices)
+            else:
+                changed = same_name(value, choices) if isinstance(value, str) else value
+            if changed is not value:
+                values = {**values, key: changed}
+        return values
+
 
 Model = TypeVar("Model", bound=BaseModel)
+
+
+def _with_words(value: Any, choices: dict[str, tuple[str, ...]]) -> Any:
+    """A table with the words that choose the member of a union as its members write them."""
+    if not isinstance(value, dict):
+        return value
+    words = {key: same_name(value[key], known) for key, known in choices.items() if isinstance(value.get(key), str)}
+    return value if all(value[key] == word for key, word in words.items()) else {**value, **words}
+
+
+@cache
+def _choices(model: type[BaseModel]) -> dict[str, tuple[str, ...] | dict[str, tuple[str, ...]]]:
+    """Words of each field that takes some, and for a union of tables the words of their keys."""
+    found: dict[str, tuple[str, ...] | dict[str, tuple[str, ...]]] = {}
+    for name, info in model.model_fields.items():
+        annotation, _ = _bare(info.annotation, ())
+        parts = [_bare(part, ())[0] for part in get_args(annotation)] if _is_union(annotation) else [annotation]
+        words = tuple(word for part in parts if get_origin(part) is Literal for word in get_args(part))
+        tables = [part for part in parts if _is_model(part)]
+        if words and all(isinstance(word, str) for word in words):
+            found[info.alias or name] = words
+        elif len(tables) > 1:
+            keys: dict[str, tuple[str, ...]] = {}
+            for table in tables:
+                for key, known in _choices(table).items():
+                    if isinstance(known, tuple):
+                        keys[key] = (*keys.get(key, ()), *known)
+            found[info.alias or name] = keys
+    return found
 
 
 def read_toml(path: str | Path, kind: str = "") -> dict[str, Any]:

@@ -11,7 +11,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
-from ehl.common.validation import InputModel
+from ehl.common.validation import InputModel, in_any_case
 from ehl.fluid.conductivity import ASSUMED_CONDUCTIVITY, PAO, FilmConductivity
 from ehl.fluid.density import DOWSON_HIGGINSON, INCOMPRESSIBLE, Compression, DowsonHigginson
 from ehl.fluid.free_volume import Doolittle
@@ -216,7 +216,7 @@ class DirectLubricant(ShearInput):
 class OilLubricant(ShearInput):
     """An oil card at a temperature; shear law and thermal figures may be overridden."""
 
-    oil: str
+    oil: Annotated[str, in_any_case("oils")]
     temperature_oil: Temperature
     eyring_stress: Stress | None = None
     limiting_shear_coefficient: LimitCoefficient | None = None

@@ -22,7 +22,7 @@ from pydantic import (
 )
 
 from ehl.common.data import data_names, data_path
-from ehl.common.errors import InputError, near
+from ehl.common.errors import InputError, near, same_name
 from ehl.common.figures import interactive
 from ehl.common.units import KELVIN, ValueRange
 from ehl.common.validation import InputModel, read_toml, validate
@@ -149,8 +149,8 @@ class Oil(InputModel):
         Parameters
         ----------
         name : str
-            One of `ehl.shipped("oils")`; base and viscosities of a generic oil such as ``"pao 97.5/13.3"`` (cSt at 40
-            and 100 degC) or ``"mineral vg 220"`` (`Oil.generic`); or a path.
+            One of `ehl.shipped("oils")`, in any case; base and viscosities of a generic oil such as ``"pao 97.5/13.3"``
+            (cSt at 40 and 100 degC), ``"mineral vg 220"`` or ``"mineral vg 220 vi 95"`` (`Oil.generic`); or a path.
 
         Returns
         -------
@@ -167,6 +167,8 @@ class Oil(InputModel):
         >>> round(ehl.Oil.load("fva3").viscosity_kinematic(313.15) * 1e6)
         97
         """
+        if not name.endswith(".toml"):
+            name = same_name(name, data_names("oils"))
         return _load_card(name, _changed(name))
 
     @classmethod
@@ -177,6 +179,7 @@ class Oil(InputModel):
         nu_40: float | str | None = None,
         nu_100: float | str | None = None,
         iso_vg: int | None = None,
+        viscosity_index: float | None = None,
         density_15: float | str | None = None,
         name: str | None = None,
     ) -> Oil:
@@ -188,7 +191,9 @@ class Oil(InputModel):
         nu_40, nu_100 : float or str, optional
             Kinematic viscosity at 40 and 100 degC, m2/s or with unit.
         iso_vg : int, optional
-            In place of both; nu100 is then that of usual oils of the family.
+            In place of both; nu100 is then that of usual oils of the family, or of the viscosity index.
+        viscosity_index : float, optional
+            With one of the three above (`ehl.fluid.viscosity_index.astm_d2270`).
         density_15 : float or str, optional
             At 15 degC, kg/m3; typical of the family where not given.
         name : str, optional
@@ -209,9 +214,10 @@ class Oil(InputModel):
         >>> oil == ehl.Oil.load("pao 97.5/13.26"), oil.uncertainty.pressure_viscosity
         (True, 0.14)
         """
-        given = {"nu_40": nu_40, "nu_100": nu_100, "density_15": density_15}
+        given = {"nu_40": nu_40, "nu_100": nu_100, "density_15": density_15, "viscosity_index": viscosity_index}
         known = validate(_GenericInput, {key: value for key, value in given.items() if value is not None})
-        content = generic_card(base, known.nu_40, known.nu_100, iso_vg, known.density_15, name)
+        viscosities = known.nu_40, known.nu_100, iso_vg
+        content = generic_card(base, *viscosities, known.density_15, name, known.viscosity_index)
         return validate(cls, content, content["name"])
 
     def __repr__(self) -> str:
@@ -467,6 +473,7 @@ class _GenericInput(InputModel):
     nu_40: KinematicViscosity | None = None
     nu_100: KinematicViscosity | None = None
     density_15: Annotated[float, ValueRange("kg/m^3", ge=500.0, le=2000.0)] | None = None
+    viscosity_index: Annotated[float, ValueRange("", ge=-20.0, le=400.0)] | None = None
 
 
 def _changed(name: str) -> int:

@@ -14,16 +14,20 @@ from typing import Any
 
 import numpy as np
 
-from ehl.common.errors import InputError, near
+from ehl.common.errors import InputError, near, same_name
 from ehl.common.units import KELVIN
 from ehl.fluid.density import density_at
 from ehl.fluid.rheology import LinearStress
 from ehl.fluid.viscosity import walther_1931
+from ehl.fluid.viscosity_index import both_viscosities
 
 LEVEL_TEMPERATURE = 80.0 + KELVIN  # where the secant of a family is taken [K]
 TEMPERATURES = (20.0 + KELVIN, 150.0 + KELVIN)
 ISO_VG = (10, 15, 22, 32, 46, 68, 100, 150, 220, 320, 460, 680, 1000, 1500)
-_NAME = re.compile(r"(?P<base>[a-z]+)[ :]+(?:(?:iso )?vg ?(?P<vg>\d+)|(?P<nu_40>[\d.]+) ?/ ?(?P<nu_100>[\d.]+))")
+_NAME = re.compile(
+    r"(?P<base>[a-z]+)[ :]+(?:(?:(?:iso )?vg ?(?P<vg>\d+)|(?P<nu>[\d.]+))(?:[ ,]+vi ?(?P<vi>[\d.]+))?"
+    r"|(?P<nu_40>[\d.]+) ?/ ?(?P<nu_100>[\d.]+))"
+)
 
 
 @dataclass(frozen=True)
@@ -196,6 +200,7 @@ def generic_card(
     iso_vg: float | None = None,
     density_15: float | None = None,
     name: str | None = None,
+    viscosity_index: float | None = None,
 ) -> dict[str, Any]:
     """Content of a generic card, SI.
 
@@ -211,16 +216,22 @@ def generic_card(
         [kg/m3]; typical of the family where not given.
     name : str, optional
         Of the card; made of base and viscosities where not given.
+    viscosity_index : float, optional
+        With one of the viscosities or iso_vg.
     """
+    base = same_name(base, OIL_FAMILIES)
     family = family_of(base)
-    if (iso_vg is None) == (viscosity_40 is None or viscosity_100 is None):
-        hint = "With the data sheet at hand give nu_40 and nu_100, else iso_vg."
-        given = "neither" if iso_vg is None else "both"
-        raise InputError("iso_vg", given, "either iso_vg, or nu_40 and nu_100", hint)
+    given = [value is not None for value in (viscosity_40, viscosity_100, viscosity_index)]
+    if (sum(given) != 2) if iso_vg is None else any(given[:2]):
+        hint = "With the data sheet at hand give nu_40 and nu_100, or one of them and viscosity_index, else iso_vg."
+        raise InputError("iso_vg", iso_vg, "iso_vg, or two of nu_40, nu_100 and viscosity_index", hint)
+    if iso_vg is not None and iso_vg not in ISO_VG:
+        raise InputError("iso_vg", iso_vg, "one of " + ", ".join(map(str, ISO_VG)), "Else give nu_40 and nu_100.")
     known = iso_vg is None
-    if iso_vg is not None:
-        if iso_vg not in ISO_VG:
-            raise InputError("iso_vg", iso_vg, "one of " + ", ".join(map(str, ISO_VG)), "Else give nu_40 and nu_100.")
+    if viscosity_index is not None:
+        nominal = viscosity_40 if iso_vg is None else 1e-6 * iso_vg
+        viscosity_40, viscosity_100 = both_viscosities(viscosity_index, nominal, viscosity_100)
+    elif iso_vg is not None:
         scale, exponent = family.viscosity_100
         viscosity_40, viscosity_100 = iso_vg * 1e-6, scale * iso_vg**exponent * 1e-6
     assert viscosity_40 is not None
@@ -229,15 +240,21 @@ def generic_card(
     density, coefficient = density_15 or family.density_15, -6.75e-4
     scale, exponent = family.secant
     secant = scale * (1e6 * walther_1931(LEVEL_TEMPERATURE, viscosity_40, viscosity_100)) ** exponent
-    words = f"{base} vg {iso_vg:g}" if iso_vg is not None else f"{base} {1e6 * viscosity_40:g}/{1e6 * viscosity_100:g}"
+    words = f"{base} {1e6 * viscosity_40:.6g}/{1e6 * viscosity_100:.6g}"
+    if iso_vg is not None:
+        words = f"{base} vg {iso_vg:g}" + (f" vi {viscosity_index:g}" if viscosity_index is not None else "")
+    second = f"nu100 = {family.viscosity_100[0]:g} nu40^{family.viscosity_100[1]:g}"
+    if viscosity_index is not None:
+        second = f"viscosity index {viscosity_index:g} (ASTM D2270)"
+    elif known:
+        second = "nu40 and nu100 given"
     constants = vogel_constants(viscosity_40, viscosity_100, density, coefficient) | modulus_constants(base, secant)
     return {
         "name": name or words,
         "description": f"generic {base} oil" + (f" ISO VG {iso_vg:g}" if iso_vg is not None else ""),
         "source": f"ours: ln(eta/eta0) has the mean shape of {len(family.oils)} FVA 400 oils ({', '.join(family.oils)})"
         f" and their secant at 0.2 GPa, {scale:g} nu^{exponent:g} = {secant:.2f} 1/GPa at 80 degC; "
-        + ("nu40 and nu100 given" if known else f"nu100 = {family.viscosity_100[0]:g} nu40^{family.viscosity_100[1]:g}")
-        + "; heat data typical, from memory",
+        + f"{second}; heat data typical, from memory",
         "certainty": "mixed",
         "base": base,
         "viscosity_kinematic_40": viscosity_40,
@@ -251,7 +268,8 @@ def generic_card(
             "pressure_viscosity": family.spread,
             "viscosity": 0.05 if known else 0.10,
             "source": "ours: spread of the FVA 400 oils of the family about this shape and level; viscosity "
-            + ("of a data sheet against the oil in the gear" if known else "of oils of one ISO VG, nu100 guessed"),
+            + ("of a data sheet against the oil in the gear" if known else "of oils of one ISO VG")
+            + (", nu100 guessed" if viscosity_index is None and not known else ""),
         },
     }
 
@@ -271,8 +289,11 @@ def generic_name(name: str) -> dict[str, Any] | None:
     if match is None:
         return None
     found = match.groupdict()
+    index = {} if found["vi"] is None else {"viscosity_index": float(found["vi"])}
     if found["vg"] is not None:
-        return {"base": found["base"], "iso_vg": int(found["vg"])}
+        return {"base": found["base"], "iso_vg": int(found["vg"]), **index}
+    if found["nu"] is not None:
+        return {"base": found["base"], "viscosity_40": 1e-6 * float(found["nu"]), **index} if index else None
     return {"base": found["base"], **{
         f"viscosity_{at}": 1e-6 * float(found[f"nu_{at}"]) for at in ("40", "100")
     }}  # fmt: skip

@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from ehl import inputs
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
-from ehl.common.validation import InputModel, read_toml, validate
+from ehl.common.validation import InputModel, in_any_case, read_toml, validate
 from ehl.fluid.oil import Oil
 from ehl.fluid.viscosity import Temperature
 from ehl.inputs import ModelInput, SolidInput, SurfaceInput
@@ -86,7 +86,7 @@ def _names(value: Any) -> Any:
 class CalibrationSetup(InputModel):
     """What is known of a measurement, and what is to be fitted: the content of the setup file."""
 
-    oil: str
+    oil: Annotated[str, in_any_case("oils")]
     parameters: Annotated[tuple[str, ...], BeforeValidator(_names)]
     eyring_stress_law: Literal["constant", "pressure"] | None = None
     conditions: ConditionsInput = ConditionsInput()

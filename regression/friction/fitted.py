@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pydantic import Field, PrivateAttr, model_validator
 
 from ehl.common.data import data_names, data_path
-from ehl.common.errors import InputError
+from ehl.common.errors import InputError, same_name
 from ehl.common.files import parse_json, read_text, write_file
 from ehl.common.quantities import quantity
 from ehl.common.threads import one_thread
@@ -151,8 +151,9 @@ class FittedFormula(FrictionModel, InputModel):
         'rough_share'
         """
         shipped = data_names("formulas", ".json")
-        if str(name) in shipped:
-            path, shown = data_path("formulas", f"{name}.json"), str(name)
+        name = same_name(str(name), shipped)
+        if name in shipped:
+            path, shown = data_path("formulas", f"{name}.json"), name
         else:
             path = Path(name)
             shown = path.name

@@ -21,7 +21,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from ehl import inputs as case_inputs
 from ehl.common.data import data_names, data_path
-from ehl.common.errors import InputError
+from ehl.common.errors import InputError, same_name
 from ehl.common.files import parse_json, parse_toml
 from ehl.common.table import Table
 from ehl.common.table_reader import Column, read_columns
@@ -195,8 +195,9 @@ class Plan(InputModel):
         >>> Plan.from_file("demo", ["lubricant.oil=fva3"]).oils
         ('fva3',)
         """
-        if str(path) in data_names("plans"):
-            path = data_path("plans", f"{path}.toml")
+        name = same_name(str(path), data_names("plans"))
+        if name in data_names("plans"):
+            path = data_path("plans", f"{name}.toml")
         content = read_toml(path, "plan")
         if not content:
             hint = "Copy a shipped plan, or see docs/sweep.md."

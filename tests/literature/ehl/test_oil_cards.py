@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from ehl.common.errors import InputError
 from ehl.common.units import KELVIN
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_family import FAMILIES, OIL_FAMILIES, generic_card, generic_name
+from ehl.fluid.viscosity_index import astm_d2270, both_viscosities
 
 
 def rows(name: str) -> dict[str, dict[str, Any]]:
@@ -226,6 +228,29 @@ def test_names_of_generic_oils() -> None:
         generic_card("ester", iso_vg=100)["uncertainty"]["viscosity"]
         > generic_card("ester", 1e-4, 1.4e-5)["uncertainty"]["viscosity"]
     )
+
+
+# ASTM D2270: its two worked examples, printed as whole numbers, with L and H of its table
+@pytest.mark.parametrize(("nu_40", "nu_100", "printed"), [(73.30, 8.86, 92), (22.83, 5.05, 156)])
+def test_viscosity_index(nu_40: float, nu_100: float, printed: int) -> None:
+    index = astm_d2270(1e-6 * nu_40, 1e-6 * nu_100)
+    assert round(index) == printed
+    for known in ((1e-6 * nu_40, None), (None, 1e-6 * nu_100)):
+        assert both_viscosities(index, *known) == pytest.approx((1e-6 * nu_40, 1e-6 * nu_100), rel=1e-6)
+
+
+def test_an_oil_is_given_by_its_viscosity_index(mixed_ehl: Callable[..., Any]) -> None:
+    nu_100 = both_viscosities(145.0, 97.5e-6, None)[1]
+    by_name, by_keyword = Oil.load("PAO 97.5 VI 145"), Oil.generic("pao", nu_40="97.5 cSt", viscosity_index=145)
+    assert by_name.viscosity_kinematic_100 == by_keyword.viscosity_kinematic_100 == pytest.approx(nu_100)
+    graded = Oil.load("mineral vg 220 vi 95")
+    assert astm_d2270(graded.viscosity_kinematic_40, graded.viscosity_kinematic_100) == pytest.approx(95.0)
+    assert mixed_ehl("oil", "--base", "pao", "--nu100", "13.3 cSt", "--vi", "145").code == 0
+    for wrong in ({"nu_40": "97.5 cSt"}, {"nu_40": "97.5 cSt", "nu_100": "13 cSt", "viscosity_index": 145}):
+        with refuses("iso_vg"):
+            Oil.generic("pao", **wrong)
+    with refuses("viscosity_index"):
+        Oil.generic("pao", nu_40="8 cSt", viscosity_index=-15.0)
 
 
 @pytest.mark.parametrize(
