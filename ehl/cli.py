@@ -87,7 +87,10 @@ def _oil_list() -> ehl.Table:
     ]  # fmt: skip
     alpha = ehl.quantity("pressure_viscosity_slope")
     heads = ["oil", "base", *names, alpha.name, "ln(eta/eta0) +-", "description"]
-    note = "alpha at 100 degC. Any other oil: base and cSt at 40/100 degC, such as 'pao 97.5/13.3', or 'mineral vg 220', 'pao 97.5 vi 145'."
+    note = (
+        "alpha at 100 degC. Any other oil: base and cSt at 40/100 degC, such as 'pao 97.5/13.3', one and the "
+        "viscosity index, 'pao 97.5 vi 145', or 'mineral vg 220'."
+    )
     return ehl.Table(heads, rows, title="Oils", notes=[note])
 
 
@@ -96,7 +99,7 @@ def oil(
         str | None,
         typer.Argument(
             metavar="NAME",
-            help="Shipped oil, card.toml, 'pao 97.5/13.3' or 'mineral vg 220', 'pao 97.5 vi 145'.",
+            help="Shipped oil, card.toml, 'pao 97.5/13.3', 'pao 97.5 vi 145' or 'mineral vg 220'.",
             autocompletion=names_of("oils"),
         ),
     ] = None,

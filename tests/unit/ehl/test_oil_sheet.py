@@ -119,7 +119,7 @@ def test_command_writes_a_generic_card_that_solves(mixed_ehl: Cli, tmp_path: Pat
         (("--base", "olive", "--vg", "100"), "--base = 'olive'"),
         (("--base", "pao", "--nu40", "10 cSt", "--nu100", "12 cSt"), "--nu100"),
         (("--base", "pao", "--vg", "99"), "--vg"),
-        (("--base", "pao"), "either iso_vg"),
+        (("--base", "pao"), "iso_vg, or two of"),
         (("--vg", "100"), "--base is missing"),
         (("75w90", "-T", "40"), "unit"),
         (("75w90", "-T", "900 degC"), "--temperature"),
