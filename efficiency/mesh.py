@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -32,7 +31,6 @@ from efficiency.conditions.conditions import (
 )
 from efficiency.conditions.grid import Condition, Grid, Solve, solve_grid
 from efficiency.conditions.interpolation import solve_map
-from efficiency.contact.assembly import DisplacedAxes
 from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPosition, cycle_lines, mesh_cycle
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.gear_flanks import MEMBERS, Side
@@ -47,7 +45,7 @@ from efficiency.loss.kinematics import Axis, Operation
 from efficiency.ltca.external_load import read_load, write_load
 from efficiency.ltca.limits import edge_load
 from efficiency.ltca.load_distribution import ElasticPosition, TeethElasticity, elastic_cycle
-from efficiency.ltca.mesh_grids import LoadedGrids, MakeCycle, MeshGrids, both_cycles, load_grids
+from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids, both_cycles, load_grids
 from efficiency.ltca.shaft_deflection import solve_deflection
 from efficiency.ltca.solid_tooth import SolidTooth, elastic_teeth
 from efficiency.strength.rating import LocalConditions, rate_strength
@@ -75,6 +73,7 @@ DEFAULT_MODELS = (
 EDGE_ROUNDING = 0.05
 # of the mesh that finds the deflection of the shafts before the full one does
 _FEW_POSITIONS, _FEW_POINTS = 8, 15
+_KEPT_TORQUES = 4  # meshes of deflected shafts
 
 ElasticTeeth = tuple[SolidTooth, SolidTooth]
 """Teeth of pinion and gear as elastic bodies."""
@@ -150,7 +149,7 @@ class Mesh:
 
         def geometry() -> tuple[FlankPair, tuple[ElasticPosition, ...], tuple[ElasticPosition, ...]]:
             found = flank_pair(flanks, side)
-            fine, coarse = both_cycles(_cycle_maker(found), positions, points_per_line)
+            fine, coarse = both_cycles(_CycleMaker(found), positions, points_per_line)
             return found, elastic_cycle(fine, teeth), elastic_cycle(coarse, teeth)
 
         pair, fine, coarse = (
@@ -170,30 +169,13 @@ class Mesh:
             ),
             pair.notes,
             math.nan if pair.surface.relief else pair.transmission.peak_to_peak,
-            _cycle_maker(pair),
+            _CycleMaker(pair),
             EDGE_REACH * 2.0 * math.pi / pair.teeth_gear,
         )
         grids.__dict__.update(elastic_fine=fine, elastic_coarse=coarse)
         stated, stiffness = design.assembly.deflection.moves, design.assembly.stiffness
         if stated or stiffness.given:
-
-            @lru_cache(maxsize=4)
-            def deflected(torque: float) -> MeshGrids:
-                placed = design.under_torque(torque).without_deflection()
-
-                def mesh_of(axes: DisplacedAxes, count: int = positions, points: int = points_per_line) -> MeshGrids:
-                    return cls.of(placed.with_axes(axes), side, count, points, known).grids
-
-                if not stiffness.given:
-                    return cls.of(placed, side, positions, points_per_line, known).grids
-                small = min(positions, _FEW_POSITIONS), min(points_per_line, _FEW_POINTS)
-                few = () if small == (positions, points_per_line) else (lambda axes: mesh_of(axes, *small),)
-                found = solve_deflection(placed.placement(), stiffness.compliances(), torque, (*few, mesh_of))
-                if found.deflection is None:
-                    return found
-                return replace(found, deflection=replace(found.deflection, E=design.mirror * found.deflection.E))
-
-            grids = replace(grids, under_torque=deflected)
+            grids = replace(grids, under_torque=_UnderTorque(design, side, positions, points_per_line, known))
         pitch = PitchGeometry.of(design.pinion.blank, design.gear.blank, pinion, gear)
         return cls(design, side, pair, grids, pitch, keep=keep)
 
@@ -567,17 +549,52 @@ class LoadedMesh:
         return f"LoadedMesh({self.mesh.design.name}, {self.mesh.side}, {self.torque:.6g} N m: {pressure})"
 
 
-def _cycle_maker(pair: FlankPair) -> MakeCycle:
+@dataclass(eq=False)
+class _CycleMaker:
     """Makes mesh cycles of a flank pair; the lines of all positions are traced once."""
 
-    @lru_cache(maxsize=1)
-    def lines(count: int) -> CycleLines:
-        return cycle_lines(pair.surface, count)
+    pair: FlankPair
+    _lines: tuple[int, CycleLines] | None = field(default=None, repr=False)
 
-    def make_cycle(count: int, points: int, reach: float | None = None, /) -> tuple[MeshPosition, ...]:
-        return mesh_cycle(pair.surface, count, points, reach, edges=True, lines=lines(count))
+    def __call__(self, count: int, points: int, reach: float | None = None, /) -> tuple[MeshPosition, ...]:
+        if self._lines is None or self._lines[0] != count:
+            self._lines = count, cycle_lines(self.pair.surface, count)
+        return mesh_cycle(self.pair.surface, count, points, reach, edges=True, lines=self._lines[1])
 
-    return make_cycle
+
+@dataclass(eq=False)
+class _UnderTorque:
+    """The mesh of a design whose shafts and bearings give way, by the pinion torque."""
+
+    design: Design
+    side: Side
+    positions: int
+    points: int
+    bodies: ElasticTeeth
+    _found: dict[float, MeshGrids] = field(default_factory=dict, repr=False)
+
+    def __call__(self, torque: float) -> MeshGrids:
+        if torque not in self._found:
+            if len(self._found) == _KEPT_TORQUES:
+                del self._found[next(iter(self._found))]
+            self._found[torque] = self._deflected(torque)
+        return self._found[torque]
+
+    def _deflected(self, torque: float) -> MeshGrids:
+        placed, stiffness = self.design.under_torque(torque).without_deflection(), self.design.assembly.stiffness
+
+        def mesh_of(design: Design, positions: int = self.positions, points: int = self.points) -> MeshGrids:
+            return Mesh.of(design, self.side, positions, points, self.bodies).grids
+
+        if not stiffness.given:
+            return mesh_of(placed)
+        small = min(self.positions, _FEW_POSITIONS), min(self.points, _FEW_POINTS)
+        few = () if small == (self.positions, self.points) else (lambda axes: mesh_of(placed.with_axes(axes), *small),)
+        whole = lambda axes: mesh_of(placed.with_axes(axes))  # noqa: E731
+        found = solve_deflection(placed.placement(), stiffness.compliances(), torque, (*few, whole))
+        if found.deflection is None:
+            return found
+        return replace(found, deflection=replace(found.deflection, E=self.design.mirror * found.deflection.E))
 
 
 def elastic_bodies(design: Design, side: Side, keep: bool = False) -> ElasticTeeth:

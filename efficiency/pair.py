@@ -120,6 +120,13 @@ class GearPair:
         self._bodies = lru_cache(maxsize=2)(lambda side: elastic_bodies(self.design, side, keep))
         self._roots: dict[Side, list[RootTooth | str]] = {"drive": [], "coast": []}
 
+    def __getstate__(self) -> dict[str, Any]:
+        # what was computed is computed again where the pair is unpickled, or taken from disk
+        return {"design": self.design, "keep": self._keep}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        GearPair.__init__(self, **state)
+
     def sharing_bodies(self, design: Design) -> GearPair:
         """The pair of another design on the same blanks, with elastic bodies and root sections of this one.
 
