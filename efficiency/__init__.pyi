@@ -11,7 +11,8 @@ from efficiency.mesh import Mesh as Mesh
 from efficiency.optimisation.optimise import optimise as optimise
 from efficiency.output.design_import import design_from_sheet
 from efficiency.pair import GearPair as GearPair
-from efficiency.pair import load as load
+from efficiency.pairs import cylindrical as cylindrical
+from efficiency.pairs import load as load
 from efficiency.studies.demonstration import run_demo
 from efficiency.studies.parameter_study import run_study
 from efficiency.templates import new_file as new_file

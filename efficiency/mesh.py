@@ -34,7 +34,7 @@ from efficiency.conditions.interpolation import solve_map
 from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPosition, cycle_lines, mesh_cycle
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.gear_flanks import MEMBERS, Side
-from efficiency.design.design import Design, MemberInput
+from efficiency.design.design import Design, MemberInput, PairDesign
 from efficiency.design.kept import kept_of_design
 from efficiency.loss.closed_form import PitchGeometry
 from efficiency.loss.compare import Comparison, compare_models
@@ -85,12 +85,12 @@ class Mesh:
 
     Parameters
     ----------
-    design : Design
+    design : PairDesign
         The pair, misalignments included.
     side : {"drive", "coast"}
         Which flanks are in contact.
-    flanks : FlankPair
-        Geometry of the flanks.
+    flanks : FlankPair, optional
+        Geometry of the flanks; None of a cylindrical pair, whose flanks are involutes.
     grids : MeshGrids
         Contact lines on two grids and compliance of the teeth.
     pitch : PitchGeometry
@@ -101,9 +101,9 @@ class Mesh:
         Whether geometry, bodies and roots are kept on disk (`efficiency.design.kept`).
     """
 
-    design: Design
+    design: PairDesign
     side: Side
-    flanks: FlankPair
+    flanks: FlankPair | None
     grids: MeshGrids
     pitch: PitchGeometry
     roots: list[RootTooth | str] = field(default_factory=list, repr=False)
@@ -179,6 +179,13 @@ class Mesh:
         pitch = PitchGeometry.of(design.pinion.blank, design.gear.blank, pinion, gear)
         return cls(design, side, pair, grids, pitch, keep=keep)
 
+    @property
+    def bevel(self) -> Design:
+        """The design of a bevel or hypoid pair; `InputError` of a cylindrical one."""
+        if isinstance(self.design, Design):
+            return self.design
+        raise InputError("design", self.design.name, "a bevel or hypoid pair", "Its design is of a cylindrical pair.")
+
     @one_thread
     def load(self, torque: Value | None = None) -> LoadedMesh:
         """The mesh under a pinion torque: load distribution over the mesh cycle, computed once for each torque.
@@ -213,13 +220,13 @@ class Mesh:
     def root_teeth(self) -> tuple[RootTooth | str, RootTooth | str]:
         """Root sections of pinion and gear, computed once; a text says why there is none."""
         if not self.roots:
-            found = kept_of_design("roots", self.design, (self.side,), self._roots) if self.keep else self._roots()
+            found = kept_of_design("roots", self.bevel, (self.side,), self._roots) if self.keep else self._roots()
             self.roots.extend(found)
         pinion, gear = self.roots
         return pinion, gear
 
     def _roots(self) -> list[RootTooth | str]:
-        flanks, module, teeth = self.design.flanks(), self.pitch.module_normal, self.grids.teeth
+        flanks, module, teeth = self.bevel.flanks(), self.pitch.module_normal, self.grids.teeth
         found: list[RootTooth | str] = []
         for member, solid in zip(MEMBERS, (teeth.pinion, teeth.gear), strict=True):
             try:
@@ -240,6 +247,8 @@ class Mesh:
             Has to be that of the file [N m].
         """
         given = None if torque is None else checked("torque", torque)
+        if self.flanks is None:
+            raise InputError("load_from", str(path), "nothing for a cylindrical pair")
         grids = read_load(Path(path), self.flanks, self.grids.teeth, given)
         return LoadedMesh(self, grids.fine.torque, grids, Path(path))
 
@@ -362,9 +371,14 @@ class LoadedMesh:
     external_load: Path | None = None
 
     @property
-    def design(self) -> Design:
+    def design(self) -> PairDesign:
         """The design of the pair, misalignments included."""
         return self.mesh.design
+
+    @property
+    def has_strength(self) -> bool:
+        """Whether the strength of the teeth can be rated: of bevel and hypoid pairs."""
+        return isinstance(self.mesh.design, Design)
 
     @one_thread
     def efficiency(
@@ -457,7 +471,7 @@ class LoadedMesh:
     @one_thread
     def strength_of(self, result: EfficiencyResult) -> Strength:
         """Strength of the teeth at the operating point of a result."""
-        design, pitch = self.mesh.design, self.mesh.pitch
+        design, pitch = self.mesh.bevel, self.mesh.pitch
         operation = result.operation
         local = LocalConditions(
             result.friction.mu,
@@ -466,7 +480,7 @@ class LoadedMesh:
             operation.bulk,
             (operation.roughness_rms_pinion, operation.roughness_rms_gear),
             result.card.viscosity_kinematic_40,
-            operation.speed * design.pinion.blank.teeth / design.gear.blank.teeth * pitch.radius_gear,
+            operation.speed * design.ratio * pitch.radius_gear,
             pitch.module_normal,
         )
         teeth, pitch_angle = self.grids.mesh.teeth, 2.0 * math.pi / design.pinion.blank.teeth

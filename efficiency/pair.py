@@ -63,32 +63,6 @@ _KEPT_MESHES, _MAX_STATES = 8, 10_000
 Axle = AxleLosses | Path | str | Mapping[str, Value]
 
 
-def load(name: str | Path) -> GearPair:
-    """A gear pair from a design file, or a shipped one by its name.
-
-    Parameters
-    ----------
-    name : str or Path
-        Design file (TOML) or name of a shipped design (`ehl.shipped`).
-
-    Returns
-    -------
-    GearPair
-
-    Raises
-    ------
-    InputError
-        Naming field, value and allowed range.
-
-    Examples
-    --------
-    >>> import efficiency
-    >>> efficiency.load("fm_spiral_bevel_14x39")
-    GearPair(fm_spiral_bevel_14x39: 14x39, offset 0 mm, 300 N m, 125.7 rad/s, 75w90 at 363.15 K)
-    """
-    return GearPair(load_design(name), keep=True)
-
-
 class GearPair:
     """A gear pair: its design and operating point.
 
@@ -429,7 +403,7 @@ class GearPair:
         InputError
             A value out of range.
         """
-        ratio = self.design.gear.blank.teeth / self.design.pinion.blank.teeth
+        ratio = 1.0 / self.design.ratio
         limit = OPERATION_LIMITS["torque"]
         most = (
             None if torque_max is None else limit.check(torque_max, "torque_max", bare=not isinstance(torque_max, str))

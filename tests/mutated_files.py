@@ -34,7 +34,7 @@ from efficiency.contact.conjugate import COLUMNS as MAP_COLUMNS
 from efficiency.contact.conjugate import read_ease_off_map
 from efficiency.contact.grid_flank import read_point_grid
 from efficiency.cutting.summary import read_summary
-from efficiency.design.design import load_design
+from efficiency.design.design import bevel_names, load_design
 from efficiency.ltca.external_load import _table as read_load_table
 from efficiency.machine_settings.inputs import SettingsInput
 from efficiency.output.solid import read_stl
@@ -158,6 +158,10 @@ def _shipped(*folder: str, most: int = 40) -> list[bytes]:
     return [path.read_bytes() for path in sorted(data_path(*folder).glob("*.toml"))[:most]]
 
 
+def _bevel_designs() -> list[bytes]:
+    return [data_path("designs", f"{name}.toml").read_bytes() for name in bevel_names()]
+
+
 def kinds(folder: Path) -> dict[str, Kind]:
     """All kinds; some sound files are made by the program, in a folder."""
     calibration = EXAMPLES / "synthetic_traction.csv"
@@ -206,7 +210,7 @@ def kinds(folder: Path) -> dict[str, Kind]:
         "calibration data": Kind(".csv", [calibration.read_bytes()], lambda path: read_measurement(path, fixed)),
         "calibration workbook": Kind(".xlsx", [_workbook(traction)], lambda path: read_measurement(path, fixed)),
         "calibration setup": Kind(".toml", [setup], lambda path: load_setup(path, {})),
-        "design": Kind(".toml", _shipped("designs"), load_design),
+        "design": Kind(".toml", _bevel_designs(), load_design),
         "blank": Kind(".toml", _shipped("blanks"), _blank),
         "targets": Kind(".toml", _shipped("targets"), lambda path: validate(SettingsInput, read_toml(path))),
         "duty cycle": Kind(".csv", [text], read_duty),

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from efficiency.conditions.conditions import default_friction
+from efficiency.design.design import bevel_names
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.mesh import LoadedMesh
 from efficiency.output.flank_map import FlankMap
@@ -154,7 +155,7 @@ class SceneAnswer:
     @cached_property
     def flank(self) -> FlankMap:
         """Fields over the gear flank."""
-        return FlankMap.of(self.loaded.mesh.design.flanks(), self.result)
+        return FlankMap.of(self.loaded.mesh.bevel.flanks(), self.result)
 
     def tooth(self, quantity: str) -> tuple[list[list[float]], float]:
         """Points of the gear flank: along the pitch cone [mm], over it [mm], value; and the largest value.
@@ -173,7 +174,7 @@ class SceneAnswer:
 
     def outline(self) -> list[list[float]]:
         """Corners of the gear flank, closed [mm]."""
-        blank = self.loaded.mesh.design.flanks().blank("gear")
+        blank = self.loaded.mesh.bevel.flanks().blank("gear")
         u = np.array([-0.5, 0.5]) * blank.face_width
         low, high = blank.root(u), blank.tip(u)
         corners = [(u[0], low[0]), (u[1], low[1]), (u[1], high[1]), (u[0], high[0]), (u[0], low[0])]
@@ -206,7 +207,7 @@ class Bench:
     @property
     def designs(self) -> list[str]:
         """Names of designs a scene may have, the given file first."""
-        shipped = data_names("designs")
+        shipped = bevel_names()
         return [self.given.name, *shipped] if self.given is not None else list(shipped)
 
     def _source(self, design: str) -> Path | str:
@@ -258,9 +259,7 @@ class Bench:
                 self._loads.pop(next(iter(self._loads)))
         found = self._loads[key]
         mesh = found.mesh
-        return (
-            replace(found, mesh=replace(mesh, design=_finished(mesh.design, scene.finish))) if scene.finish else found
-        )
+        return replace(found, mesh=replace(mesh, design=_finished(mesh.bevel, scene.finish))) if scene.finish else found
 
     def answer(self, scene: Scene) -> SceneAnswer:
         """Efficiency and all that the page draws of one scene."""

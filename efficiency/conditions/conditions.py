@@ -9,7 +9,7 @@ from typing import Any, TypedDict
 from pydantic import BaseModel
 
 from efficiency.contact.gear_flanks import Side
-from efficiency.design.design import Design, MemberInput, Misalignment
+from efficiency.design.design import MemberInput, Misalignment, PairDesign
 from efficiency.loss.efficiency_result import Bulk, LoadBalance
 from efficiency.loss.kinematics import OPERATION_LIMITS, TEXTURE, Driver, Operation
 from ehl.common.errors import InputError
@@ -163,18 +163,18 @@ class Conditions:
         each = {} if both is None else {"roughness_rms_pinion": both, "roughness_rms_gear": both}
         return cls(**each | values)
 
-    def card(self, design: Design) -> Oil:
+    def card(self, design: PairDesign) -> Oil:
         """The oil card."""
         oil = self.oil or design.operation.oil
         return oil if isinstance(oil, Oil) else Oil.load(oil)
 
-    def operation(self, design: Design) -> Operation:
+    def operation(self, design: PairDesign) -> Operation:
         """How a design runs under them."""
         own = design.running(design.operation.speed, design.operation.temperature, design.operation.driver)
         names = [f.name for f in fields(self) if f.name not in ("oil", "load_balance", "bulk")]
         return replace(own, **{name: getattr(self, name) for name in names if getattr(self, name) is not None})
 
-    def balances_heat(self, design: Design) -> bool:
+    def balances_heat(self, design: PairDesign) -> bool:
         """Whether the bulk temperature of the teeth comes from a heat balance."""
         return self.bulk == "balance" or (self.bulk is None and design.cooling.stated)
 
@@ -261,14 +261,14 @@ def default_friction(oil: str) -> str:
     return shipped[0] if shipped else "xu_kahraman_2007"
 
 
-def resolve_friction(friction: Friction, design: Design) -> FrictionModel:
+def resolve_friction(friction: Friction, design: PairDesign) -> FrictionModel:
     """A friction model, a fitted formula, or the model of that name.
 
     Parameters
     ----------
     friction : FrictionModel or str
         Solved contacts (``ehl``, ``ehl:smooth``...) or any name of `regression.friction_model`.
-    design : Design
+    design : PairDesign
         Gives the materials of both members.
     """
     if not isinstance(friction, str):

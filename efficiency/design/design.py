@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import AliasChoices, Field, model_validator
@@ -28,7 +28,7 @@ from efficiency.design.stiffness_input import StiffnessInput
 from efficiency.loss.heat_balance import CoolingInput
 from efficiency.loss.kinematics import Driver, OperatingPoint, Operation
 from efficiency.ltca.solid_tooth import Bodies, ToothBody
-from ehl.common.data import named_file
+from ehl.common.data import data_names, data_path, named_file
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, Name, read_toml, validate
@@ -112,7 +112,79 @@ ShaftAngleError = Annotated[
 Rms = Annotated[float, ValueRange("m", ge=0.0, le=2e-5)]
 
 
-class MemberInput(InputModel):
+class MemberSurface(InputModel):
+    """What members of all kinds of pairs have: a material and a finish."""
+
+    if TYPE_CHECKING:
+        material: str
+        finish: str | None
+        finish_state: State
+        roughness_rms: float
+
+    @model_validator(mode="after")
+    def _finished(self) -> Self:
+        finish = self.surface_finish()
+        if finish is not None and "roughness_rms" not in self.model_fields_set:
+            self.__dict__["roughness_rms"] = finish.roughness_rms.value
+        return self
+
+    def surface_finish(self) -> Finish | None:
+        """Finish of the flanks, where one is named."""
+        return None if self.finish is None else Finish.load(self.finish, self.finish_state)
+
+    def elastic_material(self) -> Material:
+        """Material of the member."""
+        return Material.load(self.material)
+
+
+class PairDesign(InputModel):
+    """What designs of all kinds of pairs have: members with a finish, oil, operating point."""
+
+    if TYPE_CHECKING:
+        name: Name
+        source: str
+        pinion: Any
+        gear: Any
+        operation: OperatingPoint
+        cooling: CoolingInput
+        surface: FlankSurfaceInput
+        uncertainty: UncertaintyInput
+
+        @property
+        def ratio(self) -> float:
+            """Speed of the gear over that of the pinion [-]."""
+
+    def with_finish(self, finish: str, state: State = "run_in") -> Self:
+        """The same pair with both flanks of a shipped finish: its Rq and waves in place of those of the design."""
+        rms = Finish.load(finish, state).roughness_rms.value
+        made = {"finish": finish, "finish_state": state, "roughness_rms": rms}
+        members: dict[str, Any] = {name: getattr(self, name).model_copy(update=made) for name in MEMBERS}
+        return self.model_copy(update={**members, "surface": FlankSurfaceInput()})
+
+    def running(self, speed: float, temperature: float, driver: Driver = "pinion") -> Operation:
+        """The flanks at a pinion speed [rad/s] and an oil temperature [K]."""
+        return Operation(
+            speed,
+            temperature,
+            self.pinion.roughness_rms,
+            self.gear.roughness_rms,
+            driver,
+            correlation_length=self.surface.correlation_length,
+            peklenik_number=self.surface.peklenik_number,
+            uncertainty=self.spreads(),
+            finish_pinion=self.pinion.surface_finish(),
+            finish_gear=self.gear.surface_finish(),
+        )
+
+    def spreads(self) -> UncertaintyInput:
+        """How well the inputs are known: as stated, else by the finish where both members have the same."""
+        one, two = self.pinion, self.gear
+        if one.finish is None or (one.finish, one.finish_state) != (two.finish, two.finish_state):
+            return self.uncertainty
+        return self.uncertainty.of_surface(finish=one.finish, finish_state=one.finish_state)
+
+
+class MemberInput(MemberSurface):
     """One member: blank, both flanks, material and surface.
 
     Tables `cutter` and `machine` beside `concave` and `convex` hold what both flanks share (completing, spread blade);
@@ -171,17 +243,6 @@ class MemberInput(InputModel):
         return own
 
     @model_validator(mode="after")
-    def _finished(self) -> Self:
-        finish = self.surface_finish()
-        if finish is not None and "roughness_rms" not in self.model_fields_set:
-            self.__dict__["roughness_rms"] = finish.roughness_rms.value
-        return self
-
-    def surface_finish(self) -> Finish | None:
-        """Finish of the flanks, where one is named."""
-        return None if self.finish is None else Finish.load(self.finish, self.finish_state)
-
-    @model_validator(mode="after")
     def _consistent(self) -> Self:
         Material.load(self.material)
         self.body.thickness(self.blank)
@@ -200,10 +261,6 @@ class MemberInput(InputModel):
         """One of the two flanks; `Design.flank` knows those as well that follow from the mate."""
         given: FlankTable = getattr(self, side)
         return _flank(given, side, self.blank, given.version)
-
-    def elastic_material(self) -> Material:
-        """Material of the member."""
-        return Material.load(self.material)
 
     def tooth_body(self) -> ToothBody:
         """Material of the teeth and the body under them."""
@@ -291,7 +348,7 @@ class AssemblyInput(InputModel):
     stiffness: StiffnessInput = StiffnessInput()
 
 
-class Design(InputModel):
+class Design(PairDesign):
     """A gear pair: the content of a design file.
 
     Attributes
@@ -348,13 +405,6 @@ class Design(InputModel):
         moved = validate(Misalignment, misalignment, "assembly.misalignment")
         assembly = self.assembly.model_copy(update={"misalignment": moved})
         return self.model_copy(update={"assembly": assembly})
-
-    def with_finish(self, finish: str, state: State = "run_in") -> Design:
-        """The same pair with both flanks of a shipped finish: its Rq and waves in place of those of the design."""
-        rms = Finish.load(finish, state).roughness_rms.value
-        made = {"finish": finish, "finish_state": state, "roughness_rms": rms}
-        members = {name: getattr(self, name).model_copy(update=made) for name in ("pinion", "gear")}
-        return self.model_copy(update={**members, "surface": FlankSurfaceInput()})
 
     def under_torque(self, torque: float) -> Design:
         """The pair with the deflections at a pinion torque [N m] added to its misalignment."""
@@ -419,31 +469,21 @@ class Design(InputModel):
             self.name, pinion, gear, self.placement(), given.drive_flank_pinion, given.normal_backlash, relief
         )
 
-    def running(self, speed: float, temperature: float, driver: Driver = "pinion") -> Operation:
-        """The flanks at a pinion speed [rad/s] and an oil temperature [K]."""
-        return Operation(
-            speed,
-            temperature,
-            self.pinion.roughness_rms,
-            self.gear.roughness_rms,
-            driver,
-            correlation_length=self.surface.correlation_length,
-            peklenik_number=self.surface.peklenik_number,
-            uncertainty=self.spreads(),
-            finish_pinion=self.pinion.surface_finish(),
-            finish_gear=self.gear.surface_finish(),
-        )
-
-    def spreads(self) -> UncertaintyInput:
-        """How well the inputs are known: as stated, else by the finish where both members have the same."""
-        one, two = self.pinion, self.gear
-        if one.finish is None or (one.finish, one.finish_state) != (two.finish, two.finish_state):
-            return self.uncertainty
-        return self.uncertainty.of_surface(finish=one.finish, finish_state=one.finish_state)
+    @property
+    def ratio(self) -> float:
+        """Speed of the gear over that of the pinion [-]."""
+        return self.pinion.blank.teeth / self.gear.blank.teeth
 
     def tooth_bodies(self) -> Bodies:
         """Material and body under the teeth of pinion and gear."""
         return self.pinion.tooth_body(), self.gear.tooth_body()
+
+
+def bevel_names() -> list[str]:
+    """Names of the shipped designs of bevel and hypoid pairs."""
+    return [
+        name for name in data_names("designs") if read_toml(data_path("designs", f"{name}.toml")).get("kind") is None
+    ]
 
 
 def load_design(name: str | Path) -> Design:

@@ -65,6 +65,10 @@ class ResultSource(Protocol):
     def design(self) -> Any:
         """The design of the pair, misalignments included."""
 
+    @property
+    def has_strength(self) -> bool:
+        """Whether the strength of the teeth can be rated."""
+
     def solve(
         self, model: FrictionModel, operation: Operation, oil: Oil, load_balance: LoadBalance | None = None
     ) -> EfficiencyResult:
@@ -324,6 +328,11 @@ class EfficiencyResult(Reportable):
             The bulk temperatures leave the range of oils, or do not settle.
         """
         return self._source("heat_balance").balance(self, cooling)
+
+    @property
+    def has_strength(self) -> bool:
+        """Whether the strength of the teeth can be rated: of bevel pairs, with their mesh."""
+        return self.source is not None and self.source.has_strength
 
     @cached_property
     def strength(self) -> Strength:

@@ -6,10 +6,11 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from efficiency.design.design import Design
 from efficiency.geometry.pair_geometry import geometry_notes
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output import plots_flank as flank_plots
@@ -48,7 +49,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from efficiency.conditions.grid import Grid
-    from efficiency.design.design import Design, FlankSurfaceInput, MemberInput
+    from efficiency.cylindrical_gears.design import CylindricalDesign
+    from efficiency.design.design import FlankSurfaceInput, MemberInput, PairDesign
     from efficiency.loss.efficiency_result import EfficiencyResult
     from efficiency.loss.heat_balance import HeatBalance
 
@@ -74,7 +76,7 @@ def gear_sections(
         return page_sections(result, None, units, more)
     if medium == "files":
         return [Section("", [Head(_title(result)), *result_tables(result), *more])]
-    strength = [replace(result.strength.table(), notes=result.strength.notes)] if result.source else []
+    strength = [replace(result.strength.table(), notes=result.strength.notes)] if result.has_strength else []
     inputs = [] if result.asked is None else [result.asked.table()]
     notes = Notes(pair_notes(result_notes(result)))
     return [Section("", [efficiency_table(result), notes, *strength, *more, *inputs])]
@@ -85,11 +87,11 @@ def plot_gear(result: EfficiencyResult, ax: Axes | None) -> Axes:
     return plot_friction_and_loss(result, ax)
 
 
-def design_of(result: EfficiencyResult) -> Design:
+def design_of(result: EfficiencyResult) -> PairDesign:
     """The design of a result."""
     if result.source is None:
         raise InputError("report", "a result without its mesh", "a result of `GearPair`, `Mesh` or `LoadedMesh`")
-    design: Design = result.source.design
+    design: PairDesign = result.source.design
     return design
 
 
@@ -157,7 +159,7 @@ def mesh_figures(result: EfficiencyResult) -> list[Picture]:
 def strength_figures(flank: FlankMap) -> Iterator[Picture]:
     """Root stress and micropitting; none of a result without its pair."""
     result = flank.result
-    if result.source is None:
+    if not result.has_strength:
         return
     if result.strength.pinion is not None or result.strength.gear is not None:
         caption = "Greatest tensile stress of the root fillets, over the roll of a tooth pair and along the face."
@@ -172,29 +174,38 @@ def page_sections(
 ) -> list[Section]:
     """Sections of the page of one operating point; with a map, of the map and one of its points in detail."""
     design = design_of(result)
-    flank = FlankMap.of(design.flanks(), result)
-    of_design = geometry_notes(design, "coast" if result.side == "coast" else "drive")
-    on_tooth = [
-        Section("Contact under load", [Row(list(load_figures(flank)))]),
-        Section("Lubrication, friction and loss on the tooth", [Row(list(loss_figures(flank)))]),
-    ]
+    flank = FlankMap.of(design.flanks(), result) if isinstance(design, Design) else None
+    of_design: Sequence[str] = ()
+    if isinstance(design, Design):
+        of_design = geometry_notes(design, "coast" if result.side == "coast" else "drive")
+    placed = f"{misalignment_text(design).capitalize()}. " if isinstance(design, Design) else ""
     head = Head(
         f"Gear efficiency: {design.name}",
-        f"{_title(result)}. {misalignment_text(design).capitalize()}. "
-        f"Source of the design: {design.source or 'not stated'}",
+        f"{_title(result)}. {placed}Source of the design: {design.source or 'not stated'}",
         SPIN,
     )
+    on_tooth: list[Section] = []
+    if flank is not None and flank.drawable:
+        on_tooth = [
+            Section("Contact under load", [Row(list(load_figures(flank)))]),
+            Section("Lubrication, friction and loss on the tooth", [Row(list(loss_figures(flank)))]),
+        ]
+    of_teeth = _design_items(design, units) if isinstance(design, Design) else [_cylindrical_table(design)]
     return [
         Section("", [head, *_headline(result, of_design, grid)]),
         *([Section("Efficiency over torque, speed and temperature", _map_items(grid, result))] if grid else []),
-        *(on_tooth if flank.drawable else ()),
+        *on_tooth,
         *([Section("Uncertainty of the inputs", _input_items(result))] if result.inputs.sources else []),
-        *([Section("Strength", _strength_items(result, flank))] if result.source else []),
+        *([Section("Strength", _strength_items(result, flank))] if flank is not None and result.source else []),
         Section("Over the mesh", [Row(mesh_figures(result))]),
         Section("Results in numbers", _number_items(result, more)),
-        Section("Design", _design_items(design, units)),
+        Section("Design", of_teeth),
         Section("How it was computed", _model_items(result)),
     ]
+
+
+def _cylindrical_table(design: PairDesign) -> Table:
+    return Table(("quantity", "pinion / gear"), cast("CylindricalDesign", design).rows())
 
 
 def _headline(result: EfficiencyResult, of_design: Sequence[str], grid: Grid | None) -> list[Item]:

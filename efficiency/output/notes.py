@@ -35,7 +35,7 @@ def result_notes(
     """
     said = [f"not converged: {result.reason}"] if result.status != "converged" else []
     edges = False
-    if strength and result.source is not None:
+    if strength and result.has_strength:
         said += [grade.text for grade in result.strength.grades]
         edges = any(grade.kind == "edges" for grade in result.strength.grades)
     # of load at edges the grade says what to do about it, the note where it is

@@ -159,7 +159,7 @@ def range_table(result: EfficiencyResult) -> Table:
 
 def strength_tables(result: EfficiencyResult) -> list[Table]:
     """Strength of the teeth and root stress over the mesh; none of a result without its pair."""
-    if result.source is None:
+    if not result.has_strength:
         return []
     return [result.strength.table(), result.strength.root_table()]
 
@@ -238,7 +238,7 @@ def point_table(result: EfficiencyResult) -> Table:
     columns |= {f.name: getattr(points.state, f.name) for f in fields(ContactState)}
     columns |= {name: getattr(points.state, name) for name in _DERIVED}
     columns |= {name: getattr(result.lubrication, name) for name in _LUBRICATION}
-    if result.source is not None:
+    if result.has_strength:
         columns["film_specific"] = result.strength.points_film_specific
     columns |= {
         "friction_coefficient": friction.mu,

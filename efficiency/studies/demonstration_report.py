@@ -103,6 +103,7 @@ def _formulas(result: DemoResult) -> Section:
 def _gear(result: DemoResult) -> Section:
     gear = result.comparison.results[0]
     pair = result.gear.flanks
+    assert pair is not None
     cycle = tuple(load.position for load in gear.load.positions)
     flank = FlankMap.of(pair.flanks, gear)
     return Section(

@@ -29,9 +29,8 @@ from efficiency.contact.mesh_surface import mesh_surface
 from efficiency.contact.transmission import transmission
 from efficiency.cutting.cutter import FLANK_SIDES
 from efficiency.cutting.flank import CutFlank
-from efficiency.design.design import load_design
+from efficiency.design.design import bevel_names, load_design
 from efficiency.machine_settings.gear import cut_gear, pair_dimensions
-from ehl.common.data import data_names
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.validation import validate
 
@@ -182,7 +181,7 @@ def random_cut(seed: int, index: int) -> tuple[CutFlank, float]:
         way = "formate" if formate(content, int(rng.integers(0, 2))) else "generated"
         flank = cut_gear(pair_dimensions(replace(pair, gear_cutting=way))).flank(side)
     else:
-        design = load_design(str(rng.choice(data_names("designs"))))
+        design = load_design(str(rng.choice(bevel_names())))
         shipped = design.flank("pinion" if rng.uniform() < 0.7 else "gear", side)
         assert isinstance(shipped, CutFlank)
         flank = shipped

@@ -14,9 +14,8 @@ from efficiency.contact.gear_flanks import Member
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import fillet, flank_limits
-from efficiency.design.design import Design, load_design
+from efficiency.design.design import Design, bevel_names, load_design
 from efficiency.output.solid import Solid, member_solid, read_stl, tooth_space_solid, write_stl
-from ehl.common.data import data_names
 
 MEMBERS: tuple[Member, ...] = ("pinion", "gear")
 
@@ -136,7 +135,7 @@ def test_bore_that_does_not_fit_is_refused(grids: dict[str, ToothGrid]) -> None:
         read_stl(Path("does_not_exist.stl"))
 
 
-@pytest.mark.parametrize("name", [name for name in data_names("designs") if not name.endswith("_relieved")])
+@pytest.mark.parametrize("name", [name for name in bevel_names() if not name.endswith("_relieved")])
 def test_solids_of_every_shipped_design_close(name: str) -> None:
     shipped = load_design(name)
     for member in MEMBERS:

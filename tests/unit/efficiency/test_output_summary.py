@@ -12,11 +12,10 @@ from pydantic import BaseModel
 
 from efficiency.contact.grid_flank import grid_flank, read_point_grid
 from efficiency.cutting.summary import parse_summary, read_summary
-from efficiency.design.design import load_design
+from efficiency.design.design import bevel_names, load_design
 from efficiency.output.design_import import design_from_sheet
 from efficiency.output.files import export_grids
 from efficiency.output.machine_summary import sheet_text, write_sheet
-from ehl.common.data import data_names
 from ehl.common.errors import InputError
 
 PAIR = "fm_spiral_bevel_14x39"
@@ -33,7 +32,7 @@ def numbers(model: BaseModel, path: str = "") -> Iterator[tuple[str, object]]:
 
 
 @pytest.mark.parametrize("units", ["metric", "inch"])
-@pytest.mark.parametrize("name", data_names("designs"))
+@pytest.mark.parametrize("name", bevel_names())
 def test_sheet_of_every_shipped_design_is_read_back(name: str, units: Any, tmp_path: Path) -> None:
     design = load_design(name)
     sheet = tmp_path / "sheet.csv"

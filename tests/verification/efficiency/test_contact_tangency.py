@@ -11,8 +11,7 @@ from direct_tangency import check_path
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.mesh_surface import mesh_surface
 from efficiency.contact.transmission import contact_path
-from efficiency.design.design import Design, load_design
-from ehl.common.data import data_names
+from efficiency.design.design import Design, bevel_names, load_design
 
 ARCSEC = np.pi / (180.0 * 3600.0)
 SIDES: tuple[Any, ...] = ("drive", "coast")
@@ -27,7 +26,7 @@ STATES: tuple[dict[str, float], ...] = (
 
 @pytest.mark.parametrize("side", SIDES)
 # the path is that of flanks without relief: that of pairs made for relief runs over their tips
-@pytest.mark.parametrize("name", [name for name in data_names("designs") if not name.endswith("_relieved")])
+@pytest.mark.parametrize("name", [name for name in bevel_names() if not name.endswith("_relieved")])
 def test_path_and_transmission_error_against_direct_tangency(name: str, side: Any) -> None:
     """Asked for: 0.1 arcsec and 0.05 mm in five states of misalignment. Flanks and edges, 0.7 pitches to both sides."""
     design = load_design(name)

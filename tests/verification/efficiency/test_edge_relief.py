@@ -14,11 +14,11 @@ from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.gear_flanks import Side
 from efficiency.contact.line_tracing import line_points, line_spans
 from efficiency.contact.relief import EdgeRelief, MemberRelief
-from efficiency.design.design import Design, load_design
+from efficiency.design.design import Design, bevel_names, load_design
 from efficiency.geometry.pair_geometry import geometry_notes
 from efficiency.machine_settings.inputs import load_targets
 from efficiency.mesh import Mesh, elastic_bodies
-from ehl.common.data import data_names, data_path
+from ehl.common.data import data_path
 
 PAIR = "fm_hypoid_13x42"
 
@@ -164,12 +164,12 @@ def test_impossible_relief_is_refused_with_the_remedy(
     assert remedy in " ".join(outcome.err.split())
 
 
-SHIPPED = [name for name in data_names("designs") if name.endswith("_relieved")]
+SHIPPED = [name for name in bevel_names() if name.endswith("_relieved")]
 
 
 def test_every_shipped_pair_is_clean_or_a_reference_case_beside_a_clean_one() -> None:
     """The reference cases keep the edges and settings that figures and golden files are of, and say so."""
-    for name in sorted(set(data_names("designs")) - set(SHIPPED)):
+    for name in sorted(set(bevel_names()) - set(SHIPPED)):
         assert f"{name}_relieved" in SHIPPED
         assert f"reference case with sharp edges, for use: {name}_relieved" in load_design(name).source
         assert load_design(f"{name}_relieved").operation.oil == load_design(name).operation.oil

@@ -8,9 +8,9 @@ from functools import cache
 
 import numpy as np
 import pytest
-from spur_tooth import spur_tooth
 
 from efficiency.contact.contact_lines import MeshPosition
+from efficiency.cylindrical_gears.teeth import cylindrical_tooth
 from efficiency.design.design import load_design
 from efficiency.loss import friction_equilibrium
 from efficiency.loss.closed_form import buckingham_type, coleman_type, lengthwise_sliding
@@ -33,7 +33,9 @@ STEEL = Material.load("steel")
 
 @cache
 def straight_tooth() -> SolidTooth:
-    return spur_tooth(20, 0.026, 0.033, 0.02, lambda radius: 6e-3 - 0.5 * (radius - 0.026), 6e-3, STEEL)
+    return cylindrical_tooth(
+        20, 0.026, 0.033, 0.02, lambda radius: (3e-3 - 0.25 * (radius - 0.026)) / radius, 6e-3, STEEL
+    )
 
 
 def pitch_point(spiral_1: float, spiral_2: float, pressure: float) -> MeshGrids:

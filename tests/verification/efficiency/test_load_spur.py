@@ -8,9 +8,9 @@ from functools import cache
 
 import numpy as np
 import pytest
-from spur_tooth import spur_tooth
 
 from efficiency.contact.contact_lines import MeshPosition
+from efficiency.cylindrical_gears.teeth import cylindrical_tooth
 from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
 from efficiency.loss.power_loss import efficiency_of, position_losses
 from efficiency.ltca.load_distribution import LoadDistribution, TeethElasticity, distribute_load
@@ -61,10 +61,10 @@ class Spur:
         # below the base circle the flanks go on radially
         base = self.base(teeth)
 
-        def thickness(radius: float) -> float:
-            return self.thickness(teeth, max(radius, base)) * min(radius / base, 1.0)
+        def half_angle(radius: float) -> float:
+            return 0.5 * self.thickness(teeth, max(radius, base)) / max(radius, base)
 
-        return spur_tooth(teeth, root, tip, self.width, thickness, 2.0 * self.module, STEEL)
+        return cylindrical_tooth(teeth, root, tip, self.width, half_angle, 2.0 * self.module, STEEL)
 
     def teeth(self) -> TeethElasticity:
         return elastic(self)

@@ -1,0 +1,1 @@
+"""Cylindrical gear pairs, spur and helical: the bridge to measured gear friction."""

@@ -1,0 +1,98 @@
+"""Contact lines of an involute pair over a pinion pitch, in the plane of action.
+
+Mesh frame: origin in the pitch point, x along the transverse line of action (the way of the force on the gear), z along
+the axes, y square to the plane of action. A line of contact is x = x0 + z tan(beta_b); it moves with r_b1 times the
+speed of the pinion. Sliding is square to the line at every point: v = (1 + 1/u) xi omega_1.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.contact.assembly import Axis
+from efficiency.contact.contact_lines import MeshPosition
+from efficiency.cylindrical_gears.involute import InvolutePair
+
+FloatArray = NDArray[np.float64]
+Relief = Callable[[FloatArray], FloatArray]
+"""Gap by tip relief of both members [m] over the place on the path of contact [m]."""
+
+# shortest line of contact, over the face width
+_SHORTEST = 1e-3
+
+
+def axes_of(pair: InvolutePair) -> tuple[Axis, Axis]:
+    """Axes of pinion and gear in the mesh frame."""
+    along = np.array([0.0, 0.0, 1.0])
+    (one, two), (first, second) = pair.tangent, pair.base
+    return Axis(along, np.array([-one, first, 0.0])), Axis(along, np.array([two, -second, 0.0]))
+
+
+def mesh_position(pair: InvolutePair, angle: float, points: int, relief: Relief) -> MeshPosition:
+    """Points on all lines of contact at a pinion angle [rad], `points` on each line."""
+    slope, (start, end), half = math.tan(pair.base_helix), pair.path, 0.5 * pair.face_width
+    reach = half * slope
+    low, high = (math.floor((value - pair.base[0] * angle) / pair.base_pitch) for value in (start - reach, end + reach))
+    parts = []
+    for number in range(low, high + 2):
+        middle = pair.base[0] * angle + number * pair.base_pitch
+        if slope == 0.0:
+            ends = (-half, half) if start <= middle <= end else (0.0, 0.0)
+        else:
+            first, last = (float(np.clip((e - middle) / slope, -half, half)) for e in (start, end))
+            ends = first, last
+        if ends[1] - ends[0] < _SHORTEST * pair.face_width:
+            continue
+        step = (ends[1] - ends[0]) / points
+        place = ends[0] + step * (np.arange(points) + 0.5)
+        parts.append((np.full(points, float(number)), middle + slope * place, place, np.full(points, step)))
+    pairs, xi, z, steps = (np.concatenate(column) for column in zip(*parts, strict=True))
+    zero, ratio = np.zeros_like(xi), pair.teeth[1] / pair.teeth[0]
+    sine, cosine = math.sin(pair.base_helix), math.cos(pair.base_helix)
+    curvature = pair.tangent[0] + xi, pair.tangent[1] - xi
+    radius = [np.hypot(base, rho) for base, rho in zip(pair.base, curvature, strict=True)]
+    gap = relief(xi)
+    rows = np.ones((xi.size, 1))
+    # angle between the tooth trace, along which a flank is ground, and the contact line
+    lay = [_lay(pair, member, rho) for member, rho in enumerate(curvature)]
+    return MeshPosition(
+        pinion_angle=angle,
+        pair=pairs.astype(np.int64),
+        position=np.column_stack([xi, zero, z]),
+        normal=rows * np.array([cosine, 0.0, -sine]),
+        along=rows * np.array([sine, 0.0, cosine]),
+        across=rows * np.array([0.0, 1.0, 0.0]),
+        length=steps / cosine,
+        gap=gap - gap.min(),
+        radius_equivalent=curvature[0] * curvature[1] / (curvature[0] + curvature[1]) / cosine,
+        lever_pinion=np.full(xi.size, pair.base[0] * cosine),
+        lever_gear=np.full(xi.size, pair.base[1] * cosine),
+        sliding_along=zero,
+        sliding_across=curvature[0] - curvature[1] / ratio,
+        entrainment=0.5 * (curvature[0] + curvature[1] / ratio),
+        height_gear=radius[1] - pair.root[1],
+        height_pinion=radius[0] - pair.root[0],
+        face_gear=z + half,
+        face_pinion=z + half,
+        transmission_error=-float(gap.min()) / (pair.base[1] * cosine),
+        lay_pinion=lay[0],
+        lay_gear=lay[1],
+    )
+
+
+def _lay(pair: InvolutePair, member: int, curvature: FloatArray) -> FloatArray:
+    """Angle of the trace (theta' (r_b, rho), 1), theta' = tan(beta)/r, and the contact line (sin, 0, cos) [rad]."""
+    turn = math.tan(pair.helix_angle) / pair.reference[member]
+    base, sine, cosine = pair.base[member], math.sin(pair.base_helix), math.cos(pair.base_helix)
+    length = np.sqrt(1.0 + turn**2 * (base**2 + curvature**2))
+    return np.arccos(np.clip((turn * base * sine + cosine) / length, -1.0, 1.0))
+
+
+def mesh_cycle(pair: InvolutePair, positions: int, points: int, relief: Relief) -> tuple[MeshPosition, ...]:
+    """Positions over one pinion pitch."""
+    pitch = 2.0 * math.pi / pair.teeth[0]
+    return tuple(mesh_position(pair, pitch * (k + 0.5) / positions, points, relief) for k in range(positions))

@@ -1,0 +1,216 @@
+"""Gear pairs from files and from data; a cylindrical pair has the meshes, results and pages of a bevel pair."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import cached_property, lru_cache
+from html import escape
+from pathlib import Path
+from typing import Any, NoReturn, TypedDict, Unpack
+
+from efficiency.conditions.conditions import Value
+from efficiency.contact.gear_flanks import Side
+from efficiency.cylindrical_gears.contact_lines import axes_of, mesh_cycle
+from efficiency.cylindrical_gears.design import CylindricalDesign
+from efficiency.cylindrical_gears.teeth import elastic_pair
+from efficiency.design.design import load_design
+from efficiency.loss.closed_form import PitchGeometry
+from efficiency.ltca.load_distribution import TeethElasticity
+from efficiency.ltca.mesh_grids import MeshGrids, both_cycles
+from efficiency.mesh import Mesh
+from efficiency.pair import GearPair
+from ehl.common.data import named_file
+from ehl.common.errors import InputError
+from ehl.common.threads import one_thread
+from ehl.common.validation import read_toml, validate
+
+NO_MISALIGNMENT = "nothing: cylindrical pairs are computed aligned"
+
+
+class CylindricalKeywords(TypedDict, total=False):
+    """Keywords of `cylindrical`; of a pair of values the first is of the pinion."""
+
+    name: str
+    pressure_angle_normal: Value
+    helix_angle: Value
+    centre_distance: Value
+    load_share: str
+    profile_shift: Sequence[float]
+    tip_diameter: Sequence[Value]
+    tip_relief: Sequence[Value]
+    tip_relief_length: Sequence[Value]
+    finish: str | Sequence[str]
+    finish_state: str | Sequence[str]
+    roughness_rms: Value | Sequence[Value]
+    material: str | Sequence[str]
+    torque: Value
+    speed: Value
+    temperature: Value
+    oil: str
+    driver: str
+
+
+_OF_MEMBER = (
+    *("profile_shift", "tip_diameter", "tip_relief", "tip_relief_length"),
+    *("finish", "finish_state", "roughness_rms", "material"),
+)
+_OF_OPERATION = ("torque", "speed", "temperature", "oil", "driver")
+
+
+def load(name: str | Path) -> GearPair:
+    """A gear pair from a design file, or a shipped one by its name.
+
+    Parameters
+    ----------
+    name : str or Path
+        Design file (TOML) or name of a shipped design (`ehl.shipped`).
+
+    Returns
+    -------
+    GearPair
+
+    Raises
+    ------
+    InputError
+        Naming field, value and allowed range.
+
+    Examples
+    --------
+    >>> import efficiency
+    >>> efficiency.load("fm_spiral_bevel_14x39")
+    GearPair(fm_spiral_bevel_14x39: 14x39, offset 0 mm, 300 N m, 125.7 rad/s, 75w90 at 363.15 K)
+    """
+    path = named_file("design", "designs", name)
+    content = read_toml(path, "design")
+    if content.get("kind") == "cylindrical":
+        return CylindricalPair(validate(CylindricalDesign, content, path.name))
+    return GearPair(load_design(path), keep=True)
+
+
+def cylindrical(
+    teeth: tuple[int, int], module: Value, face_width: Value, **given: Unpack[CylindricalKeywords]
+) -> CylindricalPair:
+    """A spur or helical pair from its data; `load` reads one from a design file with ``kind = "cylindrical"``.
+
+    Parameters
+    ----------
+    teeth : (int, int)
+        Of pinion and gear.
+    module : float or str
+        Normal module [m].
+    face_width : float or str
+        [m].
+    **given : value, or one each for pinion and gear
+        Fields of `efficiency.cylindrical_gears.design.CylindricalDesign`, of its members and of its operating point:
+        `profile_shift`, `helix_angle`, `centre_distance`, `tip_relief`, `finish`, `torque`, `speed`, `oil`...
+
+    Returns
+    -------
+    CylindricalPair
+
+    Raises
+    ------
+    InputError
+        Naming field, value and allowed range.
+
+    Examples
+    --------
+    >>> import efficiency
+    >>> pair = efficiency.cylindrical(
+    ...     (16, 24), "4.5 mm", "14 mm", profile_shift=(0.1817, 0.1715), torque="183 N m", speed="2250 rpm",
+    ...     temperature="90 degC", oil="fva3",
+    ... )
+    >>> pair
+    CylindricalPair(cylindrical_16x24: 16x24, helix 0 deg, 183 N m, 235.6 rad/s, fva3 at 363.15 K)
+    """
+    content: dict[str, Any] = {"name": f"cylindrical_{teeth[0]}x{teeth[1]}", "kind": "cylindrical"}
+    content |= {"module_normal": module, "face_width": face_width}
+    members: list[dict[str, Any]] = [{"teeth": count} for count in teeth]
+    content |= {"pinion": members[0], "gear": members[1], "operation": {}}
+    for name, value in given.items():
+        if name in _OF_MEMBER:
+            single = isinstance(value, str | int | float)
+            for member, own in zip(members, (value, value) if single else value, strict=True):  # type: ignore[call-overload]
+                member[name] = own
+        elif name in _OF_OPERATION:
+            content["operation"][name] = value
+        else:
+            content[name] = value
+    return CylindricalPair(validate(CylindricalDesign, content, "cylindrical pair"))
+
+
+class CylindricalPair(GearPair):
+    """A spur or helical pair: its design and operating point.
+
+    What belongs to bevel gears alone (machine settings, misalignment, ease-off, strength of the teeth) is refused.
+
+    Parameters
+    ----------
+    design : CylindricalDesign
+        Content of the design file.
+    """
+
+    design: CylindricalDesign  # type: ignore[assignment]
+
+    def __init__(self, design: CylindricalDesign) -> None:
+        self.design = design
+        self._meshes = lru_cache(maxsize=8)(self._mesh)
+
+    @cached_property
+    def _teeth(self) -> TeethElasticity:
+        design = self.design
+        materials = design.pinion.elastic_material(), design.gear.elastic_material()
+        return elastic_pair(design.involute, materials, design.rounding, rigid=design.load_share == "rigid")
+
+    @one_thread
+    def _mesh(self, side: Side, positions: int, points: int, misalignment: tuple[tuple[str, float], ...]) -> Mesh:
+        design, pair = self.design, self.design.involute
+        # the lines are as long as the flanks: no load needs others
+        fine, coarse = both_cycles(
+            lambda count, line, reach=None, /: mesh_cycle(pair, count, line, design.relief), positions, points
+        )
+        grids = MeshGrids(design.name, side, fine, coarse, self._teeth, points, axes_of(pair))
+        pitch = PitchGeometry(
+            pressure_angle=math.atan(math.tan(pair.working_angle) * math.cos(pair.helix_angle)),
+            spiral_angle_pinion=pair.helix_angle,
+            spiral_angle_gear=pair.helix_angle,
+            pitch_angle_pinion=0.0,
+            pitch_angle_gear=0.0,
+            radius_pinion=pair.pitch[0],
+            radius_gear=pair.pitch[1],
+            module_normal=pair.module,
+            contact_ratio_profile=pair.contact_ratio,
+        )
+        return Mesh(design, side, None, grids, pitch)
+
+    def _placed(self, given: Mapping[str, Value]) -> dict[str, float]:
+        for name, value in given.items():
+            raise InputError(name, value, NO_MISALIGNMENT)
+        return {}
+
+    def misaligned(self, **misalignment: Value) -> CylindricalPair:
+        """The pair itself; `InputError` for any misalignment."""
+        self._placed(misalignment)
+        return self
+
+    def finished(self, finish: str, state: Any = "run_in") -> CylindricalPair:
+        """The pair with both flanks of a finish of `ehl.shipped("finishes")`, "new" or "run_in", with its Rq."""
+        return CylindricalPair(self.design.with_finish(finish, state))
+
+    def _bevel_only(self, *_args: Any, **_given: Any) -> NoReturn:
+        raise InputError("design", self.design.name, "a bevel or hypoid pair", "Its design is of a cylindrical pair.")
+
+    geometry = misalignment = plot_contact = export = sharing_bodies = _bevel_only
+
+    def __repr__(self) -> str:
+        design, point = self.design, self.design.operation
+        return (
+            f"CylindricalPair({design.name}: {design.pinion.teeth}x{design.gear.teeth}, helix "
+            f"{math.degrees(design.helix_angle):.4g} deg, {point.torque:.4g} N m, {point.speed:.4g} rad/s, "
+            f"{point.oil} at {point.temperature:.5g} K)"
+        )
+
+    def _repr_html_(self) -> str:
+        cells = "".join(f"<tr><th>{escape(k)}</th><td>{escape(v)}</td></tr>" for k, v in self.design.rows())
+        return f"<table><caption>{escape(self.design.name)}</caption>{cells}</table>"
