@@ -10,6 +10,7 @@ import pytest
 import ehl
 from ehl.fluid.oil import Oil
 from ehl.inputs import ContactProblem
+from ehl.surface.finish import Finish
 from ehl.uncertainty.contact_design import contact_uncertainty, uncertain_contact_inputs, varied_lubricant
 from ehl.uncertainty.result import score_of
 from ehl.uncertainty.spread import DEFAULT, UncertaintyInput
@@ -24,7 +25,7 @@ CONTACT = ehl.Contact(
 def product(problem: ContactProblem) -> tuple[float, float, float]:
     """mu = eta0 mu_b sqrt(boundary film), a film ratio of 0.5."""
     surface = problem.surface
-    film = math.sqrt(surface.generated_boundary_film)
+    film = math.sqrt(surface.film_of_contact)
     return problem.lubricant.viscosity_inlet * surface.boundary_friction * film, 0.01, 0.5
 
 
@@ -55,7 +56,7 @@ def test_every_input_is_moved_by_its_own_spread() -> None:
     inputs = uncertain_contact_inputs(problem, DEFAULT, OIL, 0.5)
     below = {entry.name: entry.moved(problem, -z) for entry in inputs}
     above = {entry.name: entry.moved(problem, z) for entry in inputs}
-    assert above["boundary_film"].surface.boundary_film == pytest.approx(2.0 * problem.surface.generated_boundary_film)
+    assert above["boundary_film"].surface.boundary_film == pytest.approx(2.0 * problem.surface.film_of_contact)
     ratio = below["roughness_rms_1"].surface.roughness_rms_1 / problem.surface.roughness_rms_1
     assert ratio == pytest.approx(1.0 / 1.2)
     assert below["roughness_rms_1"].surface.roughness_rms_2 == problem.surface.roughness_rms_2
@@ -66,9 +67,23 @@ def test_every_input_is_moved_by_its_own_spread() -> None:
     thick = above["pressure_viscosity"].lubricant
     rise = float(thick.log_viscosity_ratio(0.8e9) / problem.lubricant.log_viscosity_ratio(0.8e9))
     assert rise == pytest.approx(math.exp(z * OIL.uncertainty.pressure_viscosity))
-    made = {entry.name for entry in uncertain_contact_inputs(problem, DEFAULT.of_surface(finish="ground"), OIL, 0.5)}
-    assert "finish" in made
-    assert not made & {"roughness_rms_1", "roughness_rms_2", "correlation_length"}
+
+
+def test_rq_of_a_finish_is_one_cause_and_its_waves_another() -> None:
+    z, problem = score_of(0.9), CONTACT.problem()
+    ground = DEFAULT.of_surface(finish="ground")
+    entries = {entry.name: entry for entry in uncertain_contact_inputs(problem, ground, OIL, 0.5)}
+    assert not {"finish", "roughness_rms_1", "roughness_rms_2"} & set(entries)
+    rough = entries["roughness_rms"].moved(problem, z).surface
+    figure = Finish.load("ground").roughness_rms
+    for number in ("1", "2"):
+        ratio = getattr(rough, f"roughness_rms_{number}") / getattr(problem.surface, f"roughness_rms_{number}")
+        assert ratio == pytest.approx(figure.high / figure.value)
+    assert rough.correlation_length == problem.surface.correlation_length
+    longer = entries["correlation_length"].moved(problem, z).surface
+    length = Finish.load("ground").correlation_length
+    assert longer.correlation_length / problem.surface.correlation_length == pytest.approx(length.high / length.value)
+    assert longer.roughness_rms == problem.surface.roughness_rms
 
 
 def test_lubricant_figures_are_scaled_one_by_one() -> None:

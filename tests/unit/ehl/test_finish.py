@@ -31,11 +31,11 @@ def test_every_figure_has_range_and_source(name, state):
         assert figure.sigma > 0.0
 
 
-def test_running_in_lowers_rq_and_leaves_the_waves():
+def test_running_in_lowers_rq_and_leaves_the_waves_in_their_range():
     for name in ehl.shipped("finishes"):
         new, run_in = Finish.load(name, "new"), Finish.load(name, "run_in")
         assert run_in.roughness_rms.value <= new.roughness_rms.value
-        assert run_in.correlation_length.value == new.correlation_length.value
+        assert new.correlation_length.low <= run_in.correlation_length.value <= new.correlation_length.high
         assert run_in.skewness.value <= new.skewness.value
 
 
@@ -48,11 +48,23 @@ def test_unknown_names_are_refused():
         Additive.load("MoDTC")
 
 
-def test_slope_of_a_finish_stays_with_a_rq_of_ones_own():
+def test_lengths_of_finishes_are_those_of_measured_profiles():
+    """Machined steel surfaces have 16 to 20 Rq; level and range of a ground flank as documented."""
+    ground = Finish.load("ground")
+    assert (ground.roughness_rms.value, ground.correlation_length.value) == (0.4e-6, 16e-6)
+    for name in ("ground", "lapped", "milled"):
+        for state in STATES:
+            finish = Finish.load(name, state)
+            assert 15.0 < finish.correlation_length.value / finish.roughness_rms.value < 50.0
+            assert finish.correlation_length.sigma > math.log(2.0) / 1.645  # sure within a factor of 2
+
+
+def test_a_measured_rq_leaves_the_waves_of_a_finish():
     finish = Finish.load("ground", "new")
     half = finish.with_rms(0.5 * finish.roughness_rms.value)
-    assert half.correlation_length.value == pytest.approx(0.5 * finish.correlation_length.value)
-    assert half.correlation_length.sigma == pytest.approx(finish.correlation_length.sigma)
+    assert half.correlation_length == finish.correlation_length
+    assert half.roughness_rms.value == 0.5 * finish.roughness_rms.value
+    assert half.roughness_rms.sigma < finish.roughness_rms.sigma
 
 
 def test_lay_at_an_angle():
@@ -75,9 +87,9 @@ def test_lay_is_the_ellipse_of_the_autocorrelation():
 
 
 def test_default_correlation_length_grows_with_rq():
-    assert default_correlation_length(0.3e-6) == pytest.approx(30e-6)
-    assert default_correlation_length(0.6e-6) == pytest.approx(60e-6)
-    assert default_correlation_length(0.01e-6) == 20e-6
+    assert default_correlation_length(0.3e-6) == pytest.approx(12e-6)
+    assert default_correlation_length(0.6e-6, 0.6e-6) == pytest.approx(24e-6)  # of one surface, not the composite
+    assert (default_correlation_length(0.01e-6), default_correlation_length(9e-6)) == (8e-6, 150e-6)
 
 
 def test_uncertainty_of_a_surface():
@@ -144,11 +156,11 @@ def test_finish_in_a_contact_and_what_overrides_it():
     assert (surface.peklenik_number, surface.spectrum) == (pytest.approx(5.0), "self_affine")
     assert surface.skewness == ground.skewness.value
     own = ehl.Contact(**LINE, finish="ground", roughness_rms="0.3 um", skewness=0.0, peklenik_number=2.0).surface
-    # half the Rq of the finish per surface by the composite 0.3 um: waves in proportion
-    assert own.correlation_length == pytest.approx(25e-6 * 0.3 / 2.0**0.5 / 0.4)
+    assert own.roughness_rms_1 == pytest.approx(0.3e-6 / 2.0**0.5)
+    assert own.correlation_length == pytest.approx(16e-6)  # the waves of the finish, whatever Rq
     assert (own.skewness, own.peklenik_number) == (0.0, 2.0)
     turned = ehl.Contact(**LINE, finish="ground", lay_angle="30 deg").surface
-    assert (turned.correlation_length, turned.peklenik_number) == pytest.approx(lay_seen(25e-6, 5.0, math.pi / 6.0))
+    assert (turned.correlation_length, turned.peklenik_number) == pytest.approx(lay_seen(16e-6, 5.0, math.pi / 6.0))
     with refuses("finish"):
         ehl.Contact(**LINE, finish="polished")
     with refuses("additive"):
@@ -157,9 +169,9 @@ def test_finish_in_a_contact_and_what_overrides_it():
 
 def test_a_changed_rq_takes_the_default_length_along():
     contact = ehl.Contact(**LINE, roughness_rms_1="0.3 um", roughness_rms_2="0.3 um")
-    assert contact.surface.correlation_length == pytest.approx(30e-6)
+    assert contact.surface.correlation_length == pytest.approx(12e-6)
     rougher = contact.replace(roughness_rms_1="0.6 um", roughness_rms_2="0.6 um")
-    assert rougher.surface.correlation_length == pytest.approx(60e-6)
+    assert rougher.surface.correlation_length == pytest.approx(24e-6)
     assert "correlation_length" not in contact.to_dict()["surface"]
     assert ehl.Contact.from_dict(contact.to_dict()) == contact
 
@@ -169,12 +181,11 @@ def test_boundary_film_and_friction_of_additives():
         additive = Additive.load(name)
         surface = ehl.Contact(**LINE, additive=name, roughness_rms="0.4 um").surface
         assert surface.boundary_friction == additive.boundary_friction.value
-        assert surface.generated_boundary_film == pytest.approx(
-            additive.boundary_film.value + math.sqrt(2.1e-9 * 0.4e-6)
-        )
-        fine = ehl.Contact(**LINE, additive=name, roughness_rms="0.4 um", spectrum="self_affine").surface
-        assert fine.generated_boundary_film == pytest.approx(additive.boundary_film.value)
-    assert ehl.Contact(**LINE, boundary_friction=0.08).surface.boundary_friction == 0.08
+        assert surface.film_of_contact == additive.boundary_film.value
+        rougher = ehl.Contact(**LINE, additive=name, roughness_rms="1.2 um", spectrum="gaussian").surface
+        assert rougher.film_of_contact == surface.film_of_contact  # nothing is added for the roughness
+    own = ehl.Contact(**LINE, boundary_friction=0.08, boundary_film="12 nm").surface
+    assert (own.boundary_friction, own.film_of_contact) == (0.08, pytest.approx(12e-9))
 
 
 @pytest.mark.parametrize("additive", ["base", "EP", "ZDDP"])
@@ -182,7 +193,7 @@ def test_boundary_film_and_friction_of_additives():
 def test_half_and_twice_every_film_can_be_studied(additive, rms):
     contact = ehl.Contact(**LINE, additive=additive, roughness_rms=rms)
     for factor in (0.5, 2.0):
-        film = factor * contact.surface.generated_boundary_film
+        film = factor * contact.surface.film_of_contact
         assert contact.replace(boundary_film=film).surface.boundary_film == film
 
 
@@ -190,11 +201,18 @@ def test_a_thicker_film_of_the_additives_rubs_more():
     contact = ehl.Contact(
         **LINE, roughness_rms="0.4 um", accuracy="fast", thermal="off", additive="ZDDP", shortcuts="off"
     )
-    film = contact.surface.generated_boundary_film
+    film = contact.surface.film_of_contact
     shares = [contact.replace(boundary_film=f * film).solve().asperity_load_share for f in (0.5, 1.0, 2.0)]
     assert np.all(np.diff(shares) > 0.0)
 
 
 def test_inputs_without_effect_are_named():
-    plain = ehl.Contact(**LINE, roughness_rms="0.4 um", lay_angle="10 deg", hurst_exponent=0.6)
+    plain = ehl.Contact(**LINE, roughness_rms="0.4 um", lay_angle="10 deg", hurst_exponent=0.6, spectrum="gaussian")
     assert [note.split(" ")[0] for note in plain.unused_inputs()] == ["surface.hurst_exponent", "surface.lay_angle"]
+    assert not ehl.Contact(**LINE, roughness_rms="0.4 um", hurst_exponent=0.6).unused_inputs()
+
+
+def test_waves_are_self_affine_unless_said_otherwise():
+    surface = ehl.Contact(**LINE, roughness_rms="0.4 um").surface
+    assert (surface.spectrum, surface.hurst) == ("self_affine", 0.85)
+    assert ehl.Contact(**LINE, roughness_rms="0.4 um", spectrum="gaussian").surface.hurst is None

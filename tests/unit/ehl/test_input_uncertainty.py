@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import math
 
 import numpy as np
@@ -9,9 +10,11 @@ import pytest
 from matplotlib.figure import Figure
 from refusals import refuses
 
+from ehl.common.data import data_path
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
 from ehl.surface.finish import Additive, Finish
+from ehl.uncertainty import stated
 from ehl.uncertainty.result import Change, InputUncertainty, combined, score_of
 from ehl.uncertainty.spread import DEFAULT, GROUPS, Spread, UncertaintyInput
 from ehl.uncertainty.stated import FILM_RATIOS, stated_change
@@ -99,13 +102,16 @@ def test_own_spreads_take_the_place_of_defaults() -> None:
         given.spread("eyring_stress")
 
 
-def test_a_finish_brings_its_ranges_and_is_one_cause() -> None:
+def test_a_finish_brings_its_ranges_and_its_rq_is_one_cause() -> None:
     ground = DEFAULT.of_surface(finish="ground", finish_state="new")
-    assert ground.one_finish
-    assert not DEFAULT.one_finish
+    assert ground.shared_rms
+    assert not DEFAULT.shared_rms
+    assert UncertaintyInput(same_surface=True).shared_rms
     rms = Finish.load("ground", "new").roughness_rms
     assert ground.spread("roughness_rms").at(rms.value, score_of(0.9)) == pytest.approx(rms.high)
-    assert not UncertaintyInput(same_surface=False).of_surface(finish="ground").one_finish
+    length = Finish.load("ground", "new").correlation_length
+    assert ground.spread("correlation_length").at(length.value, score_of(0.9)) == pytest.approx(length.high)
+    assert not UncertaintyInput(same_surface=False).of_surface(finish="ground").shared_rms
 
 
 def test_stated_slopes_follow_the_film_ratio() -> None:
@@ -120,3 +126,32 @@ def test_stated_slopes_follow_the_film_ratio() -> None:
     assert abs(above[2]) < above[1]
     assert above[3] == below[3] == 0.0
     assert stated_change("viscosity", Spread(0.5), ratio, 1.0) is None
+
+
+def test_stated_slopes_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
+    """ln mu moves by slope times shift: 0.2 x -0.3 x 2 below, 0.4 x 0.5 x 2 above at the first entry.
+
+    Half way to the second on a log scale the slopes are 0.3 and 0.8; bodies count where films are smooth, too.
+    """
+    nodes = (np.log([0.1, 0.4]), np.array([0.2, 0.4]), np.array([0.4, 1.2]))
+    monkeypatch.setattr(stated, "_slopes", lambda: {"boundary_film": nodes, "temperature_bulk": nodes})
+    spread = Spread(0.5, sd_below=0.3)
+    found = stated_change("boundary_film", spread, np.array([0.1, 0.2, math.inf]), 2.0)
+    assert found is not None
+    np.testing.assert_allclose(found[0], [0.2 * -0.6, 0.3 * -0.6, 0.0], rtol=1e-12)
+    np.testing.assert_allclose(found[1], [0.4 * 1.0, 0.8 * 1.0, 0.0], rtol=1e-12)
+    bodies = stated_change("temperature_bulk", Spread(10.0, "absolute"), np.array([math.inf]), 1.0)
+    assert bodies is not None
+    assert (bodies[0][0], bodies[1][0]) == (pytest.approx(-4.0), pytest.approx(12.0))
+
+
+@pytest.mark.parametrize("place", range(len(FILM_RATIOS)))
+def test_stated_slopes_are_those_of_the_table(place: int) -> None:
+    with data_path(stated.FILE).open(encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.DictReader(file) if float(row["film_ratio"]) == FILM_RATIOS[place]]
+    assert len(rows) == 4
+    for row in rows:
+        found = stated_change(row["input"], Spread(0.1), np.array([FILM_RATIOS[place]]), 1.0)
+        assert found is not None
+        wanted = (-0.1 * float(row["slope_below"]), 0.1 * float(row["slope_above"]))
+        assert (found[0][0], found[1][0]) == pytest.approx(wanted, rel=1e-9)

@@ -1,4 +1,4 @@
-"""Generated profiles: statistics, independence of the spacing, translation of heights, boundary film."""
+"""Generated profiles: statistics, independence of the spacing, translation of heights."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from ehl.surface.height_translation import lognormal_kurtosis, translation
 from ehl.surface.roughness import (
     RoughProfile,
     autocorrelation,
-    boundary_film,
     generate_profile,
     measured_correlation_length,
     moments,
@@ -139,25 +138,3 @@ def test_bad_input_names_the_field(change, field):
     with pytest.raises(InputError) as error:
         generate_profile(**arguments)
     assert error.value.field == field
-
-
-@pytest.mark.parametrize(
-    ("rms", "below", "thickness", "bounded", "unresolved"),
-    [
-        (0.2e-6, None, 30e-9 + math.sqrt(2.1e-9 * 0.2e-6), False, False),
-        (0.2e-6, math.nan, 30e-9 + math.sqrt(2.1e-9 * 0.2e-6), False, False),
-        (0.2e-6, 2e-9, 35e-9, False, False),
-        (0.2e-6, 0.0, 30e-9, False, False),
-        (0.0, None, 30e-9, False, False),
-        (2e-6, 0.2e-6, 300e-9, True, False),
-    ],
-)
-def test_boundary_film_rule(rms, below, thickness, bounded, unresolved):
-    film = boundary_film(rms, below)
-    assert film.thickness == pytest.approx(thickness)
-    assert (film.bounded, film.unresolved) == (bounded, unresolved)
-
-
-def test_boundary_film_of_plain_oil_is_not_resolved():
-    film = boundary_film(0.2e-6, 0.0, film=2e-9)
-    assert (film.thickness, film.bounded, film.unresolved) == (5e-9, True, True)

@@ -21,7 +21,7 @@ from ehl.surface.measured_profile import (
     profile_points,
 )
 from ehl.surface.profile_file import read_heights, read_topography
-from ehl.surface.roughness import boundary_film, generate_profile
+from ehl.surface.roughness import generate_profile
 
 STEP = 1e-6
 
@@ -212,9 +212,6 @@ def test_preparation_recovers_a_generated_profile():
     assert profile.correlation_length == pytest.approx(truth.correlation_length, rel=0.1)
     # white noise of 20 nm and what little of the profile lies there
     assert 18e-9 < profile.rms_below_cutoff < 30e-9
-    assert boundary_film(profile.rms, profile.rms_below_cutoff).thickness == pytest.approx(
-        30e-9 + 2.5 * profile.rms_below_cutoff
-    )
     assert profile.periodic
     assert profile.cutoff == 15e-6
     assert [note.split(" ")[0] for note in profile.notes] == ["detrended", "Gaussian", "resampled", "ends"]

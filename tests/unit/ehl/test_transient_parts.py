@@ -80,7 +80,6 @@ def test_statistics_of_both_surfaces() -> None:
     assert both.rms == pytest.approx(0.5e-6, rel=1e-6)
     assert one.correlation_length < both.correlation_length < two.correlation_length
     assert RoughSurfaces().correlation_length == math.inf
-    assert both.default_boundary_film() == pytest.approx(30e-9 + math.sqrt(2.1e-9 * 0.5e-6), rel=1e-6)
 
 
 def test_finer_run_takes_over_the_coarse_state() -> None:
