@@ -177,8 +177,11 @@ class MeshLevels:
     def _interval(self) -> tuple[float, float]:
         """A difference that grows with mu counts with its covariance: both come from the same travel."""
         if self.even:
-            extrapolation = (EXTRAPOLATED - 1.0) * interval_of_means(self.differences(len(self.windows) - 1))
-            return self.friction(), math.hypot(self.fine.interval()[1], extrapolation)
+            parts = self.differences(len(self.windows) - 1)
+            change = interval_of_means(parts)
+            if not math.isfinite(change):  # too few parts: one draw, as `Window.interval`
+                change = ONE_DRAW * float(np.std(parts))
+            return self.friction(), math.hypot(self.fine.interval()[1], (EXTRAPOLATED - 1.0) * change)
         widths = self.half_widths()
         total = sum(width**2 for width in widths)
         finer, coarser = self.windows[1], self.windows[0]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,16 +12,17 @@ import pytest
 from refusals import fails
 from samples import CONTACT, STEEL
 from samples import contact_case as case
+from twins.rough_scenes import eyring_oil, gaussian_pair, line
 
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.estimate import estimate_thermal_effect
 from ehl.inputs import ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
 from ehl.result import ContactResult, friction_above_limit_temperature
-from ehl.rough import RoughSurfaces, dry_limit
+from ehl.rough import RoughSurfaces, TransientResult, dry_limit, mixed, solve_transient
 from ehl.rough.accuracy import RunPlan
 from ehl.rough.averaging import Window, film_jumped, realisation_error
-from ehl.rough.batch_means import batch_means, neighbour_correlation, paired_error
+from ehl.rough.batch_means import batch_means, interval_of_means, neighbour_correlation, richardson
 from ehl.rough.mixed import film_stress_ratio, roughness_effect
 from ehl.rough.multilevel import MeshLevels
 from ehl.smooth import hot_film, refine, thermal
@@ -187,17 +188,24 @@ def test_interval_needs_five_batches_and_widens_with_its_confidence() -> None:
     assert ratio == pytest.approx(2.352 / 1.888, rel=2e-3)
 
 
-def test_error_by_the_companion_mesh_by_hand() -> None:
-    """Differences 1, 2, 3, 2: mean 2; standard deviation sqrt(2/3), of the mean 0.408248; hypot(2, 3 x 0.408248)."""
-    coarse = np.repeat([0.0, 0.0, 0.0, 0.0], 3)
-    fine = np.repeat([1.0, 2.0, 3.0, 2.0], 6)
-    assert paired_error(coarse, fine, 4) == pytest.approx(math.hypot(2.0, 1.22474487), rel=1e-8)
-    assert paired_error(coarse, fine, 1) == 2.0
+def test_extrapolation_of_two_meshes_is_exact_for_second_order() -> None:
+    """0.05 + 0.0004 (h/dx)^2 on dx and 2 dx: the fine mean is off by what remains as the error."""
+    for slope in (0.0004, -0.0004):
+        value, error = richardson(0.05 + 4.0 * slope, 0.05 + slope)
+        assert value == pytest.approx(0.05, rel=1e-12)
+        assert error == pytest.approx(0.0004, rel=1e-9)
+
+
+@pytest.mark.parametrize(("coarse", "value"), [(0.8, 1.0 + 0.1 / 3.0), (1.2, 1.0 - 0.1 / 3.0)])
+def test_extrapolation_corrects_by_no_more_than_a_third_of_ten_per_cent(coarse: float, value: float) -> None:
+    """Of a third of 0.2 a half is corrected; the third is error, and twice what is left."""
+    assert richardson(coarse, 1.0) == pytest.approx((value, 0.2 / 3.0 + 2.0 * 0.1 / 3.0), rel=1e-12)
+    assert richardson(-coarse, -1.0) == pytest.approx((-value, 0.4 / 3.0), rel=1e-12)
 
 
 def window(friction: np.ndarray, steps_per_half_width: int = 5, batch: float = 2.0) -> Window:
     """A window with this history of fluid friction and nothing on asperities."""
-    units = SimpleNamespace(steps_per_half_width=steps_per_half_width)
+    units = SimpleNamespace(steps_per_half_width=steps_per_half_width, film=1e-6)
     model = SimpleNamespace(fluid=SimpleNamespace(sliding=1.0), contact=SimpleNamespace(friction=0.1))
     run: Any = SimpleNamespace(problem=SimpleNamespace(units=units, model=model))
     from ehl.rough._kernels.march import COLUMNS, MU_FLUID
@@ -219,16 +227,12 @@ def test_window_of_too_few_batches_counts_as_one_draw() -> None:
     assert long.interval()[1] == pytest.approx(batch_means(long.friction(), 10)[1], rel=1e-12)
 
 
-def test_window_counts_asperity_friction_and_its_companion() -> None:
+def test_window_counts_asperity_friction() -> None:
     from ehl.rough._kernels.march import SHARE
 
     fine = window(np.tile([0.04, 0.06], 50))
     fine.recorded[0][:, SHARE] = 0.2
     assert fine.friction().mean() == pytest.approx(0.05 + 0.1 * 0.2)
-    coarse = window(np.full(50, 0.06))
-    # 100 steps at 5 per half-width and 2 half-widths a batch: ten parts, each of five or so periods
-    levels = MeshLevels([coarse, fine], PLAN)
-    assert levels.mesh_error() == pytest.approx(paired_error(coarse.friction(), fine.friction(), 10), rel=1e-12)
 
 
 def rolled(friction: np.ndarray, steps_per_half_width: int = 5) -> Window:
@@ -240,20 +244,134 @@ def rolled(friction: np.ndarray, steps_per_half_width: int = 5) -> Window:
 
 
 def test_long_window_of_a_coarse_mesh_is_corrected_by_a_short_one_of_a_fine_mesh() -> None:
-    """400 b on the coarse mesh, 16 b on one that gives 0.001 + 1.1 times as much, the mean over all of it 0.05."""
+    """400 b on the coarse mesh, 16 b on one that gives 0.0005 + 1.02 times as much, the mean over all of it 0.05.
+
+    A third of the difference is added once more, as the error of the fine mesh.
+    """
     rng = np.random.default_rng(5)
     coarse = np.repeat(0.05 + 0.01 * rng.standard_normal(400), 5)
     coarse += 0.05 - coarse.mean()
-    fine = 0.001 + 1.1 * np.repeat(coarse[:80], 2)
+    fine = 0.0005 + 1.02 * np.repeat(coarse[:80], 2)
     levels = MeshLevels([rolled(coarse), rolled(fine, 10)], PLAN)
     mean, half_width = levels.interval()
-    assert mean == pytest.approx(0.05 + 0.001 + 0.1 * coarse[:80].mean(), rel=1e-9)
-    assert abs(mean - (0.001 + 1.1 * 0.05)) < half_width
-    widths = levels.half_widths()
-    assert math.hypot(*widths) <= half_width < sum(widths)
+    difference = 0.0005 + 0.02 * coarse[:80].mean()
+    assert mean == pytest.approx(0.05 + 4.0 / 3.0 * difference, rel=1e-9)
+    assert levels.mesh_error() == pytest.approx(difference / 3.0, rel=1e-6)
+    assert abs(mean - (0.05 + 4.0 / 3.0 * 0.0015)) < half_width
     alone = MeshLevels([rolled(coarse[:80]), rolled(fine, 10)], PLAN)
-    assert alone.friction() == pytest.approx(fine.mean(), rel=1e-12)
+    assert alone.friction() == pytest.approx(fine.mean() + difference / 3.0, rel=1e-9)
     assert half_width < 0.4 * alone.interval()[1]
+
+
+# parts of a block of 4 b, half a batch each: two patterns without correlation, and their sum
+ODD, PAIRS = np.array([1.0, -1.0, 1.0, -1.0]), np.array([1.0, 1.0, -1.0, -1.0])
+
+
+def levels_of(*parts: np.ndarray, blocks: tuple[int, ...]) -> MeshLevels:
+    """Meshes with these means in the four parts of each of so many blocks."""
+    return MeshLevels([rolled(np.tile(np.repeat(p, 5), n)) for p, n in zip(parts, blocks, strict=True)], PLAN)
+
+
+@pytest.mark.parametrize(
+    ("change", "correlation"),
+    [(1e-3 * ODD, 1.0), (1e-3 * (ODD + PAIRS), math.sqrt(0.5)), (1e-3 * PAIRS, 0.0), (-1e-3 * ODD, 0.0)],
+)
+def test_interval_holds_the_covariance_of_mean_and_difference(change: np.ndarray, correlation: float) -> None:
+    """Of the same travel, 4 blocks of the 20 of the coarse mesh: 2 r w0 w1 sqrt(4/20); a negative one counts for 0."""
+    coarse = 0.05 + 0.01 * ODD
+    levels = levels_of(coarse, coarse + 0.001 + change, blocks=(20, 4))
+    mean, half_width = levels.interval()
+    assert mean == pytest.approx(0.05 + 0.004 / 3.0)
+    first = batch_means(np.tile(np.repeat(coarse, 5), 20), 10)[1]
+    second = 4.0 / 3.0 * interval_of_means(np.tile(0.001 + change, 4))
+    assert levels.half_widths() == pytest.approx([first, second], rel=1e-9)
+    both = 2.0 * correlation * first * second * math.sqrt(0.2)
+    assert half_width == pytest.approx(math.sqrt(first**2 + second**2 + both), rel=1e-9)
+    assert 0.1 < second / first < 10.0
+
+
+def test_interval_of_meshes_that_rolled_as_far_holds_that_of_the_extrapolation() -> None:
+    """Of the fine mean and of a third of the difference; of less than three parts the difference is one draw."""
+    coarse = 0.05 + 0.01 * ODD
+    change = 0.001 + 0.008 * PAIRS
+    levels = levels_of(coarse, coarse + change, blocks=(20, 20))
+    fine = batch_means(np.tile(np.repeat(coarse + change, 5), 20), 10)[1]
+    third = interval_of_means(np.tile(change, 20)) / 3.0
+    assert levels.interval() == pytest.approx((0.051 + 0.001 / 3.0, math.hypot(fine, third)), rel=1e-9)
+    assert third > 0.2 * fine
+    short = MeshLevels([window(np.repeat(0.05 + 0.004 * ODD[:2], 5)), window(np.full(10, 0.051))], PLAN)
+    assert short.interval()[1] == pytest.approx(1.645 * 0.004 / 3.0, rel=1e-9)
+
+
+def test_of_three_meshes_the_finest_difference_is_extrapolated() -> None:
+    coarse, middle, fine = 0.05 + 0.01 * ODD, 0.052 + 0.01 * ODD + 0.001 * PAIRS, 0.0526 + 0.012 * ODD
+    levels = levels_of(coarse, middle, fine, blocks=(20, 8, 4))
+    assert levels.friction() == pytest.approx(0.05 + 0.002 + 4.0 / 3.0 * 0.0006, rel=1e-9)
+    assert levels.mesh_error() == pytest.approx(0.0002, rel=1e-6)
+    widths = [interval_of_means(np.tile(middle - coarse, 8)), interval_of_means(np.tile(fine - middle, 4))]
+    assert levels.half_widths()[1:] == pytest.approx([widths[0], 4.0 / 3.0 * widths[1]], rel=1e-9)
+
+
+def filmed(films: np.ndarray, unit: float) -> Window:
+    """A window with these films [m], in units of its own."""
+    from ehl.rough._kernels.march import FILM_MEAN, SHARE
+
+    found = rolled(np.full(films.size, 0.05))
+    units: Any = found.run.problem.units
+    units.film = unit
+    for block, part in zip(found.recorded, np.split(films, len(found.recorded)), strict=True):
+        block[:, FILM_MEAN] = part / unit
+        block[:, SHARE] = 1e6 * part
+    return found
+
+
+@pytest.mark.parametrize(("wave", "rise"), [(0.0, 6e-9), (20e-9, 0.0), (20e-9, 6e-9), (20e-9, -6e-9)])
+def test_error_of_the_film_holds_mesh_and_time(wave: float, rise: float) -> None:
+    """A third of the difference of both meshes and the half width of the longest window, in quadrature.
+
+    The asperity load share is extrapolated alike.
+    """
+    coarse = 300e-9 + np.tile(np.repeat(wave * ODD, 5), 5)
+    levels = MeshLevels([filmed(coarse, 1e-6), filmed(coarse[:40] + rise, 2e-6)], PLAN)
+    mean = 300e-9 + 4.0 / 3.0 * rise
+    assert levels.film() == (pytest.approx(mean), pytest.approx(abs(rise) / 3.0, abs=1e-18))
+    time = batch_means(coarse, 10)[1]
+    assert levels.film_error() == pytest.approx(math.hypot(rise / 3.0, time) / mean, rel=1e-9)
+    assert (time > 1e-9) is (wave > 0.0)
+    assert levels.share() == pytest.approx(1e6 * mean)
+
+
+def test_film_of_too_few_batches_counts_as_one_draw() -> None:
+    films = np.repeat(300e-9 + 20e-9 * ODD, 5)
+    levels = MeshLevels([filmed(films, 1e-6), filmed(films, 1e-6)], PLAN)
+    assert levels.film_error() == pytest.approx(1.645 * 20e-9 / 300e-9, rel=1e-9)
+
+
+def test_parts_of_the_error_of_a_rough_contact_add_in_quadrature() -> None:
+    for order in ((3.0, 4.0, 12.0, 84.0), (84.0, 12.0, 4.0, 3.0)):
+        names = ("mesh_error", "statistical_error", "subgrid_error", "exchange_error")
+        run: Any = SimpleNamespace(**dict(zip(names, order, strict=True)))
+        assert TransientResult.friction_error.__get__(run) == pytest.approx(85.0, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("exchanged", "error", "reason"), [(0.4, 0.06, ""), (1.3, 0.195, ""), (1.4, 0.21, "net_exchange")]
+)
+def test_net_exchange_of_the_side_flow_is_an_error_of_friction(
+    monkeypatch: pytest.MonkeyPatch, exchanged: float, error: float, reason: str
+) -> None:
+    """0.15 of mu for all of the throughput; of more than four tolerances of 5 % the result is unsettled."""
+    monkeypatch.setattr("ehl.rough.solve.net_exchange", lambda window: (exchanged, 0.1))
+    contact = line(2.0)
+    surfaces = gaussian_pair(contact, 0.1e-6, 0.2)
+    run = solve_transient(contact, eyring_oil(), surfaces, nodes=100, travel=12.0, accuracy="fast")
+    assert run.exchange_error == pytest.approx(error, rel=1e-12)
+    assert run.friction_error == pytest.approx(math.hypot(run.mesh_error, run.statistical_error, error), rel=1e-12)
+    assert (run.status, run.reason) == (("unsettled" if reason else "converged"), reason)
+    sealed = solve_transient(
+        contact, eyring_oil(), surfaces, nodes=100, travel=12.0, accuracy="fast", peklenik_number=math.inf
+    )
+    assert sealed.exchange_error == 0.0
 
 
 def test_bounded_run_is_one_draw_of_stretches_as_long_as_a_block() -> None:
@@ -268,9 +386,9 @@ def test_bounded_run_is_one_draw_of_stretches_as_long_as_a_block() -> None:
     start[:18, MU_FLUID] = 9.0
     start[18:, MU_FLUID] = np.repeat([0.04, 0.06, 0.05, 0.05], 10)
     coarse.started.append(start)
-    levels = MeshLevels([coarse, rolled(np.full(20, 0.055), 10)], replace(PLAN, thrifty=True, block=2.0))
+    levels = MeshLevels([coarse, rolled(np.full(20, 0.051), 10)], replace(PLAN, thrifty=True, block=2.0))
     assert levels.drift() == pytest.approx(2.13185 * math.sqrt(2e-4 / 4.0), rel=1e-5)
-    assert levels.interval() == pytest.approx((0.055, levels.drift()), rel=1e-9)
+    assert levels.interval() == pytest.approx((0.051 + 0.001 / 3.0, levels.drift()), rel=1e-9)
     assert replace(levels, plan=PLAN).drift() == 0.0
 
 
@@ -286,23 +404,24 @@ def test_meshes_without_a_block_in_common_are_a_failure_with_its_reason() -> Non
 
 def test_two_meshes_are_compared_in_the_same_pieces() -> None:
     """2.6 b on one mesh and 2.4 b on the other, by the steps that divide a block, are the same travel."""
-    coarse, fine = window(np.full(13, 0.04), 5), window(np.linspace(0.04, 0.06, 24), 10)
+    coarse, fine = window(np.full(13, 0.049), 5), window(np.linspace(0.04, 0.06, 24), 10)
     levels = MeshLevels([coarse, fine], PLAN)
     assert coarse.pieces([0], 0.5 * PLAN.batch) != fine.pieces([0], 0.5 * PLAN.batch)
-    assert levels.differences(1).mean() == pytest.approx(0.01, rel=1e-9)
+    assert levels.differences(1).mean() == pytest.approx(0.001, rel=1e-9)
     mean, half_width = levels.interval()
-    assert mean == pytest.approx(0.05)
+    assert mean == pytest.approx(0.05 + 0.001 / 3.0)
     assert half_width > 0.0
 
 
 def test_interval_of_a_corrected_mean_covers_as_it_says() -> None:
+    """The fine mesh gives 0.99 times the coarse one in the mean, the extrapolation 1 - 4/3 x 0.01 times."""
     rng = np.random.default_rng(6)
     inside = 0
     for _ in range(200):
         coarse = 0.05 + 0.005 * np.repeat(rng.standard_normal(96), 5)
-        fine = 0.9 * coarse[:80] + 0.001 * np.repeat(rng.standard_normal(32), 5).reshape(-1)[:80]
+        fine = 0.99 * coarse[:80] + 0.001 * np.repeat(rng.standard_normal(16), 5)
         mean, half_width = MeshLevels([rolled(coarse), rolled(fine)], PLAN).interval()
-        inside += abs(mean - 0.9 * 0.05) < half_width
+        inside += abs(mean - 0.05 * (1.0 - 0.04 / 3.0)) < half_width
     assert 0.83 < inside / 200 < 0.97
 
 
@@ -352,6 +471,56 @@ def test_roughness_left_out_of_a_thick_film_is_added_to_the_error() -> None:
     ratio = film_stress_ratio(smooth.friction_fluid, rough.line_contact(), rough.lubricant.lubricant())
     expected = smooth.friction_error + roughness_effect(6.0, ratio)
     assert result.friction_error == pytest.approx(expected, rel=1e-9)
+
+
+@dataclass(frozen=True)
+class Run:
+    """What the subgrid film needs of a run."""
+
+    friction_coefficient: float
+    friction_boundary_half: float = math.nan
+    friction_boundary_double: float = math.nan
+    status: str = "converged"
+    notes: tuple[str, ...] = ()
+    subgrid_error: float = 0.0
+
+
+@pytest.mark.parametrize(
+    ("bounds", "coarser", "error"),
+    [
+        ((0.049, 0.080), 0.0505, 0.6),  # the film at its peaks
+        ((0.020, 0.051), 0.0505, 0.6),  # without the film
+        ((0.049, 0.051), 0.0600, 0.5),  # twice the cut-off: 2.5 x 20 %
+        ((0.049, 0.051), 0.0400, 0.5),
+        ((0.049, 9.999), 0.0505, 7.0),  # no bound above a shear stress of 1 GPa: mu 0.4
+        ((0.050, 0.050), 0.0500, 0.07),  # where nothing touches: roughness of a film of that thickness
+    ],
+)
+def test_error_of_a_subgrid_film_is_its_largest_part(
+    monkeypatch: pytest.MonkeyPatch, bounds: tuple[float, float], coarser: float, error: float
+) -> None:
+    """mu 0.05; half width 0.2 mm, load 1 MN/m, so that 1 GPa over the width is 0.4 of the load."""
+    seen: list[tuple[int, float]] = []
+
+    def solve(contact: Any, lubricant: Any, surfaces: Any, *, nodes: int, boundary_study: bool, **rest: Any) -> Run:
+        seen.append((nodes, rest["boundary_film"]))
+        assert (rest["boundary_range"] is None) is (not boundary_study)
+        return Run(0.05, *bounds) if boundary_study else Run(coarser)
+
+    monkeypatch.setattr(mixed, "solve_transient", solve)
+    monkeypatch.setattr(mixed, "roughness_effect", lambda ratio: 0.07)
+    contact: Any = SimpleNamespace(
+        half_width=0.2e-3, load_per_length=1e6, effective_modulus=226e9, pressure_hertz=1e9, film_moes=lambda oil: 1e-7,
+        radius_equivalent=0.01,
+    )  # fmt: skip
+    surface = SurfaceInput(roughness_rms_1=0.4e-6, roughness_rms_2=0.4e-6, correlation_length=4e-6)
+    found = mixed._with_subgrid_film(
+        contact, Lubricant(0.02, 18e-9), surface, mixed.SmoothFriction(1e-6), {"accuracy": "fast"}
+    )
+    assert found.subgrid_error == pytest.approx(error, rel=1e-9)
+    (nodes, film), (half, thicker) = seen
+    assert half == nodes // 2
+    assert thicker > film > surface.film_of_contact
 
 
 def test_error_of_a_dry_contact_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,8 +13,13 @@ from twins.rough_scenes import Scene, eyring_oil, gaussian_pair, line
 
 from ehl.compile.compiler import FAST_KERNEL, kernel
 from ehl.rough._kernels.quasi_separable import MODES, exponential_product
-from ehl.rough._kernels.side_flow import OUTFLOW_MAX, OUTFLOW_PRESSURE, deflect_mean, isotropic_outflow
-from ehl.rough._kernels.side_flow import update_mean_total
+from ehl.rough._kernels.side_flow import (
+    OUTFLOW_MAX,
+    OUTFLOW_PRESSURE,
+    deflect_mean,
+    isotropic_outflow,
+    update_mean_total,
+)
 from ehl.rough.exponential_sums import bessel_kernel, log_coefficients, quad_bessel
 from ehl.rough.run import TransientRun
 from ehl.rough.scaling import ELASTIC_MODES, flattening_wave_number
@@ -68,6 +73,7 @@ def test_bessel_kernel_is_the_integral_of_k0_within_its_stated_error(k: float) -
         assert deviation <= found.error * 1.05
         assert found.error < bound  # K0 of the next node is 5.2 to 0.4
         assert np.all((found.ratios >= 0.0) & (found.ratios < 1.0))
+        assert np.all(found.weights[:-1] >= 0.0)
 
 
 def test_short_waves_only_make_the_kernel_a_logarithm() -> None:

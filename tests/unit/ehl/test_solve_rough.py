@@ -46,7 +46,7 @@ def test_example_gives_all_figures_and_the_same_ones_again(mixed_ehl: Cli) -> No
         "friction_boundary_double",
     ):  # fmt: skip
         assert first[name] > 0.0
-    assert first["friction_error"] == pytest.approx(first["mesh_error"] + first["statistical_error"])
+    assert first["friction_error"] >= math.hypot(first["mesh_error"], first["statistical_error"])
     assert first["statistical_error"] <= 0.035
     assert first["asperity_load_share"] < first["roughness_load_share"]
     # a thicker boundary film touches sooner
