@@ -26,17 +26,17 @@ RMS = 0.4e-6
 @pytest.mark.parametrize(
     ("gamma", "gap", "low", "high"),
     [
-        # docs/validation_mixed.md, widened for three seeds: the mean field is up to a third too conductive where the
-        # lay is along the flow, and two times too tight in deep contact across it
+        # the mean field with the mode of elasticity, three seeds: half too conductive where gaps close, nearly two times
+        # where the lay is along the flow, and a third too tight in deep contact across it
         (3.0, 3.0, 0.85, 1.20),
         (3.0, 2.0, 0.80, 1.20),
-        (3.0, 1.0, 0.30, 0.70),
+        (3.0, 1.0, 0.50, 0.90),
         (1.0, 3.0, 0.95, 1.25),
-        (1.0, 2.0, 1.00, 1.35),
-        (1.0, 1.0, 0.60, 1.05),
+        (1.0, 2.0, 1.00, 1.50),
+        (1.0, 1.0, 0.90, 1.50),
         (1.0 / 3.0, 3.0, 1.00, 1.25),
-        (1.0 / 3.0, 2.0, 1.05, 1.40),
-        (1.0 / 3.0, 1.0, 1.00, 1.45),
+        (1.0 / 3.0, 2.0, 1.05, 1.50),
+        (1.0 / 3.0, 1.0, 1.00, 1.95),
     ],
 )
 def test_drainage_gives_the_flow_factor_of_a_two_dimensional_gap(
@@ -92,10 +92,10 @@ def test_waviness_is_flattened_as_in_linear_theory(wavelength: float, speed: flo
     assert value == pytest.approx(exact, rel=0.005)
 
 
-@pytest.mark.parametrize("gamma", [math.inf, 1.0])
-def test_without_oil_the_contact_is_the_dry_one(gamma: float) -> None:
+def test_without_oil_the_contact_is_the_dry_one() -> None:
+    """Long ridges; the lateral mode is compared in `test_transient.py`."""
     contact = line(0.02)
-    scene = Scene(contact, eyring_oil(1e-6, 1e-11), gaussian_pair(contact, RMS, 0.1), 20e-9, gamma)
+    scene = Scene(contact, eyring_oil(1e-6, 1e-11), gaussian_pair(contact, RMS, 0.1), 20e-9, math.inf)
     run = scene.run(80.0)
     records, _ = run.advance(300)
     difference, touching, dry = dry_error(run, contact)
@@ -138,7 +138,11 @@ def test_friction_rises_peaks_and_falls_with_slip(
     # isothermal over thermal friction at SR 1.5: our prototype's table (constant film conductivity), to two digits
     oil = replace(eyring_oil(0.0106, alpha), film_conductivity=FilmConductivity(c1=0.0, c2=0.0))
     slips = (0.03, 0.1, 1.0, 1.5)
-    hot = [solve_transient(line(speed, s, pressure), oil, nodes=128, thermal=True) for s in slips]
+    annealed = STEEL.model_copy(update={"thermal_conductivity": 46.0})  # of that table
+    hot = [
+        solve_transient(line(speed, s, pressure), oil, nodes=128, thermal=True, materials=(annealed, annealed))
+        for s in slips
+    ]
     cold = [solve_transient(line(speed, s, pressure), oil, nodes=128).friction_coefficient for s in slips]
     mu = [r.friction_coefficient for r in hot]
     assert np.all(np.diff(cold) > 0.0)

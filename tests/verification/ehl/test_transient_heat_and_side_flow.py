@@ -129,8 +129,9 @@ def test_heat_lowers_friction_at_sliding_as_the_study_found() -> None:
     line = contact(15.0, 1.0)
     oil = Lubricant(0.0106, 15e-9, rheology="eyring", eyring_stress=5e6, temperature=373.15, temperature_viscosity=0.04)
     oil = replace(oil, film_conductivity=CONSTANT)
+    annealed = STEEL.model_copy(update={"thermal_conductivity": 46.0})  # of the study
     cold = solve_transient(line, oil, nodes=240)
-    warm = solve_transient(line, oil, nodes=240, thermal=True)
+    warm = solve_transient(line, oil, nodes=240, thermal=True, materials=(annealed, annealed))
     assert cold.friction_coefficient == pytest.approx(0.0334, rel=0.02)
     assert warm.friction_coefficient == pytest.approx(0.0076, rel=0.03)
     assert warm.temperature_film_max > warm.temperature_flash > oil.temperature + 30.0
