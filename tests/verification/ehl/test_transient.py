@@ -182,7 +182,7 @@ def dry_contact(gap: np.ndarray, kernel: np.ndarray, load: float) -> np.ndarray:
     return pressures(level)
 
 
-@pytest.mark.parametrize("gamma", [math.inf, 3.0, 1.0])
+@pytest.mark.parametrize("gamma", [math.inf, 1.0])
 def test_dry_limit_agrees_with_a_dry_contact_solution(gamma: float) -> None:
     """With side flow the tips are those of the lateral mode, at the deflection of the mean pressure."""
     run = make_run(contact(1.0), oil(1e-6, 1e-11), rough(0.4e-6), nodes=160, peklenik_number=gamma)

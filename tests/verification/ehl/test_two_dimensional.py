@@ -54,12 +54,12 @@ def test_shares_films_and_friction_of_two_dimensional_solutions(
 
 @pytest.mark.parametrize(("rms", "length"), [(1.2e-6, 40e-6), (0.9e-6, 60e-6)])
 def test_side_flow_has_no_mean_exchange_at_the_end_of_a_run(rms: float, length: float) -> None:
-    """Film ratios of 0.2 and 0.3: what the slice gains or loses of its throughput, and what that makes of mu."""
+    """Film ratios of 0.25 and 0.34: what the slice gains or loses of its throughput, and what that makes of mu."""
     contact = line(3.0, 0.3, 1.1e9)
     surfaces = gaussian_pair(contact, rms, length / contact.half_width)
     run = solve_transient(
         contact, eyring_oil(), surfaces, accuracy="standard", boundary_film=30e-9, boundary_study=False
     )
-    assert run.film_ratio == pytest.approx(0.26e-6 / rms, rel=0.1)
+    assert run.film_ratio == pytest.approx(0.305e-6 / rms, rel=0.05)
     assert run.net_exchange < 0.05
     assert run.exchange_error == pytest.approx(0.15 * run.net_exchange)
