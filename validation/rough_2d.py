@@ -52,8 +52,8 @@ Array = NDArray[Any]  # float64; float32 inside of the linear systems
 GPA, NM = 1e9, 1e-9  # units of the solver: pressure [GPa], film [nm]
 ROELANDS_PRESSURE = 1.96e8
 BEGIN, END = -2.5, 1.25  # ends of the mesh [b]
-RAMP = 0.25  # travel before the roughness appears, and until it has its full height [b]
-SETTLED = 3.5  # travel before averages start: the slower surface has passed the contact [b]
+FRONT, ENTRY = -1.2, 0.5  # the roughness enters with its surface: its first front, its rise to full height [b]
+SETTLED = 3.7  # travel before averages start: the slower surface has passed the contact [b]
 BATCH = 0.5  # [b]
 FULL, CAVITATED, ENDS = 0, 1, 2
 FREE, TOUCHING, YIELDING = 0, 1, 2
@@ -397,7 +397,6 @@ class Run:
         self.scale = np.ones((nx, ny), dtype=np.float32)
         self.upstream = int(np.searchsorted(self.x, -1.2 * b))  # before it the local part changes little in a step
         self.steps = 0
-        self.height = 0.0
 
     def film_estimate(self) -> float:
         """Central film of a smooth line contact [m] (Dowson & Higginson 1977, minimum over 0.8)."""
@@ -411,16 +410,16 @@ class Run:
         """[b]."""
         return self.steps * self.case.spacing / self.case.half_width
 
-    def step(self, tolerance: float = 0.4, most: int = 12) -> tuple[int, int, float]:
+    def step(self, tolerance: float = 0.4, most: int = 16) -> tuple[int, int, float]:
         """Advance by dx; Newton iterations, GMRES iterations, largest remaining residual [nm]."""
         case = self.case
         nx, ny = self.p.shape
         self.steps += 1
         gap = self.shape
         if self.surfaces:
-            self.height = min(1.0, max(0.0, self.travel / RAMP - 1.0))
             for surface, way in zip(self.surfaces, self.ways, strict=True):
-                gap = gap - self.height * surface.at(nx, way * self.steps)
+                front = FRONT + way / REFINED * self.travel - self.x / case.half_width  # [b] behind the front
+                gap = gap - np.clip(front / ENTRY, 0.0, 1.0)[:, None] * surface.at(nx, way * self.steps)
         upstream = np.empty((nx, ny))
         upstream[1:] = self.m[:-1]
         upstream[0] = self.h[0]
@@ -444,8 +443,9 @@ class Run:
         h0 = self.h0
         boundary, hardness = case.boundary_film / NM, case.hardness / GPA
         inner, worst = 0, math.inf
+        best = math.inf, p, c, h0, fluid, contact
         kept = self.x < 0.8 * case.half_width  # the mass balance further downstream has no effect
-        for iteration in range(most + 1):
+        for iteration in range(most + 2):
             free = (p < 0.0) & (fluid == FULL)
             fluid[free] = CAVITATED
             p[fluid != FULL] = 0.0
@@ -474,16 +474,22 @@ class Run:
             missing = np.where(touching, elastic_gap - boundary, 0.0)
             lack = (p + c).sum() / self.load - 1.0
             worst = max(np.abs(residual / (1.0 + h / 300.0))[kept].max(), np.abs(missing).max(), 1e3 * abs(lack))
-            if (worst < tolerance and iteration > 0) or iteration == most:
+            if worst < best[0]:
+                best = worst, p.copy(), c.copy(), h0, fluid.copy(), contact.copy()
+            if (worst < tolerance and iteration > 0) or iteration > most:
                 break
+            if iteration == most or worst > 1e4 * best[0]:  # not solved: the best iterate is evaluated once more
+                worst, p, c, h0, fluid, contact = best
+                most = iteration
+                continue
             system = System(self, p, h, face, fluid, contact, first=0 if iteration == 0 else self.upstream)
             right = np.concatenate(
                 [-(residual * self.scale).ravel(), -missing.ravel(), [-lack * system.load_weight]]
             ).astype(np.float32)
-            change, count = gmres(system.product, system.precondition, right, 0.08, 20)
+            change, count = gmres(system.product, system.precondition, right, 0.08, 30)
             inner += count
             dp, dc, dh0 = change[: nx * ny].reshape(nx, ny), change[nx * ny : -1].reshape(nx, ny), float(change[-1])
-            size = 1.0 if iteration < 10 else 0.6
+            size = 1.0 if iteration < 12 else 0.6
             total = p + c + size * (dp + dc)
             p += size * np.clip(dp, -0.2 - 0.5 * p, 0.2 + 0.5 * p)
             c = np.where(touching, total - p, c)
@@ -690,7 +696,7 @@ def one(case: Case, out: Path) -> dict[str, object]:
 
 # rms [um], length [um], gamma, speed [m/s], seed; the most informative first
 CAMPAIGN = (
-    *((rms, 40.0, gamma, 3.0, 1) for gamma in (1.0, 3.0, 2.0, 1.5, 6.0) for rms in (0.6, 1.2)),
+    *((rms, 40.0, gamma, 3.0, 1) for gamma in (1.0, 3.0, 2.0, 1.5, 6.0, 20.0) for rms in (1.2, 0.6)),
     *((rms, 40.0, gamma, 3.0, 2) for gamma in (1.0, 2.0) for rms in (0.6, 1.2)),
     *((0.6, 40.0, gamma, 1.0, 1) for gamma in (1.0, 2.0, 3.0)),
     *((0.3, 20.0, gamma, 1.5, 1) for gamma in (1.0, 2.0, 3.0)),
