@@ -291,6 +291,9 @@ class GearPair:
         friction: Friction = CONSTANT,
         *,
         grid: tuple[int, int] | None = None,
+        tyre_radius: Value | None = None,
+        ratio: float | None = None,
+        temperature: Value | None = None,
         progress: ProgressCallback | None = None,
         **conditions: Unpack[HeldValues],
     ) -> DutyCycle:
@@ -299,17 +302,25 @@ class GearPair:
         Parameters
         ----------
         file : Path, str or sequence of DutyRow
-            CSV or XLSX file with the columns torque, speed, temperature and hours, each with its unit.
+            CSV or XLSX file with the columns torque, speed, temperature and hours, each with its unit, or the recording
+            of a vehicle (`efficiency.conditions.duty.read_duty`).
         friction : FrictionModel or str
             Friction model or its name.
         grid : (int, int), optional
             Mesh positions and points per contact line.
+        tyre_radius, ratio, temperature : float or str, optional
+            As of `read_duty`; the ratio is that of the pair, the temperature that of the design where not given.
         progress : callable, optional
             Called with a `Progress` after each point.
         **conditions : float or str
             What differs from the design at all points, as in `LoadedMesh.efficiency`.
         """
-        rows = read_duty(file) if isinstance(file, Path | str) else tuple(file)
+        if isinstance(file, Path | str):
+            own = self.design.gear.blank.teeth / self.design.pinion.blank.teeth
+            at = self.design.operation.temperature if temperature is None else temperature
+            rows = read_duty(file, tyre_radius=tyre_radius, ratio=ratio or own, temperature=at)
+        else:
+            rows = tuple(file)
         model, oil, solve = self._points(friction, grid, conditions)
         points = solve_points([row.condition for row in rows], solve, progress)
         return duty_cycle(rows, points, self.name, model.name, oil)

@@ -155,6 +155,11 @@ def duty(
     misalignment: MisalignmentOptions,
     load_balance: LoadBalanceOption = None,
     roughness: RoughnessOptions,
+    tyre_radius: Annotated[str | None, typer.Option(help="For a recorded vehicle speed, e.g. '0.32 m'.")] = None,
+    ratio: Annotated[
+        float | None, typer.Option(help="Pinion turns per turn of the wheels; by default the pair's.")
+    ] = None,
+    temperature: Annotated[str | None, typer.Option(help="Of the oil where the file has none.")] = None,
 ) -> None:
     """Energies of a gear pair over a duty cycle, by row and in total."""
     check_files(files)
@@ -162,7 +167,8 @@ def duty(
     conditions = roughness | given({"oil": oil, "load_balance": load_balance_of(load_balance)})
     [model] = pair.check([friction], **conditions)
     with working("duty cycle"):
-        cycle = pair.duty(file, model, **conditions)
+        recorded = given({"tyre_radius": tyre_radius, "ratio": ratio, "temperature": temperature})
+        cycle = pair.duty(file, model, **recorded, **conditions)
     present(cycle, json_output, **files)
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from efficiency.conditions.grid import GridPoint, count_reasons
 from efficiency.contact.gear_flanks import Side
@@ -25,6 +26,8 @@ from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, combined
 if TYPE_CHECKING:
     import pandas
 
+FloatArray = NDArray[np.float64]
+
 HOUR = 3600.0
 _MAX_TORQUE, _MAX_SPEED = (float(OPERATION_LIMITS[name].le or 1e6) for name in ("torque", "speed"))
 COLUMNS: dict[str, ValueRange | None] = {
@@ -33,6 +36,13 @@ COLUMNS: dict[str, ValueRange | None] = {
     "temperature": OPERATION_LIMITS["temperature"],
     "hours": ValueRange("h", ge=0.0),
 }
+_RECORDED: dict[str, ValueRange | None] = {
+    "vehicle_speed": ValueRange("m/s", ge=-150.0, le=150.0),
+    "wheel_torque": ValueRange("N*m", ge=-_MAX_TORQUE * 100.0, le=_MAX_TORQUE * 100.0),
+    "time": ValueRange("s"),
+}
+TYRE_RADIUS = ValueRange("m", gt=0.05, lt=2.0)
+RATIO = ValueRange("", gt=0.0, le=200.0, hint="Revolutions of the pinion per revolution of the wheels.")
 
 
 @dataclass(frozen=True)
@@ -78,10 +88,29 @@ class DutyRow:
         return "pinion" if self.torque * self.speed > 0.0 else "gear"
 
 
-def read_duty(path: Path | str) -> tuple[DutyRow, ...]:
+def read_duty(
+    path: Path | str,
+    *,
+    tyre_radius: float | str | None = None,
+    ratio: float | None = None,
+    temperature: float | str | None = None,
+) -> tuple[DutyRow, ...]:
     """A duty cycle: CSV or XLSX with the columns torque, speed, temperature and hours, each with its unit.
 
-    Rows without torque, speed or duration count for nothing.
+    A recording of a vehicle is read as well: `time` of each row in place of hours, `vehicle_speed` in place of the
+    speed of the pinion, `wheel_torque` (both wheels) in place of its torque. Rows without torque, speed or duration
+    count for nothing.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file.
+    tyre_radius : float or str, optional
+        Rolling radius of the tyres, for `vehicle_speed` [m].
+    ratio : float, optional
+        Revolutions of the pinion per revolution of the wheels, for `vehicle_speed` and `wheel_torque`.
+    temperature : float or str, optional
+        Of the oil where the file has none [K].
 
     Raises
     ------
@@ -89,12 +118,41 @@ def read_duty(path: Path | str) -> tuple[DutyRow, ...]:
         Naming row and column; or nothing of the duty is left.
     """
     path = Path(path)
-    columns = read_table(path, COLUMNS, tuple(COLUMNS), bare=False, missing=True)
+    columns = {
+        name: np.array(values, dtype=float)
+        for name, values in read_table(path, COLUMNS | _RECORDED, bare=False, missing=True).items()
+    }
+    size = len(next(iter(columns.values())))
+    if "time" in columns and "hours" not in columns:
+        columns["hours"] = _durations(path, columns["time"])
+    if "temperature" not in columns and temperature is not None:
+        limits = OPERATION_LIMITS["temperature"]
+        columns["temperature"] = np.full(size, limits.check(temperature, "temperature"))
+    for own, recorded in (("speed", "vehicle_speed"), ("torque", "wheel_torque")):
+        if own not in columns and recorded in columns:
+            if ratio is None or (own == "speed" and tyre_radius is None):
+                needed = "tyre_radius" if own == "speed" and tyre_radius is None else "ratio"
+                raise InputError(needed, None, f"given where the file has {recorded}")
+            turns = RATIO.check(ratio, "ratio")
+            factor = 1.0 / turns if own == "torque" else turns / TYRE_RADIUS.check(tyre_radius, "tyre_radius")
+            columns[own] = factor * columns[recorded]
+    for name in COLUMNS:
+        if name not in columns:
+            raise InputError(f"{path.name}, column {name}", None, f"columns {', '.join(COLUMNS)}")
     rows = [DutyRow(*(float(x) for x in row)) for row in zip(*(columns[name] for name in COLUMNS), strict=True)]
     loaded = tuple(row for row in rows if row.torque * row.speed != 0.0 and row.hours > 0.0)
     if not loaded:
         raise InputError(path.name, f"{len(rows)} rows", "at least one row with torque, speed and hours")
     return loaded
+
+
+def _durations(path: Path, time: FloatArray) -> FloatArray:
+    """Hours each row of a recording lasts: until the next one, the last as long as the median."""
+    steps = np.diff(time)
+    if not len(steps) or not np.all(steps > 0.0):
+        hint = "Durations have the column hours, such as 'hours [s]'."
+        raise InputError(f"{path.name}, column time", float(time[0]), "times of a recording, which rise", hint)
+    return np.append(steps, np.median(steps)) / HOUR
 
 
 @dataclass(frozen=True)

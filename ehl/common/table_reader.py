@@ -64,7 +64,7 @@ _OTHER_NAMES = {
     "speed": "input_speed pinion_speed rotational_speed drehzahl rpm shaft_speed n",
     "torque_loss": "loss_torque verlustmoment drag_torque loss",
     "temperature": "oil_temperature oil_temp temperature_oil sump_temperature oeltemperatur temperatur temp",
-    "hours": "duration share time dauer zeit t",
+    "hours": "duration share dauer",
     "vehicle_speed": "speed velocity geschwindigkeit v",
     "wheel_torque": "axle_torque radmoment output_torque",
     "time": "zeit t elapsed_time",
@@ -273,6 +273,12 @@ def _head(position: int, row: Sequence[Cell], quantities: Mapping[str, ValueRang
         match = _HEADER.fullmatch(str(cell).strip().strip('"'))
         name, unit = (match["name"].strip(), match["unit"]) if match else ("", None)
         found = name if name in quantities else ""
+        if found and unit and (own := quantities[found]) is not None and not _fits(unit, own):
+            # a speed in km/h is that of the vehicle
+            others = [mine for mine in quantities if mine != found and found in _OTHER_NAMES.get(mine, "").split()]
+            fitting = (mine for mine in others if (of := quantities[mine]) is not None and _fits(unit, of))
+            found = next(fitting, found)
+            exact = exact and found == name
         if match and not found and not name.startswith("#"):
             name, unit, found = _with_unit(name, unit, quantities)
             quantity = quantities.get(found) if found else None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from functools import cache, partialmethod
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from efficiency.conditions.duty import DutyRow, read_duty
 from efficiency.design.design import load_design
@@ -47,6 +49,26 @@ def test_duty_cycles_are_read(duty: Path) -> None:
     assert rows[0].temperature == pytest.approx(363.15)
     assert [row.hours for row in rows] == [100.0, 20.0]
     assert [row.driver for row in rows] == ["pinion", "gear"]
+
+
+def test_a_recording_of_a_vehicle(mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
+    path = tmp_path / "cycle.csv"
+    lines = ["Logger V3;2026-01-01", "Zeit [s];Geschwindigkeit [km/h];Radmoment [Nm];Gang"]
+    lines += ["0,0;36,0;1.114,3;3", "1,0;72;-557,1;3", "3,0;Bad;200;3", "4,0;36,0;0;3"]
+    path.write_bytes("\r\n".join(lines).encode("cp1252"))
+    rows = read_duty(path, tyre_radius="0.32 m", ratio=39.0 / 14.0, temperature="80 C")
+    assert [row.torque for row in rows] == pytest.approx([400.0, -200.0], rel=1e-3)
+    assert [row.speed for row in rows] == pytest.approx([10.0 / 0.32 * 39 / 14, 20.0 / 0.32 * 39 / 14])
+    assert [row.hours * 3600.0 for row in rows] == pytest.approx([1.0, 3.0])
+    assert rows[0].temperature == pytest.approx(353.15)
+    with refuses("tyre_radius"):
+        read_duty(path, ratio=2.0, temperature=353.0)
+    outcome = mixed_ehl("duty", DESIGN, path, "--tyre-radius", "0.32 m", "--json")
+    assert outcome.code == 0, outcome.err
+    assert json.loads(outcome.out)["total"]["hours"] == pytest.approx(4.0 / 3600.0)
+    path.write_text("time [s],speed [km/h],torque [Nm],temperature [C]\n1,36,100,80\n1,36,100,80\n")
+    with refuses("cycle.csv, column time"):
+        read_duty(path, tyre_radius=0.3, ratio=2.0)
 
 
 def test_reverse_is_a_negative_speed() -> None:

@@ -137,6 +137,13 @@ def test_axle_that_loses_too_much_has_no_answer() -> None:
         solve_axle_test(axle_test_points("tandem", 150.0, 500.0), mesh, RATIO, SimpleAxleLosses(500.0))
 
 
+def test_the_own_vecto_file_is_read_as_losses_of_an_axle(tmp_path: Path) -> None:
+    table = read_axle_losses(map_of_pair().to_vecto(tmp_path / "axle.vtlm"))
+    point = map_of_pair().points[-1]
+    assert table.torque_loss(point.torque, point.speed) == pytest.approx(point.torque_loss, abs=1e-3)
+    assert table.speed[0] == 0.0
+
+
 def test_table_of_losses_is_bilinear_and_ends(tmp_path: Path) -> None:
     (tmp_path / "axle.csv").write_text(TABLE)
     table = read_axle_losses(tmp_path / "axle.csv")
