@@ -119,7 +119,7 @@ class SurfaceInput(InputModel):
     finish: Annotated[str | None, in_any_case("finishes")] = None
     finish_state: State = "run_in"
     additive: Annotated[str, in_any_case("additives")] = DEFAULT_ADDITIVE
-    spectrum: Literal["gaussian", "self_affine"] = "self_affine"
+    spectrum: Literal["gaussian", "self_affine"] = "gaussian"
     hurst_exponent: Annotated[float, ValueRange("", ge=0.1, le=0.95)] = 0.85
     correlation_length: Length = SHORTEST_LENGTH
     skewness: Annotated[float, ValueRange("", ge=-3.0, le=3.0)] = 0.0
