@@ -20,6 +20,7 @@ from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from ehl.inputs import LoadPerLength, SlidingSpeed
 from ehl.line_contact import half_width_of_pressure, hertz_load
 from ehl.material import Material
+from regression.friction.conditions import MIN_ROUGHNESS
 from regression.plan.axes import read_ends, value_range_of
 
 Array = NDArray[np.float64]
@@ -71,6 +72,8 @@ class Constraints(InputModel):
         w' [N/m].
     half_width : ConstraintWindow
         Hertz half-width b [m].
+    correlation_over_width, correlation_over_rms : ConstraintWindow
+        Correlation length over b and over the composite Rq [-].
     speed_sliding : ConstraintWindow
         Length of the sliding vector [m/s].
     slide_to_roll_total : ConstraintWindow
@@ -84,6 +87,8 @@ class Constraints(InputModel):
     film_ratio: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
     load_per_length: _window(value_range_of(LoadPerLength)) | None = None  # type: ignore[valid-type]
     half_width: _window(ValueRange("m", ge=0.0, le=1.0)) | None = None  # type: ignore[valid-type]
+    correlation_over_width: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
+    correlation_over_rms: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
     speed_sliding: _window(ValueRange("m/s", ge=0.0, le=value_range_of(SlidingSpeed).le)) | None = None  # type: ignore[valid-type]
     slide_to_roll_total: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
     pressure_velocity: _window(ValueRange("W/m^2", ge=0.0)) | None = None  # type: ignore[valid-type]
@@ -130,7 +135,8 @@ def constrained_quantities(
     ----------
     table : mapping
         pressure_hertz, radius_equivalent, effective_modulus, speed_entrainment, slide_to_roll,
-        speed_sliding_lengthwise, temperature_oil; arrays of one shape.
+        speed_sliding_lengthwise, temperature_oil, roughness_rms_1, roughness_rms_2, correlation_length; arrays of one
+        shape.
     bodies : tuple of Material
         Both bodies.
     film_ratio : array, optional
@@ -141,10 +147,13 @@ def constrained_quantities(
     load = hertz_load(pressure, radius, table["effective_modulus"])
     ratio = table["slide_to_roll"]
     sliding = np.hypot(ratio * speed, table["speed_sliding_lengthwise"])
+    rough = np.maximum(np.hypot(table["roughness_rms_1"], table["roughness_rms_2"]), MIN_ROUGHNESS)
     rise = flash_temperature_blok(load, sliding, speed, ratio, half_width, bodies)
     quantities = {
         "load_per_length": load,
         "half_width": half_width,
+        "correlation_over_width": table["correlation_length"] / half_width,
+        "correlation_over_rms": table["correlation_length"] / rough,
         "speed_sliding": sliding,
         "slide_to_roll_total": sliding / speed,
         "pressure_velocity": pressure * sliding,
