@@ -39,9 +39,12 @@ from efficiency.design.kept import kept_of_design
 from efficiency.loss.closed_form import PitchGeometry
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.efficiency import solve_balanced
-from efficiency.loss.efficiency_result import Bulk, EfficiencyResult, LoadBalance
-from efficiency.loss.heat_balance import CoolingInput, HeatBalance, balance_heat, thermal_resistance
-from efficiency.loss.kinematics import Axis, Operation
+from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance
+from efficiency.loss.friction_equilibrium import form_of
+from efficiency.loss.kinematics import Axis, Operation, loaded_points
+from efficiency.loss.power_loss import position_losses
+from efficiency.loss.tooth_temperature import LUBRICATION_FACTORS, warm_operation
+from efficiency.loss.uncertainty import stand_in
 from efficiency.ltca.external_load import read_load, write_load
 from efficiency.ltca.limits import edge_load
 from efficiency.ltca.load_distribution import ElasticPosition, TeethElasticity, elastic_cycle
@@ -56,7 +59,8 @@ from ehl.common.progress import ProgressCallback
 from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil
 from regression.formula import shipped_formulas
-from regression.friction.models import FrictionModel
+from regression.friction.models import COLEMAN_FRICTION, FrictionModel
+from regression.friction.uncertainty import friction_of
 
 POSITIONS, POINTS_PER_LINE = 24, 31
 # next to the formulas shipped for the oil in use
@@ -409,42 +413,10 @@ class LoadedMesh:
         """
         model, chosen = self._chosen(friction, conditions)
         design = self.mesh.design
-        point = model, chosen.operation(design), chosen.card(design), chosen.load_balance
-        if chosen.balances_heat(design):
-            return self._balance(*point, None, many=many).result
-        return self.solve(*point, many=many)
-
-    @one_thread
-    def heat_balance(
-        self,
-        friction: Friction = CONSTANT,
-        cooling: CoolingInput | None = None,
-        **conditions: Unpack[ConditionValues],
-    ) -> HeatBalance:
-        """Bulk temperatures at which friction heat and cooling of the teeth agree.
-
-        Parameters
-        ----------
-        friction : FrictionModel or str
-            Friction model or its name.
-        cooling : CoolingInput, optional
-            In place of the design's.
-        **conditions : float or str
-            As in `efficiency`.
-        """
-        model, chosen = self._chosen(friction, conditions)
-        design = self.mesh.design
-        return self._balance(model, chosen.operation(design), chosen.card(design), chosen.load_balance, cooling)
-
-    def balances_heat(self, bulk: Bulk | None) -> bool:
-        """Whether the bulk temperature of the teeth comes from a heat balance: as requested, else where it is stated.
-
-        Raises
-        ------
-        InputError
-            Neither "balance" nor "oil".
-        """
-        return Conditions.of({"bulk": bulk}).balances_heat(self.mesh.design)
+        operation, oil = chosen.operation(design), chosen.card(design)
+        if chosen.bulk != "oil":
+            operation = self._warm(model, operation, oil)
+        return self.solve(model, operation, oil, chosen.load_balance, many=many)
 
     @one_thread
     def compare(self, frictions: Iterable[Friction] | None = None, **conditions: Unpack[ConditionValues]) -> Comparison:
@@ -466,6 +438,8 @@ class LoadedMesh:
         names = (*shipped_formulas(oil.name), *DEFAULT_MODELS) if frictions is None else frictions
         models = [resolve_friction(friction, design) for friction in names]
         balance, operation = self._balance_of(chosen.load_balance), chosen.operation(design)
+        if chosen.bulk != "oil":  # one temperature for all, so that models are compared and not temperatures
+            operation = self._warm(models[0], operation, oil)
         return compare_models(self.grids, models, oil, operation, self.mesh.pitch, balance)
 
     @one_thread
@@ -526,36 +500,24 @@ class LoadedMesh:
             raise InputError("load_balance", load_balance, "frictionless: forces of a file are taken as they are")
         return "frictionless"
 
-    @one_thread
-    def balance(self, result: EfficiencyResult, cooling: CoolingInput | None) -> HeatBalance:
-        """Bulk temperatures of the teeth at the operating point of a result."""
-        return self._balance(result.model, result.operation, result.card, result.load_balance, cooling)
+    def _warm(self, model: FrictionModel, operation: Operation, oil: Oil) -> Operation:
+        """The operation with the teeth as warm as the loss of the normal forces makes them."""
+        asked = form_of(stand_in(model, oil)[0] if model.solves_contacts else model)
+        load, modulus = self.grids.coarse, self.grids.mesh.teeth.effective_modulus
 
-    def _balance(
-        self,
-        model: FrictionModel,
-        operation: Operation,
-        oil: Oil,
-        load_balance: LoadBalance | None,
-        cooling: CoolingInput | None,
-        *,
-        many: bool = False,
-    ) -> HeatBalance:
-        design, pitch = self.mesh.design, self.mesh.pitch
-        chosen = design.cooling if cooling is None else cooling
-        lubricant, ratio = oil.at(operation.temperature), design.pinion.blank.teeth / design.gear.blank.teeth
-        speed = operation.speed
-        resistances = (
-            thermal_resistance(design.pinion.blank, chosen.pinion, lubricant, speed, pitch.spiral_angle_pinion),
-            thermal_resistance(design.gear.blank, chosen.gear, lubricant, speed * ratio, pitch.spiral_angle_gear),
-        )
-        return balance_heat(
-            lambda operation: self.solve(model, operation, oil, load_balance, many=many),
-            operation,
-            resistances,
-            (design.pinion.elastic_material(), design.gear.elastic_material()),
-            warm_inlet=chosen.oil_inlet == "bulk",
-        )
+        smooth: dict[str, Any] = {}
+        if getattr(model, "smooth", False):
+            smooth = {"roughness_rms_pinion": 0.0, "roughness_rms_gear": 0.0}
+
+        def loss(at: Operation) -> float:
+            points = loaded_points(load, modulus, replace(at, **smooth))
+            mu = friction_of(asked, points.state, oil)
+            mu = np.where(np.isfinite(mu), mu, COLEMAN_FRICTION)
+            return float(position_losses(points, mu, len(load.positions)).mean())
+
+        pitch, design = self.mesh.pitch, self.mesh.design
+        size = pitch.radius_pinion + pitch.radius_gear, design.common_face_width
+        return warm_operation(loss, operation, size, LUBRICATION_FACTORS[design.cooling.lubrication])
 
     def __repr__(self) -> str:
         load = self.grids.fine

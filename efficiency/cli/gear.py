@@ -29,6 +29,7 @@ from efficiency.cli.options import (
     UnitsOption,
     check_files,
     load_balance_of,
+    one_of,
     one_side,
     output_option,
     present,
@@ -40,11 +41,8 @@ from ehl import InputError
 from ehl.common.console import GEAR, App, advanced, fail_unless_converged, given, is_list, print_json, working
 
 BulkOption = Annotated[
-    bool | None,
-    advanced(
-        "--bulk-temperature/--oil-temperature",
-        help="Teeth by a heat balance, or as warm as the oil; default: a balance where the design states its cooling.",
-    ),
+    str | None,
+    advanced(help="Bulk temperature of the teeth: estimate (default, from the loss after ISO/TR 15144-1), or oil."),
 ]
 UncertaintyOption = Annotated[
     bool,
@@ -96,19 +94,16 @@ def gear(
         refuse("--load-from", {"bulk_temperature": bulk_temperature, "uncertainty": uncertainty})
     mesh = pair.mesh(one_side(side))
     at = point.pop("torque", None)
-    conditions, balance = point | surface, None
+    conditions = point | surface
+    bulk = one_of("bulk-temperature", bulk_temperature, "estimate", "oil")
     with working("gear pair"):
         loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
-        if loaded.balances_heat(None if bulk_temperature is None else "balance" if bulk_temperature else "oil"):
-            balance = loaded.heat_balance(model, load_balance=balance_of, **conditions)
-            result = balance.result
-        else:
-            result = loaded.efficiency(model, load_balance=balance_of, bulk="oil", **conditions)
+        result = loaded.efficiency(model, load_balance=balance_of, bulk=bulk, **conditions)
         if save_load is not None:
             loaded.write_load(save_load, result)
         if uncertainty and result.status == "converged":
             result = result.with_inputs(result.uncertainty(solved=True))
-    present(result, json_output, units=system, balance=balance, strength=strength, **files)
+    present(result, json_output, units=system, strength=strength, **files)
 
 
 @with_groups

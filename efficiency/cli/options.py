@@ -195,12 +195,11 @@ def load_balance_of(text: str | None) -> Any:
 
 def present(result: Any, json_output: bool, **files: Any) -> None:
     """Print and write a result; exit code 1 where it failed."""
-    balance, units = files.pop("balance", None), files.pop("units", None)
+    units = files.pop("units", None)
     contained = {"strength": True} if files.pop("strength", False) else {}
-    options = given({"balance": balance, "units": units})
+    options = given({"units": units})
     if json_output:
-        more = {} if balance is None else {"heat_balance": balance.to_dict()}
-        print_json(result.to_dict(**contained) | more)
+        print_json(result.to_dict(**contained))
     else:
         result.show(**options)
     result.write(**files, **options)

@@ -37,7 +37,7 @@ _WORDS: dict[str, tuple[str, ...]] = {
     "side": ("drive", "coast"),
     "driver": ("pinion", "gear"),
     "load_balance": ("frictional", "frictionless"),
-    "bulk": ("balance", "oil"),
+    "bulk": ("estimate", "oil"),
 }
 
 Friction = FrictionModel | str
@@ -126,9 +126,8 @@ class Conditions:
     load_balance : {"frictional", "frictionless"}, optional
         Whether friction helps to carry the torque (default), or the normal forces carry it alone, as in the paper.
         Forces of a file are taken as they are.
-    bulk : {"balance", "oil"}, optional
-        Bulk temperature of the teeth: by a heat balance, or that of the oil. By default the balance where the design
-        states [cooling].
+    bulk : {"estimate", "oil"}, optional
+        Bulk temperature of the teeth: estimated from the loss (default), or that of the oil.
     """
 
     speed: float | None = None
@@ -173,10 +172,6 @@ class Conditions:
         own = design.running(design.operation.speed, design.operation.temperature, design.operation.driver)
         names = [f.name for f in fields(self) if f.name not in ("oil", "load_balance", "bulk")]
         return replace(own, **{name: getattr(self, name) for name in names if getattr(self, name) is not None})
-
-    def balances_heat(self, design: PairDesign) -> bool:
-        """Whether the bulk temperature of the teeth comes from a heat balance."""
-        return self.bulk == "balance" or (self.bulk is None and design.cooling.stated)
 
 
 def checked(name: str, value: Any) -> Any:

@@ -14,8 +14,8 @@ from efficiency.contact.gear_flanks import MEMBERS
 from efficiency.cutting.blank import Depth, Length
 from efficiency.cylindrical_gears.involute import InvolutePair
 from efficiency.design.design import EdgeRounding, FlankSurfaceInput, MemberSurface, PairDesign, Rms
-from efficiency.loss.heat_balance import CoolingInput
 from efficiency.loss.kinematics import OperatingPoint
+from efficiency.loss.tooth_temperature import CoolingInput
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import Name
@@ -150,6 +150,11 @@ class CylindricalDesign(PairDesign):
     def ratio(self) -> float:
         """Speed of the gear over that of the pinion [-]."""
         return self.pinion.teeth / self.gear.teeth
+
+    @property
+    def common_face_width(self) -> float:
+        """Face width [m]."""
+        return self.face_width
 
     @property
     def rounding(self) -> float:

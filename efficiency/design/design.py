@@ -25,8 +25,8 @@ from efficiency.design.flank_input import (
     from_folder,
 )
 from efficiency.design.stiffness_input import StiffnessInput
-from efficiency.loss.heat_balance import CoolingInput
 from efficiency.loss.kinematics import Driver, OperatingPoint, Operation
+from efficiency.loss.tooth_temperature import CoolingInput
 from efficiency.ltca.solid_tooth import Bodies, ToothBody
 from ehl.common.data import data_names, data_path, named_file
 from ehl.common.errors import InputError
@@ -153,6 +153,10 @@ class PairDesign(InputModel):
         @property
         def ratio(self) -> float:
             """Speed of the gear over that of the pinion [-]."""
+
+        @property
+        def common_face_width(self) -> float:
+            """Face width that both members have [m]."""
 
     def with_finish(self, finish: str, state: State = "run_in") -> Self:
         """The same pair with both flanks of a shipped finish: its Rq and waves in place of those of the design."""
@@ -362,7 +366,7 @@ class Design(PairDesign):
     operation : OperatingPoint
         Default operating point.
     cooling : CoolingInput
-        Heat from the teeth to the oil.
+        How the teeth are lubricated.
     surface : FlankSurfaceInput
         Texture of the flanks.
     uncertainty : UncertaintyInput
@@ -473,6 +477,11 @@ class Design(PairDesign):
     def ratio(self) -> float:
         """Speed of the gear over that of the pinion [-]."""
         return self.pinion.blank.teeth / self.gear.blank.teeth
+
+    @property
+    def common_face_width(self) -> float:
+        """Face width that both members have [m]."""
+        return min(self.pinion.blank.face_width, self.gear.blank.face_width)
 
     def tooth_bodies(self) -> Bodies:
         """Material and body under the teeth of pinion and gear."""

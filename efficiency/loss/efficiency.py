@@ -42,7 +42,7 @@ IntArray = NDArray[np.int64]
 SHAFTS = "shafts, bearings and gear-body deformation outside the tooth model"
 SKIPPED = (SHAFTS, "churning, windage and bearing losses")
 FRICTIONLESS = "friction in the torque balance"
-AS_WARM_AS_THE_OIL = "heat balance of the teeth: they are as warm as the oil (state [cooling], or --bulk-temperature)"
+AS_WARM_AS_THE_OIL = "tooth temperature: the teeth are as warm as the oil"
 # the change on halving a grid can be small by chance, as line ends and the edge of the loaded part move past points
 SAFETY = 2.0
 # what a failed result has not

@@ -26,14 +26,13 @@ from regression.friction.models import FrictionEstimate, FrictionModel
 if TYPE_CHECKING:
     import pandas
 
-    from efficiency.loss.heat_balance import CoolingInput, HeatBalance
     from efficiency.strength.result import Strength
     from ehl.uncertainty.spread import UncertaintyInput
 
 FloatArray = NDArray[np.float64]
 
 LoadBalance = Literal["frictional", "frictionless"]
-Bulk = Literal["balance", "oil"]
+Bulk = Literal["estimate", "oil"]
 """What carries the pinion torque: normal and friction forces together, or the normal forces alone."""
 Reason = Literal[
     "",
@@ -73,9 +72,6 @@ class ResultSource(Protocol):
         self, model: FrictionModel, operation: Operation, oil: Oil, load_balance: LoadBalance | None = None
     ) -> EfficiencyResult:
         """The same at another operation or with another friction model."""
-
-    def balance(self, result: EfficiencyResult, cooling: CoolingInput | None) -> HeatBalance:
-        """Bulk temperatures of the teeth."""
 
     def strength_of(self, result: EfficiencyResult) -> Strength:
         """Strength of the teeth."""
@@ -308,26 +304,6 @@ class EfficiencyResult(Reportable):
     def with_inputs(self, inputs: InputUncertainty) -> EfficiencyResult:
         """The same with another input uncertainty, as of `uncertainty`."""
         return replace(self, asked=inputs)
-
-    def heat_balance(self, cooling: CoolingInput | None = None) -> HeatBalance:
-        """Bulk temperatures at which friction heat and cooling of the teeth agree, and the efficiency there.
-
-        Parameters
-        ----------
-        cooling : CoolingInput, optional
-            In place of the design's. What it leaves open: the heat transfer of flanks wetted once per turn
-            (`efficiency.loss.heat_balance.wetted_heat_transfer`) on both flanks of all teeth.
-
-        Returns
-        -------
-        HeatBalance
-
-        Raises
-        ------
-        ConvergenceError
-            The bulk temperatures leave the range of oils, or do not settle.
-        """
-        return self._source("heat_balance").balance(self, cooling)
 
     @property
     def has_strength(self) -> bool:

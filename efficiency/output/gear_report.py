@@ -52,14 +52,11 @@ if TYPE_CHECKING:
     from efficiency.cylindrical_gears.design import CylindricalDesign
     from efficiency.design.design import FlankSurfaceInput, MemberInput, PairDesign
     from efficiency.loss.efficiency_result import EfficiencyResult
-    from efficiency.loss.heat_balance import HeatBalance
 
 SPIN = "Churning, windage and bearing losses are not part of any figure here."
 
 
-def gear_sections(
-    result: EfficiencyResult, medium: Medium, units: Units = "metric", balance: HeatBalance | None = None
-) -> list[Section]:
+def gear_sections(result: EfficiencyResult, medium: Medium, units: Units = "metric") -> list[Section]:
     """Sections of one operating point.
 
     Parameters
@@ -68,18 +65,15 @@ def gear_sections(
     medium : {"page", "terminal", "files"}
     units : {"metric", "inch"}
         Of the tables of the design.
-    balance : HeatBalance, optional
-        Heat balance of the teeth, where one was computed.
     """
-    more = [] if balance is None else [balance.table()]
     if medium == "page":
-        return page_sections(result, None, units, more)
+        return page_sections(result, None, units)
     if medium == "files":
-        return [Section("", [Head(_title(result)), *result_tables(result), *more])]
+        return [Section("", [Head(_title(result)), *result_tables(result)])]
     strength = [replace(result.strength.table(), notes=result.strength.notes)] if result.has_strength else []
     inputs = [] if result.asked is None else [result.asked.table()]
     notes = Notes(pair_notes(result_notes(result)))
-    return [Section("", [efficiency_table(result), notes, *strength, *more, *inputs])]
+    return [Section("", [efficiency_table(result), notes, *strength, *inputs])]
 
 
 def plot_gear(result: EfficiencyResult, ax: Axes | None) -> Axes:
@@ -169,9 +163,7 @@ def strength_figures(flank: FlankMap) -> Iterator[Picture]:
         yield field_picture(flank, flank_plots.FILM_SPECIFIC, caption)
 
 
-def page_sections(
-    result: EfficiencyResult, grid: Grid | None = None, units: Units = "metric", more: Sequence[Table] = ()
-) -> list[Section]:
+def page_sections(result: EfficiencyResult, grid: Grid | None = None, units: Units = "metric") -> list[Section]:
     """Sections of the page of one operating point; with a map, of the map and one of its points in detail."""
     design = design_of(result)
     flank = FlankMap.of(design.flanks(), result) if isinstance(design, Design) else None
@@ -198,7 +190,7 @@ def page_sections(
         *([Section("Uncertainty of the inputs", _input_items(result))] if result.inputs.sources else []),
         *([Section("Strength", _strength_items(result, flank))] if flank is not None and result.source else []),
         Section("Over the mesh", [Row(mesh_figures(result))]),
-        Section("Results in numbers", _number_items(result, more)),
+        Section("Results in numbers", _number_items(result)),
         Section("Design", of_teeth),
         Section("How it was computed", _model_items(result)),
     ]
@@ -264,10 +256,9 @@ def _map_items(grid: Grid, shown: EfficiencyResult) -> list[Item]:
     ]
 
 
-def _number_items(result: EfficiencyResult, more: Sequence[Table]) -> list[Item]:
+def _number_items(result: EfficiencyResult) -> list[Item]:
     return [
         replace(efficiency_table(result), title="", notes=()),
-        *more,
         range_table(result),
         Folded("Positions of a pinion pitch", [position_table(result)]),
     ]

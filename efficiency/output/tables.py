@@ -37,6 +37,7 @@ _SUMMARY = (
     "power_input",
     "friction_coefficient_mean",
     "outside_range_share",
+    "temperature_bulk_1",
     "pressure_max",
     "transmission_error_loaded",
     "transmission_error_unloaded",

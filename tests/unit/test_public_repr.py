@@ -73,7 +73,6 @@ OBJECTS: dict[str, Callable[[], Any]] = {
     "efficiency.LoadedMesh": lambda: mesh().load("250 N m"),
     "efficiency.EfficiencyResult": gear_result,
     "efficiency.EfficiencyResult.uncertainty": lambda: gear_result().uncertainty(),
-    "efficiency.EfficiencyResult.heat_balance": lambda: gear_result().heat_balance(),
     "efficiency.Grid": lambda: mesh().over("75w90", torque="250 N m", speed=["500 rpm", "1500 rpm"]),
     "efficiency.LoadedMesh.compare": lambda: mesh().load("250 N m").compare(["constant:0.05", "75w90"]),
     "efficiency.blank": lambda: efficiency.blank("iso23509_f4"),
@@ -89,7 +88,7 @@ def test_repr_is_short(name: str) -> None:
 
 RESULTS = (
     "ehl.ContactResult", "ehl.PathResult", "regression.Formula", "efficiency.EfficiencyResult",
-    "efficiency.EfficiencyResult.uncertainty", "efficiency.EfficiencyResult.heat_balance", "efficiency.Grid",
+    "efficiency.EfficiencyResult.uncertainty", "efficiency.Grid",
     "efficiency.LoadedMesh.compare", "efficiency.blank",
 )  # fmt: skip
 

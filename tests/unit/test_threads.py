@@ -152,14 +152,12 @@ COMPUTATIONS: dict[str, tuple[Callable[[], Any], Callable[[Any], Any], str]] = {
     "Mesh.over": (mesh, lambda m: m.over(MODEL), "efficiency.mesh.solve_balanced"),
     "Mesh.map": (mesh, lambda m: m.map(MODEL), "efficiency.mesh.solve_balanced"),
     "LoadedMesh.efficiency": (loaded, lambda m: m.efficiency(MODEL), "efficiency.mesh.solve_balanced"),
-    "LoadedMesh.heat_balance": (loaded, lambda m: m.heat_balance(MODEL), "efficiency.mesh.solve_balanced"),
     "LoadedMesh.compare": (loaded, lambda m: m.compare([MODEL]), "efficiency.mesh.compare_models"),
     "LoadedMesh.solve": (
         result,
         lambda r: r.source.solve(r.model, r.operation, r.card),
         "efficiency.mesh.solve_balanced",
     ),
-    "LoadedMesh.balance": (result, lambda r: r.source.balance(r, None), "efficiency.mesh.balance_heat"),
     "LoadedMesh.strength_of": (result, lambda r: r.source.strength_of(r), "efficiency.mesh.rate_strength"),
     "EfficiencyResult.uncertainty": (
         result,
@@ -167,14 +165,13 @@ COMPUTATIONS: dict[str, tuple[Callable[[], Any], Callable[[Any], Any], str]] = {
         "efficiency.loss.uncertainty.efficiency_uncertainty",
     ),
     "EfficiencyResult.strength": (result, lambda r: r.strength, "efficiency.mesh.rate_strength"),
-    "EfficiencyResult.heat_balance": (result, lambda r: r.heat_balance(), "efficiency.mesh.balance_heat"),
 }
 # public functions and methods that read, write or describe
 OTHERS = {
     *("load", "new_file", "new_questions", "import_design", "doctor", "warmup", "serve_app"),
     *("shipped", "quantity", "load_dataset", "friction_model", "published", "slurm_script"),
     *("GearPair.check", "GearPair.misaligned", "GearPair.finished", "GearPair.sharing_bodies"),
-    *("LoadedMesh.balances_heat", "LoadedMesh.write_load"),
+    "LoadedMesh.write_load",
     *("EfficiencyResult.with_inputs", "EfficiencyResult.scalars", "EfficiencyResult.to_dict"),
     "EfficiencyResult.to_frame",
 }
