@@ -36,6 +36,7 @@ AVERAGED = 3.0  # windows: the gain of the long averages is (1 + 3)/(n + 3) and 
 # Q: gain of the first updates, windows after which it falls as 1/n, pressure below which it is not changed [p_h],
 # diagonal compliance over that of the kernel, which keeps short waves of the noise out of Q
 TOTAL_GAIN, TOTAL_WINDOWS, TOTAL_MIN, TOTAL_COMPLIANCE = 0.5, 20.0, 1e-3, 0.1
+TOTAL_LOW = 0.1  # pressure below which that compliance grows as its inverse square [p_h]
 OUTFLOW_PRESSURE = 0.02  # excess over P from which a spot drains as it does along x [p_h]
 # the mean-field exchange drains spots 1.2 to 16 times too slowly, by snapshots of solutions with two-dimensional
 # roughness: range of the factor
@@ -73,7 +74,7 @@ def accumulate(state, macro, work, model):
 
 @njit(**FAST_INTERNAL_KERNEL)
 def update_pressure(macro, model):
-    """One relaxed step of P from the window means."""
+    """One relaxed step of P from the means of a window; `update_mean_total` follows and closes the window."""
     rule = model.side_flow
     first = rule.first
     outlet = model.contact.outlet
@@ -123,12 +124,10 @@ def update_pressure(macro, model):
         step = relaxation * (change[i] + local)
         if not abs(step) < 1e6:
             step = 0.0
-        highest = macro.total[i] + OUTFLOW_PRESSURE
+        highest = max(macro.total[i], macro.sum_total[i] * per_step) + OUTFLOW_PRESSURE
         macro.pressure[i] = min(max(macro.pressure[i] + min(max(step, -STEP_MAX), STEP_MAX), 0.0), highest)
     for i in range(first, outlet):
         macro.sum_exchange[i] = macro.sum_conductance[i] = macro.sum_log_lateral[i] = 0.0
-    macro.counts[0] = 0
-    macro.counts[1] += 1
 
 
 @njit(**FAST_INTERNAL_KERNEL)
@@ -165,7 +164,7 @@ def deflect_mean(macro, work, model):
 
 @njit(**FAST_INTERNAL_KERNEL)
 def update_mean_total(macro, work, model):
-    """One step of the mean total pressure Q towards the time mean of q, at constant load.
+    """One step of the mean total pressure Q towards the time mean of q, at constant load; closes the window.
 
     A change of Q moves the gap by (K_log - K_e) dQ, which q answers: (D + K_e) dq = -(K_log - K_e) dQ - dh0 with the
     compliance D of the film. Newton's step for <q> = Q is (D + K_log) dQ + dh0 = (D + K_e)(<q> - Q) with sum dQ =
@@ -189,11 +188,13 @@ def update_mean_total(macro, work, model):
         macro.sum_total[i] = 0.0
         work.unit[i] = 1.0
         band[0, i] = band[2, i] = band[3, i] = band[5, i] = 0.0
-        band[1, i] = compliance
+        # the film of the inlet gives way to pressure
+        low = TOTAL_LOW / max(macro.total[i], TOTAL_MIN)
+        band[1, i] = compliance * max(low * low, 1.0)
         band[4, i] = 1.0
     exponential_product(left, model.elastic.weights, model.elastic.ratios, work.residual[0])
     for i in range(n):
-        work.residual[0, i] += compliance * left[i]
+        work.residual[0, i] += band[1, i] * left[i]
     factor_and_solve(
         1,
         n,
@@ -219,3 +220,5 @@ def update_mean_total(macro, work, model):
             change = work.solution[0, i] - level * work.solution[2, i]
             macro.total[i] = max(macro.total[i] + gain * change, 0.0)
     deflect_mean(macro, work, model)
+    macro.counts[0] = 0
+    macro.counts[1] += 1
