@@ -3,7 +3,8 @@
 File: CSV in the flank-inspection convention. A first line ``# mixed-ehl flank grid v1; member=pinion; flank=concave;
 units=mm`` (all but the first entry optional, further lines that start with # are skipped), a line with the names of the
 columns ``row,column,x,y,z`` or ``row,column,x,y,z,nx,ny,nz``, one line per point. Row 1 lies at the root, column 1 at
-the heel; the numbers only serve to name a point. Work frame of the member: z along its axis from the apex to the heel,
+the heel; the numbers only serve to name a point. Any encoding, separator and decimal sign; points without a value
+(empty, ``nan``, ``Bad``, -999) are left out. Work frame of the member: z along its axis from the apex to the heel,
 origin at the crossing point of the axes; normals out of the tooth, unit length. Units mm, m or inch.
 
 The points become a smooth surface, azimuth as a polynomial of the blank coordinates; normals give its slopes where that
@@ -13,6 +14,7 @@ them by is the error of the flank.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -26,8 +28,9 @@ from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank
 from efficiency.cutting.newton import Array
+from ehl.common.dialect import Dialect
 from ehl.common.errors import InputError
-from ehl.common.files import read_text, split_row
+from ehl.common.files import read_text
 
 FloatArray = NDArray[np.float64]
 Hand = Literal["left", "right"]
@@ -85,7 +88,8 @@ class SmoothFlank(Flank):
 
 
 FORMAT = "mixed-ehl flank grid v1"
-_UNITS = {"mm": 1e-3, "m": 1.0, "inch": 0.0254}
+_UNITS = {"mm": 1e-3, "m": 1.0, "inch": 0.0254, "in": 0.0254, "um": 1e-6}
+_PLACEHOLDER = -999.0
 _PLACE, _NORMAL = ("row", "column", "x", "y", "z"), ("nx", "ny", "nz")
 _MIN_POINTS = 15
 # tuned: a point farther beyond its blank than this (fractions of face and depth) belongs to another blank or another
@@ -126,7 +130,8 @@ class GridFlank(SmoothFlank):
 
 def read_point_grid(path: Path) -> PointGrid:
     """Grid of flank points from a file; `InputError` names the line, or row and column, that cannot be used."""
-    lines = read_text(path, "grid", "a readable CSV file").splitlines()
+    text = read_text(path, "grid", "a readable CSV file", any_encoding=True)
+    lines = [line.strip("; \t,") if line.lstrip().startswith("#") else line for line in text.splitlines()]
     notes = [line.lstrip("# ") for line in lines if line.startswith("#")]
     said = dict(part.strip().split("=", 1) for note in notes[:1] for part in note.split(";") if "=" in part)
     unit = said.get("units", "mm")
@@ -135,19 +140,23 @@ def read_point_grid(path: Path) -> PointGrid:
     rows = [(k + 1, line) for k, line in enumerate(lines) if line.strip() and not line.startswith("#")]
     if not rows:
         raise InputError("grid", str(path), "a line of column names and one line per point", "The file is empty.")
-    names = tuple(name.strip() for name in rows[0][1].split(","))
+    separator = max(",;\t", key=rows[0][1].count)
+    names = tuple(name.casefold() for name in Dialect(separator, ".").cells(rows[0][1]))
     if names not in (_PLACE, _PLACE + _NORMAL):
         allowed = f"{','.join(_PLACE)} with or without {','.join(_NORMAL)}"
         raise InputError(f"{path}, line {rows[0][0]}", rows[0][1][:60], allowed)
+    comma = separator != "," and any("," in line for _, line in rows[1:])
+    dialect = Dialect(separator, "," if comma else ".")
     table = []
     for number, line in rows[1:]:
-        values = split_row(line, f"{path}, line {number}")
-        if len(values) != len(names):
-            raise InputError(f"{path}, line {number}", f"{len(values)} values", f"{len(names)} values")
-        for name, text in zip(names, values, strict=True):
-            if not _finite(text):
-                raise InputError(f"{path}, line {number}, column {name}", text.strip(), "a finite number")
-        table.append([float(text) for text in values])
+        cells = dialect.cells(line)
+        if len(cells) > len(names):
+            raise InputError(f"{path}, line {number}", f"{len(cells)} values", f"{len(names)} values")
+        cells += [""] * (len(names) - len(cells))
+        places = (f"{path}, line {number}, column {name}" for name in names)
+        values = [_value(dialect, cell, place) for cell, place in zip(cells, places, strict=True)]
+        if np.isfinite(values).all():
+            table.append(values)
     if len(table) < _MIN_POINTS:
         raise InputError("grid", f"{path} with {len(table)} points", f"at least {_MIN_POINTS} points")
     data = np.array(table).T
@@ -164,11 +173,12 @@ def read_point_grid(path: Path) -> PointGrid:
     return grid
 
 
-def _finite(text: str) -> bool:
-    try:
-        return bool(np.isfinite(float(text)))
-    except ValueError:
-        return False
+def _value(dialect: Dialect, cell: str, where: str) -> float:
+    """Number of a cell, nan where none was measured."""
+    value = dialect.number(cell)
+    if value is None:
+        raise InputError(where, cell, "a finite number")
+    return math.nan if value == _PLACEHOLDER else value
 
 
 def _check_names(grid: PointGrid) -> None:

@@ -53,6 +53,9 @@ _SCATTER = 1.3
 _SIZES = np.geomspace(0.02, 300.0, 15)
 _SCALE_SECOND, _SCALE_FIELD = 3.0, 1.0
 _LENGTHS = (0.4, 0.8, 1.6, 5.0)
+# dirt (ours): so many robust standard deviations, or uncertainties, from the neighbours; more than this share is form
+_DIRTY, _MOST_DIRTY = 8.0, 0.05
+_HUBER, _ROBUST, _ROUNDS = 1.5, 1.4826, 10
 # sets of sizes and lengths that stand for all of them, and the prior size of the free terms [um]
 _SETS, _FREE = 24, 1e3
 # noise is looked for up to this many times the stated one, to this share
@@ -189,6 +192,7 @@ class MeasuredFlank(SmoothFlank):
     stated: float
     scatter: float
     field: SmoothField  # the deviation over face and depth
+    dirty: tuple[str, ...] = ()  # points that were left out, far from all of their neighbours
 
     def covariance(self, u: FloatArray, h: FloatArray) -> FloatArray:
         """Covariance of the flank along its normal at blank coordinates [m^2], (n, n)."""
@@ -200,6 +204,8 @@ class MeasuredFlank(SmoothFlank):
         text = f"standard uncertainty of one point {self.stated * 1e6:.2g} um"
         if self.scatter > _SCATTER * self.stated:
             text += f", but the points scatter by {self.scatter * 1e6:.2g} um about a smooth flank: that is used"
+        if self.dirty:
+            text += f"; left out, far from the points about them: {', '.join(self.dirty)}"
         return text
 
 
@@ -256,6 +262,15 @@ def measured_flank(
     levers = _lever(at)[here]
     offset = float(np.angle(np.mean(np.exp(1j * turn))))
     deviation = np.angle(np.exp(1j * (turn - offset))) * levers
+    place = _place(blank, u, h)
+    clean = ~_dirty(place, deviation * 1e6, uncertainty * 1e6)
+    rows, columns = grid.row[here], grid.column[here]
+    dirty = tuple(f"row {rows[k]}, column {columns[k]} ({deviation[k] * 1e6:+.3g} um)" for k in np.flatnonzero(~clean))
+    if dirty:
+        here[np.flatnonzero(here)[~clean]] = False
+        u, h, turn, levers, place = u[clean], h[clean], turn[clean], levers[clean], place[:, clean]
+        offset = float(np.angle(np.mean(np.exp(1j * turn))))
+        deviation = np.angle(np.exp(1j * (turn - offset))) * levers
     worst = int(np.argmax(np.abs(deviation)))
     if abs(deviation[worst]) > _FARTHEST:
         raise InputError(
@@ -264,7 +279,6 @@ def measured_flank(
             f"within {_FARTHEST * 1e3:g} mm of it",
             "Check that the points are those of this member and flank, and their units.",
         )
-    place = _place(blank, u, h)
     field = smooth_field(place, deviation * 1e6, uncertainty * 1e6, _ORDER if nominal is not None else _ORDER_ALONE)
 
     node_height = blank.height(*nodes)
@@ -289,7 +303,28 @@ def measured_flank(
         stated=uncertainty,
         scatter=field.noise * 1e-6,
         field=field,
+        dirty=dirty,
     )
+
+
+def _dirty(place: FloatArray, deviation: FloatArray, uncertainty: float) -> NDArray[np.bool_]:
+    """Points that lie far from those about them, as by dirt or a burr; none where there are many [um].
+
+    What a robust fit of third order leaves (Huber's loss, reweighted least squares) is compared with the median of the
+    eight nearest points: a smooth deviation of higher order moves both.
+    """
+    terms = _terms(place, 0, 3)
+    weight = np.ones(deviation.size)
+    for _ in range(_ROUNDS):
+        root = np.sqrt(weight)
+        left = deviation - terms @ np.linalg.lstsq(terms * root[:, None], deviation * root, rcond=None)[0]
+        scale = max(_ROBUST * float(np.median(np.abs(left))), 0.1 * uncertainty)
+        weight = np.minimum(1.0, _HUBER * scale / np.maximum(np.abs(left), 1e-12))
+    apart = np.sum((place[:, :, None] - place[:, None, :]) ** 2, axis=0)
+    nearest = np.argsort(apart, axis=1)[:, 1:9]
+    jump = np.abs(left - np.median(left[nearest], axis=1))
+    found = np.asarray(jump > _DIRTY * max(_ROBUST * float(np.median(jump)), uncertainty))
+    return found if found.mean() <= _MOST_DIRTY else np.zeros(deviation.size, dtype=bool)
 
 
 def _place(blank: Blank, u: FloatArray, h: FloatArray) -> FloatArray:

@@ -73,6 +73,34 @@ def test_noise_leaves_its_own_size_and_the_angles(tmp_path: Path) -> None:
     assert "modified_roll_2c" not in {row.setting for row in found.corrections}
 
 
+def test_dirt_inches_reversed_numbers_and_missing_points_change_nothing(tmp_path: Path) -> None:
+    """A point 80 um off and two that were not measured; inch, decimal commas, rows counted from the tip."""
+    changes = {"machine_root_angle": 3e-4, "radial_setting": 5e-5}
+    files = grids(tmp_path, BEVEL, changes, 0.5e-6)
+    clean = {(row.setting, row.flanks): row for row in machine_corrections(BEVEL, files, 1e-6).corrections}
+    for file in files:
+        text = file.read_text(encoding="utf-8").splitlines()
+        head = text[0]
+        assert "units=mm" in head
+        names, *lines = [line for line in text if not line.startswith("#")]
+        points = [[float(cell) for cell in line.split(",")] for line in lines]
+        for k, point in enumerate(points):
+            if k == 25:
+                normal = np.array(point[5:8])
+                point[2:5] = list(np.array(point[2:5]) + 0.08 * normal)
+            point[0] = 100 - point[0]
+            point[2:5] = [x / 25.4 for x in point[2:5]]
+        rows = [";".join(f"{cell:.12g}" for cell in point).replace(".", ",") for point in points]
+        for k in (3, 44):
+            rows[k] = ";".join([*rows[k].split(";")[:2], "Bad", "-999", "-999", "0", "0", "1"])
+        new = "\r\n".join([head.replace("units=mm", "units=inch") + ";;;", names.replace(",", ";"), *rows])
+        file.write_bytes(new.encode("utf-16"))
+    found = machine_corrections(BEVEL, files, 1e-6)
+    assert sum("left out" in note for note in found.notes) == 2
+    for row in found.corrections:
+        assert abs(row.change - clean[row.setting, row.flanks].change) < row.uncertainty
+
+
 def test_a_part_as_designed_asks_for_nothing(tmp_path: Path) -> None:
     found = machine_corrections(BEVEL, grids(tmp_path, BEVEL, {}, sides="concave"), 1e-6, 1)
     assert all(abs(row.change) < 1e-3 * row.uncertainty for row in found.corrections)
