@@ -19,7 +19,7 @@ from ehl.heat.conduction import Matrices, surface_matrices
 from ehl.heat.traction import FilmTemperature, film_temperature
 from ehl.line_contact import LineContact
 from ehl.material import Material
-from ehl.smooth.continuation import features_of_level, grid_for, transfer
+from ehl.smooth.continuation import HARD_NODES, features_of_level, grid_for, transfer
 from ehl.smooth.newton import Level, NewtonFactors, NewtonFailure, NodeGrid, Unknowns, solve_level
 from ehl.smooth.outputs import FilmShear, numbers_of
 from ehl.smooth.scaling import Offset, ScaledContact
@@ -152,7 +152,9 @@ class HotFilm:
 
     def started(self, cold: Level, guess: Offset | None) -> Level:
         """Film and heat on a coarse grid graded for them, from the isothermal film and a guess of the heat."""
-        grid = NodeGrid.of(cold.grid.grading, cold.grid.nodes)  # every other node
+        grading, nodes = cold.grid.grading, cold.grid.nodes
+        # nodes and faces together as many as nodes of the finer path
+        grid = NodeGrid.of(grading, nodes if nodes.size >= HARD_NODES else grading.points(HARD_NODES))
         start = transfer(cold, grid)
         x = _nodes(grid, start)
         mixer = Mixer(Offset(x, np.zeros(x.size)))

@@ -23,6 +23,7 @@ from ehl.common.threads import single_thread
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.smooth.continuation import (
+    HARD_NODES,
     PATH_NODES,
     PathReport,
     cold_path,
@@ -190,10 +191,11 @@ class _Attempt:
 
 def _attempts(scaled: ScaledContact, start: SteadyResult | None) -> list[_Attempt]:
     """Ways to a solution in the order they are tried."""
-    nodes, blunt = refined(PATH_NODES, scaled), scaled.rounded()
+    hard, blunt = refined(HARD_NODES, scaled), scaled.rounded()
+    nodes = PATH_NODES if hard == HARD_NODES else hard
     attempts = [_Attempt("", lambda report: cold_path(scaled, nodes, report))]
     if blunt.gamma > scaled.gamma:
-        attempts.append(_Attempt(ROUNDED, lambda report: cold_path(blunt, nodes, report)))
+        attempts.append(_Attempt(ROUNDED, lambda report: cold_path(blunt, hard, report)))
     if start is None or start.coarse is None:
         return attempts
     neighbour, first = start.coarse, blunt if ROUNDED in start.fallbacks else scaled
