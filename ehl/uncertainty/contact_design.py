@@ -14,7 +14,7 @@ from ehl.fluid.oil_uncertainty import VARIABLES
 from ehl.fluid.rheology import PressureStress
 from ehl.inputs import ContactProblem
 from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, score_of
-from ehl.uncertainty.spread import GROUPS, Spread, UncertaintyInput
+from ehl.uncertainty.spread import GROUPS, LATERAL_CAUSE, Spread, UncertaintyInput, lateral_spread
 
 Moving = Callable[[ContactProblem, float], ContactProblem]
 
@@ -155,6 +155,8 @@ def contact_uncertainty(
     def friction(problems: Sequence[ContactProblem]) -> list[float]:
         return [found[0] for found in run_tasks(problems, solve, jobs=jobs)]
 
+    rough = 0.0 if math.isinf(ratio) else score * float(lateral_spread(ratio))
+
     def together(scores: Sequence[Mapping[str, float]]) -> list[float]:
         cases = []
         for each in scores:
@@ -163,7 +165,10 @@ def contact_uncertainty(
                 if each.get(entry.name):
                     case = entry.moved(case, score * each[entry.name])
             cases.append(case)
-        return [math.log(end / mu) if end > 0.0 < mu else math.nan for end in friction(cases)]
+        return [
+            math.log(end / mu) + rough * each.get(LATERAL_CAUSE, 0.0) if end > 0.0 < mu else math.nan
+            for end, each in zip(friction(cases), scores, strict=True)
+        ]
 
     ends = friction([entry.moved(problem, z) for entry in inputs for z in (-score, score)])
     notes = [] if oil else ["the lubricant is given by numbers: its figures count as known"]
@@ -176,6 +181,9 @@ def contact_uncertainty(
         note = f"{entry.spread.source}; solved at both ends"
         values = math.log(below / mu), math.log(above / mu)
         changes.append(Change(entry.name, GROUPS[entry.input], entry.spread.sd, *values, note))
+    if rough > 0.0:
+        note = "against solutions with two-dimensional roughness"
+        changes.append(Change(LATERAL_CAUSE, "roughness", rough / score, -rough, rough, note))
     if lost:
         notes.append(f"not solved at both ends, and not in the interval: {', '.join(lost)}")
     return InputUncertainty.of(

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from pydantic import PrivateAttr
 
 from ehl.common.errors import InputError
@@ -84,6 +85,11 @@ class Spread:
 TEMPERATURE_BULK = Spread(10.0, "absolute", "ours")
 # of hardened steel, 30 +- 10 W/(m K): 21 (through-hardened bearing steel) to 46 (annealed) were found, from memory
 CONDUCTIVITY_SOLID = Spread(0.30, source="hardened steel, 21 to 46 W/(m K)")
+
+# standard deviation of ln mu of the lateral mode against solutions with two-dimensional roughness (docs/roughness.md),
+# and the smooth film ratio above which it falls as its inverse square, as the effect of roughness does
+LATERAL_MODE, LATERAL_RATIO = 0.08, 1.0
+LATERAL_CAUSE = "rough contact model"
 
 Relative = Annotated[
     float, ValueRange("", ge=0.0, le=3.0, hint="One standard deviation of its logarithm: 0.1 is about 10 %.")
@@ -178,6 +184,11 @@ class UncertaintyInput(InputModel):
         if oil is None:
             raise InputError("oil", None, "an oil, whose card says how well its figures are known")
         return Spread(getattr(oil.uncertainty, name), source="oil card")
+
+
+def lateral_spread(film_ratio: Any) -> Any:
+    """Standard deviation of ln mu by the model of two-dimensional roughness at smooth film ratios [-]."""
+    return LATERAL_MODE * np.minimum((LATERAL_RATIO / np.maximum(film_ratio, LATERAL_RATIO)) ** 2, 1.0)
 
 
 # figures do not matter where only their ratios are asked for

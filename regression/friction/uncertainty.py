@@ -19,7 +19,7 @@ from ehl.fluid.oil_uncertainty import VARIABLES
 from ehl.inputs import SurfaceInput
 from ehl.state import ContactState
 from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, score_of
-from ehl.uncertainty.spread import DEFAULT, GROUPS, Spread, UncertaintyInput
+from ehl.uncertainty.spread import DEFAULT, GROUPS, LATERAL_CAUSE, Spread, UncertaintyInput, lateral_spread
 from ehl.uncertainty.stated import stated_change
 from regression.friction.conditions import Array, conditions_of
 from regression.friction.fitted import FittedFormula
@@ -226,7 +226,7 @@ def friction_changes(
                 low, high, note, nothing = low + stated[0], high + stated[1], f"{note}; {STATED}", False
         if not nothing:
             found.append(Change(entry.name, GROUPS[entry.input], entry.spread.sd, low, high, note))
-    for change in _formula_error(model, state, oil, score):
+    for change in (*_formula_error(model, state, oil, score), *_lateral_error(fitted or solving, ratio, score)):
         added[change.name] = change.below, change.above
         found.append(change)
 
@@ -276,6 +276,15 @@ def _formula_error(model: FrictionModel, state: ContactState, oil: Oil, score: f
     if not (np.any(below) or np.any(above)):
         return []
     return [Change(FORMULA, "formula", math.nan, below, above, "error of the formula on contacts it has not seen")]
+
+
+def _lateral_error(resolved: bool, film_ratio: Array, score: float) -> list[Change]:
+    """Error of the model of two-dimensional roughness behind solved contacts and what is fitted to them."""
+    change = score * np.asarray(lateral_spread(film_ratio))
+    if not resolved or not np.any(np.isfinite(film_ratio)):
+        return []
+    note = "against solutions with two-dimensional roughness"
+    return [Change(LATERAL_CAUSE, "roughness", math.nan, -change, change, note)]
 
 
 def point_uncertainty(
