@@ -108,11 +108,8 @@ class ContactKeywords(TypedDict, total=False):
     seed: int | None
     thermal: Thermal | None
     accuracy: Accuracy | None
-    roughness: Literal["load_sharing", "deterministic"] | None
     friction_tolerance: Amount
     shortcuts: Literal["auto", "off"] | None
-    load_sharing: Literal["arana_2019", "doleschel_2002"] | None
-    load_sharing_scale: Amount
     contact: Mapping[str, object]
     lubricant: Mapping[str, object]
     surface: Mapping[str, object]
@@ -206,8 +203,6 @@ class Contact(InputModel):
         Friction coefficient of asperity contact [-]; that of the additive when not given.
     thermal : {"auto", "off", "on"}
         Heat balance.
-    roughness : {"deterministic", "load_sharing"}
-        Both surfaces roll through in time, or a published load-sharing curve (`load_sharing`, `load_sharing_scale`).
     accuracy : {"standard", "fast", "reference"}
         With `friction_tolerance` [-]; `shortcuts` = "off" leaves nothing out that an estimate finds small.
 
@@ -468,14 +463,7 @@ class Contact(InputModel):
             for name, solid in (("solid_1", self.solid_1), ("solid_2", self.solid_2)):
                 if solid.temperature_bulk is not None:
                     unused.append((f"{name}.temperature_bulk", "thermal is off"))
-        if self.model.roughness == "deterministic":
-            law = {"load_sharing", "load_sharing_scale"} & self.model.model_fields_set
-            unused += [(f"model.{name}", "the roughness is deterministic") for name in sorted(law)]
-        if self.model.roughness == "load_sharing" and self.surface.roughness_rms > 0.0:
-            waves = ("correlation_length", "spectrum", "hurst_exponent", "lay_angle")
-            shape = (*waves, "skewness", "kurtosis", "peklenik_number", "boundary_film", "running_in", "seed")
-            unused += [(f"surface.{name}", "load sharing uses Rq alone") for name in shape if name in given]
-        elif "hurst_exponent" in given and self.surface.spectrum == "gaussian":
+        if "hurst_exponent" in given and self.surface.spectrum == "gaussian":
             unused.append(("surface.hurst_exponent", "the spectrum is gaussian"))
         if "lay_angle" in given and self.surface.finish is None:
             unused.append(("surface.lay_angle", "no finish is named"))
@@ -529,18 +517,6 @@ class Contact(InputModel):
                 self.contact.slide_to_roll,
                 f"a sliding speed of at most {MAX_SLIDING:g} m/s",
                 f"It is {contact.speed_sliding:.4g} m/s.",
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _profiles_are_deterministic(self) -> Self:
-        deterministic = self.model.roughness == "deterministic"
-        if self.surface.measured and not deterministic:
-            raise InputError(
-                "surface.profile_1" if self.surface.profile_1 else "surface.profile_2",
-                self.surface.profile_1 or self.surface.profile_2,
-                "a measured profile only with model.roughness = 'deterministic'",
-                "Load sharing uses Rq alone.",
             )
         return self
 

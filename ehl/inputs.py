@@ -224,11 +224,8 @@ class ModelInput(InputModel):
 
     thermal: Thermal = "auto"
     accuracy: Accuracy = "standard"
-    roughness: Literal["load_sharing", "deterministic"] = "deterministic"
     friction_tolerance: Annotated[float, ValueRange("", ge=1e-4, le=0.5)] | None = None
     shortcuts: Literal["auto", "off"] = "auto"
-    load_sharing: Literal["arana_2019", "doleschel_2002"] = "arana_2019"
-    load_sharing_scale: Annotated[float, ValueRange("", ge=0.05, le=20.0)] = 1.0
 
 
 @dataclass(frozen=True)

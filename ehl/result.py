@@ -99,7 +99,7 @@ class ContactResult(Reportable):
     asperity_load_share : float
         Share of the load carried by asperity contact [-].
     roughness_load_share : float
-        Share of the load above the macroscopic pressure [-]; the same as the above with load sharing.
+        Share of the load above the macroscopic pressure [-].
     rolling_traction : float
         Traction of the pressure gradient over w' [-], apart from friction.
     temperature_film_max, temperature_flash : float
@@ -130,7 +130,7 @@ class ContactResult(Reportable):
     heat : ThermalTraction
         Temperature profiles; None where heat was left out.
     transient : TransientResult
-        The run of the deterministic solver; None without it.
+        The run with rough surfaces; None without it.
     dry : DryContactResult
         The dry contact at one moment where the film is negligible; None elsewhere.
 

@@ -14,7 +14,6 @@ import numpy as np
 from ehl.common.errors import ConvergenceError
 from ehl.common.threads import one_thread
 from ehl.elastic_shear import elastic_shear
-from ehl.fluid.load_sharing import load_sharing
 from ehl.fluid.lubricant import Lubricant
 from ehl.inputs import ContactProblem, ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
@@ -101,9 +100,8 @@ def _solve(problem: ContactProblem, start: ContactResult | None, window: float |
         start=start.isothermal if start is not None else None,
         start_heat=start.heat if start is not None else None,
     )
-    deterministic = model.roughness == "deterministic" and (surface.roughness_rms > 0.0 or surface.measured)
     # a rough run makes its own heat: the isothermal film will do to start it
-    lost_heat = smooth.status != "converged" and deterministic and smooth.isothermal.status == "converged"
+    lost_heat = smooth.status != "converged" and problem.rough and smooth.isothermal.status == "converged"
     if lost_heat:
         smooth = isothermal_fallback(smooth)
     if smooth.status != "converged":
@@ -152,13 +150,10 @@ def _solve(problem: ContactProblem, start: ContactResult | None, window: float |
         isothermal=smooth.isothermal,
         heat=smooth.heat,
     )
-    if surface.roughness_rms == 0.0 and not surface.measured:
-        skipped.append("roughness and time: both surfaces are smooth")
-    elif model.roughness == "load_sharing":
-        skipped.append("time: the load-sharing model has no transient")
-        result = _shared(result, problem)
-    else:
+    if problem.rough:
         result = _rough(result, problem, skipped, heated=lost_heat, window=window)
+    else:
+        skipped.append("roughness and time: both surfaces are smooth")
     if result.status == "failed":
         return result
     reason = rejection_reason(result)
@@ -191,24 +186,6 @@ def _accepted(result: ContactResult, tolerance: float) -> ContactResult:
 def _without_repeats(skipped: tuple[str, ...]) -> list[str]:
     """One entry per subject: the last, which has the best estimate."""
     return list({text.partition(":")[0]: text for text in skipped}.values())
-
-
-def _shared(smooth: ContactResult, problem: ContactProblem) -> ContactResult:
-    """The smooth contact with a share of its load on asperities, which rub only where there is sliding."""
-    assert smooth.isothermal is not None
-    surface, model = problem.surface, problem.model
-    film_ratio = smooth.isothermal.film_central / surface.roughness_rms
-    boundary = surface.boundary_friction if problem.line.speed_sliding > 0.0 else 0.0
-    sharing = load_sharing(film_ratio, smooth.friction_fluid, boundary, model.load_sharing, model.load_sharing_scale)
-    return replace(
-        smooth,
-        friction_coefficient=sharing.friction_fluid + sharing.friction_asperity,
-        friction_fluid=sharing.friction_fluid,
-        friction_asperity=sharing.friction_asperity,
-        film_ratio=film_ratio,
-        asperity_load_share=sharing.asperity_load_share,
-        roughness_load_share=sharing.asperity_load_share,
-    )
 
 
 def _rough(

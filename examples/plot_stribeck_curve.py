@@ -11,7 +11,7 @@ import ehl
 
 contact = ehl.Contact(
     oil="75w90", temperature="90 degC", pressure_hertz="1.2 GPa", radius_equivalent="15 mm",
-    speed_entrainment="5 m/s", slide_to_roll=0.2, roughness_rms="0.4 um", roughness="load_sharing",
+    speed_entrainment="5 m/s", slide_to_roll=0.2, roughness_rms="0.4 um", finish="ground", accuracy="fast",
 )  # fmt: skip
 speeds = (0.3, 0.6, 1.2, 2.5, 5.0, 10.0, 20.0)
 table = ehl.solve_path([contact.replace(speed_entrainment=speed) for speed in speeds]).to_frame()

@@ -264,7 +264,7 @@ def fit(
     results : Run, Dataset, str or path, or several of them
         Results of a sweep, their folder or file, or the name of a shipped dataset.
     family : str
-        A family of formulas (`short`, `rough_share`, `xu`, `power_law`, `regimes`, `load_share`), or ``"best"``: all
+        A family of formulas (`short`, `rough_share`, `xu`, `power_law`, `regimes`), or ``"best"``: all
         of them, the one with the smallest held-out error of ln mu first.
     gaussian_process : bool
         Correct ln mu by a Gaussian process on what the family leaves.

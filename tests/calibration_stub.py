@@ -17,7 +17,10 @@ Array = NDArray[np.float64]
 
 
 class OneLineSolver(FrictionSolver):
-    """tau = min(tau0 asinh(eta u_s/(tau0 h)), Lambda p) at the mean pressure, isothermal, h by Moes (1992)."""
+    """tau = min(tau0 asinh(eta u_s/(tau0 h)), Lambda p) at the mean pressure, isothermal, h by Moes (1992).
+
+    Asperities of rough rows carry the share exp(-h/h_boundary), the film the rest.
+    """
 
     def parts(self, sets: Sequence[Mapping[str, float]], rows: Any = None) -> Array:
         out = np.full((len(sets), self.roughness.size, 3), np.nan)
@@ -32,7 +35,8 @@ class OneLineSolver(FrictionSolver):
                     film = moes_1992(m, length) * contact.radius_equivalent * (2.0 * speed) ** 0.5
                     mean = np.array([0.25 * np.pi * contact.pressure_hertz])
                     stress = oil.shear_stress(mean, np.array([film]), contact.speed_sliding)
-                    out[k, row] = float(stress[0] / mean[0]), film, 0.0
+                    share = float(np.exp(-film / values.get("boundary_film", 2e-8))) if self.roughness[row] else 0.0
+                    out[k, row] = (1.0 - share) * float(stress[0] / mean[0]), share, 0.0
                     rest = np.log(np.array([contact.speed_sliding / film]))
                     films.append(FrozenFilm(mean, rest, 1.0 / mean, log_moes_film(contact, oil)))
             if k == 0:

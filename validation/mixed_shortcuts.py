@@ -69,7 +69,7 @@ def scene(ratio: float, gpa: float, slip: float, gamma: float, length: float, se
             },
             "surface": surface | {"boundary_film": boundary},
             "model": {
-                "roughness": "deterministic", "accuracy": "fast", "thermal": "off", "shortcuts": shortcuts,
+                "accuracy": "fast", "thermal": "off", "shortcuts": shortcuts,
             },
         },
     )  # fmt: skip

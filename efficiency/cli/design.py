@@ -298,22 +298,18 @@ def plan(
     oil: Annotated[str | None, typer.Option(help="Oil card in place of the designs'.")] = None,
     size: Annotated[int, typer.Option(min=1, help="Cases of the plan, for each oil.")] = 1024,
     coverage: Annotated[float, typer.Option(help="Share of the lost work inside each range.")] = 0.98,
-    model: Annotated[
-        str, typer.Option(help="Model of the roughness: deterministic or load_sharing.")
-    ] = "deterministic",
 ) -> None:
     """Write the plan of a sweep whose ranges are what the contact points of gear designs see in their duty.
 
     The ranges are quantiles weighted with the work lost at each point.
     """
-    one_of("model", model, "deterministic", "load_sharing")
     if output.suffix != ".toml":
         raise InputError("output", str(output), "a file name ending in .toml")
     pairs = [efficiency.load(design) for design in designs]
     ranges = regression.operating_range([point for pair in pairs for point in pair.duty_points(duty, oil)], coverage)
     oils = tuple(dict.fromkeys([oil] if oil else [pair.design.operation.oil for pair in pairs]))
     words = f"{100.0 * coverage:g} % of the work lost by {', '.join(pair.name for pair in pairs)} over {duty.name}"
-    text = ranges.plan_text(output.stem, oils, size=size, description=words, roughness=model)
+    text = ranges.plan_text(output.stem, oils, size=size, description=words)
     write_text(output, text)
     ranges.show()
     typer.echo(

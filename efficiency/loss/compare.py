@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 COLEMAN_FRICTION = 0.05
 # what the fitted constant is fitted to, best first; else the first fitted formula, else the first model
-REFERENCES = ("ehl:all", "ehl", "ehl:load_sharing:all", "ehl:load_sharing")
+REFERENCES = ("ehl:all", "ehl")
 
 
 @dataclass(frozen=True)

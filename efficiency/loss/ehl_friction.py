@@ -128,7 +128,7 @@ class EhlFriction(FrictionModel):
     @property
     def uses_texture(self) -> bool:
         """Whether the Peklenik number has an effect: it steers the oil between rolling asperities."""
-        return not self.smooth and self.model.roughness == "deterministic"
+        return not self.smooth
 
     def evaluate(self, conditions: Conditions, oil: Oil) -> SolvedFriction:
         """Friction at every point.
@@ -174,7 +174,7 @@ class EhlFriction(FrictionModel):
         report_progress("contacts", done, total, seconds)
         found = []
         if jobs > 1:
-            prepare_workers(rough=not self.smooth and self.model.roughness == "deterministic")
+            prepare_workers(rough=not self.smooth)
         # each contact by itself: the same whatever the number of processes
         for one in run_tasks(scenes, partial(_solve_one, model=self.model, bodies=self.bodies), jobs=jobs):
             found.append(one)
@@ -291,9 +291,9 @@ def _friction(place: FloatArray, power: FloatArray, chosen: IntArray, solved: So
 
 
 def ehl_friction(spec: str, bodies: tuple[Material, Material] | None = None) -> EhlFriction:
-    """The model of a name: ``ehl`` (the rough surfaces rolled through), ``ehl:load_sharing`` or ``ehl:smooth``.
+    """The model of a name: ``ehl`` (the rough surfaces rolled through) or ``ehl:smooth``.
 
-    They solve contacts until chance leaves at most 3 % of the mean friction open, 0.2 % the last two, 320 at most, and
+    They solve contacts until chance leaves at most 3 % of the mean friction open, 0.2 % the second, 320 at most, and
     interpolate the others. ``:5%`` at the end asks for another share, ``:sampled`` solves 80 at most, ``:all`` every
     point.
 
@@ -305,20 +305,16 @@ def ehl_friction(spec: str, bodies: tuple[Material, Material] | None = None) -> 
     words = spec.split(":")
     asked = [word for word in words[1:] if word.endswith("%")]
     wanted = set(words[1:]) - set(asked)
-    clash = {"smooth", "load_sharing"} <= wanted or len(wanted & {"all", "sampled"}) + len(asked) > 1
-    if words[0] != "ehl" or clash or not wanted <= {"smooth", "load_sharing", "all", "sampled"}:
-        raise InputError(
-            "friction model",
-            spec,
-            "ehl, ehl:load_sharing or ehl:smooth, with :all, :sampled or a share as :5% at the end",
-        )
+    clash = len(wanted & {"all", "sampled"}) + len(asked) > 1
+    if words[0] != "ehl" or clash or not wanted <= {"smooth", "all", "sampled"}:
+        allowed = "ehl or ehl:smooth, with :all, :sampled or a share as :5% at the end"
+        raise InputError("friction model", spec, allowed)
     steel = Material.load("steel")
-    tolerance = TOLERANCE_SMOOTH if wanted & {"smooth", "load_sharing"} else TOLERANCE
+    tolerance = TOLERANCE_SMOOTH if "smooth" in wanted else TOLERANCE
     if asked:
         tolerance = 0.01 * ValueRange("", gt=0.0, le=100.0).check(asked[0][:-1], "friction model")
     points = None if "all" in wanted else SAMPLED if "sampled" in wanted else POINTS
-    model = ModelInput(accuracy="fast", roughness="load_sharing" if "load_sharing" in wanted else "deterministic")
-    return EhlFriction(spec, "smooth" in wanted, points, tolerance, bodies=bodies or (steel, steel), model=model)
+    return EhlFriction(spec, "smooth" in wanted, points, tolerance, bodies=bodies or (steel, steel))
 
 
 def _line(state: ContactState, at: int) -> LineContact:

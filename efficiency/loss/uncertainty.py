@@ -94,10 +94,7 @@ class LossChanges:
 
 def stand_in(model: FrictionModel, oil: Oil) -> tuple[FrictionModel, str]:
     """The formula that says how friction of solved contacts answers, and what is to be said of it."""
-    names = shipped_formulas(oil.name) or shipped_formulas(ANY_OIL)
-    sharing = [name for name in names if name.endswith("_load_share")]
-    plain = [name for name in names if name not in sharing]
-    name = (sharing or plain)[0] if "load_sharing" in model.name else (plain or sharing)[0]
+    name = (shipped_formulas(oil.name) or shipped_formulas(ANY_OIL))[0]
     found = Formula.load(name, boundary_friction=getattr(model, "boundary_friction", None))
     other = "" if shipped_formulas(oil.name) else ", of another oil"
     return found, f"by the formula {name}{other}"

@@ -173,7 +173,7 @@ def optimise(
     )
     _check_numbers(evaluations, batch, check, len(problem.variables))
     if solved is not None and solved.partition(":")[0] != "ehl":
-        models = "a friction model that solves contacts: ehl, ehl:load_sharing, ehl:smooth"
+        models = "a friction model that solves contacts: ehl, ehl:smooth"
         raise InputError("check friction", solved, models, "The gain by the formula of the search needs no second one.")
     if solved is not None:
         ehl_friction(solved)  # refuses words it does not know before the search begins

@@ -133,7 +133,7 @@ def run_demo(folder: Path | str, jobs: int | None = None, progress: ProgressCall
 
         report_progress("gear pair", 0, 1)
         gear = GearPair(DESIGN).mesh()
-        models = [*map(str, paths), "ehl:load_sharing", CONSTANT, "xu_kahraman_2007"]
+        models = [*map(str, paths), "ehl", CONSTANT, "xu_kahraman_2007"]
         comparison = gear.load().compare(models)
         report_progress("gear pair", 1, 1)
         lap("gear")

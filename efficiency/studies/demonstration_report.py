@@ -64,10 +64,10 @@ def _contacts(result: DemoResult) -> Section:
             Text(
                 f"{report.total} line contacts drawn by a scrambled Sobol sequence over what the contact points of the "
                 f"pair see, each solved as a smooth film with heat where an estimate says it matters ({heated} of "
-                f"{len(frame)}), and mixed friction by load sharing. {result.run.unanswered} failed. The solver's own "
-                f"error of mu is {100 * friction_error.median():.2g} % in the median and "
+                f"{len(frame)}), then in time with both rough surfaces. {result.run.unanswered} failed. The solver's "
+                f"own error of mu is {100 * friction_error.median():.2g} % in the median and "
                 f"{100 * friction_error.max():.2g} % at worst; it covers the discretisation and the heat left out, not "
-                "the load-sharing model or the oil data."
+                "the data of oil and surfaces."
             ),
             Row(
                 [
@@ -89,8 +89,7 @@ def _formulas(result: DemoResult) -> Section:
         [
             Text(
                 "Each family is fitted to the same contacts and judged on cases it has not seen: whole cells of "
-                "pressure and radius are held out in turn. The load-share family has an advantage here that a real "
-                "contact would not give it: the contacts were computed with a load-sharing model of the same kind."
+                "pressure and radius are held out in turn."
             ),
             family_table(result.formulas),
             Picture(partial(plot_bands, best), "Held-out errors by band of each variable, with the number of cases."),
@@ -138,10 +137,9 @@ def _comparison(result: DemoResult) -> Section:
         "Against constant mu and other models",
         [
             Text(
-                "The same loaded mesh with each friction model. 'ehl:load_sharing' solves contacts of the mesh, by the "
-                "load-sharing model of the data, instead of using a formula, so its difference from the fitted formula "
-                "is what the formula costs; 'ehl' would roll the rough surfaces through. Loads come from frictionless "
-                "equilibrium. The closed forms take one constant mu for the whole pair."
+                "The same loaded mesh with each friction model. 'ehl' solves contacts of the mesh instead of using a "
+                "formula, so its difference from the fitted formula is what the formula costs. The closed forms take "
+                "one constant mu for the whole pair."
             ),
             Picture(partial(plot_comparison, result.comparison), CAPTION),
             replace(models_table(result.comparison), title=""),

@@ -1,3 +1,3 @@
-"""Lubricants: viscosity, density and shear laws, oil cards, film formulas, load sharing."""
+"""Lubricants: viscosity, density and shear laws, oil cards and film formulas."""
 
 from __future__ import annotations

@@ -301,11 +301,9 @@ def reference_temperature(measurement: Measurement) -> float:
 
 
 def all_values(measurement: Measurement, setup: CalibrationSetup) -> dict[str, float]:
-    """Values of all parameters before the fit: the card's, and those of [surface] and [model]."""
+    """Values of all parameters before the fit: the card's, and those of [surface]."""
     values = start_values(Oil.load(setup.oil), reference_temperature(measurement), rising=setup.rising)
     values["boundary_friction"] = setup.surface.boundary_friction
-    if setup.model.roughness == "load_sharing":
-        return values | {"load_sharing_scale": setup.model.load_sharing_scale}
     if setup.surface.boundary_film is not None or "boundary_film" in setup.parameters:
         values["boundary_film"] = setup.surface.boundary_film or 20e-9
     return values
@@ -326,7 +324,7 @@ def check_information(measurement: Measurement, setup: CalibrationSetup) -> None
         raise InputError(measurement.name, f"{measurement.size} rows", f"more than {len(setup.parameters)} rows", hint)
     if not (c["slide_to_roll"] != 0.0).any():
         raise InputError(f"{measurement.name}, column slide_to_roll", 0.0, "sliding", "Pure rolling has no friction.")
-    for name in ("boundary_friction", "boundary_film", "load_sharing_scale"):
+    for name in ("boundary_friction", "boundary_film"):
         if name in setup.parameters and not (c["roughness_rms"] > 0.0).any():
             hint = "Give roughness_rms as a column or under [conditions], or leave the parameter out."
             raise InputError("parameters", name, "parameters of smooth contacts where no roughness is given", hint)
@@ -376,7 +374,7 @@ def calibrate(
         Oil, parameters, specimens and common conditions: a TOML file, or its content.
     parameters : sequence of str, optional
         What is fitted, in place of the setup's: `eyring_stress`, `stress_low`, `stress_slope`,
-        `limiting_shear_coefficient`, `pressure_viscosity`, `boundary_film`, `boundary_friction`, `load_sharing_scale`.
+        `limiting_shear_coefficient`, `pressure_viscosity`, `boundary_film`, `boundary_friction`.
     oil : str, optional
         Oil card to begin with, in place of the setup's.
     jobs : int, optional
@@ -500,7 +498,7 @@ def setup_of(
 
 def _profiles(solver: FrictionSolver, names: tuple[str, ...], target: Target, *, wanted: bool | None) -> bool:
     """Whether to make profiles: as asked for, or where they are cheap."""
-    cheap = not solver.rough and 4 * len(names) * int(target.rows.sum()) <= PROFILE_CALLS
+    cheap = not solver.roughness.any() and 4 * len(names) * int(target.rows.sum()) <= PROFILE_CALLS
     return cheap if wanted is None else wanted
 
 

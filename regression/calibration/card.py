@@ -12,7 +12,7 @@ from regression.calibration.measurement import Measurement
 from regression.calibration.parameters import RISING, card_with
 from regression.calibration.setup import CalibrationSetup
 
-SURFACE = ("boundary_friction", "boundary_film", "load_sharing_scale")
+SURFACE = ("boundary_friction", "boundary_film")
 
 
 def calibrated_card(
@@ -74,10 +74,8 @@ def calibrated_card(
 
 
 def _model_words(setup: CalibrationSetup) -> str:
-    model = setup.model
-    law = f" ({model.load_sharing})" if model.roughness == "load_sharing" else ""
     stress = "rising" if setup.rising else "constant"
-    return f"{model.roughness}{law}, {model.accuracy}, thermal {model.thermal}, {stress} Eyring stress"
+    return f"{setup.model.accuracy}, thermal {setup.model.thermal}, {stress} Eyring stress"
 
 
 def _geometry_words(setup: CalibrationSetup) -> str:
@@ -90,11 +88,5 @@ def _geometry_words(setup: CalibrationSetup) -> str:
 def use_lines(path: Path, setup: CalibrationSetup, result: Calibration) -> list[str]:
     """What to write in an input file so that the calibrated values are used."""
     lines = [f'[lubricant]  oil = "{path}"' + ('  eyring_stress_law = "pressure"' if setup.rising else "")]
-    fitted = [name for name in SURFACE if name in result.fitted]
-    for table, names in (("surface", ("boundary_friction", "boundary_film")), ("model", ("load_sharing_scale",))):
-        here = [f"{name} = {result.values[name]:.4g}" for name in names if name in fitted]
-        if table == "model" and (here or fitted):
-            here.append(f'roughness = "{setup.model.roughness}"')
-        if here:
-            lines.append(f"[{table}]  " + "  ".join(here))
-    return lines
+    surface = [f"{name} = {result.values[name]:.4g}" for name in SURFACE if name in result.fitted]
+    return lines + (["[surface]  " + "  ".join(surface)] if surface else [])

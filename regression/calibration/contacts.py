@@ -120,7 +120,8 @@ def contact_groups(measurement: Measurement, setup: CalibrationSetup) -> tuple[C
         together.setdefault((label, float(c["roughness_rms"][row])), []).append(row)
     groups = []
     for (_, roughness), rows in together.items():
-        surface = _surface(setup, roughness)
+        each = roughness / 2.0**0.5
+        surface = setup.surface.model_copy(update={"roughness_rms_1": each, "roughness_rms_2": each})
         pieces = -(-len(rows) // GROUP)
         for part in np.array_split(np.array(rows), pieces):
             groups.append(
@@ -132,14 +133,6 @@ def contact_groups(measurement: Measurement, setup: CalibrationSetup) -> tuple[C
                 )
             )
     return tuple(groups)
-
-
-def _surface(setup: CalibrationSetup, roughness: float) -> SurfaceInput:
-    """The surfaces of a group; the load-sharing model meets the smooth film only."""
-    if setup.model.roughness == "load_sharing":
-        return SurfaceInput()
-    each = roughness / 2.0**0.5
-    return setup.surface.model_copy(update={"roughness_rms_1": each, "roughness_rms_2": each})
 
 
 def hertz_point_pressure(load: float, radius_1: float, radius_2: float, effective_modulus: float) -> float:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
 
 from ehl.common.errors import InputError
 from ehl.common.units import KELVIN
@@ -19,8 +18,6 @@ GOLD_ANCHOR = 100.0 + KELVIN  # where a formula without measured point is anchor
 RISE_BETWEEN = (0.5e9, 3.5e9)
 START_PRESSURE = 1e9  # where a stress over pressure gives the start of a constant one [Pa]
 
-Acts = Literal["oil", "roughness", "mix"]
-
 
 @dataclass(frozen=True)
 class CalibrationParameter:
@@ -34,34 +31,30 @@ class CalibrationParameter:
         In words.
     low, high : float
         Bounds, SI.
-    acts : {"oil", "roughness", "mix"}
-        Whether it changes the film, the rough contact, or only how boundary and film friction mix (no new solution).
     """
 
     name: str
     meaning: str
     low: float
     high: float
-    acts: Acts
 
 
 _ALL = (
-    CalibrationParameter("eyring_stress", "Eyring stress tau0, the same at all pressures", 2e5, 1e8, "oil"),
-    CalibrationParameter("stress_low", "lower level of the rising Eyring stress", 1e5, 1e8, "oil"),
-    CalibrationParameter("stress_slope", "slope of the rising Eyring stress with pressure", 1e-3, 0.3, "oil"),
-    CalibrationParameter("limiting_shear_coefficient", "limiting stress over pressure", 5e-3, 0.3, "oil"),
-    CalibrationParameter("pressure_viscosity", "pressure-viscosity coefficient", 3e-9, 4.5e-8, "oil"),
-    CalibrationParameter("boundary_film", "boundary film of the asperities", 5e-9, 1e-7, "roughness"),
-    CalibrationParameter("boundary_friction", "friction of asperity contacts mu_b", 0.01, 0.5, "mix"),
-    CalibrationParameter("load_sharing_scale", "factor on the film ratio of the load share", 0.1, 10.0, "mix"),
+    CalibrationParameter("eyring_stress", "Eyring stress tau0, the same at all pressures", 2e5, 1e8),
+    CalibrationParameter("stress_low", "lower level of the rising Eyring stress", 1e5, 1e8),
+    CalibrationParameter("stress_slope", "slope of the rising Eyring stress with pressure", 1e-3, 0.3),
+    CalibrationParameter("limiting_shear_coefficient", "limiting stress over pressure", 5e-3, 0.3),
+    CalibrationParameter("pressure_viscosity", "pressure-viscosity coefficient", 3e-9, 4.5e-8),
+    CalibrationParameter("boundary_film", "boundary film of the asperities", 5e-9, 1e-7),
+    CalibrationParameter("boundary_friction", "friction of asperity contacts mu_b", 0.01, 0.5),
 )
 PARAMETERS: dict[str, CalibrationParameter] = {parameter.name: parameter for parameter in _ALL}
 RISING = ("stress_low", "stress_slope")
 EXCLUSIVE = {"eyring_stress": RISING}
 
 
-def check_parameters(names: tuple[str, ...], *, roughness: str) -> None:
-    """Refuse parameters that do not exist, exclude each other, or do nothing in the chosen model."""
+def check_parameters(names: tuple[str, ...]) -> None:
+    """Refuse parameters that do not exist or exclude each other."""
     if not names:
         raise InputError("parameters", "none", "at least one of " + ", ".join(PARAMETERS))
     for name in names:
@@ -73,12 +66,6 @@ def check_parameters(names: tuple[str, ...], *, roughness: str) -> None:
             if other in names:
                 hint = "tau0 is either the same at all pressures, or rises by stress_low and stress_slope."
                 raise InputError("parameters", f"{name}, {other}", "one law of the Eyring stress", hint)
-    if "boundary_film" in names and roughness == "load_sharing":
-        hint = 'Set model.roughness = "deterministic", or fit load_sharing_scale, which takes its place.'
-        raise InputError("parameters", "boundary_film", "parameters of the load-sharing model", hint)
-    if "load_sharing_scale" in names and roughness == "deterministic":
-        hint = 'Set model.roughness = "load_sharing", or fit boundary_film, which takes its place.'
-        raise InputError("parameters", "load_sharing_scale", "parameters of the deterministic model", hint)
 
 
 def start_values(card: Oil, temperature: float, *, rising: bool) -> dict[str, float]:

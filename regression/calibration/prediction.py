@@ -1,9 +1,8 @@
 """Friction of all rows by the contact solver, and by a local surrogate that costs nothing.
 
-What the solver gives for a row is kept in two parts: friction of the film, and what decides the load share of the
-asperities (film thickness with load sharing, the share itself with the deterministic solver). Boundary friction and the
-scale of the load share then mix the two without another solution. The surrogate takes the parts with the film held
-(`FrozenFilm`), and a correction linear in the logarithms of the parameters.
+What the solver gives for a row is kept in two parts: friction of the film, and load share of the asperities. Boundary
+friction then mixes the two without another solution. The surrogate takes the parts with the film held (`FrozenFilm`),
+and a correction linear in the logarithms of the parameters.
 """
 
 from __future__ import annotations
@@ -18,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl.common.runner import run_tasks
-from ehl.fluid.load_sharing import LOAD_SHARES
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.inputs import ModelInput
@@ -28,7 +26,7 @@ from ehl.result import ContactResult
 from ehl.sequence import solve_path
 from ehl.solve import solve_contact
 from regression.calibration.contacts import ContactGroup
-from regression.calibration.parameters import PARAMETERS, card_with, lubricant_of
+from regression.calibration.parameters import card_with, lubricant_of
 from regression.calibration.setup import CalibrationSetup
 
 Array = NDArray[np.float64]
@@ -37,7 +35,7 @@ Values = Mapping[str, float]
 
 # shares are kept as ln(s/(1 - s)), friction as ln mu; both are held off nothing
 MIN_SHARE, MIN_FRICTION = 1e-5, 1e-9
-PARTS = 3  # film friction; film thickness or asperity share; relative error of the friction
+PARTS = 3  # film friction; asperity share; relative error of the friction
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,14 +62,14 @@ class FrozenFilm:
     weight: Array
     log_film: float
 
-    def friction_and_film(self, contact: LineContact, lubricant: Lubricant) -> tuple[float, float]:
-        """ln of the friction coefficient and ln of the film of Moes [m] with another lubricant."""
+    def log_friction(self, contact: LineContact, lubricant: Lubricant) -> float:
+        """ln of the friction coefficient with another lubricant."""
         film = log_moes_film(contact, lubricant)
         log_viscosity = math.log(lubricant.viscosity_inlet) + lubricant.log_viscosity_ratio(self.pressure)
         law = lubricant.shear_law
         stress = np.exp(law.log_stress(log_viscosity + self.log_shear_rate - (film - self.log_film), self.pressure)[0])
         friction = float(self.weight @ np.minimum(stress, law.limiting_stress(self.pressure)))
-        return math.log(max(friction, 1e-300)), film
+        return math.log(max(friction, 1e-300))
 
 
 def log_moes_film(contact: LineContact, lubricant: Lubricant) -> float:
@@ -92,12 +90,10 @@ def frozen_film(result: ContactResult, contact: LineContact, lubricant: Lubrican
     return FrozenFilm(pressure[inside], rest[inside], weight[inside], log_moes_film(contact, lubricant))
 
 
-def _parts(result: ContactResult, *, rough: bool) -> tuple[float, float, float]:
+def _parts(result: ContactResult) -> tuple[float, float, float]:
     if result.status == "failed":
         return np.nan, np.nan, np.nan
-    assert result.isothermal is not None
-    second = result.asperity_load_share if rough else result.isothermal.film_central
-    return result.friction_fluid, second, result.friction_error
+    return result.friction_fluid, result.asperity_load_share, result.friction_error
 
 
 def _solve_task(task: tuple[Any, ...]) -> tuple[Array, tuple[FrozenFilm | None, ...], tuple[float | None, ...]]:
@@ -130,14 +126,13 @@ def solve_group(
     windows : sequence of float or None
         Travel each contact is averaged over [b], as far as known; empty where none is.
     """
-    rough = model.roughness == "deterministic" and group.surface.roughness_rms > 0.0
     out = np.full((len(sets), len(group.contacts), PARTS), np.nan)
     first: list[ContactResult] = []
     for k, (lubricants, changes) in enumerate(sets):
         surface = group.surface.model_copy(update=dict(changes))
         if k == 0 and not windows:
             first = list(solve_path(group.contacts, lubricants, surface=surface, model=model, bodies=bodies).results)
-            out[0] = [_parts(result, rough=rough) for result in first]
+            out[0] = [_parts(result) for result in first]
             windows = [_window(result) for result in first]
             continue
         for i, (contact, oil) in enumerate(zip(group.contacts, lubricants, strict=True)):
@@ -147,7 +142,7 @@ def solve_group(
             result = solve_contact(contact, oil, surface, model, bodies, bulk, start, window=windows[i])
             if result.status == "failed" and start is not None:
                 result = solve_contact(contact, oil, surface, model, bodies, bulk, window=windows[i])
-            out[k, i] = _parts(result, rough=rough)
+            out[k, i] = _parts(result)
             if k == 0:
                 first.append(result)
     films = [frozen_film(*entry) for entry in zip(first, group.contacts, sets[0][0], strict=True)]
@@ -193,14 +188,9 @@ class FrictionSolver:
     films: dict[int, FrozenFilm] = field(default_factory=dict, repr=False)
     windows: dict[int, float] = field(default_factory=dict, repr=False)
 
-    @property
-    def rough(self) -> bool:
-        """Whether the deterministic solver is asked for."""
-        return self.setup.model.roughness == "deterministic"
-
     def needs_solution(self, name: str) -> bool:
         """Whether a change of this parameter asks for new solutions."""
-        return PARAMETERS[name].acts != "mix"
+        return name != "boundary_friction"  # it mixes the two parts
 
     def parts(self, sets: Sequence[Values], rows: Mask | None = None) -> Array:
         """Parts of the friction for each set of values, shape (sets, n, 3); nan where failed or not asked for.
@@ -225,7 +215,7 @@ class FrictionSolver:
         return np.array([self._known[key][:, :PARTS] for key in keys])
 
     def _key(self, values: Values) -> tuple[float, ...]:
-        names = [n for n in values if self.needs_solution(n) or (self.rough and n == "boundary_friction")]
+        names = [n for n in values if self.needs_solution(n) or n == "boundary_friction"]
         return tuple(values[name] for name in sorted(names))
 
     def _solve(self, sets: Sequence[Values], keys: Sequence[tuple[float, ...]], wanted: Mask) -> None:
@@ -264,36 +254,25 @@ class FrictionSolver:
                 if row in films:
                     if temperature not in oils:
                         oils[temperature] = lubricant_of(card, temperature, rising=self.setup.rising)
-                    out[row] = films[row].friction_and_film(contact, oils[temperature])
+                    out[row, 0] = films[row].log_friction(contact, oils[temperature])
         return out
 
     def _surface(self, values: Values) -> dict[str, float]:
-        """What the parameters say of the surfaces the solver meets; load sharing meets smooth ones."""
-        if not self.rough:
-            return {}
+        """What the parameters say of the surfaces the solver meets."""
         return {name: values[name] for name in ("boundary_friction", "boundary_film") if name in values}
 
     def transformed(self, parts: Array) -> Array:
         """The first two parts, shape (..., n, 2), as the surrogate expands them."""
         friction = np.log(np.maximum(parts[..., 0], MIN_FRICTION))
-        if self.rough:
-            share = np.clip(parts[..., 1], MIN_SHARE, 1.0 - MIN_SHARE)
-            return np.stack([friction, np.log(share / (1.0 - share))], axis=-1)
-        return np.stack([friction, np.log(parts[..., 1])], axis=-1)
+        share = np.clip(parts[..., 1], MIN_SHARE, 1.0 - MIN_SHARE)
+        return np.stack([friction, np.log(share / (1.0 - share))], axis=-1)
 
     def friction(self, transformed: Array, values: Values) -> Array:
         """mu of all rows, shape (n,), from the transformed parts and the parameters that only mix them."""
         film = np.exp(transformed[..., 0])
-        boundary = values["boundary_friction"]
-        if self.rough:
-            share = 1.0 / (1.0 + np.exp(-transformed[..., 1]))
-            # the deterministic friction of the film belongs to the whole load already
-            return np.asarray(np.where(self.roughness > 0.0, film + share * boundary, film))
-        thick = np.exp(transformed[..., 1])
-        ratio = np.full_like(thick, np.inf)
-        np.divide(thick, self.roughness, out=ratio, where=self.roughness > 0.0)
-        share = LOAD_SHARES[self.setup.model.load_sharing](values["load_sharing_scale"] * ratio)
-        return np.asarray((1.0 - share) * film + share * boundary)
+        share = 1.0 / (1.0 + np.exp(-transformed[..., 1]))
+        # the friction of the film of a rough contact belongs to the whole load already
+        return np.asarray(np.where(self.roughness > 0.0, film + share * values["boundary_friction"], film))
 
 
 @dataclass(frozen=True, eq=False)

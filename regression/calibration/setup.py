@@ -100,7 +100,7 @@ class CalibrationSetup(InputModel):
     @model_validator(mode="after")
     def _whole(self) -> Self:
         Oil.load(self.oil)
-        check_parameters(self.parameters, roughness=self.model.roughness)
+        check_parameters(self.parameters)
         if self.eyring_stress_law == "constant" and set(RISING) & set(self.parameters):
             raise InputError("eyring_stress_law", "constant", "pressure, with stress_low or stress_slope fitted")
         if self.eyring_stress_law == "pressure" and "eyring_stress" in self.parameters:

@@ -16,8 +16,6 @@ class PythonPrinter(Printer):
     functions: ClassVar[Mapping[str, str]] = {
         **{name: f"np.{name}" for name in (*FUNCTIONS, "isfinite")},
         "choose": "np.where",
-        "erf": "erf",
-        "erfc": "erfc",
     }
     both, either, opposite = " & ", " | ", "~"
     infinite, undefined = "np.inf", "np.nan"
@@ -79,10 +77,7 @@ def python_text(program: Program, name: str) -> str:
     """The module; its function takes numbers or arrays that broadcast."""
     printer = PythonPrinter(name)
     parameters = ", ".join(argument.name for argument in program.arguments)
-    special = [function for function in ("erf", "erfc") if function in program.operations]
-    lines = [commented(program, "#"), ""]
-    lines += ["import math", ""] * bool(special) + ["import numpy as np", ""]
-    lines += [f"{function} = np.vectorize(math.{function}, otypes=[float])" for function in special]
+    lines = [commented(program, "#"), "", "import numpy as np", ""]
     lines += _data_functions(program)
     lines += ["", broken(f"def {name}({parameters}):", "")]
     lines += [f'    """{", ".join(OUTPUTS)} as described above; numbers or arrays."""']

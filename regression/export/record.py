@@ -25,7 +25,7 @@ LOGICAL = ("and", "or", "not", "isfinite", *COMPARISONS)
 # what a printer must know: these and the four arithmetic operations, power, choose
 FUNCTIONS = (
     *("negative", "absolute", "exp", "log", "log10", "sqrt", "sin", "cos", "tan", "arctan", "sinh", "cosh", "tanh"),
-    *("arcsinh", "arctanh", "erf", "erfc", "maximum", "minimum"),
+    *("arcsinh", "arctanh", "maximum", "minimum"),
 )
 _FOLDED: dict[str, Callable[..., float]] = {
     "add": operator.add,

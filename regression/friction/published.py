@@ -303,6 +303,18 @@ def murch_wilson_1975(thermal_loading: ArrayLike, slide_to_roll: ArrayLike) -> A
     return np.asarray(1.0 / (1.0 + 0.1 * sliding * np.asarray(thermal_loading) ** 0.64))
 
 
+def share_arana_2019(film_ratio: ArrayLike) -> Array:
+    """Asperity load share 1 - erf(lambda); found (Arana, Larranaga & Ulacia 2019)."""
+    from scipy.special import erfc
+
+    return np.asarray(erfc(np.asarray(film_ratio, dtype=float)))
+
+
+def share_doleschel_2002(film_ratio: ArrayLike) -> Array:
+    """Asperity load share (1 - lambda/2)^2 for lambda <= 2, else 0, lambda on the mean Ra; found (Doleschel)."""
+    return np.asarray(np.square(1.0 - 0.5 * np.clip(np.asarray(film_ratio, dtype=float), 0.0, 2.0)))
+
+
 def share_matsumoto_2014(severity: ArrayLike) -> Array:
     """Asperity load share 0.5 log10 D, D = (Rz1 + Rz2)/h_min in 1..100 (Matsumoto & Morikawa; year from memory)."""
     return np.asarray(0.5 * np.log10(np.clip(np.asarray(severity, dtype=float), 1.0, 100.0)))

@@ -1,6 +1,6 @@
 """How long contacts will take to solve: for the estimate a user sees, and for the order of computation.
 
-A rough contact by the deterministic solver costs nodes times steps: both grow with the half-width over the correlation
+A rough contact costs nodes times steps: both grow with the half-width over the correlation
 length, with thin films, and with the roughness over what the Hertz pressure flattens. The coefficients are least
 squares of ln(seconds) on the rough contacts of the shipped datasets, each on one core;
 `validation/sweep_cost.py` fits them to finished runs and prints the error of the estimate, held out too.
@@ -39,8 +39,8 @@ class CostEstimate:
 
     Parameters
     ----------
-    plan, model : str
-        Name of the plan; model and accuracy of its roughness.
+    plan, accuracy : str
+        Name of the plan; accuracy of its contacts.
     cases : int
         Of the plan.
     rough : int
@@ -54,7 +54,7 @@ class CostEstimate:
     """
 
     plan: str
-    model: str
+    accuracy: str
     cases: int
     rough: int
     seconds: float
@@ -71,7 +71,7 @@ class CostEstimate:
         if not 1 <= jobs <= MAX_JOBS:
             raise InputError("jobs", jobs, f"at least 1, at most {MAX_JOBS}")
         rough = f", {self.rough} of them transient rough contacts" if self.rough else ""
-        lines = [f"{self.plan}: {self.cases} cases ({self.model}){rough}"]
+        lines = [f"{self.plan}: {self.cases} cases ({self.accuracy}){rough}"]
         for name, share in sorted(self.rejected.items(), key=lambda item: -item[1]):
             lines.append(f"  {100.0 * share:.0f} % of the points drawn lie outside constraints.{name}")
         workers = f"{jobs} {'worker' if jobs == 1 else 'workers'}"
@@ -94,13 +94,10 @@ def contact_seconds(model: ModelInput, table: Mapping[str, Array]) -> tuple[Arra
     model : ModelInput
         Model and accuracy of the contact solver.
     table : mapping
-        `regression.friction.conditions.conditions_of` the contacts, and their correlation length; with load sharing
-        their pressure alone will do.
+        `regression.friction.conditions.conditions_of` the contacts, and their correlation length.
     """
     seconds = np.full(table["pressure_hertz"].shape, SMOOTH[model.accuracy])
     rough = np.zeros(seconds.shape, dtype=bool)
-    if model.roughness == "load_sharing":
-        return seconds, rough
     films = zip(*_hot_film(table), strict=True)
     rough |= [math.isfinite(ratio) and roughness_matters(ratio, model, stress) for ratio, stress in films]
     constant, factor = LEVEL[model.accuracy]

@@ -152,7 +152,6 @@ class OperatingRange(TableResult):
         size: int,
         description: str = "",
         margin: float = 0.1,
-        roughness: str = "deterministic",
         accuracy: str = "fast",
     ) -> str:
         """The text of a plan file over the ranges.
@@ -170,8 +169,8 @@ class OperatingRange(TableResult):
         margin : float
             Every range is widened by this part of itself (of its logarithm on a log scale) at both ends, so that the
             gears lie inside the fitted range.
-        roughness, accuracy : str
-            Of the model.
+        accuracy : str
+            Of the contact solver.
 
         Returns
         -------
@@ -189,7 +188,7 @@ class OperatingRange(TableResult):
             lines += ["", "[constraints]", f"film_ratio = {{ low = {_down(low)!r}, high = {_up(high)!r} }}"]
         listed = _quoted(oils[0]) if len(oils) == 1 else "[" + ", ".join(_quoted(oil) for oil in oils) + "]"
         lines += ["", "[lubricant]", f"oil = {listed}", "", "[model]"]
-        lines += [f"roughness = {_quoted(roughness)}", f"accuracy = {_quoted(accuracy)}", ""]
+        lines += [f"accuracy = {_quoted(accuracy)}", ""]
         return "\n".join(lines)
 
     def plan(self, name: str, oils: Sequence[str], *, size: int, **options: Any) -> Plan:

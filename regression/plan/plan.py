@@ -69,7 +69,7 @@ class Sampling(InputModel):
     corners : bool or int
         Add the corners of the box, all or so many of them; they are kept out of the fit.
     realisations : int
-        Roughness profiles per point, each a case of its own (deterministic roughness only).
+        Roughness profiles per point, each a case of its own.
     same_profile : bool
         All points have the profiles of the same seeds; otherwise every point has its own.
     """
@@ -95,8 +95,8 @@ class PlanPoints:
         Values of the variables, SI.
     oils : tuple of str or None
         Oil card of each point; None where the lubricant is given by numbers.
-    seed : int array or None
-        Of the roughness of each point; None where the model knows none.
+    seed : int array
+        Of the roughness of each point.
     rejected : dict
         ConstraintWindow to the share of the points drawn that lie outside of it.
     """
@@ -104,7 +104,7 @@ class PlanPoints:
     origin: tuple[str, ...]
     columns: dict[str, Array]
     oils: tuple[str | None, ...]
-    seed: IntArray | None
+    seed: IntArray
     rejected: dict[str, float]
 
     def __len__(self) -> int:
@@ -149,11 +149,11 @@ class Plan(InputModel):
     >>> from regression import Plan
     >>> plan = Plan.from_file("demo")
     >>> plan.count
-    128
+    48
     >>> list(plan.to_frame().columns[:3])
     ['origin', 'oil', 'seed']
     >>> plan.estimate().cases
-    128
+    48
     """
 
     name: Name
@@ -306,8 +306,6 @@ class Plan(InputModel):
         for name in sorted(taken & self.surface.model_fields_set):
             allowed = f"{name} of [variables]" if name in given else "roughness_rms, roughness_rms_1 or roughness_rms_2"
             raise InputError(f"surface.{name}", getattr(self.surface, name), f"{allowed} of [variables]")
-        if "seed" in self.surface.model_fields_set and self.model.roughness == "load_sharing":
-            raise InputError("surface.seed", self.surface.seed, "a seed only with model.roughness = 'deterministic'")
 
     def _check_sampling(self) -> None:
         sampling = self.sampling
@@ -331,11 +329,6 @@ class Plan(InputModel):
             )
         if sampling.levels is not None and sampling.method != "factorial":
             raise InputError("sampling.levels", sampling.levels, "levels only with method = 'factorial'")
-        if sampling.realisations > 1 and self.model.roughness == "load_sharing":
-            hint = "Load sharing uses Rq only."
-            raise InputError(
-                "sampling.realisations", sampling.realisations, "1 unless model.roughness = 'deterministic'", hint
-            )
 
     @cached_property
     def axes(self) -> dict[str, PlanAxis]:
@@ -437,10 +430,8 @@ class Plan(InputModel):
             return [str(self.table["oil"][row]) for row in number]
         return [oil] * number.size
 
-    def _roughness_seeds(self, number: IntArray) -> IntArray | None:
-        """Seeds of the roughness profiles of points, all realisations; None where the model has no profiles."""
-        if self.model.roughness != "deterministic":
-            return None
+    def _roughness_seeds(self, number: IntArray) -> IntArray:
+        """Seeds of the roughness profiles of points, all realisations."""
         repeat = self.sampling.realisations
         own = np.zeros_like(number) if self.sampling.same_profile else number
         return np.asarray(self.surface.seed + (own[:, None] * repeat + np.arange(repeat)).ravel())
@@ -535,9 +526,7 @@ class Plan(InputModel):
 
     def _cost(self) -> tuple[Array, NDArray[np.bool_]]:
         """Estimated seconds of every case, and which of them are transient rough contacts."""
-        points = self.points
-        shared = self.model.roughness == "load_sharing"
-        return contact_seconds(self.model, points.columns if shared else self.conditions(points.columns, points.oils))
+        return contact_seconds(self.model, self.conditions(self.points.columns, self.points.oils))
 
     def estimate(self) -> CostEstimate:
         """What the sweep of this plan will cost, before anything is computed.
@@ -558,7 +547,7 @@ class Plan(InputModel):
         seconds, rough = self._cost()
         return CostEstimate(
             self.name,
-            f"{self.model.roughness}, {self.model.accuracy}",
+            self.model.accuracy,
             len(seconds),
             int(np.count_nonzero(rough)),
             float(seconds.sum()),
@@ -578,8 +567,7 @@ class Plan(InputModel):
         import pandas as pd
 
         points = self.points
-        seeds = pd.array([pd.NA] * len(points) if points.seed is None else points.seed, dtype="Int64")
-        return pd.DataFrame({"origin": points.origin, "oil": points.oils, "seed": seeds, **points.columns})
+        return pd.DataFrame({"origin": points.origin, "oil": points.oils, "seed": points.seed, **points.columns})
 
     def __repr__(self) -> str:
         return f"Plan {self.name!r}: {self.count} cases, {self._summary()}"
@@ -589,7 +577,7 @@ class Plan(InputModel):
     def _summary(self) -> str:
         varied = ", ".join(name for name, axis in self.axes.items() if axis.sampled or len(axis.values) > 1)
         oils = ", ".join(self.oils) or "a lubricant by numbers"
-        return f"{self.model.roughness} roughness, {self.model.accuracy}; {oils}; over {varied or 'a table of points'}"
+        return f"accuracy {self.model.accuracy}; {oils}; over {varied or 'a table of points'}"
 
     def _repr_html_(self) -> str:
         columns = {**{name: axis.values for name, axis in self.axes.items()}, **self.table}
@@ -624,8 +612,7 @@ class Plan(InputModel):
     def case_at(self, index: int) -> Contact:
         """The contact of one point of `points`."""
         points = self.points
-        seed = None if points.seed is None else int(points.seed[index])
-        return self.case(points.values(index), oil=points.oils[index], seed=seed)
+        return self.case(points.values(index), oil=points.oils[index], seed=int(points.seed[index]))
 
     def _row(self, row: int) -> dict[str, float]:
         return {name: float(column[row]) for name, column in self.columns.items()}

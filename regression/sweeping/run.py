@@ -259,7 +259,7 @@ def sweep(
     >>> folder = tempfile.mkdtemp()
     >>> run = sweep("demo", folder, formula="xu_kahraman_2007", jobs=1)
     >>> run.status.finished
-    128
+    48
     >>> bool(run.to_frame()["friction_coefficient"].max() < 0.2)
     True
     """
@@ -278,7 +278,7 @@ def sweep(
             "progress": progress,
         }
         if formula is None and executor is None and options["jobs"] > 1:
-            prepare_workers(rough=content.model.roughness == "deterministic")
+            prepare_workers(rough=True)
         target = Path(folder)
         return Run(target, (sweep_shard(content, target, part, **options),))
 

@@ -60,7 +60,7 @@ def content(row: Row, folder: Path, *, scale: float = 1.0) -> dict[str, Any]:
             "limiting_shear_coefficient": row["limiting_shear_coefficient"] or None,
         },
         "surface": surface,
-        "model": {"roughness": "deterministic", "accuracy": "fast", "thermal": row["thermal"]},
+        "model": {"accuracy": "fast", "thermal": row["thermal"]},
     }
 
 

@@ -129,7 +129,7 @@ class Scene:
                 },
                 "lubricant": {"oil": row["oil"], "temperature_oil": temperature} if row["oil"] else lubricant,
                 "surface": surface,
-                "model": {"roughness": "deterministic", "accuracy": accuracy, "thermal": row["thermal"]},
+                "model": {"accuracy": accuracy, "thermal": row["thermal"]},
             },
         )
 

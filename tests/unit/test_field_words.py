@@ -35,7 +35,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "pressure-viscosity coefficient": ("ehl/fluid",),
     "Dowson-Higginson": ("ehl/fluid",),
     "Moes": ("ehl/fluid",),
-    "load sharing": ("ehl/fluid",),
+    "load sharing": ("regression",),
     "film ratio": ("ehl", "regression"),
     "boundary friction": ("ehl",),
     "asperity": ("ehl/rough",),

@@ -34,7 +34,6 @@ CONTACT: list[Change] = [
     ('"steel"', '"stel"', "solid_1.material"),
     ('"0.3 um"', '"3 mm"', "surface.roughness_rms_1"),
     ('"EP"', '"EPP"', "surface.additive"),
-    ('"deterministic"', '"determinstic"', "model.roughness"),
     ('"standard"', '"standart"', "model.accuracy"),
     ("[surface]", "[surfaces]", "surfaces"),
 ]
@@ -54,7 +53,6 @@ PLAN: list[Change] = [
     ('"3000 N/mm"', '"3000 mm"', "constraints.load_per_length"),
     ("film_ratio", "film_rato", "constraints.film_rato"),
     ('"75w90"', '"75W140"', "lubricant.oil"),
-    ('"deterministic"', '"sharing"', "model.roughness"),
     ('"fast"', '"quick"', "model.accuracy"),
 ]
 TARGETS: list[Change] = [
@@ -99,14 +97,11 @@ SETUP: list[Change] = [
     ('"eyring_stress"', '"eyring_stres"', "parameters"),
     ('"9.525 mm"', '"9.525 s"', "conditions.radius_equivalent"),
     ('"80 degC"', '"80"', "conditions.temperature_oil"),
-    ('"80 nm"', '"80 mm"', "conditions.roughness_rms"),
-    ("roughness_rms", "roughnes_rms", "conditions.roughnes_rms"),
     ('"point"', '"ball"', "specimens.geometry"),
     ('"hertz_pressure"', '"pressure"', "specimens.match"),
     ("geometry =", "geometri =", "specimens.geometri"),
     ("absolute = 0.0006", "absolute = -1", "noise.absolute"),
     ("absolute =", "absolut =", "noise.absolut"),
-    ('"load_sharing"', '"load_shared"', "model.roughness"),
     ('"fast"', '"fastest"', "model.accuracy"),
     ("[specimens]", "[specimen]", "specimen"),
     ("[conditions]", "[condition]", "condition"),
@@ -237,7 +232,7 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
     ]),
     "new contact": (("new", "contact"), {}, [
         ("--pressure", "100 GPa"), ("--pressure", "1 mm"), ("--radius", "15 s"), ("--radius", "15"),
-        ("--speed", "-1 m/s"), ("--slide-to-roll", "much"), ("--roughness", "1 mm"), ("--model", "rough"),
+        ("--speed", "-1 m/s"), ("--slide-to-roll", "much"), ("--roughness", "1 mm"),
         ("--oil", "75W140"), ("--temperature", "90"), ("--output", "x.csv"),
     ]),
     "new others": (("new",), {}, [
@@ -285,7 +280,7 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
     ]),
     "plan": (("plan", PAIR), {"--duty": "duty.csv", "--output": "p.toml"}, [
         ("--duty", "none.csv"), ("--output", "p.json"), ("--oil", "75w91"), ("--size", "0"), ("--size", "-1"),
-        ("--coverage", "a"), ("--model", "rough"),
+        ("--coverage", "a"),
     ]),
     "study": (("study", PAIR), {}, [
         ("--friction", "75w91"), ("--friction", "constant:-1"), ("--jobs", "0"), ("--jobs", "-2"),

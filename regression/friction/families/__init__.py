@@ -10,13 +10,11 @@ from __future__ import annotations
 from ehl.common.errors import InputError
 from regression.friction.families.family import Family
 from regression.friction.families.film_regimes import REGIMES
-from regression.friction.families.load_share import LOAD_SHARE, load_share_parts
 from regression.friction.families.log_linear import POWER_LAW, XU
 from regression.friction.families.rough_share import ROUGH_SHARE, SHORT, rough_share_parts, short_parts
 
 __all__ = [
     "FAMILIES",
-    "LOAD_SHARE",
     "POWER_LAW",
     "REGIMES",
     "ROUGH_SHARE",
@@ -24,14 +22,11 @@ __all__ = [
     "XU",
     "Family",
     "family_named",
-    "load_share_parts",
     "rough_share_parts",
     "short_parts",
 ]
 
-FAMILIES: dict[str, Family] = {
-    family.name: family for family in (XU, POWER_LAW, REGIMES, LOAD_SHARE, SHORT, ROUGH_SHARE)
-}
+FAMILIES: dict[str, Family] = {family.name: family for family in (XU, POWER_LAW, REGIMES, SHORT, ROUGH_SHARE)}
 
 
 def family_named(name: str) -> Family:

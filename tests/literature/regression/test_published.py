@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from ehl.fluid.load_sharing import arana_2019, doleschel_2002
 from regression.friction import published as p
 from regression.friction.published_registry import PUBLISHED
 
@@ -95,8 +94,8 @@ def test_lubricant_factors() -> None:
 
 
 def test_shares_at_their_ends() -> None:
-    np.testing.assert_allclose(arana_2019([0.0, 1.0, 4.0]), [1.0, 0.1572992, 0.0], atol=2e-8)
-    np.testing.assert_allclose(doleschel_2002([0.0, 1.0, 2.0, 5.0]), [1.0, 0.25, 0.0, 0.0], atol=1e-15)
+    np.testing.assert_allclose(p.share_arana_2019([0.0, 1.0, 4.0]), [1.0, 0.1572992, 0.0], atol=2e-8)
+    np.testing.assert_allclose(p.share_doleschel_2002([0.0, 1.0, 2.0, 5.0]), [1.0, 0.25, 0.0, 0.0], atol=1e-15)
     np.testing.assert_allclose(p.share_matsumoto_2014([0.1, 1.0, 10.0, 100.0, 1e4]), [0, 0, 0.5, 1, 1], atol=1e-15)
 
 

@@ -128,7 +128,7 @@ def test_refusals_of_the_command(mixed_ehl: Callable[..., Any], duty: Path, tmp_
     for arguments, words in (
         (("plan", "nothing", "--duty", duty, "-o", tmp_path / "p.toml"), "nothing"),
         (("plan", DESIGN, "--duty", tmp_path / "none.csv", "-o", tmp_path / "p.toml"), "existing CSV"),
-        (("plan", DESIGN, "--duty", duty, "-o", tmp_path / "p.toml", "--model", "magic"), "load_sharing"),
+        (("plan", DESIGN, "--duty", duty, "-o", tmp_path / "p.csv"), ".toml"),
     ):
         refused = mixed_ehl(*arguments)
         assert refused.code == 2

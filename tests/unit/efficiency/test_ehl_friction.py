@@ -109,7 +109,7 @@ def test_all_solves_every_point(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_smooth_leaves_the_roughness_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    for spec, rough in (("ehl:smooth", 0.0), ("ehl:load_sharing", 0.3e-6), ("ehl", 0.3e-6)):
+    for spec, rough in (("ehl:smooth", 0.0), ("ehl", 0.3e-6)):
         solver = Solver()
         monkeypatch.setattr(module, "solve_contact", solver)
         ehl_friction(spec).mu(states(5), oil=OIL)  # too few for worker processes
@@ -301,6 +301,15 @@ def test_equal_points(monkeypatch: pytest.MonkeyPatch) -> None:
     assert np.ptp(estimate.mu) == 0.0
 
 
+def test_worker_processes_give_the_same_friction(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "MIN_SECONDS", 0.1)
+    monkeypatch.setattr("joblib.externals.loky.cpu_count", lambda: 2)
+    state = states(24, 4)
+    one, two = (replace(ehl_friction("ehl:smooth"), jobs=jobs).mu(state, oil=OIL) for jobs in (1, 2))
+    np.testing.assert_array_equal(two.mu, one.mu)
+    assert np.all(two.flag == FrictionFlag.OK)
+
+
 def test_real_solver_at_two_points() -> None:
     state = ContactState.of(
         pressure_hertz=[0.8e9, 1.0e9],
@@ -310,32 +319,9 @@ def test_real_solver_at_two_points() -> None:
         slide_to_roll=[0.1, 0.2],
         roughness_rms_1=0.4e-6,
     )
-    smooth, rough = (ehl_friction(spec).mu(state, oil=OIL) for spec in ("ehl:smooth", "ehl:load_sharing"))
+    smooth, rough = (ehl_friction(spec).mu(state, oil=OIL) for spec in ("ehl:smooth", "ehl"))
     assert np.all(smooth.flag == FrictionFlag.OK)
     assert np.all((smooth.lower > 0.0) & (smooth.lower < smooth.mu) & (smooth.mu < smooth.upper))
-    assert np.all(rough.mu > smooth.mu)
-    assert np.all(rough.mu < 0.1)
-
-
-def test_worker_processes_give_the_same_friction(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "MIN_SECONDS", 0.1)
-    monkeypatch.setattr("joblib.externals.loky.cpu_count", lambda: 2)
-    state = states(24, 4)
-    one, two = (replace(ehl_friction("ehl:load_sharing"), jobs=jobs).mu(state, oil=OIL) for jobs in (1, 2))
-    np.testing.assert_array_equal(two.mu, one.mu)
-    assert np.all(two.flag == FrictionFlag.OK)
-
-
-def test_deterministic_roughness_at_two_points() -> None:
-    state = ContactState.of(
-        pressure_hertz=[0.8e9, 1.0e9],
-        radius_equivalent=0.012,
-        effective_modulus=226e9,
-        speed_entrainment=3.0,
-        slide_to_roll=[0.1, 0.2],
-        roughness_rms_1=0.4e-6,
-    )
-    smooth, rough = (ehl_friction(spec).mu(state, oil=OIL) for spec in ("ehl:smooth", "ehl"))
     assert np.all(rough.flag == FrictionFlag.OK)
     assert np.all((rough.mu > 0.8 * smooth.mu) & (rough.mu < 0.1))
     assert np.all(rough.upper - rough.mu > smooth.upper - smooth.mu)
@@ -345,17 +331,13 @@ def test_names() -> None:
     assert isinstance(ehl_friction("ehl:smooth"), FrictionModel)
     assert ehl_friction("ehl:smooth:all").points is None
     assert ehl_friction("ehl:smooth").points == module.POINTS
-    assert ehl_friction("ehl:load_sharing").points == module.POINTS
-    assert ehl_friction("ehl:load_sharing:sampled").points == module.SAMPLED
-    assert ehl_friction("ehl:load_sharing").model.roughness == "load_sharing"
     assert ehl_friction("ehl").points == module.POINTS
     assert (ehl_friction("ehl").tolerance, ehl_friction("ehl:smooth").tolerance) == (0.03, 0.002)
     assert ehl_friction("ehl:5%").tolerance == pytest.approx(0.05)
     assert ehl_friction("ehl:smooth:0.5%").tolerance == pytest.approx(0.005)
     assert ehl_friction("ehl:sampled").points == module.SAMPLED
     assert ehl_friction("ehl:all").points is None
-    assert ehl_friction("ehl").model.roughness == "deterministic"
-    wrong = ["ehl:rough", "ehl:", "ehl2", "ehl:smooth:load_sharing", "ehl:all:sampled"]
+    wrong = ["ehl:rough", "ehl:", "ehl2", "ehl:all:sampled"]
     for spec in (*wrong, "ehl:0%", "ehl:x%", "ehl:200%", "ehl:all:5%", "ehl:5%:6%"):
         with refuses("friction model"):
             ehl_friction(spec)

@@ -119,7 +119,7 @@ def test_missing_friction_is_a_failure_not_a_number(loaded: LoadedGrids, flag: F
 
 
 def test_a_formula_without_a_value_fails_the_run() -> None:
-    formula = Formula.load(data_path("formulas", "75w90_load_share.json"))
+    formula = Formula.load(data_path("formulas", "75w90.json"))
     huge = formula.model_copy(update={"coefficients": formula.coefficients | {"strain": math.inf}})
     result = PAIR.at(huge, COARSE)
     assert (result.status, result.reason) == ("failed", "friction_undefined")

@@ -143,7 +143,6 @@ def test_solved_contacts_ask_the_formula_of_their_oil_and_keep_their_error_apart
     assert boundary_friction_of(formula) == 0.08
     assert note == "by the formula 75w90"
     assert stand_in(EhlFriction("ehl"), OIL.model_copy(update={"name": "mine"}))[1].endswith("of another oil")
-    assert stand_in(EhlFriction("ehl:load_sharing"), OIL)[1] == "by the formula 75w90_load_share"
 
 
 def test_a_design_file_may_state_its_own_spreads(tmp_path: Path) -> None:

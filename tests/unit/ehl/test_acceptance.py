@@ -23,8 +23,6 @@ from ehl.result import ContactResult, rejection_reason
 from ehl.rough import TransientResult
 from ehl.smooth.solver import solve_steady
 
-SHARED = {"roughness": "load_sharing"}
-
 
 @pytest.fixture(scope="module")
 def good() -> ContactResult:
@@ -105,11 +103,11 @@ def test_inputs_without_effect_are_named() -> None:
         lubricant={**OIL, "rheology": "newtonian", "eyring_stress": 5e6},
         contact={**CONTACT, "slide_to_roll": 0.0},
         solid_1={"temperature_bulk": 363.15},
-        surface={"roughness_rms_1": 1e-7, "skewness": 1.0},
-        model={"thermal": "off", "roughness": "load_sharing"},
+        surface={"lay_angle": 0.1},
+        model={"thermal": "off"},
     ).solve()
     text = " ".join(result.notes)
-    for name in ("eyring_stress", "solid_1.temperature_bulk", "skewness"):
+    for name in ("eyring_stress", "solid_1.temperature_bulk", "lay_angle"):
         assert name in text
     assert result.temperature_flash == 353.15
 
@@ -127,12 +125,12 @@ def test_outside_the_theory(change: dict[str, float], words: str) -> None:
 
 
 def test_no_friction_of_asperities_without_sliding() -> None:
-    rough = {"roughness_rms_1": 3e-7, "roughness_rms_2": 3e-7}
-    rolling = case(contact={**CONTACT, "slide_to_roll": 0.0}, surface=rough, model=SHARED).solve()
+    rough, fast = {"roughness_rms_1": 3e-7, "roughness_rms_2": 3e-7}, {"thermal": "off", "accuracy": "fast"}
+    rolling = case(contact={**CONTACT, "slide_to_roll": 0.0}, surface=rough, model=fast).solve()
     assert rolling.asperity_load_share > 0.01
     assert rolling.friction_coefficient == 0.0
     lengthwise = {**CONTACT, "slide_to_roll": 0.0, "speed_sliding_lengthwise": 1.0}
-    assert case(contact=lengthwise, surface=rough, model=SHARED).solve().friction_asperity > 0.0
+    assert case(contact=lengthwise, surface=rough, model=fast).solve().friction_asperity > 0.0
 
 
 def test_shear_heat_carried_along_is_told_where_heat_thins_the_film() -> None:

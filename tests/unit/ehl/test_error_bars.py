@@ -463,9 +463,7 @@ def test_roughness_left_out_of_a_thick_film_is_added_to_the_error() -> None:
     assert roughness_effect(2.8, 0.08) == pytest.approx(0.31, rel=1e-12)
     assert roughness_effect(2.8, 0.0) == pytest.approx(1.55, rel=1e-12)
     smooth = case(model={"thermal": "off"}).solve()
-    rough = case(
-        surface={"roughness_rms_1": smooth.film_central / 6.0}, model={"thermal": "off", "roughness": "deterministic"}
-    )
+    rough = case(surface={"roughness_rms_1": smooth.film_central / 6.0}, model={"thermal": "off"})
     result = rough.solve()
     assert result.transient is None
     ratio = film_stress_ratio(smooth.friction_fluid, rough.line_contact(), rough.lubricant.lubricant())

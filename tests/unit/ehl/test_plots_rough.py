@@ -31,7 +31,7 @@ def rough(**surface: Any) -> Contact:
             },
             "lubricant": {"oil": "fva3", "temperature_oil": "100 degC"},
             "surface": {"roughness_rms_1": 0.3e-6, "correlation_length": 60e-6, "boundary_film": 2e-8} | surface,
-            "model": {"roughness": "deterministic", "accuracy": "fast", "thermal": "off"},
+            "model": {"accuracy": "fast", "thermal": "off"},
         },
     )
 

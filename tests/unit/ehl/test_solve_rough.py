@@ -1,4 +1,4 @@
-"""The deterministic rough contact as a user meets it: results, seeds, measured profiles, and its shortcuts."""
+"""The rough contact as a user meets it: results, seeds, measured profiles, and its shortcuts."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def case(seed: int = 1, rms: float = 0.133e-6, slide_to_roll: float = 0.05, **mo
             },
             "lubricant": {"viscosity_inlet": 0.04, "pressure_viscosity": 16e-9},
             "surface": {"roughness_rms_1": rms, "correlation_length": 60e-6, "seed": seed},
-            "model": {"roughness": "deterministic", "accuracy": "fast", "thermal": "off"} | model,
+            "model": {"accuracy": "fast", "thermal": "off"} | model,
         },
     )
 
@@ -203,12 +203,9 @@ def test_bad_profile_is_one_sentence(mixed_ehl: Cli, tmp_path: Path, lines: list
     assert outcome.err.count("\n") == 1
 
 
-def test_missing_profile_and_wrong_model_are_one_sentence(mixed_ehl: Cli, tmp_path: Path) -> None:
+def test_missing_profile_is_one_sentence(mixed_ehl: Cli, tmp_path: Path) -> None:
     path = measured(tmp_path, rows())
-    shared = tmp_path / "shared.toml"
-    shared.write_text(path.read_text(encoding="utf-8").replace('"deterministic"', '"load_sharing"'), encoding="utf-8")
     (tmp_path / "flank.csv").unlink()
-    for file, word in ((path, "existing file"), (shared, "deterministic")):
-        outcome = mixed_ehl("solve", file)
-        assert outcome.code == 2
-        assert word in outcome.err
+    outcome = mixed_ehl("solve", path)
+    assert outcome.code == 2
+    assert "existing file" in outcome.err

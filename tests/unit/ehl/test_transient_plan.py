@@ -115,7 +115,7 @@ def case(**surface: object) -> Contact:
             },
             "lubricant": {"viscosity_inlet": 0.01, "pressure_viscosity": 15e-9},
             "surface": surface,
-            "model": {"roughness": "deterministic", "accuracy": "fast", "thermal": "off"},
+            "model": {"accuracy": "fast", "thermal": "off"},
         },
     )  # fmt: skip
 

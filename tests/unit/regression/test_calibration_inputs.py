@@ -17,7 +17,6 @@ from regression.calibration.setup import load_setup
 SETUP = """
 oil = "fva3"
 parameters = ["eyring_stress", "boundary_friction"]
-model.roughness = "load_sharing"
 [conditions]
 radius_equivalent = "9.525 mm"
 temperature_oil = "80 degC"
@@ -117,14 +116,8 @@ def test_a_slip_in_per_cent_without_its_unit_is_refused(tmp_path: Path) -> None:
         (GOOD, SETUP.replace('radius_equivalent = "9.525 mm"', 'load = "3 N"'), ["conditions.load", "either"]),
         (GOOD, SETUP.replace('"boundary_friction"', '"tau0"'), ["tau0", "stress_low"]),
         (GOOD, SETUP.replace('"boundary_friction"', '"stress_slope"'), ["stress_slope", "one law"]),
-        (GOOD, SETUP.replace('"boundary_friction"', '"boundary_film"'), ["boundary_film", "deterministic"]),
         (GOOD, SETUP.replace('"boundary_friction"', '"eyring_stress"'), ["eyring_stress", "once"]),
         (GOOD, SETUP.replace('["eyring_stress", "boundary_friction"]', "[]"), ["at least one"]),
-        (
-            GOOD,
-            SETUP.replace('"boundary_friction"', '"load_sharing_scale"').replace('"load_sharing"', '"deterministic"'),
-            ["load_sharing_scale", "boundary_film"],
-        ),
         (GOOD, SETUP.replace('roughness_rms = "80 nm"\n', ""), ["boundary_friction", "roughness_rms"]),
         (GOOD, SETUP.replace('geometry = "point"', 'geometry = "line"'), ["specimens.length", "10 mm"]),
         (GOOD, SETUP + "length = 0.01\n", ["length", "geometry = 'line'"]),

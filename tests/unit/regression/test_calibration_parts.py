@@ -34,7 +34,7 @@ def setup_of(**changes: object) -> CalibrationSetup:
         "oil": "fva3",
         "parameters": ["eyring_stress", "boundary_friction"],
         "specimens": {"geometry": "point"},
-        "model": {"roughness": "load_sharing", "accuracy": "fast"},
+        "model": {"accuracy": "fast"},
         **changes,
     }
     return CalibrationSetup.model_validate(content)
@@ -180,10 +180,10 @@ def test_neighbours_that_go_together_are_found() -> None:
 
 
 def test_surrogate_is_the_solver_where_it_was_built_and_close_beside() -> None:
-    setup = setup_of(parameters=["eyring_stress", "boundary_friction", "load_sharing_scale"])
+    setup = setup_of(parameters=["eyring_stress", "boundary_friction", "boundary_film"])
     plain = solver_of(measurement_of("pressure_hertz", [0.8e9, 1e9, 1.2e9, 1e9]), setup, 1)
     solver = OneLineSolver(plain.setup, plain.groups, plain.roughness, plain.temperature)
-    values = {"eyring_stress": 5e6, "boundary_friction": 0.1, "load_sharing_scale": 1.2}
+    values = {"eyring_stress": 5e6, "boundary_friction": 0.1, "boundary_film": 3e-8}
     values |= {"limiting_shear_coefficient": 0.05, "pressure_viscosity": 1.7e-8}
     rows = np.ones(4, dtype=bool)
     surrogate = surrogate_at(solver, values, setup.parameters, rows)
@@ -193,12 +193,12 @@ def test_surrogate_is_the_solver_where_it_was_built_and_close_beside() -> None:
         return solver.friction(solver.transformed(solver.parts([there])[0]), there)
 
     np.testing.assert_allclose(surrogate.at(surrogate.log_values), friction({}), rtol=1e-12)
-    # boundary friction and scale are exact at any distance
-    far = {"boundary_friction": 0.3, "load_sharing_scale": 0.4}
-    np.testing.assert_allclose(surrogate.at(np.log([5e6, 0.3, 0.4])), friction(far), rtol=1e-12)
-    np.testing.assert_allclose(
-        surrogate.at(np.log([5e6 * 1.05, 0.1, 1.2])), friction({"eyring_stress": 5e6 * 1.05}), rtol=2e-3
-    )
+    # boundary friction is exact at any distance
+    far = surrogate.at(np.log([5e6, 0.3, 3e-8]))
+    np.testing.assert_allclose(far, friction({"boundary_friction": 0.3}), rtol=1e-12)
+    for name, near in (("eyring_stress", [5.25e6, 0.1, 3e-8]), ("boundary_film", [5e6, 0.1, 3.06e-8])):
+        change = {name: near[setup.parameters.index(name)]}
+        np.testing.assert_allclose(surrogate.at(np.log(near)), friction(change), rtol=2e-3)
 
 
 def result_with(
@@ -238,7 +238,7 @@ def test_card_is_written_read_and_used(tmp_path: Path, monkeypatch: pytest.Monke
     setup = setup_of(parameters=["stress_low", "stress_slope", "pressure_viscosity", "boundary_friction"])
     measurement = measurement_of("pressure_hertz", [1e9, 1.2e9])
     values = {"stress_low": 4e6, "stress_slope": 0.03, "pressure_viscosity": 2e-8, "boundary_friction": 0.12}
-    values |= {"limiting_shear_coefficient": 0.047, "load_sharing_scale": 1.0}
+    values |= {"limiting_shear_coefficient": 0.047}
     result = result_with(values, ("stress_slope", "pressure_viscosity", "boundary_friction"), ("stress_low",))
     card = calibrated_card("mine", measurement, setup, result, datetime.date(2026, 1, 31))
     write_card(card, Path("mine.toml"), "Mine")

@@ -74,7 +74,7 @@ def write_with_checksum(path: Path, content: dict[str, Any]) -> None:
 
 
 def test_files_without_coverage_are_read_and_coverage_is_kept(tmp_path: Path) -> None:
-    content = json.loads(data_path("formulas", "fva3_load_share.json").read_text(encoding="utf-8"))
+    content = json.loads(data_path("formulas", "fva3_short.json").read_text(encoding="utf-8"))
     for band in content["interval"]["bands"]:
         band.pop("coverage", None)
     path = tmp_path / "formula.json"

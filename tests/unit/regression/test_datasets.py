@@ -99,7 +99,7 @@ def test_a_compressed_file_can_be_swept_into(shelf: Path, tmp_path: Path) -> Non
 
 def test_fit_of_a_name_on_the_command_line(shelf: Path, tmp_path: Path, mixed_ehl: Call) -> None:
     formula, run = tmp_path / "f.json", tmp_path / "run"
-    fitted = mixed_ehl("fit", "small", "-o", formula, "--family", "load_share", "--paths", run, "--noise", run)
+    fitted = mixed_ehl("fit", "small", "-o", formula, "--family", "short", "--paths", run, "--noise", run)
     assert fitted.code == 0
     assert "contacts along gear meshes, not fitted" in fitted.out
     point = ("--radius", "18 mm", "--slide-to-roll", "0.2", "--temperature", "90 degC", "--roughness-rms", "0.35 um")

@@ -229,9 +229,11 @@ def test_estimate_of_a_plan() -> None:
     assert standard.seconds > 2.0 * fast.seconds
     assert fast.wall(2) == fast.seconds / 2.0
     assert fast.wall(10**6) == fast.longest
-    sharing = Plan.from_file("gear_default", ["model.roughness=load_sharing"]).estimate()
-    assert sharing.rough == 0
-    assert sharing.seconds < 0.5 * fast.seconds
+    smooth = Plan.from_file(
+        "gear_default", ['variables.roughness_rms="1 nm"', "constraints.film_ratio={high=1e9}"]
+    ).estimate()
+    assert smooth.rough == 0
+    assert smooth.seconds < 0.5 * fast.seconds
     # more correlation lengths in the contact take more nodes and more steps
     short = Plan.from_file("gear_default", ['variables.correlation_length="20 um"'])
     long = Plan.from_file("gear_default", ['variables.correlation_length="100 um"'])

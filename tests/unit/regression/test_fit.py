@@ -93,17 +93,17 @@ def test_formula_states_ranges_identity_and_errors(dataset: Dataset) -> None:
 
 
 def test_corners_are_checked_where_they_were_not_fitted(dataset: Dataset) -> None:
-    checked = fit_formula(dataset, "load_share").corners
+    checked = fit_formula(dataset, "short").corners
     assert checked is not None
     corner = dataset.frame["origin"] == "corner"
     assert checked.count == corner.sum() == 32
     assert checked.worst.key in set(dataset.frame[corner]["key"])
-    assert fit_formula(dataset, "load_share", corners=True).corners is None
+    assert fit_formula(dataset, "short", corners=True).corners is None
 
 
 def test_families_come_best_first(dataset: Dataset) -> None:
     formulas = list(fit_families(dataset))
-    assert formulas[0].family in ("load_share", "rough_share")
+    assert formulas[0].family in ("short", "rough_share")
     held_out = [f.validation.r2_log for f in formulas]
     assert held_out == sorted(held_out, reverse=True)
 

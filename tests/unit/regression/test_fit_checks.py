@@ -81,7 +81,7 @@ def test_process_of_same_data_is_bit_identical(dataset: Dataset, with_process: F
 
 
 def test_process_keeps_limits_and_bounds(dataset: Dataset) -> None:
-    formula = fit_formula(dataset, "load_share", gaussian_process=True)
+    formula = fit_formula(dataset, "short", gaussian_process=True)
     bare = formula.model_copy(update={"residual": None})
     oil = Oil.load("fva3")
     far = conditions_of(
@@ -144,7 +144,7 @@ def test_gear_paths_are_checked_and_not_fitted(dataset: Dataset) -> None:
 
 
 def test_corners_lie_beside_the_cloud_and_state_their_coverage(dataset: Dataset) -> None:
-    formula = fit_formula(dataset, "load_share")
+    formula = fit_formula(dataset, "short")
     assert formula.corners is not None
     assert formula.corners.extrapolated is not None
     assert formula.corners.extrapolated > 0.8
@@ -181,7 +181,7 @@ def test_band_table_is_that_of_plain_numpy(dataset: Dataset) -> None:
 
 
 def test_several_oils_are_all_recorded_and_all_known(two_oils: Dataset) -> None:
-    formula = fit_formula(two_oils, "load_share")
+    formula = fit_formula(two_oils, "short")
     assert {o.name: o.card_hash for o in formula.oils} == {name: oil_hash(name) for name in ("75w90", "fva3")}
     assert formula.validation.mape < 0.1
     flags = {name: int(formula.mu(state(), oil=name).flag) for name in ("fva3", "75w90", "pao100")}
@@ -198,7 +198,7 @@ def test_several_oils_are_all_recorded_and_all_known(two_oils: Dataset) -> None:
 
 
 def test_an_oil_whose_card_changed_is_said(dataset: Dataset) -> None:
-    formula = fit_formula(dataset, "load_share")
+    formula = fit_formula(dataset, "short")
     oil = Oil.load("fva3")
     changed = oil.model_copy(update={"limiting_shear_coefficient": 0.9 * oil.limiting_shear_coefficient})
     assert int(formula.mu(state(), oil=oil).flag) == FrictionFlag.OK
@@ -218,7 +218,7 @@ def test_cards_of_several_oils_cannot_be_told_apart_once_one_changed() -> None:
 def test_several_boundary_frictions_serve_a_family_that_takes_them(tmp_path: Path) -> None:
     variables = PLAN["variables"] | {"boundary_friction": [0.08, 0.10, 0.12]}
     data = swept(tmp_path, "arana_2019", sampling={"size": 64}, variables=variables)
-    formula = fit_formula(data, "load_share")
+    formula = fit_formula(data, "short")
     assert formula.boundary_friction_range == (0.08, 0.12)
     assert formula.validation.mape < 0.1
     conditions = conditions_of(state(speed_entrainment=1e-3), Oil.load("fva3"))
@@ -227,12 +227,12 @@ def test_several_boundary_frictions_serve_a_family_that_takes_them(tmp_path: Pat
     with pytest.raises(InputError, match="one value for all cases of family xu"):
         fit_formula(data, "xu")
     families = {formula.family for formula in fit_families(data)}
-    assert "load_share" in families
+    assert "short" in families
     assert "xu" not in families
 
 
 def test_refusing_formula_names_what_lies_outside(dataset: Dataset) -> None:
-    formula = fit_formula(dataset, "load_share")
+    formula = fit_formula(dataset, "short")
     strict = formula.with_options(refuse=True)
     oil = Oil.load("fva3")
     assert int(strict.mu(state(), oil=oil).flag) == FrictionFlag.OK

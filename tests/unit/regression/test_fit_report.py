@@ -61,7 +61,7 @@ def dataset(run: Path) -> Dataset:
 
 @pytest.fixture(scope="module")
 def formulas(dataset: Dataset) -> list[FittedFormula]:
-    return [fit_formula(dataset, name) for name in ("load_share", "power_law")]
+    return [fit_formula(dataset, name) for name in ("short", "power_law")]
 
 
 def named_axes(figure: Figure) -> int:

@@ -17,7 +17,7 @@ from ehl.fluid.oil import Oil
 from regression.data.dataset import columns, load_dataset
 from regression.formula import Formula, friction_model
 from regression.friction.conditions import conditions_of
-from regression.friction.families import FAMILIES, LOAD_SHARE, load_share_parts
+from regression.friction.families import FAMILIES, SHORT, short_parts
 from regression.friction.fitted import FORMULA_SCHEMA
 from regression.friction.models import FrictionFlag, FrictionModel
 from regression.friction.published import XU_COEFFICIENTS, xu_kahraman_2007
@@ -74,8 +74,8 @@ def content(family: str, coefficients: dict[str, float]) -> dict[str, Any]:
 
 
 XU = content("xu", dict(zip(FAMILIES["xu"].terms, XU_COEFFICIENTS, strict=True)))
-SHARE = content("load_share", dict(zip(LOAD_SHARE.terms, LOAD_SHARE.start, strict=True)))
-FORMULAS = {"xu": Formula.model_validate(XU), "load_share": Formula.model_validate(SHARE)}
+SHARE = content("short", dict(zip(SHORT.terms, SHORT.start, strict=True)))
+FORMULAS = {"xu": Formula.model_validate(XU), "short": Formula.model_validate(SHARE)}
 OIL = Oil.load("fva3")
 
 
@@ -89,7 +89,7 @@ def test_published_coefficients_in_the_family_give_the_published_formula() -> No
 
 
 def test_file_round_trip_is_exact(tmp_path: Path) -> None:
-    formula = FORMULAS["load_share"]
+    formula = FORMULAS["short"]
     path = tmp_path / "formula.json"
     formula.save(path)
     assert Formula.load(path).to_dict() == formula.to_dict()
@@ -130,7 +130,7 @@ def test_friction_is_even_in_sliding_and_vanishes_with_it(ratio: float, family: 
 def test_friction_is_continuous_and_linear_below_the_least_sliding() -> None:
     least = 0.02
     points = state(slide_to_roll=np.array([0.25, 0.5, 1.0, 1.0 + 1e-9]) * least)
-    value = FORMULAS["load_share"].evaluate(conditions_of(points, OIL))
+    value = FORMULAS["short"].evaluate(conditions_of(points, OIL))
     np.testing.assert_allclose(value.mu[:3] / value.mu[2], [0.25, 0.5, 1.0], rtol=1e-12)
     assert value.mu[3] == pytest.approx(value.mu[2], rel=1e-6)
     assert (value.flag == FrictionFlag.OUTSIDE_RANGE).tolist() == [True, True, False, False]
@@ -145,15 +145,15 @@ def test_asperity_share_falls_with_speed_and_friction_stays_bounded(speed: float
         roughness_rms_2=rough * 1e-6,
     )
     table = conditions_of(points, OIL)
-    share, fluid = load_share_parts(table, SHARE["coefficients"] | {"inlet": 0.0})
+    share, fluid = short_parts(table, SHARE["coefficients"] | {"inlet": 0.0})
     assert share[1] <= share[0]
     assert (fluid <= OIL.limiting_shear_coefficient).all()
-    assert (FORMULAS["load_share"].evaluate(table).mu <= max(0.1, OIL.limiting_shear_coefficient)).all()
+    assert (FORMULAS["short"].evaluate(table).mu <= max(0.1, OIL.limiting_shear_coefficient)).all()
 
 
 def test_boundary_friction_is_the_limit_of_vanishing_films() -> None:
     points = state(speed_entrainment=np.array([1e-4]), roughness_rms_1=2e-6, roughness_rms_2=2e-6)
-    value = FORMULAS["load_share"].evaluate(conditions_of(points, OIL))
+    value = FORMULAS["short"].evaluate(conditions_of(points, OIL))
     assert value.mu[0] == pytest.approx(0.1, rel=0.02)
 
 
@@ -279,13 +279,6 @@ def test_marks_across_the_motion_rub_less_than_marks_along_it(name: str) -> None
     # isotropic where nothing is said
     assert float(model.mu(**point).mu) == mu[1]
     assert "Peklenik number 20" in model.range_note(**point, peklenik_number=20.0)
-
-
-def test_formulas_of_data_with_one_lay_say_nothing_of_it() -> None:
-    model = friction_model("75w90_load_share")
-    assert isinstance(model, Formula)
-    assert not model.uses_texture
-    assert "peklenik_number" not in model.ranges
 
 
 def test_points_never_fitted_are_met_as_their_table_says() -> None:

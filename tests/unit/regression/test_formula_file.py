@@ -14,7 +14,7 @@ from ehl.common.errors import InputError
 from regression.formula import Formula
 from regression.friction.fitted import FORMULA_SCHEMA
 
-SHIPPED = data_path("formulas", "fva3_load_share.json")
+SHIPPED = data_path("formulas", "fva3_short.json")
 Call = Callable[..., Any]
 POINT = (
     *("--pressure", "1 GPa", "--radius", "12 mm", "--speed", "5 m/s", "--slide-to-roll", "0.3"),
@@ -31,7 +31,7 @@ def test_rows_of_numbers_stand_on_one_line(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("place", "value"),
     [
-        (("coefficients", "stress"), 0.9),
+        (("coefficients", "strain"), 0.9),
         (("boundary_friction",), 0.12),
         (("interval", "largest"), 0.01),
         (("ranges", "pressure_hertz"), [1e8, 4e9]),

@@ -79,9 +79,7 @@ def test_the_plan_holds_the_ranges_and_is_one(tmp_path: Path) -> None:
     texture = {"correlation_length": 45e-6}
     hot = points(temperature_oil=393.15, **texture)
     ranges = operating_range([points(**texture), hot], 0.95)
-    text = ranges.plan_text(
-        "seen", ("fva3", "75w90"), size=40, description='what "gears" see', roughness="load_sharing"
-    )
+    text = ranges.plan_text("seen", ("fva3", "75w90"), size=40, description='what "gears" see')
     (tmp_path / "seen.toml").write_text(text)
     plan = Plan.from_file(tmp_path / "seen.toml")
     assert plan.description == 'what "gears" see'

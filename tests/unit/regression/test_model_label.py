@@ -16,7 +16,7 @@ from regression.friction.published_registry import PUBLISHED, model_label
         ("odonoghue_cameron_1966", "O'Donoghue & Cameron 1966"),
         ("iso_tr_14179_2", "ISO/TR 14179-2"),
         ("ehl", "solved contacts"),
-        ("ehl:load_sharing:all", "solved contacts, load sharing, all"),
+        ("ehl:smooth:all", "solved contacts, smooth, all"),
         ("75w90", "formula 75w90"),
         ("oils/formula_iso_220.json", "formula iso_220"),
         ("formula.json", "formula"),

@@ -177,25 +177,20 @@ def test_film_ratio_of_the_constraint_is_that_of_the_dataset() -> None:
 
 
 def test_every_point_has_a_roughness_of_its_own_and_realisations_are_a_factor() -> None:
-    rough = plan(model={"roughness": "deterministic"}, sampling={"size": 16, "realisations": 3})
+    rough = plan(sampling={"size": 16, "realisations": 3})
     seeds = [case.surface.seed for _, case in rough.cases()]
     assert rough.count == len(seeds) == 48
     assert seeds == list(range(1, 49))
     pressures = rough.points.columns["pressure_hertz"].reshape(16, 3)
     assert (pressures == pressures[:, :1]).all()
     same = plan(
-        model={"roughness": "deterministic"},
         sampling={"size": 16, "realisations": 3, "same_profile": True},
         surface={"seed": 5},
     )
     assert [case.surface.seed for _, case in same.cases()] == [5, 6, 7] * 16
-    with pytest.raises(InputError, match=r"realisations.*deterministic"):
-        plan(model={"roughness": "load_sharing"}, sampling={"size": 16, "realisations": 3})
     # a constrained plan keeps the roughness of a point
-    free = plan(model={"roughness": "deterministic"}, sampling={"size": 256, "seed": 3})
-    bounded = plan(model={"roughness": "deterministic"}, constraints=LIMITS)
-    assert free.points.seed is not None
-    assert bounded.points.seed is not None
+    free = plan(sampling={"size": 256, "seed": 3})
+    bounded = plan(constraints=LIMITS)
     by_point = dict(zip(free.points.columns["pressure_hertz"], free.points.seed, strict=True))
     assert [by_point[p] for p in bounded.points.columns["pressure_hertz"]] == bounded.points.seed.tolist()
 
@@ -207,7 +202,6 @@ def test_variables_of_the_surface() -> None:
             "correlation_length": {"low": "20 um", "high": "100 um"},
             "boundary_friction": [0.08, 0.12],
         },
-        model={"roughness": "deterministic"},
     )
     surfaces = [case.surface for _, case in rough.cases()]
     assert len(surfaces) == 128
@@ -228,18 +222,15 @@ def test_a_number_of_corners() -> None:
 def test_default_plan_is_what_it_says() -> None:
     default = Plan.from_file("gear_default")
     assert default.count == len(default.points) == 2048
-    assert default.model.roughness == "deterministic"
     figures = default.constrained(default.points.columns, default.points.oils)
     ratio = figures["film_ratio"]
     # from boundary to full film, a good part of the cases on each side
     assert np.mean(ratio < 0.5) > 0.15
     assert np.mean(ratio > 3.0) > 0.15
     assert np.mean((ratio > 0.5) & (ratio < 3.0)) > 0.3
-    sharing = Plan.from_file(
-        "gear_default", ["model.roughness=load_sharing", "lubricant.oil=fva3", "sampling.corners=false"]
-    )
-    assert sharing.count == 1984
-    assert sharing.oil == "fva3"
+    other = Plan.from_file("gear_default", ["lubricant.oil=fva3", "sampling.corners=false"])
+    assert other.count == 1984
+    assert other.oil == "fva3"
 
 
 @pytest.mark.parametrize("change", ["sampling.size", "=3", "a..b=3", "name.first=3"])

@@ -55,7 +55,7 @@ def rough_case(rms: float, speed: float = 15.0, **model: object) -> Contact:
             },
             "lubricant": {"oil": "75w90", "temperature_oil": 333.15},
             "surface": {"roughness_rms_1": rms, "correlation_length": 60e-6},
-            "model": {"roughness": "deterministic", "accuracy": "fast"} | model,
+            "model": {"accuracy": "fast"} | model,
         },
     )
 

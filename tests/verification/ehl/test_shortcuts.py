@@ -35,7 +35,7 @@ def case(speed: float, length: float, peklenik: float = 1.0, pressure: float = 1
                 "roughness_rms_1": rms, "roughness_rms_2": rms, "peklenik_number": peklenik, "boundary_film": 30e-9,
                 "correlation_length": length * 4.0 * 0.015 * pressure / 228e9,
             },
-            "model": {"roughness": "deterministic", "accuracy": "fast", "thermal": "off"} | model,
+            "model": {"accuracy": "fast", "thermal": "off"} | model,
         },
     )  # fmt: skip
 

@@ -108,7 +108,7 @@ def test_rough_contact_takes_bulk_temperatures_and_kernel_from_its_input() -> No
             "lubricant": {"viscosity_inlet": 0.015, "pressure_viscosity": 15e-9, "temperature_oil": 353.15},
             "solid_1": {"temperature_bulk": 373.15},
             "surface": {"roughness_rms_1": 0.3e-6, "roughness_rms_2": 0.3e-6, "correlation_length": 60e-6},
-            "model": {"roughness": "deterministic", "accuracy": "fast", "thermal": "on"},
+            "model": {"accuracy": "fast", "thermal": "on"},
         },
     )
     bodies = (case.solid_1.body(), case.solid_2.body())

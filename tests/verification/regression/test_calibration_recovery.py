@@ -36,7 +36,7 @@ from regression.calibration.measurement import Measurement
 from regression.calibration.setup import CalibrationSetup
 
 SIGMA = 8e-4
-TRUTH = {"eyring_stress": 4e6, "boundary_friction": 0.12, "load_sharing_scale": 1.5}
+TRUTH = {"eyring_stress": 4e6, "boundary_friction": 0.12, "boundary_film": 30e-9}
 
 
 def setup_of(parameters: list[str], **changes: object) -> CalibrationSetup:
@@ -45,7 +45,7 @@ def setup_of(parameters: list[str], **changes: object) -> CalibrationSetup:
         "parameters": parameters,
         "specimens": {"geometry": "line"},
         "noise": {"absolute": SIGMA},
-        "model": {"roughness": "load_sharing", "accuracy": "fast"},
+        "model": {"accuracy": "fast"},
         **changes,
     }
     return CalibrationSetup.model_validate(content)
@@ -211,6 +211,7 @@ def test_the_elastic_part_of_the_shear_is_in_what_is_fitted() -> None:
     """Left out, mu of a small slip is too high, and no Eyring stress makes up for it."""
     setup = setup_of(["eyring_stress"])
     rows = planned([2e9], [0.0005, 0.1], [])
+    rows.columns["roughness_rms"] = np.zeros(2)
     solver = solver_of(rows, setup, 1)
     film_friction = solver.parts([all_values(rows, setup)])[0, :, 0]
     bodies = (setup.solid_1.body(), setup.solid_2.body())
@@ -240,7 +241,7 @@ def test_a_limit_far_off_on_the_card_is_found() -> None:
 
 def test_resolved_roughness_is_averaged_over_one_travel(monkeypatch: pytest.MonkeyPatch) -> None:
     """A travel that ends by the interval of mu would jump with the parameters, and mu with it by some per cent."""
-    rough = {"parameters": ["boundary_film"], "model": {"roughness": "deterministic", "accuracy": "fast"}}
+    rough = {"parameters": ["boundary_film"], "model": {"accuracy": "fast"}}
     setup = setup_of(**rough)  # type: ignore[arg-type]
     rows = planned([], [], [0.4])
     rows.columns.update(pressure_hertz=np.array([0.5e9]), radius_equivalent=np.array([0.005]))
@@ -267,18 +268,16 @@ def test_resolved_roughness_is_averaged_over_one_travel(monkeypatch: pytest.Monk
 
 SETUP = """
 oil = "fva3"
-parameters = ["eyring_stress", "boundary_friction"]
+parameters = ["eyring_stress", "limiting_shear_coefficient"]
 [conditions]
 radius_equivalent = "10 mm"
 temperature_oil = "80 degC"
-roughness_rms = "100 nm"
 pressure_hertz = "1 GPa"
 [specimens]
 geometry = "point"
 [noise]
 absolute = 0.0005
 [model]
-roughness = "load_sharing"
 accuracy = "fast"
 thermal = "off"
 """
@@ -292,7 +291,7 @@ def test_the_contact_solver_gives_back_what_was_put_in(
     monkeypatch.chdir(tmp_path)
     Path("setup.toml").write_text(SETUP, encoding="utf-8")
     Path("conditions.csv").write_text(CONDITIONS, encoding="utf-8")
-    truth = {"eyring_stress": 8e6, "boundary_friction": 0.13}
+    truth = {"eyring_stress": 8e6, "limiting_shear_coefficient": 0.04}
     synthetic_measurement("conditions.csv", "setup.toml", "made.csv", true=truth, seed=3)
     assert Path("made.csv").read_text(encoding="utf-8").startswith("# SYNTHETIC, no measurement")
     files = ["-o", "mine.toml", "--plot", "curves.png", "--json", "--jobs", "1"]
@@ -309,4 +308,4 @@ def test_the_contact_solver_gives_back_what_was_put_in(
     assert card.calibration is not None
     assert card.calibration.file == "made.csv (synthetic)"
     assert card.eyring_stress == result["parameters"][0]["value"]
-    assert card.calibration.fitted["boundary_friction"].value == result["parameters"][1]["value"]
+    assert card.calibration.fitted["limiting_shear_coefficient"].value == result["parameters"][1]["value"]

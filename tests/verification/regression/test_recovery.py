@@ -13,10 +13,10 @@ from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.data.dataset import Dataset, load_dataset
-from regression.fitting.coefficients import Coefficients, fit_coefficients, linear_fit
+from regression.fitting.coefficients import linear_fit
 from regression.fitting.fit import fit_formula
 from regression.friction.conditions import conditions_of
-from regression.friction.families import LOAD_SHARE, XU
+from regression.friction.families import XU
 from regression.friction.published import XU_COEFFICIENTS
 from regression.plan.plan import Plan
 from regression.plan.sampling import sobol_unit, to_range
@@ -63,7 +63,7 @@ def test_published_coefficients_come_back_through_the_whole_pipeline(xu_data: Da
 
 def test_same_data_give_identical_bits(xu_data: Dataset) -> None:
     assert fit_formula(xu_data, "xu").to_json() == fit_formula(xu_data, "xu").to_json()
-    assert fit_formula(xu_data, "load_share").to_json() == fit_formula(xu_data, "load_share").to_json()
+    assert fit_formula(xu_data, "short").to_json() == fit_formula(xu_data, "short").to_json()
 
 
 def test_standard_errors_agree_with_monte_carlo() -> None:
@@ -91,29 +91,3 @@ def test_variance_inflation_against_its_definition() -> None:
         residual = design[:, index] - others @ beta
         share = residual @ residual / np.sum((design[:, index] - design[:, index].mean()) ** 2)
         assert fitted.variance_inflation[term] == pytest.approx(1.0 / share, rel=1e-8)
-
-
-def _share_fit(data: Dataset, truth: dict[str, float], noise: float) -> Coefficients:
-    from regression.data.dataset import columns
-
-    frame = data.frame.copy()
-    log_mu = LOAD_SHARE.log_mu(columns(frame), truth, 0.1)
-    log_mu += noise * np.random.default_rng(3).standard_normal(len(frame))
-    return fit_coefficients(LOAD_SHARE, frame.assign(friction_coefficient=np.exp(log_mu)), 0.1)
-
-
-TRUTH = dict(zip(LOAD_SHARE.terms, (0.9, 1.7, 0.1, 2.2, 2.4, 0.06, 1.1, 0.9, 0.3), strict=True))
-
-
-def test_load_share_family_finds_its_own_coefficients(xu_data: Dataset) -> None:
-    fitted = _share_fit(xu_data, TRUTH, 0.0)
-    assert fitted.values == pytest.approx(TRUTH, rel=1e-5)
-    assert not fitted.dropped
-
-
-def test_load_share_error_bars_hold_the_truth(xu_data: Dataset) -> None:
-    fitted = _share_fit(xu_data, TRUTH, 0.02)
-    distance = [abs(fitted.values[t] - TRUTH[t]) / fitted.standard_errors[t] for t in LOAD_SHARE.terms]
-    # 9 values: none beyond 3.5 standard errors, RMS near one
-    assert max(distance) < 3.5
-    assert 0.3 < np.sqrt(np.mean(np.square(distance))) < 1.8

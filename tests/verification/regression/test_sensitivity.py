@@ -52,7 +52,7 @@ def test_intervals_narrow_with_the_sample_and_the_seed_decides_all() -> None:
 
 
 def test_friction_of_a_formula() -> None:
-    formula = Formula.load(data_path("formulas", "fva3_load_share.json"))
+    formula = Formula.load(data_path("formulas", "fva3_short.json"))
     found = formula_sensitivity(formula, Oil.load("fva3"), size=512)
     named = dict(zip(found.names, found.total, strict=True))
     assert set(named) >= {"pressure_hertz", "speed_entrainment", "slide_to_roll_total", "roughness_rms"}
@@ -64,7 +64,7 @@ def test_friction_of_a_formula() -> None:
 def test_a_power_law_has_the_indices_of_its_exponents() -> None:
     family = FAMILIES["power_law"]
     exponents = {"speed": -0.5, "sliding": 0.2, "roughness": 0.4, "radius": 0.1, "constant": -3.0}
-    formula = Formula.load(data_path("formulas", "fva3_load_share.json")).model_copy(
+    formula = Formula.load(data_path("formulas", "fva3_short.json")).model_copy(
         update={
             "family": "power_law",
             "equation": family.equation,
