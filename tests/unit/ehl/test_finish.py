@@ -153,7 +153,7 @@ def test_finish_in_a_contact_and_what_overrides_it():
     surface = ehl.Contact(**LINE, finish="ground").surface
     assert surface.roughness_rms_1 == ground.roughness_rms.value
     assert surface.correlation_length == pytest.approx(ground.correlation_length.value)
-    assert (surface.peklenik_number, surface.spectrum) == (pytest.approx(5.0), "self_affine")
+    assert (surface.peklenik_number, surface.spectrum) == (pytest.approx(5.0), "gaussian")
     assert surface.skewness == ground.skewness.value
     own = ehl.Contact(**LINE, finish="ground", roughness_rms="0.3 um", skewness=0.0, peklenik_number=2.0).surface
     assert own.roughness_rms_1 == pytest.approx(0.3e-6 / 2.0**0.5)
@@ -182,7 +182,7 @@ def test_boundary_film_and_friction_of_additives():
         surface = ehl.Contact(**LINE, additive=name, roughness_rms="0.4 um").surface
         assert surface.boundary_friction == additive.boundary_friction.value
         assert surface.film_of_contact == additive.boundary_film.value
-        rougher = ehl.Contact(**LINE, additive=name, roughness_rms="1.2 um", spectrum="gaussian").surface
+        rougher = ehl.Contact(**LINE, additive=name, roughness_rms="1.2 um", spectrum="self_affine").surface
         assert rougher.film_of_contact == surface.film_of_contact  # nothing is added for the roughness
     own = ehl.Contact(**LINE, boundary_friction=0.08, boundary_film="12 nm").surface
     assert (own.boundary_friction, own.film_of_contact) == (0.08, pytest.approx(12e-9))
@@ -207,12 +207,13 @@ def test_a_thicker_film_of_the_additives_rubs_more():
 
 
 def test_inputs_without_effect_are_named():
-    plain = ehl.Contact(**LINE, roughness_rms="0.4 um", lay_angle="10 deg", hurst_exponent=0.6, spectrum="gaussian")
+    plain = ehl.Contact(**LINE, roughness_rms="0.4 um", lay_angle="10 deg", hurst_exponent=0.6)
     assert [note.split(" ")[0] for note in plain.unused_inputs()] == ["surface.hurst_exponent", "surface.lay_angle"]
-    assert not ehl.Contact(**LINE, roughness_rms="0.4 um", hurst_exponent=0.6).unused_inputs()
+    fractal = plain.replace(spectrum="self_affine")
+    assert [note.split(" ")[0] for note in fractal.unused_inputs()] == ["surface.lay_angle"]
 
 
-def test_waves_are_self_affine_unless_said_otherwise():
-    surface = ehl.Contact(**LINE, roughness_rms="0.4 um").surface
+def test_waves_are_gaussian_unless_said_otherwise():
+    assert ehl.Contact(**LINE, roughness_rms="0.4 um").surface.hurst is None
+    surface = ehl.Contact(**LINE, finish="ground", spectrum="self_affine").surface
     assert (surface.spectrum, surface.hurst) == ("self_affine", 0.85)
-    assert ehl.Contact(**LINE, roughness_rms="0.4 um", spectrum="gaussian").surface.hurst is None
