@@ -14,6 +14,7 @@ import ehl
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 import_module("make_constants").write()
+import_module("make_oils").write()
 project, author, version = "mixed-ehl", "the mixed-ehl developers", ehl.__version__
 release = version
 language = "en"
