@@ -29,7 +29,7 @@ mean film shear tau0 asinh(eta |u1 - u2|/(tau0 h)) plus mu_b pc over the load. T
 arrays for all rms, length and gamma at equal nodes per l_x. Errors are standard errors of batch means of one run.
 
 unconverged is the share of the averaged steps whose largest residual exceeds 5 nm. Such a step keeps its best iterate,
-and its balances of mass and load are not met. Below 0.01 this has no visible effect. Where asperities carry a third of
+and its balances of mass and load are not met. Where asperities carry a third of
 the load or more it reaches 0.3, the film then drops for single steps, and the averages are not reference values.
 """
 
