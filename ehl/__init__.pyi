@@ -13,6 +13,8 @@ from ehl.result import ContactResult as ContactResult
 from ehl.sequence import PathResult as PathResult
 from ehl.sequence import solve_path as solve_path
 from ehl.state import ContactState as ContactState
+from ehl.surface.measured_surface import MeasuredSurface as MeasuredSurface
+from ehl.surface.measured_surface import measured_surface as measured_surface
 
 SOLVER: str
 __version__: str

@@ -145,7 +145,26 @@ def oil(
         table.print()
 
 
+def profile(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Trace or map: text, or a file of an instrument.")],
+    unit_x: Annotated[str, typer.Option(help="Unit of the positions where the file has none.")] = "",
+    unit_height: Annotated[str, typer.Option(help="Unit of the heights where the file has none.")] = "",
+    detrend: Annotated[int, typer.Option(help="Order of the polynomial that is taken out as form.")] = 2,
+    cutoff_long: Annotated[str | None, typer.Option(help="lambda_c, e.g. '0.8 mm'; by ISO 4288 if not given.")] = None,
+    cutoff_short: Annotated[str | None, typer.Option(help="lambda_s, e.g. '2.5 um'.")] = None,
+    json_output: JsonOption = False,
+    plot: Annotated[Path | None, typer.Option(help="Write a figure: as read, form, and what is used.")] = None,
+) -> None:
+    """Check a measured profile: Rq, RSm, slope, correlation length, lay, what is interpolated and taken out."""
+    check_outputs({"plot": plot})
+    cutoffs = {"cutoff_long": cutoff_long, "cutoff_short": cutoff_short}
+    found = ehl.measured_surface(file, unit_x=unit_x, unit_height=unit_height, detrend=detrend, **given(cutoffs))
+    found.write(plot=plot)
+    print_json(found.to_dict()) if json_output else found.show()
+
+
 def register(app: App) -> None:
     """Add the commands of this package to the application."""
     app.command(rich_help_panel=CONTACT)(solve)
     app.command(rich_help_panel=CONTACT)(oil)
+    app.command(rich_help_panel=CONTACT)(profile)

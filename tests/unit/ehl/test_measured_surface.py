@@ -1,0 +1,92 @@
+"""Roughness of measured traces and maps: parameters of known surfaces, lay, cut-offs by the standard, the command."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from refusals import refuses
+
+from ehl.surface.measured_surface import mean_spacing, measured_surface, rms_slope
+from ehl.surface.roughness import generate_profile
+
+STEP = 2e-6
+
+
+def trace(folder: Path, heights: np.ndarray) -> Path:
+    path = folder / "trace.csv"
+    lines = (f"{2 * k},{1e6 * z:.6f}" for k, z in enumerate(heights))
+    path.write_text("x [um],z [um]\n" + "\n".join(lines), encoding="utf-8")
+    return path
+
+
+def surface(angle: float, across: float, along: float, size: int = 192) -> np.ndarray:
+    """A random map whose autocorrelation is a Gaussian ellipse with its long axis at an angle to x."""
+    k = 2.0 * np.pi * np.fft.fftfreq(size, STEP)
+    ky, kx = np.meshgrid(k, k, indexing="ij")
+    a = kx * math.cos(angle) + ky * math.sin(angle)
+    b = -kx * math.sin(angle) + ky * math.cos(angle)
+    noise = np.fft.fft2(np.random.default_rng(4).standard_normal((size, size)))
+    heights = np.fft.ifft2(noise * np.exp(-((a * along) ** 2 + (b * across) ** 2) / 8.0)).real
+    return np.asarray(0.3e-6 * heights / heights.std())
+
+
+def passed(cutoff: float) -> float:
+    """Share of Rq in waves shorter than a cut-off, of the autocorrelation exp(-(x/20 um)^2)."""
+    return math.sqrt(1.0 - math.erf(math.pi * 20e-6 / cutoff))
+
+
+def test_parameters_of_a_wave() -> None:
+    x = STEP * np.arange(2000)
+    wave = 0.5e-6 * np.sin(2.0 * np.pi * x / 80e-6 + 0.3)
+    assert mean_spacing(wave, STEP) == pytest.approx(80e-6, rel=1e-3)
+    assert rms_slope(wave, STEP) == pytest.approx(2.0 * np.pi * 0.5e-6 / 80e-6 / math.sqrt(2.0), rel=3e-3)
+    assert math.isnan(mean_spacing(x, STEP))
+
+
+def test_a_trace_with_form_and_spikes(tmp_path: Path) -> None:
+    truth = generate_profile(0.5e-6, 20e-6, 6e-3, STEP, 4)
+    heights = truth.heights - (truth.x - 3e-3) ** 2 / 40e-3
+    heights[700] += 20e-6
+    found = measured_surface(trace(tmp_path, heights), cutoff_short="4 um")
+    assert (found.cutoff_long, found.spikes, found.missing) == (0.8e-3, 1, 0)
+    assert found.roughness_rms == pytest.approx(truth.rms * passed(0.8e-3), rel=0.04)
+    assert found.correlation_length == pytest.approx(truth.correlation_length, rel=0.15)
+    # of exp(-(x/lc)^2): sqrt(2) Rq/lc
+    assert found.rdq == pytest.approx(math.sqrt(2.0) * 0.5e-6 / 20e-6, rel=0.1)
+    assert math.isnan(found.lay_angle)
+    assert np.allclose(found.used + found.form, found.raw, atol=1.5e-6)
+
+
+@pytest.mark.parametrize("angle", [0.0, 35.0, 90.0, -60.0])
+def test_the_lay_of_a_map(tmp_path: Path, angle: float) -> None:
+    heights = surface(math.radians(angle), 8e-6, 40e-6)
+    head = ["# Width: 384 um", "# Height: 384 um", "# Value units: m"]
+    path = tmp_path / "map.txt"
+    path.write_text("\n".join([*head, *("\t".join(f"{z:.6e}" for z in line) for line in heights)]), encoding="utf-8")
+    found = measured_surface(path, cutoff_long="0.35 mm", cutoff_short="4 um")
+    assert found.lines == 192
+    assert math.remainder(found.lay_angle - math.radians(angle), math.pi) == pytest.approx(0.0, abs=0.05)
+    assert found.correlation_length == pytest.approx(8e-6, rel=0.15)
+    assert found.correlation_length_along == pytest.approx(40e-6, rel=0.35)
+    assert found.roughness_rms == pytest.approx(0.3e-6, rel=0.15)
+
+
+def test_the_command_shows_checks_and_draws(mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
+    path = trace(tmp_path, generate_profile(0.05e-6, 20e-6, 4e-3, STEP, 4).heights)
+    outcome = mixed_ehl("profile", path, "--json", "--plot", tmp_path / "p.png")
+    assert outcome.code == 0
+    content = json.loads(outcome.out)
+    assert content["cutoff_long"] == 0.25e-3  # Ra of 0.02 to 0.1 um
+    assert content["roughness_rms"] == pytest.approx(0.05e-6 * passed(0.25e-3), rel=0.1)
+    assert (tmp_path / "p.png").stat().st_size > 1000
+    assert mixed_ehl("profile", path).code == 0
+    for wrong in (("--cutoff-long", "8 um"), ("--cutoff-short", "1 um"), ("--unit-height", "mm"), ("--detrend", "9")):
+        assert mixed_ehl("profile", path, *wrong).code == 2
+    with refuses("cutoff_long"):
+        measured_surface(path, cutoff_long="2 m")
