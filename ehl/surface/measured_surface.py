@@ -64,6 +64,17 @@ class MeasuredSurface(TableResult):
         What was done.
     x, raw, form, used : ndarray, shape (n,)
         Positions and heights of one line: as read, the polynomial taken out, and what is left between the cut-offs.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import ehl
+    >>> path = Path(tempfile.mkdtemp()) / "flank.csv"
+    >>> heights = [k % 40 - 20 for k in range(2000)]
+    >>> _ = path.write_text("x [um], z [nm]\\n" + "\\n".join(f"{k}, {10 * z}" for k, z in enumerate(heights)))
+    >>> round(1e6 * ehl.measured_surface(path).rsm)
+    40
     """
 
     name: str
