@@ -172,8 +172,8 @@ def test_wrong_conductivity_law(given: Any, words: list[str]) -> None:
 def test_names_of_shipped_things_ignore_case(name: str) -> None:
     contact = Contact(
         pressure_hertz="1 GPa", radius_equivalent="10 mm", speed_entrainment=2.0, temperature_oil="80 C", oil=name,
-        finish="Ground", additive="ep", solid_1="STEEL", roughness="Load sharing", accuracy="Fast",
+        finish="Ground", additive="ep", solid_1="STEEL", accuracy="Fast",
     )  # fmt: skip
     assert (contact.lubricant.oil, contact.surface.finish, contact.surface.additive) == ("75w90", "ground", "EP")
-    assert (contact.solid_1.material, contact.model.roughness) == ("steel", "load_sharing")
+    assert (contact.solid_1.material, contact.model.accuracy) == ("steel", "fast")
     assert Oil.load(name) is Oil.load("75w90")

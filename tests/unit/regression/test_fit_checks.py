@@ -24,7 +24,7 @@ from regression.fitting.rows import computed_friction, usable_rows
 from regression.formula import Formula
 from regression.friction.conditions import conditions_of
 from regression.friction.data_cloud import CloudDistance
-from regression.friction.families import FAMILIES
+from regression.friction.families import FAMILIES, SHORT
 from regression.friction.models import FrictionFlag
 from regression.friction.oil_cards import hashes_of_cards
 from regression.plan.plan import Plan
@@ -43,6 +43,13 @@ def swept(folder: Path, name: str, **changes: Any) -> Dataset:
     return load_dataset(folder)
 
 
+def of_short(data: Dataset) -> Dataset:
+    """The same contacts with the friction of the family `short` at its start values."""
+    frame, start = data.frame, dict(zip(SHORT.terms, SHORT.start, strict=True))
+    mu_b = frame["boundary_friction"].to_numpy()
+    return replace(data, frame=frame.assign(friction_coefficient=np.exp(SHORT.log_mu(columns(frame), start, mu_b))))
+
+
 @pytest.fixture(scope="module")
 def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     return swept(tmp_path_factory.mktemp("one"), "arana_2019")
@@ -50,7 +57,7 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
 
 @pytest.fixture(scope="module")
 def two_oils(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
-    return swept(tmp_path_factory.mktemp("two"), "arana_2019", lubricant={"oil": ["fva3", "75w90"]})
+    return of_short(swept(tmp_path_factory.mktemp("two"), "arana_2019", lubricant={"oil": ["fva3", "75w90"]}))
 
 
 def state(**changes: Any) -> ContactState:
@@ -81,7 +88,7 @@ def test_process_of_same_data_is_bit_identical(dataset: Dataset, with_process: F
 
 
 def test_process_keeps_limits_and_bounds(dataset: Dataset) -> None:
-    formula = fit_formula(dataset, "short", gaussian_process=True)
+    formula = fit_formula(of_short(dataset), "short", gaussian_process=True)
     bare = formula.model_copy(update={"residual": None})
     oil = Oil.load("fva3")
     far = conditions_of(
@@ -95,7 +102,7 @@ def test_process_keeps_limits_and_bounds(dataset: Dataset) -> None:
     np.testing.assert_array_equal(formula.evaluate(far).mu, bare.evaluate(far).mu)
     assert formula.evaluate(far).mu[0] == pytest.approx(formula.boundary_friction, rel=0.02)
     mu = formula.evaluate(columns(dataset.frame)).mu
-    assert (mu <= max(formula.boundary_friction, oil.limiting_shear_coefficient) + 1e-12).all()
+    assert (mu <= max(formula.boundary_friction, oil.limiting_stress[1]) + 1e-12).all()
     none = formula.evaluate(conditions_of(state(slide_to_roll=np.array([0.0, 1e-6, -1e-6])), oil)).mu
     assert none[0] == 0.0
     assert none[1] == none[2]
@@ -200,7 +207,7 @@ def test_several_oils_are_all_recorded_and_all_known(two_oils: Dataset) -> None:
 def test_an_oil_whose_card_changed_is_said(dataset: Dataset) -> None:
     formula = fit_formula(dataset, "short")
     oil = Oil.load("fva3")
-    changed = oil.model_copy(update={"limiting_shear_coefficient": 0.9 * oil.limiting_shear_coefficient})
+    changed = oil.model_copy(update={"limiting_shear_coefficient": 0.9 * oil.limiting_stress[1]})
     assert int(formula.mu(state(), oil=oil).flag) == FrictionFlag.OK
     assert int(formula.mu(state(), oil=changed).flag) == FrictionFlag.OTHER_CARD
     reworded = oil.model_copy(update={"description": "the same oil"})
@@ -217,7 +224,7 @@ def test_cards_of_several_oils_cannot_be_told_apart_once_one_changed() -> None:
 
 def test_several_boundary_frictions_serve_a_family_that_takes_them(tmp_path: Path) -> None:
     variables = PLAN["variables"] | {"boundary_friction": [0.08, 0.10, 0.12]}
-    data = swept(tmp_path, "arana_2019", sampling={"size": 64}, variables=variables)
+    data = of_short(swept(tmp_path, "arana_2019", sampling={"size": 64}, variables=variables))
     formula = fit_formula(data, "short")
     assert formula.boundary_friction_range == (0.08, 0.12)
     assert formula.validation.mape < 0.1

@@ -130,7 +130,7 @@ def test_friction_is_even_in_sliding_and_vanishes_with_it(ratio: float, family: 
 def test_friction_is_continuous_and_linear_below_the_least_sliding() -> None:
     least = 0.02
     points = state(slide_to_roll=np.array([0.25, 0.5, 1.0, 1.0 + 1e-9]) * least)
-    value = FORMULAS["short"].evaluate(conditions_of(points, OIL))
+    value = FORMULAS["xu"].evaluate(conditions_of(points, OIL))
     np.testing.assert_allclose(value.mu[:3] / value.mu[2], [0.25, 0.5, 1.0], rtol=1e-12)
     assert value.mu[3] == pytest.approx(value.mu[2], rel=1e-6)
     assert (value.flag == FrictionFlag.OUTSIDE_RANGE).tolist() == [True, True, False, False]
@@ -147,8 +147,8 @@ def test_asperity_share_falls_with_speed_and_friction_stays_bounded(speed: float
     table = conditions_of(points, OIL)
     share, fluid = short_parts(table, SHARE["coefficients"] | {"inlet": 0.0})
     assert share[1] <= share[0]
-    assert (fluid <= OIL.limiting_shear_coefficient).all()
-    assert (FORMULAS["short"].evaluate(table).mu <= max(0.1, OIL.limiting_shear_coefficient)).all()
+    assert (fluid <= OIL.limiting_stress[1]).all()
+    assert (FORMULAS["short"].evaluate(table).mu <= max(0.1, OIL.limiting_stress[1])).all()
 
 
 def test_boundary_friction_is_the_limit_of_vanishing_films() -> None:
