@@ -124,8 +124,8 @@ CURVES: list[Change] = [
     ("load [N]", "load [Pa]", "row 4, load"),
     ("speed_entrainment [m/s]", "speed_entrainment [rpm]", "row 4, speed_entrainment"),
     ("slide_to_roll", "slide_to_roll [mm]", "row 4, slide_to_roll"),
-    (",0.009010", "", "friction_coefficient"),
-    (",0.009010", ",0,009010", "row 4"),
+    (",0.009260", "", "friction_coefficient"),
+    (",0.009260", ",0,009260", "row 5"),
 ]
 SHEET: list[Change] = [
     ("units, mm", "units, cm", "line 2"),
