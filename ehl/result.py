@@ -22,7 +22,8 @@ from ehl.inputs import ContactProblem
 from ehl.line_contact import LineContact
 from ehl.rough import TransientResult
 from ehl.rough.dry import DryContactResult
-from ehl.rough.mixed import ERROR_ALLOWED, SHEAR_STRENGTH
+from ehl.rough.mixed import SHEAR_STRENGTH
+from ehl.rough.solve import ERROR_ALLOWED
 from ehl.smooth.solver import SteadyResult
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import Literal
 
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.line_contact import LineContact
-from ehl.rough.scaling import Settings, solved_length
+from ehl.rough.scaling import EXCHANGE_WINDOW, Settings, solved_length
 from ehl.rough.surfaces import RoughSurfaces
 
 Accuracy = Literal["fast", "standard", "reference"]
@@ -32,7 +32,6 @@ LONG_WINDOWS = 8.0  # times as long at most for roughness longer than the contac
 # a contact holds many waves of fine roughness, so that shorter runs give the same mean: the correlation length from
 # which on they have full length [b], and the smallest share of it
 FINE_LENGTH, MIN_SHARE = 0.1, 1.0 / 3.0
-EXCHANGE_WINDOW = 0.1  # travel per update of the macroscopic pressure [b]
 BLOCK = 4.0  # travel between two looks at the interval [b]
 # tuned: changes mu by 1e-4 or less and saves 10 to 35 % of the work; may be changed by whoever runs
 # validation/mixed_engine.py
@@ -224,13 +223,12 @@ def make_run_plan(
 
 
 def _shortened(plan: RunPlan, correlation_length: float) -> RunPlan:
-    """Shorter start-up and window for fine roughness; ``correlation_length`` in b."""
+    """Shorter windows for fine roughness; ``correlation_length`` in b."""
     share = min(max(correlation_length / FINE_LENGTH, MIN_SHARE), 1.0)
     return replace(
         plan,
         window_min=share * plan.window_min,
         window_fine=share * plan.window_fine,
-        startup=FRONT_STARTUP + share * (plan.startup - FRONT_STARTUP),
         exchange_window=share * plan.exchange_window,
         settling=SETTLING,
         preheating=plan.settling - SETTLING,

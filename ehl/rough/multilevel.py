@@ -177,11 +177,11 @@ class MeshLevels:
     def _interval(self) -> tuple[float, float]:
         """A difference that grows with mu counts with its covariance: both come from the same travel."""
         if self.even:
-            parts = self.differences(len(self.windows) - 1)
-            change = interval_of_means(parts)
-            if not math.isfinite(change):  # too few parts: one draw, as `Window.interval`
-                change = ONE_DRAW * float(np.std(parts))
-            return self.friction(), math.hypot(self.fine.interval()[1], (EXTRAPOLATED - 1.0) * change)
+            last = self.differences(len(self.windows) - 1)
+            width = interval_of_means(last)
+            if not math.isfinite(width):  # too few parts: one draw, as `Window.interval`
+                width = ONE_DRAW * float(np.std(last))
+            return self.friction(), math.hypot(self.fine.interval()[1], (EXTRAPOLATED - 1.0) * width)
         widths = self.half_widths()
         total = sum(width**2 for width in widths)
         finer, coarser = self.windows[1], self.windows[0]

@@ -180,7 +180,7 @@ class TransientRun:
         """Elastic gap under a pressure film units."""
         elastic, response = self.problem.model.elastic, np.zeros(total.size)
         exponential_product(total, elastic.weights, elastic.ratios, response)
-        return response + self.macroscopic.deflection
+        return np.asarray(response + self.macroscopic.deflection)
 
     def start_from(self, other: TransientRun) -> None:
         """Take over the state of a run of the same contact on another mesh, by linear interpolation.

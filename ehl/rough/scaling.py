@@ -27,6 +27,10 @@ FARTHEST = 8.0  # distance from the middle at which contact is given up [b]
 MIDDLE = 0.8  # half length of the mean film [b]
 ROUGHNESS_FRONT = (-1.3, 0.3)  # where the roughness starts, and the width of the ramp [b]
 DRAINED_GAP = 10.0  # of the composite Rq: where the gap is wider, pockets and mean pressure agree
+EXCHANGE_WINDOW = 0.1  # travel per update of the macroscopic pressure [b]
+# updates of P after which its gain falls as 1/n; over the short windows of fine roughness means scatter little and P
+# still moves for tens of b
+SETTLED, SETTLED_FINE = 40.0, 1200.0
 ELASTIC_MODES = 10
 HEAT_MODES = 10
 NO_LIMIT = 1e9  # of the shear stress over pressure
@@ -74,7 +78,7 @@ class Settings:
     start_travel: float = 0.0
     temperature_bulk: tuple[float, float] | None = None
     rolling_heat: tuple[Array, Array] | None = field(default=None, repr=False, compare=False)
-    exchange_window: float = 0.1
+    exchange_window: float = EXCHANGE_WINDOW
 
 
 @dataclass(frozen=True)
@@ -304,6 +308,7 @@ def build_problem(
             first=drained_from(contact, estimate, surfaces.rms, x),
             window=max(1, round(settings.exchange_window / dx)),
             relaxation=0.2,
+            settled=SETTLED if settings.exchange_window >= EXCHANGE_WINDOW else SETTLED_FINE,
             storage=4.0 * p_h * b / (math.pi * contact.effective_modulus * film_unit),
             isotropic=0.0 if sealed else 1.0 / (gamma * wave_number * spacing) ** 2,
         ),

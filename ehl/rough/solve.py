@@ -35,7 +35,6 @@ from ehl.rough._kernels.march import (
 )
 from ehl.rough._kernels.newton import UNCONVERGED
 from ehl.rough.accuracy import (
-    EXCHANGE_WINDOW,
     SETTLING,
     Accuracy,
     RunPlan,
@@ -47,7 +46,7 @@ from ehl.rough.accuracy import (
 from ehl.rough.averaging import Window, film_jumped, net_exchange, realisation_error
 from ehl.rough.multilevel import MeshLevels, affordable
 from ehl.rough.run import TransientRun
-from ehl.rough.scaling import RunProblem, Settings, build_problem, density_ratio
+from ehl.rough.scaling import EXCHANGE_WINDOW, RunProblem, Settings, build_problem, density_ratio
 from ehl.rough.startup import start_up
 from ehl.rough.surfaces import RoughSurfaces
 from ehl.rough.transient_result import Fallbacks, Profiles, Snapshot, TransientResult

@@ -81,7 +81,7 @@ class Grading:
             if np.abs(miss).max() < 1e-4:  # the next one is its square
                 break
         x[0], x[-1] = self.x_in, self.x_exit
-        return x
+        return np.asarray(x)
 
     def _integral(self, x: Array) -> tuple[Array, Array]:
         """Integral of the density, and the density."""

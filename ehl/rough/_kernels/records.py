@@ -96,6 +96,7 @@ class SideFlow(NamedTuple):
     first: int  # first node that exchanges: ahead of it the gap is many times the roughness
     window: int  # steps averaged for one update
     relaxation: float
+    settled: float  # windows after which the gain of P falls as 1/n
     storage: float  # compliance of the diagonal
     isotropic: float  # 1/(gamma k_e dx)^2: lateral outflow of a spot as that along x over gamma^2
 

@@ -31,7 +31,6 @@ from ehl.rough._kernels.quasi_separable import FLUID, exponential_product, facto
 
 STEP_MAX = 0.3  # largest change of P in one update, p_h
 AHEAD = 0.5  # gain of P ahead of the first exchanging node, where p hardly scatters
-SETTLED = 40.0  # windows after which the gain of P falls as 1/n
 AVERAGED = 3.0  # windows: the gain of the long averages is (1 + 3)/(n + 3) and weights the start-up less than a mean
 # Q: gain of the first updates, windows after which it falls as 1/n, pressure below which it is not changed [p_h],
 # diagonal compliance over that of the kernel, which keeps short waves of the noise out of Q
@@ -80,7 +79,7 @@ def update_pressure(macro, model):
     outlet = model.contact.outlet
     per_step = 1.0 / macro.counts[0]
     weight = (1.0 + AVERAGED) / (macro.counts[1] + 1.0 + AVERAGED)
-    relaxation = rule.relaxation * SETTLED / (macro.counts[1] + SETTLED)
+    relaxation = rule.relaxation * rule.settled / (macro.counts[1] + rule.settled)
     below = macro.matrix[0]
     centre = macro.matrix[1]
     above = macro.matrix[2]
