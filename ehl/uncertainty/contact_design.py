@@ -155,7 +155,8 @@ def contact_uncertainty(
     def friction(problems: Sequence[ContactProblem]) -> list[float]:
         return [found[0] for found in run_tasks(problems, solve, jobs=jobs)]
 
-    rough = 0.0 if math.isinf(ratio) else score * float(lateral_spread(ratio))
+    lateral = spreads.spread(LATERAL_CAUSE)
+    rough = score * float(lateral_spread(ratio, lateral.sd)) if problem.rough and ratio <= THICK else 0.0
 
     def together(scores: Sequence[Mapping[str, float]]) -> list[float]:
         cases = []
@@ -182,8 +183,7 @@ def contact_uncertainty(
         values = math.log(below / mu), math.log(above / mu)
         changes.append(Change(entry.name, GROUPS[entry.input], entry.spread.sd, *values, note))
     if rough > 0.0:
-        note = "against solutions with two-dimensional roughness"
-        changes.append(Change(LATERAL_CAUSE, "roughness", rough / score, -rough, rough, note))
+        changes.append(Change(LATERAL_CAUSE, GROUPS[LATERAL_CAUSE], rough / score, -rough, rough, lateral.source))
     if lost:
         notes.append(f"not solved at both ends, and not in the interval: {', '.join(lost)}")
     return InputUncertainty.of(

@@ -89,7 +89,7 @@ CONDUCTIVITY_SOLID = Spread(0.30, source="hardened steel, 21 to 46 W/(m K)")
 # standard deviation of ln mu of the lateral mode against solutions with two-dimensional roughness (docs/roughness.md),
 # and the smooth film ratio above which it falls as its inverse square, as the effect of roughness does
 LATERAL_MODE, LATERAL_RATIO = 0.08, 1.0
-LATERAL_CAUSE = "rough contact model"
+LATERAL_CAUSE = "rough_contact_model"
 
 Relative = Annotated[
     float, ValueRange("", ge=0.0, le=3.0, hint="One standard deviation of its logarithm: 0.1 is about 10 %.")
@@ -104,6 +104,7 @@ GROUPS = {
     "correlation_length": "roughness",
     "peklenik_number": "roughness",
     "boundary_film": "boundary film",
+    LATERAL_CAUSE: "roughness",
     "boundary_friction": "boundary friction",
     "temperature_bulk": "bulk temperature",
     "conductivity_solid": "steel",
@@ -125,6 +126,8 @@ class UncertaintyInput(InputModel):
         Of either surface, relative [-].
     boundary_film, boundary_friction : float, optional
         Relative [-].
+    rough_contact_model : float, optional
+        Of mu by the model of two-dimensional roughness where asperities touch, relative [-].
     temperature_bulk : float, optional
         Of both bodies [K].
     conductivity_solid : float, optional
@@ -148,6 +151,7 @@ class UncertaintyInput(InputModel):
     peklenik_number: Relative | None = None
     boundary_film: Relative | None = None
     boundary_friction: Relative | None = None
+    rough_contact_model: Relative | None = None
     temperature_bulk: Kelvins | None = None
     conductivity_solid: Relative | None = None
     same_surface: bool | None = None
@@ -177,6 +181,8 @@ class UncertaintyInput(InputModel):
             return TEMPERATURE_BULK if given is None else Spread(given, "absolute")
         if given is not None:
             return Spread(given)
+        if name == LATERAL_CAUSE:
+            return Spread(LATERAL_MODE, source="against solutions with two-dimensional roughness")
         if name == "conductivity_solid":
             return CONDUCTIVITY_SOLID
         if name in SURFACE:
@@ -186,9 +192,9 @@ class UncertaintyInput(InputModel):
         return Spread(getattr(oil.uncertainty, name), source="oil card")
 
 
-def lateral_spread(film_ratio: Any) -> Any:
+def lateral_spread(film_ratio: Any, sd: float) -> Any:
     """Standard deviation of ln mu by the model of two-dimensional roughness at smooth film ratios [-]."""
-    return LATERAL_MODE * np.minimum((LATERAL_RATIO / np.maximum(film_ratio, LATERAL_RATIO)) ** 2, 1.0)
+    return sd * np.minimum((LATERAL_RATIO / np.maximum(film_ratio, LATERAL_RATIO)) ** 2, 1.0)
 
 
 # figures do not matter where only their ratios are asked for

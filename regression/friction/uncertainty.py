@@ -226,7 +226,10 @@ def friction_changes(
                 low, high, note, nothing = low + stated[0], high + stated[1], f"{note}; {STATED}", False
         if not nothing:
             found.append(Change(entry.name, GROUPS[entry.input], entry.spread.sd, low, high, note))
-    for change in (*_formula_error(model, state, oil, score), *_lateral_error(fitted or solving, ratio, score)):
+    for change in (
+        *_formula_error(model, state, oil, score),
+        *_lateral_error(spreads, ratio, score, fitted or solving),
+    ):
         added[change.name] = change.below, change.above
         found.append(change)
 
@@ -278,13 +281,13 @@ def _formula_error(model: FrictionModel, state: ContactState, oil: Oil, score: f
     return [Change(FORMULA, "formula", math.nan, below, above, "error of the formula on contacts it has not seen")]
 
 
-def _lateral_error(resolved: bool, film_ratio: Array, score: float) -> list[Change]:
+def _lateral_error(spreads: UncertaintyInput, film_ratio: Array, score: float, resolved: bool) -> list[Change]:
     """Error of the model of two-dimensional roughness behind solved contacts and what is fitted to them."""
-    change = score * np.asarray(lateral_spread(film_ratio))
-    if not resolved or not np.any(np.isfinite(film_ratio)):
+    spread = spreads.spread(LATERAL_CAUSE)
+    change = score * np.where(film_ratio <= THICK, lateral_spread(film_ratio, spread.sd), 0.0)
+    if not resolved or not np.any(change):
         return []
-    note = "against solutions with two-dimensional roughness"
-    return [Change(LATERAL_CAUSE, "roughness", math.nan, -change, change, note)]
+    return [Change(LATERAL_CAUSE, GROUPS[LATERAL_CAUSE], spread.sd, -change, change, spread.source)]
 
 
 def point_uncertainty(

@@ -72,14 +72,16 @@ def test_a_saved_load_gives_the_loss_of_the_run(spreadsheet: bool, geared: Mesh,
     """Friction in the torque balance and contact at edges included; also as a German spreadsheet saves the file."""
     loaded, path = geared.load(300.0), tmp_path / "load.csv"
     for model in ("constant:0.1", "xu_kahraman_2007"):
-        own = loaded.efficiency(model)
+        own = loaded.efficiency(model, bulk="oil")
         loaded.write_load(path, own)
         if spreadsheet:
             text = path.read_text(encoding="utf-8").replace(",", ";").replace(".", ",")
             head, friction, *rest = text.replace("constant:0,1;", "constant:0.1,").splitlines()
             path.write_bytes("\r\n".join([f"{head};;;;", friction, *rest]).encode("utf-16"))
-        again = geared.load_from(path).efficiency(model)
+        again = geared.load_from(path).efficiency(model, bulk="oil")
         assert again.load_balance == "frictional"
+        warm = geared.load_from(path).efficiency(model)
+        assert warm.power_loss == pytest.approx(loaded.efficiency(model).power_loss, rel=5e-4)
         assert again.power_loss == pytest.approx(own.power_loss, rel=1e-6)
         assert again.pressure_max == pytest.approx(own.pressure_max, rel=1e-9)
 

@@ -70,10 +70,10 @@ def test_texture_of_finishes(loaded):
     expected = lay_seen(ground.correlation_length.value, ground.lay_ratio.value, angle)
     np.testing.assert_allclose(length, expected[0])
     np.testing.assert_allclose(gamma, np.maximum(expected[1], 1.0 / 3.0))
-    # twice the Rq of the same finish: waves twice as long
+    # twice the Rq of the same finish: waves as long
     np.testing.assert_allclose(
         replace(both, roughness_rms_pinion=2.0 * rms, roughness_rms_gear=2.0 * rms).texture(angle, angle)[0],
-        2.0 * length,
+        length,
     )
     given = replace(both, correlation_length=33e-6, peklenik_number=4.0).texture(angle, angle)
     assert (given[0] == 33e-6).all()
@@ -83,7 +83,7 @@ def test_texture_of_finishes(loaded):
 def test_texture_without_finish_is_isotropic():
     plain = Operation(100.0, 363.15, roughness_rms_pinion=0.4e-6, roughness_rms_gear=0.4e-6)
     length, gamma = plain.texture(np.zeros(2), np.zeros(2))
-    np.testing.assert_allclose(length, 40e-6)
+    np.testing.assert_allclose(length, 16e-6)
     np.testing.assert_allclose(gamma, 1.0)
     smooth = Operation(100.0, 363.15).texture(np.zeros(2), np.zeros(2))
     assert np.isfinite(smooth).all()

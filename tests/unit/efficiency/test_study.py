@@ -18,9 +18,6 @@ from pages import read_page
 
 import efficiency
 from efficiency.design.design import Design, load_design
-from efficiency.loss.efficiency import solve_balanced
-from efficiency.loss.kinematics import Operation
-from efficiency.ltca.mesh_grids import load_grids
 from efficiency.mesh import Mesh
 from efficiency.pair import GearPair
 from efficiency.studies.parameter_study import Levels, Study, level_quantity, run_study
@@ -28,8 +25,6 @@ from efficiency.studies.plots import causes_figure, causes_of, designs_figure, i
 from efficiency.studies.report import causes_table, influence_table, section_table, study_tables
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.figures import figure_of
-from ehl.fluid.oil import Oil
-from regression.formula import friction_model
 
 MODEL = "xu_kahraman_2007"
 GRID = {"grid": (4, 7)}
@@ -84,9 +79,9 @@ def test_points_are_those_of_single_computations(study: Study, designs: list[Des
         (designs[0], 0.0, 100.0, 400.0, 333.15, 2e-7),
         (moved, 5e-5, 250.0, 400.0, 363.15, 4e-7),
     ):
-        loaded = load_grids(Mesh.of(design, "drive", *GRID["grid"]).grids, torque)
-        operation = Operation(speed, temperature, rough, rough)
-        alone = solve_balanced(loaded, friction_model(MODEL), Oil.load("75w90"), operation, many=True)
+        loaded = Mesh.of(design, "drive", *GRID["grid"]).load(torque)
+        at = {"speed": speed, "temperature": temperature, "roughness_rms_each": rough, "oil": "75w90"}
+        alone = loaded.efficiency(MODEL, many=True, **at)
         found = [
             point
             for point in study.points
@@ -183,7 +178,7 @@ def test_strength_of_each_point_where_it_is_asked_for(study: Study, designs: lis
         expected = own.efficiency(MODEL, speed=150.0, temperature=353.15, roughness_rms_each=4e-7).strength.columns()
         assert row["strength"] == expected["strength"] == "warning"
         for name in ("safety_contact", "safety_root_pinion", "safety_root_gear", "film_specific"):
-            assert row[name] == pytest.approx(expected[name], rel=1e-3)
+            assert row[name] == pytest.approx(expected[name], rel=2e-2)  # bulk temperature from fewer points
     assert table.records()[0]["safety_root_gear"] > table.records()[1]["safety_root_gear"]
     failed = replace(again, points=(replace(again.points[0], strength={}, status="failed"), again.points[1]))
     assert study_tables(failed)[0].records()[0]["safety_contact"] is None
