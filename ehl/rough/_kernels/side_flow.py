@@ -5,8 +5,7 @@ P is moved towards that by the mean exchange over its conductance (local part) a
 part, which the local part alone would need thousands of passages for).  Ahead of the first exchanging node the gap
 is many times the roughness: there P is the mean of p and the boundary value of the diffusion problem.
 
-P is no higher than the mean total pressure Q: with a larger load on P than that of the contact, light loads on thick
-films would fly apart.
+P is no higher than the mean total pressure Q.
 
 Conductances and fluidities are long averages: window values correlate with the exchange and bias the fixed point
 while every step still converges. Their gain falls as 1/n, so that they become means over the whole travel.
@@ -30,6 +29,9 @@ from ehl.rough._kernels.heat import log_or_floor
 from ehl.rough._kernels.quasi_separable import FLUID, exponential_product, factor_and_solve
 
 STEP_MAX = 0.3  # largest change of P in one update, p_h
+# largest load of P over that of the contact: with more the bodies are lifted, the wider gap takes in oil faster than P
+# follows, and light loads on thick films fly apart
+LOAD_MAX = 1.05
 AHEAD = 0.5  # gain of P ahead of the first exchanging node, where p hardly scatters
 AVERAGED = 3.0  # windows: the gain of the long averages is (1 + 3)/(n + 3) and weights the start-up less than a mean
 # Q: gain of the first updates, windows after which it falls as 1/n, pressure below which it is not changed [p_h],
@@ -125,6 +127,13 @@ def update_pressure(macro, model):
             step = 0.0
         highest = max(macro.total[i], macro.sum_total[i] * per_step) + OUTFLOW_PRESSURE
         macro.pressure[i] = min(max(macro.pressure[i] + min(max(step, -STEP_MAX), STEP_MAX), 0.0), highest)
+    carried = 0.0
+    for i in range(outlet):
+        carried += macro.pressure[i]
+    if carried > LOAD_MAX * model.contact.full_load:
+        lowered = LOAD_MAX * model.contact.full_load / carried
+        for i in range(first, outlet):
+            macro.pressure[i] *= lowered
     for i in range(first, outlet):
         macro.sum_exchange[i] = macro.sum_conductance[i] = macro.sum_log_lateral[i] = 0.0
 
