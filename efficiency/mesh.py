@@ -324,10 +324,16 @@ class Mesh:
 
         Parameters
         ----------
-        friction, progress, strength, interval
-            As in `over`. With `strength` every point is solved.
+        friction : FrictionModel or str
+            As in `over`.
         torque, speed, temperature : value or sequence, optional
             Values of the axes.
+        progress : callable, optional
+            As in `over`.
+        strength : bool
+            As in `over`; every point is solved then.
+        interval : bool
+            As in `over`.
         every_point : bool
             Solve every point.
         **conditions : value

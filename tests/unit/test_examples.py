@@ -21,12 +21,12 @@ ROOT = Path(__file__).resolve().parents[2]
 ANSWERS = {
     "plot_blank": 39 / 14,
     "plot_contact_pattern": 12.2771,
-    "plot_efficiency_map": 99.5148,
-    "plot_film_and_pressure": 305.04,
-    "plot_formula": 0.0178145,
-    "plot_gear_efficiency": 99.5148,
+    "plot_efficiency_map": 99.2343,
+    "plot_film_and_pressure": 302.987,
+    "plot_formula": 0.0580298,
+    "plot_gear_efficiency": 99.2343,
     "plot_oil_under_pressure": 11.2358,
-    "plot_stribeck_curve": 5.8728,
+    "plot_stribeck_curve": 1.74235,
 }
 
 
