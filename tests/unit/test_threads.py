@@ -168,6 +168,7 @@ COMPUTATIONS: dict[str, tuple[Callable[[], Any], Callable[[Any], Any], str]] = {
 }
 # public functions and methods that read, write or describe
 OTHERS = {
+    "measured_surface",
     *("load", "cylindrical", "new_file", "new_questions", "import_design", "doctor", "warmup", "serve_app"),
     *("shipped", "quantity", "load_dataset", "friction_model", "published", "slurm_script"),
     *("GearPair.check", "GearPair.misaligned", "GearPair.finished", "GearPair.sharing_bodies"),
