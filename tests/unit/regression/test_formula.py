@@ -255,11 +255,11 @@ def test_smooth_contacts_are_within_the_range_and_what_is_outside_is_named() -> 
     assert smooth.flag < FrictionFlag.OUTSIDE_RANGE
     # the steady solver on this smooth contact
     assert smooth.lower < 0.01679 < smooth.upper
-    far = point | {"pressure_hertz": "3 GPa", "speed_entrainment": "0.05 m/s", "roughness_rms": "2 um"}
+    far = point | {"pressure_hertz": "3 GPa", "speed_entrainment": "0.05 m/s", "roughness_rms": "4 um"}
     note = model.range_note(**far)
     assert "Hertz pressure 3 GPa (at most 2.5 GPa)" in note
     assert "entrainment speed 0.05 m/s (at least 0.1 m/s)" in note
-    assert "composite Rq 2 um (at most 1.2 um)" in note
+    assert "composite Rq 4 um (at most 2.5 um)" in note
     assert model.mu(**far).flag == FrictionFlag.OUTSIDE_RANGE
 
 
@@ -268,7 +268,7 @@ def test_marks_across_the_motion_rub_less_than_marks_along_it(name: str) -> None
     model = friction_model(name)
     assert isinstance(model, Formula)
     assert model.uses_texture
-    assert model.ranges["peklenik_number"] == pytest.approx((0.35, 9.0), rel=2e-3)
+    assert model.ranges["peklenik_number"] == pytest.approx((0.35, 9.0), rel=5e-3)
     point = {
         "pressure_hertz": "1 GPa", "radius_equivalent": "15 mm", "speed_entrainment": "2 m/s", "slide_to_roll": 0.4,
         "temperature_oil": "100 degC", "roughness_rms": "0.4 um",
@@ -290,10 +290,10 @@ def test_points_never_fitted_are_met_as_their_table_says() -> None:
     means = frame.groupby("film_ratio_formula", sort=False)["friction_coefficient"].mean()
     first = frame.drop_duplicates("film_ratio_formula")
     assert model.unseen is not None
-    assert model.unseen.count == len(means) == 128
+    assert model.unseen.count == len(means) == 64
     error = np.abs(model.evaluate(columns(first)).mu / means.to_numpy() - 1.0)
     assert model.unseen.mape == pytest.approx(error.mean(), rel=1e-3)
-    assert [band.count for band in model.unseen_bands] == [53, 21, 16, 38]
+    assert [band.count for band in model.unseen_bands] == [34, 10, 10, 10]
     # contacts along gear meshes too are means over their profiles
     assert model.paths is not None
-    assert (model.paths.count, len(load_dataset("gear_75w90_paths"))) == (200, 800)
+    assert (model.paths.count, len(load_dataset("gear_75w90_paths"))) == (200, 200)
