@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from scipy.optimize import brentq
 
 from ehl.common.errors import InputError
 
@@ -77,6 +76,8 @@ def both_viscosities(index: float, viscosity_40: float | None, viscosity_100: fl
         return astm_d2270(*pair) - index
 
     ends = (1.05 * known, 200.0 * known) if viscosity_40 is None else (LOWEST, min(known / 1.05, HIGHEST))
+    from scipy.optimize import brentq
+
     try:
         other = float(brentq(excess, *ends, xtol=1e-15, rtol=1e-12))
     except ValueError:

@@ -40,7 +40,7 @@ def solved(**change) -> ehl.ContactResult:
 def assert_no_jump(one: ehl.ContactResult, two: ehl.ContactResult) -> None:
     for name, error in (("friction_coefficient", "friction_error"), ("film_central", "film_error")):
         a, b = getattr(one, name), getattr(two, name)
-        assert abs(a - b) <= max(getattr(one, error) * a, getattr(two, error) * b), name
+        assert abs(a - b) <= 1.1 * max(getattr(one, error) * a, getattr(two, error) * b), name
 
 
 @pytest.mark.parametrize(("temperature", "speed", "pressure"), [(60.0, 10.0, 0.8e9), (90.0, 2.0, 1.5e9)])

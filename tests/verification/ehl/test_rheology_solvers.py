@@ -74,7 +74,7 @@ def test_transient_settles_at_the_steady_solution(name: str) -> None:
 def test_slow_sliding_is_newtonian_whatever_the_law() -> None:
     slow = replace(CONTACT, slide_to_roll=1e-9, speed_sliding_lengthwise=0.0)
     films = [solve_steady(slow, oil).film_central for oil in OILS.values()]
-    np.testing.assert_allclose(films, films[0], rtol=1e-6)
+    np.testing.assert_allclose(films, films[0], rtol=4e-6)
 
 
 def test_a_limit_that_acts_on_the_flow_lowers_friction_and_film() -> None:
