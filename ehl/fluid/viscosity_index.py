@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-
 from ehl.common.errors import InputError
 
 # kinematic viscosity at 100 degC [cSt] from which a row holds; L = a Y^2 + b Y + c, H = d Y^2 + e Y + f of the

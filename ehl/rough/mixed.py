@@ -31,8 +31,8 @@ FloatArray = NDArray[np.float64]
 SELF_AFFINE_CUTOFF = 0.4
 PROFILE_LENGTH = 32.0  # of a generated profile [b]
 MIN_CORRELATION_LENGTHS = 60  # correlation lengths a generated profile holds at least
-# tuned: relative change of mu by roughness at a film ratio of 2.8, and its fall with the film ratio (5 % at 3.4 with the
-# lateral mode); may be changed by whoever runs tests/verification/ehl/test_continuous_friction.py
+# tuned: relative change of mu by roughness at a film ratio of 2.8, and its fall with the film ratio (5 % at 3.4 with
+# the lateral mode); may be changed by whoever runs tests/verification/ehl/test_continuous_friction.py
 ROUGHNESS_EFFECT, ROUGHNESS_RATIO, ROUGHNESS_POWER = 0.065, 2.8, 1.8
 # tuned: films of a shear stress far below tau0 stay viscous, and ripples of the pressure raise mu as exp(alpha p): 3
 # to 20 % where 2.4 % hold at tau0, in seven scenes down to 0.02 tau0, which the inverse of the stress bounds; may be

@@ -288,11 +288,16 @@ def _status(levels: MeshLevels) -> tuple[str, str]:
     if fine.records[:, MACRO_LOAD].mean() > MACRO_LOAD_ALLOWED:
         return "unsettled", "macroscopic_pressure"
     allowed = ERROR_ALLOWED * plan.tolerance
-    if EXCHANGE_EFFECT * net_exchange(levels.longest)[0] > allowed:
+    if exchange_error(levels, net_exchange(levels.longest)[0]) > allowed:
         return "unsettled", "net_exchange"
     if half_width > allowed * abs(mean):
         return "unsettled", "statistical_interval"
     return "converged", ""
+
+
+def exchange_error(levels: MeshLevels, exchanged: float) -> float:
+    """Error of mu by a net exchange, over mu: of the load on the film alone, as dry spots do not feel it."""
+    return EXCHANGE_EFFECT * exchanged * (1.0 - min(max(levels.share(), 0.0), 1.0))
 
 
 def _everything(window: Window) -> Array:
@@ -353,7 +358,7 @@ def _result(
         realisation_error=realisation_error(longest, surfaces, contact, half_width / scale),
         mesh_error=levels.mesh_error() / scale,
         film_error=levels.film_error(),
-        exchange_error=EXCHANGE_EFFECT * exchanged if model.side_flow.on else 0.0,
+        exchange_error=exchange_error(levels, exchanged) if model.side_flow.on else 0.0,
         friction_boundary_half=mu * factors[0],
         friction_boundary_double=mu * factors[1],
         boundary_film=problem.settings.boundary_film,
