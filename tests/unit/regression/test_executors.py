@@ -252,8 +252,8 @@ def test_the_estimate_is_that_of_this_engine(name: str) -> None:
     seconds = frame["seconds_cpu"].to_numpy()
     assert estimate.sum() == pytest.approx(seconds.sum(), rel=0.3)
     order = np.argsort(-estimate)
-    longest = np.flatnonzero(seconds[order] >= np.quantile(seconds, 0.99))
-    assert np.median(longest) <= 0.1 * len(frame)
+    longest = np.flatnonzero(seconds[order] >= np.quantile(seconds, 0.9))
+    assert np.median(longest) <= 0.35 * len(frame)
 
 
 def test_no_more_workers_than_cases_or_processors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
