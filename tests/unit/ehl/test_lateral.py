@@ -141,8 +141,8 @@ def dense(elastic: object, n: int) -> np.ndarray:
 def test_mean_total_pressure_reaches_the_time_mean_at_constant_load(gamma: float, softness: float) -> None:
     """A film that answers linearly, (D + K_e) q = g - (K_log - K_e) Q - h0 with sum q = W, and has one fixed point.
 
-    D is `softness` times the diagonal of the kernel, not what the solver assumes, and grows threefold along x. Without
-    the step of Newton, Q += gain (q - Q), this diverges: long waves of Q move q by more than themselves.
+    D is `softness` times the diagonal of the kernel, not what the solver assumes, and grows threefold along x. Q starts
+    with more than the load.
     """
     run = run_of(gamma, 30.0)
     macro, model, x = run.macroscopic, run.problem.model, run.problem.x
@@ -161,8 +161,9 @@ def test_mean_total_pressure_reaches_the_time_mean_at_constant_load(gamma: float
         found[inside] = np.linalg.solve(system, right)[:-1]
         return found
 
+    macro.total[:] *= 1.05  # more than the load
     distance = []
-    for _ in range(300):
+    for _ in range(100):
         mean = answer()
         distance.append(np.abs(mean - macro.total).max())
         macro.sum_total[:] = 7.0 * mean
@@ -171,9 +172,9 @@ def test_mean_total_pressure_reaches_the_time_mean_at_constant_load(gamma: float
         assert np.all(macro.sum_total == 0.0)
         assert tuple(macro.counts) == (0, len(distance))
     assert distance[0] > 0.05
-    assert distance[-1] < 1e-4
-    assert np.abs(macro.total - wanted).max() < 2e-3
-    assert macro.total.sum() == pytest.approx(model.contact.load, rel=1e-4)
+    assert distance[40] < 1e-4
+    assert np.abs(macro.total - wanted).max() < 1e-5
+    assert macro.total.sum() == pytest.approx(model.contact.load, rel=1e-6)
     np.testing.assert_allclose(macro.deflection, (long - lateral) @ macro.total, rtol=1e-8, atol=1e-9)
 
 
