@@ -458,17 +458,17 @@ def test_a_step_of_five_times_the_median_film_went_astray() -> None:
 
 
 def test_roughness_left_out_of_a_thick_film_is_added_to_the_error() -> None:
-    """0.031 (2.8/lambda)^1.8, divided by the stress ratio + 0.02 where the film is far below tau0."""
-    assert roughness_effect(2.8) == pytest.approx(0.031, rel=1e-12)
-    assert roughness_effect(5.6) == pytest.approx(0.031 / 3.4822022531845, rel=1e-9)
-    assert roughness_effect(2.8, 0.08) == pytest.approx(0.31, rel=1e-12)
-    assert roughness_effect(2.8, 0.0) == pytest.approx(1.55, rel=1e-12)
+    """0.065 (2.8/lambda)^1.8, divided by the stress ratio + 0.02 where the film is far below tau0."""
+    assert roughness_effect(2.8) == pytest.approx(0.065, rel=1e-12)
+    assert roughness_effect(5.6) == pytest.approx(0.065 / 3.4822022531845, rel=1e-9)
+    assert roughness_effect(2.8, 0.08) == pytest.approx(0.65, rel=1e-12)
+    assert roughness_effect(2.8, 0.0) == pytest.approx(3.25, rel=1e-12)
     smooth = case(model={"thermal": "off"}).solve()
-    rough = case(surface={"roughness_rms_1": smooth.film_central / 6.0}, model={"thermal": "off"})
+    rough = case(surface={"roughness_rms_1": smooth.film_central / 9.0}, model={"thermal": "off"})
     result = rough.solve()
     assert result.transient is None
     ratio = film_stress_ratio(smooth.friction_fluid, rough.line_contact(), rough.lubricant.lubricant())
-    expected = smooth.friction_error + roughness_effect(6.0, ratio)
+    expected = smooth.friction_error + roughness_effect(9.0, ratio)
     assert result.friction_error == pytest.approx(expected, rel=1e-9)
 
 

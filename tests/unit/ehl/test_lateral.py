@@ -142,9 +142,10 @@ def test_mean_total_pressure_reaches_the_time_mean_at_constant_load(gamma: float
     """A film that answers linearly, (D + K_e) q = g - (K_log - K_e) Q - h0 with sum q = W, and has one fixed point.
 
     D is `softness` times the diagonal of the kernel, not what the solver assumes, and grows threefold along x. Q starts
-    with more than the load.
+    with more than the load. Plain averages, Q += gain (q - Q), diverge at gamma 1: long waves of Q move q by more than
+    themselves.
     """
-    run = run_of(gamma, 30.0)
+    run = scene_of(gamma, 0.05).run(60.0)
     macro, model, x = run.macroscopic, run.problem.model, run.problem.x
     inside = np.abs(x) < 1.0
     wanted = np.where(inside, np.sqrt(np.maximum(1.0 - x * x, 0.0)) * (1.0 + 0.3 * np.cos(7.0 * x)) + 0.05, 0.0)
@@ -172,7 +173,7 @@ def test_mean_total_pressure_reaches_the_time_mean_at_constant_load(gamma: float
         assert np.all(macro.sum_total == 0.0)
         assert tuple(macro.counts) == (0, len(distance))
     assert distance[0] > 0.05
-    assert distance[40] < 1e-4
+    assert distance[40] < 1e-4 * distance[0]
     assert np.abs(macro.total - wanted).max() < 1e-5
     assert macro.total.sum() == pytest.approx(model.contact.load, rel=1e-6)
     np.testing.assert_allclose(macro.deflection, (long - lateral) @ macro.total, rtol=1e-8, atol=1e-9)
