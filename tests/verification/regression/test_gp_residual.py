@@ -200,7 +200,7 @@ def test_parts_are_moved_as_the_processes_say(shift: float, stretch: float) -> N
 
 
 def test_processes_take_a_third_off_the_error_of_the_form_on_cases_held_out() -> None:
-    frame, _ = usable_rows(load_dataset("gear_fva3_mesh"), corners=False)
+    frame, _ = usable_rows(load_dataset("gear_fva3", "gear_fva3_mesh"), corners=False)
     held = np.arange(len(frame)) % 4 == 0
     rest, new = frame[~held].reset_index(drop=True), frame[held].reset_index(drop=True)
     form = fit_form(ROUGH_SHARE, rest, gaussian_process=True)
