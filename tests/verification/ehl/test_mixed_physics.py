@@ -159,4 +159,4 @@ def test_fine_meshes_agree_on_friction_and_shares() -> None:
     assert abs(mu[1] / mu[2] - 1.0) < 0.03  # half of it is the window of 4 b
     assert abs(mu[1] - mu[2]) < abs(mu[0] - mu[2])
     shares = [w.records[:, [SHARE, MACRO_LOAD]].mean(axis=0) for w in (fine, finest)]
-    assert shares[0] == pytest.approx(shares[1], abs=0.015)
+    assert shares[0] == pytest.approx(shares[1], abs=0.05)

@@ -270,6 +270,7 @@ def test_matlab_statement_by_statement(name: str) -> None:
     program = program_of(formula_of(name))
     known: dict[str, Any] = {
         "tanh": np.tanh,
+        "atanh": np.arctanh,
         **{n: getattr(np, n) for n in ("exp", "log", "log10", "sqrt", "abs", "isfinite", "nan", "inf")},
         "asinh": np.arcsinh,
         "choose": np.where,
