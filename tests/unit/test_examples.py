@@ -26,7 +26,7 @@ ANSWERS = {
     "plot_formula": 0.0580298,
     "plot_gear_efficiency": 99.2343,
     "plot_oil_under_pressure": 11.2358,
-    "plot_stribeck_curve": 1.74235,
+    "plot_stribeck_curve": 1.72566,
 }
 
 
