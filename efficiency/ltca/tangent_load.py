@@ -120,10 +120,9 @@ class TangentLoads:
 
     def _node(self, step: int) -> LoadDistribution:
         if step not in self._solved:
-            near = min(self._solved, key=lambda other: abs(other - step), default=None)
             torques = self.torque * np.exp(-(self._first + step * self._step) * self.arm_ratio)
-            start = self._start if near is None else self._solved[near]
-            self._solved[step] = distribute_load(self.cycle, self.teeth, self.torque, torques, start)
+            # always the same start: a load does not depend on what was solved before
+            self._solved[step] = distribute_load(self.cycle, self.teeth, self.torque, torques, self._start)
         return self._solved[step]
 
     def _from(self, node: LoadDistribution, torques: FloatArray) -> TangentLoad:

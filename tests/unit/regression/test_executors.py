@@ -229,8 +229,9 @@ def test_estimate_of_a_plan() -> None:
     assert standard.seconds > 2.0 * fast.seconds
     assert fast.wall(2) == fast.seconds / 2.0
     assert fast.wall(10**6) == fast.longest
+    # 1 nm is rough to the solver in two corners: 34 nm of a film that neither thins nor slides by more than 1 %
     smooth = Plan.from_file(
-        "gear_default", ['variables.roughness_rms="1 nm"', "constraints.film_ratio={high=1e9}"]
+        "gear_default", ['variables.roughness_rms="0.5 nm"', "constraints.film_ratio={high=1e9}"]
     ).estimate()
     assert smooth.rough == 0
     assert smooth.seconds < 0.5 * fast.seconds
