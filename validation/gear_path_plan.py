@@ -1,11 +1,11 @@
 """Contacts along the meshes of the shipped gear pairs, as the table of a plan: what a fitted formula is checked with.
 
-    python validation/gear_path_plan.py data/datasets/gear_paths.csv
+    python validation/gear_path_plan.py data/plans/gear_paths.csv
 
-Each pair runs at its own torque and at half of it, at its own speed and, with oil 30 K hotter, at a third of it. The
+Each pair runs at the operating points of `STATES`: half of them slow with hot oil, half from 1500 to 20 000 rpm. The
 points of a mesh are taken in the order of the path, equally spaced in the work friction takes there: the table weighs
 like the loss does. Behind the columns of the plan stand pair, operating point and the loss in percent of the input if
-mu were 1. Points outside the ranges of the dataset `gear_75w90` are left out and counted.
+mu were 1. Points outside the ranges of the plan `gear` are left out and counted.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from common import command_line
 import efficiency
 from efficiency.conditions.duty import DutyRow
 from ehl.common.units import KELVIN
-from regression.data.dataset import dataset_plan
+from regression.plan.plan import Plan
 
 SHIPPED = (
     "fm_spiral_bevel_14x39",
@@ -29,8 +29,18 @@ SHIPPED = (
     "fh_hypoid_9x34_offset_10",
     "fh_spiral_bevel_12x37",
 )
-HOTTER = 30.0  # [K]
-POINTS = 10  # of each mesh at each operating point
+# torque over that of the design, speed of the pinion [rpm], oil temperature [degC]
+STATES = (
+    (1.0, 100.0, 120.0),
+    (0.5, 100.0, 120.0),
+    (1.0, 400.0, 120.0),
+    (0.5, 400.0, 120.0),
+    (1.0, 1500.0, 90.0),
+    (0.5, 6000.0, 90.0),
+    (0.25, 16_000.0, 90.0),
+    (0.25, 20_000.0, 90.0),
+)
+POINTS = 5  # of each mesh at each operating point
 COLUMNS = {
     "pressure_hertz": "pressure_hertz [GPa]",
     "radius_equivalent": "radius_equivalent [mm]",
@@ -45,16 +55,11 @@ COLUMNS = {
 
 
 def path_points(name: str) -> pd.DataFrame:
-    """Points of one pair, SI units; `outside` is the share of the work outside the ranges of `gear_75w90`."""
+    """Points of one pair, SI units; `outside` is the share of the work outside the ranges of the plan `gear`."""
     pair = efficiency.load(name)
     design = pair.design
-    torque, speed, oil = design.operation.torque, design.operation.speed, design.operation.temperature
-    duty = [
-        DutyRow(t, s, hot, 1.0)
-        for t in (torque, 0.5 * torque)
-        for s, hot in ((speed, oil), (speed / 3.0, oil + HOTTER))
-    ]
-    ranges = dataset_plan("gear_75w90").axes
+    duty = [DutyRow(part * design.operation.torque, rpm * np.pi / 30.0, oil + KELVIN, 1.0) for part, rpm, oil in STATES]
+    ranges = Plan.from_file("gear").axes
     tables = []
     for points, row in zip(pair.duty_points(duty), duty, strict=True):
         state = points.state

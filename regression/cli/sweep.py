@@ -37,7 +37,7 @@ def sweep_run(
         str,
         typer.Argument(
             metavar="PLAN",
-            help="Plan file, or a shipped plan: gear_default, gear_mesh, demo",
+            help="Plan file, or a shipped plan: gear, gear_mesh, demo",
             autocompletion=names_of("plans"),
         ),
     ],

@@ -26,7 +26,7 @@ from ehl.common.table_reader import harmless
 from ehl.fluid.oil import Oil
 from ehl.fluid.pressure_viscosity import alpha_film
 from ehl.fluid.viscosity import RoelandsLaw
-from regression.data.result_files import one_row_per_case, read_file, read_run, run_files, table_of
+from regression.data.result_files import one_row_per_case, read_file, read_meta, read_run, run_files, table_of
 from regression.data.row_format import NUMBER_UNITS, TIMING_UNITS
 from regression.friction.conditions import DERIVED_UNITS, UNITS, Array, derive
 from regression.friction.oil_cards import hashes_of_cards
@@ -255,14 +255,14 @@ def results_path(run: Source) -> Path:
 
 
 def dataset_plan(name: str) -> Plan:
-    """The plan a shipped dataset was computed from: the file of its name in the same folder.
+    """The plan a dataset was computed from, as stored with its results.
 
     Raises
     ------
     InputError
-        There is no such plan.
+        There is no such dataset.
     """
-    return Plan.from_file(named_file("plan", FOLDER, name))
+    return Plan.from_json(str(read_meta(results_path(name))["plan"]))
 
 
 def _read(run: Path) -> Dataset:

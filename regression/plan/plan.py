@@ -538,7 +538,7 @@ class Plan(InputModel):
         Examples
         --------
         >>> from regression import Plan
-        >>> cost = Plan.from_file("gear_default").estimate()
+        >>> cost = Plan.from_file("gear").estimate()
         >>> cost.cases
         2048
         >>> cost.wall(jobs=4) < cost.seconds

@@ -71,7 +71,7 @@ RUN_BY = {
     ("docs/sweep.md", "toml"): SWEEPS,
     (
         "docs/sweep.md",
-        "mixed-ehl sweep gear_default --estimate --jobs 2",
+        "mixed-ehl sweep gear --estimate --jobs 2",
     ): "test_plan_and_commands_of_the_page_on_sweeps",
     ("docs/sweep.md", "from dask_jobqueue import SLURMCluster"): "test_the_cluster_of_the_page_on_sweeps_computes",
     ("docs/formula_code.md", "c"): "test_example_of_the_page",

@@ -220,16 +220,16 @@ def test_a_number_of_corners() -> None:
 
 
 def test_default_plan_is_what_it_says() -> None:
-    default = Plan.from_file("gear_default")
-    assert default.count == len(default.points) == 2048
+    default = Plan.from_file("gear")
+    assert default.count == len(default.points) == 512
     figures = default.constrained(default.points.columns, default.points.oils)
     ratio = figures["film_ratio"]
     # from boundary to full film, a good part of the cases on each side
     assert np.mean(ratio < 0.5) > 0.15
-    assert np.mean(ratio > 3.0) > 0.15
-    assert np.mean((ratio > 0.5) & (ratio < 3.0)) > 0.3
-    other = Plan.from_file("gear_default", ["lubricant.oil=fva3", "sampling.corners=false"])
-    assert other.count == 1984
+    assert np.mean(ratio > 3.0) > 0.1
+    assert np.mean((ratio > 0.5) & (ratio < 3.0)) > 0.2
+    other = Plan.from_file("gear", ["lubricant.oil=fva3"])
+    assert other.count == 512
     assert other.oil == "fva3"
 
 
