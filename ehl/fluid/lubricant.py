@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
@@ -18,6 +18,7 @@ from ehl.fluid.density import DOWSON_HIGGINSON_LAW, Compression
 from ehl.fluid.pressure_viscosity import alpha_of
 from ehl.fluid.rheology import Limit, PressureStress, Rheology, ShearLaw
 from ehl.fluid.viscosity import (
+    ROELANDS_LOG_VISCOSITY,
     AbsoluteLaw,
     BarusLaw,
     ModulusLaw,
@@ -130,6 +131,20 @@ class Lubricant:
     def pressure_viscosity_film(self) -> Any:
         """alpha_film, the coefficient that Newtonian film formulas ask for [1/Pa] (`ehl.fluid.pressure_viscosity`)."""
         return alpha_of(self.pressure_law, "film") if self._alpha_film is None else self._alpha_film
+
+    def referred_to(self, temperature: float) -> Lubricant:
+        """The same oil with the viscosities of its inlet at another temperature [K]; eta(p, T) is the same function.
+
+        Density, conductivity and shear law stay those of the inlet temperature.
+        """
+        law, ambient, there = self.pressure_law, np.zeros(1), np.array([temperature])
+        viscosity = float(np.exp(self.log_viscosity(ambient, there))[0])
+        beta = -float(law.by_temperature(ambient, there)[0])
+        moved = replace(self, temperature=temperature, viscosity_inlet=viscosity, temperature_viscosity=beta)
+        if self.viscosity_law == "roelands":  # the same exponent z = alpha p0/A at another height A
+            heights = [math.log(eta) + ROELANDS_LOG_VISCOSITY for eta in (viscosity, self.viscosity_inlet)]
+            moved = replace(moved, pressure_viscosity=self.pressure_viscosity * heights[0] / heights[1])
+        return moved
 
     def continuation_difference(self, pressure: float) -> float:
         """ln(eta/eta0) along the tangent at `pressure_valid` over that of the law, less 1 [-].

@@ -26,7 +26,7 @@ from ehl.smooth.scaling import Offset, ScaledContact
 
 Array = NDArray[np.float64]
 
-MAX_ROUNDS = 40
+MAX_ROUNDS = 60
 MAX_HALVINGS = 6
 # a change in the last round up to this is accepted, noted and counted in the error
 ACCEPTED_CHANGE = 0.1
@@ -34,6 +34,10 @@ FIRST_ROUNDS = 10.0  # tolerances, on the grid that only serves to grade the fol
 # tuned: a thinner film is heated less, so that whole steps overshoot by up to 0.7 of themselves; may be changed by
 # whoever runs tests/verification/ehl/test_thermal_steady.py
 RELAXATION = 0.65
+# tuned: thick films of cold oil overshoot by several times a whole step: where a residual grows, steps shorten, to this
+# share at least; they lengthen where it falls by a third; same tests, and test_cold_oil.py
+SHORTEST, SHORTER, LONGER = 0.15, 0.6, 1.3
+FALLING = 0.7
 MEMORY = 4
 MASS_RESIDUAL = 5e-4  # in the flow: what a correction by the matrix of an earlier round may leave
 # of the tolerance: a stretch of the mesh that keeps its conduction matrices
@@ -86,16 +90,22 @@ class Mixer:
 
     Walker & Ni (2011), SIAM J. Numer. Anal. 49, 1715, with the first step relaxed. What earlier rounds showed serves on
     other nodes too.
+
+    Attributes
+    ----------
+    relaxation : float
+        Share of the residual that the next step takes besides the mixing [-].
     """
 
     def __init__(self, used: Offset) -> None:
-        self.used = used
+        self.used, self.relaxation, self._norm = used, RELAXATION, math.inf
         self._before: tuple[Array, Array] | None = None  # used and residual of the last round on these nodes
         self._secants: list[tuple[Array, Array]] = []  # changes of both from round to round
 
-    def on_nodes(self, x: Array) -> Mixer:
-        """The same on other nodes."""
+    def on_nodes(self, x: Array, *, finer: bool = False) -> Mixer:
+        """The same on other nodes; on finer ones residuals begin higher than they ended."""
         moved, old = Mixer(Offset(x, self.used.at(x)[0])), self.used.x
+        moved.relaxation, moved._norm = self.relaxation, math.inf if finer else self._norm
         moved._secants = [(np.interp(x, old, a), np.interp(x, old, b)) for a, b in self._secants]
         return moved
 
@@ -103,15 +113,20 @@ class Mixer:
         """Take the next offset to use, from the one that the last gave."""
         used = self.used.values
         residual = found.at(self.used.x)[0] - used
-        if self._before is not None:
+        norm = float(np.sqrt(np.mean(residual**2)))
+        if norm > self._norm:
+            self.relaxation, self._secants = max(SHORTER * self.relaxation, SHORTEST), []
+        elif self._before is not None:
             secant = (used - self._before[0], residual - self._before[1])
             self._secants = [*self._secants[2 - MEMORY :], secant]
-        self._before = (used, residual)
-        mixed = used + RELAXATION * residual
+        if norm < FALLING * self._norm:
+            self.relaxation = min(LONGER * self.relaxation, RELAXATION)
+        self._before, self._norm = (used, residual), norm
+        mixed = used + self.relaxation * residual
         if self._secants:
             steps, changes = (np.array(part).T for part in zip(*self._secants, strict=True))
             share = dgelss(changes, residual, cond=1e-6)[1][: len(self._secants)]
-            mixed -= (steps + RELAXATION * changes) @ share
+            mixed -= (steps + self.relaxation * changes) @ share
         self.used = Offset(self.used.x, mixed)
 
     def halve(self) -> None:
@@ -171,7 +186,7 @@ class HotFilm:
     def solved(self, grid: NodeGrid, guess: Unknowns) -> Level:
         """Film and heat on a grid, from a guess of the film and the heat of the last grid."""
         x, spent = _nodes(grid, guess), self.iterations
-        mixer = self._mixer.on_nodes(x)
+        mixer = self._mixer.on_nodes(x, finer=True)
         expected = mixer.used
         if self._trend is not None and self._grids >= 2:
             mixer.used = Offset(x, expected.values + 0.25 * np.interp(x, *self._trend))
@@ -202,7 +217,10 @@ class HotFilm:
                 # no film near this one answers to the heat any further: what it changed last counts
                 break
             before, numbers = numbers, numbers_of(level, self.shear).as_array()
-            self.change = _changes(before, numbers)
+            # as of a step of full length
+            friction, films = _changes(before, numbers)
+            whole = RELAXATION / mixer.relaxation
+            self.change = whole * friction, whole * films
             self.x, self._mixer, self.found = heated, mixer, found
             features = features_of_level(level) if regraded else level.features
             if not features.close_to(level.features):
