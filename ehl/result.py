@@ -7,23 +7,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ehl.common.notes import group_notes
 from ehl.common.numbers import finite_or_none
 from ehl.common.pages import Reportable
 from ehl.common.sections import Medium, Section
 from ehl.common.table import Table
-from ehl.common.units import KELVIN
-from ehl.fluid.lubricant import Lubricant
-from ehl.heat.estimate import carried_shear_heat
 from ehl.heat.traction import ThermalTraction
 from ehl.inputs import ContactProblem
-from ehl.line_contact import LineContact
 from ehl.rough import TransientResult
 from ehl.rough.dry import DryContactResult
-from ehl.rough.mixed import SHEAR_STRENGTH
-from ehl.rough.solve import ERROR_ALLOWED
 from ehl.smooth.solver import SteadyResult
 
 if TYPE_CHECKING:
@@ -55,18 +47,6 @@ _SHOWN = (
     "temperature_flash",
 )
 
-# what may not stand as converged, whatever a solver's residuals say
-REASONS = ("not_finite", "negative", "shear_strength", "inaccurate")
-
-LIMIT_TEMPERATURE = 1000.0  # no law of the oil means anything there [K]
-HOT_NODE_WEIGHT = (
-    2.0  # the share of hot spots in the friction of a run is counted so many times: it is seen in one step only
-)
-DECOMPOSITION_TEMPERATURE = 300.0 + KELVIN  # oils decompose [K]
-MAX_SMOOTH_ERROR = 0.1  # relative discretisation error from which a smooth result is no result [-]
-CARRIED_HEAT_NOTED = 0.02  # change of smooth friction by convection of shear heat in the film that makes a note
-MOLECULAR_FILM = 1e-9  # films below this are thinner than a few molecules [m]
-
 
 @dataclass(frozen=True, repr=False)
 class ContactResult(Reportable):
@@ -89,6 +69,8 @@ class ContactResult(Reportable):
           tolerance to mu
         - "thermal_rounds" (unsettled): film and heat still changed by more than the tolerance
         - "mesh_error" (unsettled): the mesh error of mu is four times the tolerance or more
+        - "beyond_laws" (unsettled): limits of the model, named by the notes, leave four times the tolerance or more
+        - "film_above_radius": a film above a tenth of the radius, which Reynolds' equation does not describe
     friction_coefficient, friction_fluid, friction_asperity : float
         mu = fluid + asperity part [-]; rolling traction is not in it.
     film_central, film_min : float
@@ -107,7 +89,7 @@ class ContactResult(Reportable):
         Largest film temperature and larger flash temperature [K]; the inlet temperature where heat was skipped.
     film_error, friction_error : float
         Relative error estimates [-]: discretisation, the 90 % interval of the time mean where there is one, what was
-        skipped, films too hot for any law, and the bounds of roughness finer than the mesh.
+        skipped, the bounds of roughness finer than the mesh, and what the notes on limits of the model state.
     mesh_error, statistical_error : float
         The first two parts of `friction_error` [-].
     realisation_error : float
@@ -293,127 +275,3 @@ def results_frame(results: Sequence[ContactResult]) -> DataFrame:
         inputs = {} if result.problem is None else result.problem.to_dict()
         rows.append({**inputs, **{name: getattr(result, name) for name in names}})
     return pd.DataFrame(rows)
-
-
-def rejection_reason(result: ContactResult) -> str:
-    """Reason why a result cannot stand, one of `REASONS`; empty where it can."""
-    numbers = (result.friction_coefficient, result.film_central, result.film_min, result.pressure_max)
-    if not all(math.isfinite(value) for value in (*numbers, result.friction_error, result.film_error)):
-        return "not_finite"
-    if min(numbers) < 0.0 or not 0.0 <= result.asperity_load_share <= 1.0 + 1e-9:
-        return "negative"
-    if max_shear_stress(result) > SHEAR_STRENGTH:
-        return "shear_strength"
-    if result.transient is None and result.dry is None and max(result.mesh_error, result.film_error) > MAX_SMOOTH_ERROR:
-        return "inaccurate"
-    return ""
-
-
-def mesh_error_too_large(result: ContactResult, tolerance: float) -> bool:
-    """Whether the mesh of a rough run leaves an error far above the tolerance asked for."""
-    return result.transient is not None and result.mesh_error > ERROR_ALLOWED * tolerance
-
-
-def friction_above_limit_temperature(result: ContactResult) -> float:
-    """Part of mu from film above 1000 K [-]: no law of the oil is valid there, so that all of it is uncertain.
-
-    Of a rough run the larger of two: the share of the hot nodes in the last step, counted twice, and the share of the
-    pressure under the nodes that are so hot in the mean.
-    """
-    if max(result.temperature_film_max, result.temperature_flash) <= LIMIT_TEMPERATURE:
-        return 0.0
-    if result.transient is not None:
-        state, profiles = result.transient.run.state, result.transient.profiles
-        shear, load = float(state.shear.sum()), float(profiles.pressure_fluid.sum())
-        spots = float(state.shear[state.temperature > LIMIT_TEMPERATURE].sum()) / shear if shear > 0.0 else 0.0
-        mean = (
-            float(profiles.pressure_fluid[profiles.temperature_film > LIMIT_TEMPERATURE].sum()) / load
-            if load > 0.0
-            else 0.0
-        )
-        return min(max(HOT_NODE_WEIGHT * spots, mean), 1.0) * result.friction_fluid
-    heat = result.heat
-    if heat is None:
-        return 0.0
-    power = float(np.trapezoid(heat.shear_stress, heat.x))
-    hot = np.where(heat.temperature_film > LIMIT_TEMPERATURE, heat.shear_stress, 0.0)
-    return result.friction_fluid * float(np.trapezoid(hot, heat.x)) / power if power > 0.0 else 0.0
-
-
-def max_shear_stress(result: ContactResult) -> float:
-    """Largest shear stress of the film [Pa]; with roughness of the last step, or the mean of all where it is larger."""
-    if result.transient is not None:
-        run = result.transient.run
-        mean = result.friction_fluid * math.pi / 4.0  # over the Hertz width, in p_h
-        return max(float(run.state.shear.max()), mean) * run.problem.units.pressure
-    if result.dry is not None:
-        return 0.0
-    assert result.film is not None
-    return float(result.film.shear_stress.max())
-
-
-BULK_NOTED = 1.0  # difference of bulk and oil that makes a note [K]
-FILM_EXPONENT = 0.67  # of the inlet viscosity in the film thickness
-
-
-def bulk_note(lubricant: Lubricant, bulk: tuple[float, float]) -> tuple[str, ...]:
-    """What bodies warmer or colder than the oil do to the film, by the viscosity of the oil between them.
-
-    Parameters
-    ----------
-    lubricant : Lubricant
-        At its inlet temperature.
-    bulk : tuple of float
-        Bulk temperatures of both bodies [K].
-    """
-    mean = 0.5 * (bulk[0] + bulk[1])
-    difference = mean - lubricant.temperature
-    if abs(difference) < BULK_NOTED:
-        return ()
-    warm, oil = np.array([mean]), np.array([lubricant.temperature])
-    ambient = np.zeros(1)
-    ratio = math.exp(float((lubricant.log_viscosity(ambient, warm) - lubricant.log_viscosity(ambient, oil))[0]))
-    word = "warmer" if difference > 0.0 else "colder"
-    return (
-        f"bodies {abs(difference):.0f} K {word} than the oil: it enters at their temperature, {ratio:.2f} times as "
-        f"viscous, with about {ratio**FILM_EXPONENT:.2f} times the film",
-    )
-
-
-def limit_notes(result: ContactResult, contact: LineContact, lubricant: Lubricant, hardness: float) -> tuple[str, ...]:
-    """Limits of the model that a result touches."""
-    notes = []
-    if lubricant.extrapolated:
-        notes.append("oil temperature outside the measured range of the oil card")
-    if contact.pressure_hertz > lubricant.pressure_valid:
-        difference = lubricant.continuation_difference(contact.pressure_hertz)
-        notes.append(
-            f"pressure of {contact.pressure_hertz / 1e9:.3g} GPa above the {lubricant.pressure_valid / 1e9:.3g} GPa up "
-            "to which the oil is known: its law goes on; along its tangent from there ln(eta/eta0) would differ by "
-            f"{difference:+.0%}"
-        )
-    if result.film_min < MOLECULAR_FILM:
-        notes.append(f"minimum film {result.film_min * 1e9:.2g} nm: thinner than a few oil molecules")
-    if max(result.temperature_film_max, result.temperature_flash) > LIMIT_TEMPERATURE:
-        notes.append(
-            f"temperatures up to {max(result.temperature_film_max, result.temperature_flash):.0f} K: no law of the oil "
-            f"is valid; the hot film contributes {friction_above_limit_temperature(result):.2g} to mu, counted as error"
-        )
-    elif result.temperature_film_max > DECOMPOSITION_TEMPERATURE:
-        notes.append(f"film temperature {result.temperature_film_max - KELVIN:.0f} degC: oils decompose")
-    if result.pressure_max > hardness:
-        notes.append(
-            f"pressure of {result.pressure_max / 1e9:.3g} GPa above the hardness {hardness / 1e9:.3g} GPa: yielding"
-        )
-    if result.heat is not None and contact.speed_sliding > 0.0:
-        assert result.film is not None
-        assert result.isothermal is not None
-        film = result.film.film_central
-        carried = carried_shear_heat(contact, lubricant, film, film / result.isothermal.film_central)
-        if carried.friction_change > CARRIED_HEAT_NOTED:
-            notes.append(
-                f"film Peclet number {carried.peclet_film:.2g}: convection of shear heat in the film is neglected; it "
-                f"changes smooth friction by at most about {100.0 * carried.friction_change:.2g} % and the smooth film "
-                f"by {100.0 * carried.film_change:.2g} %"
-            )
-    return tuple(notes)

@@ -18,17 +18,9 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.inputs import ContactProblem, ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
 from ehl.material import Material
-from ehl.result import (
-    ContactResult,
-    bulk_note,
-    friction_above_limit_temperature,
-    limit_notes,
-    mesh_error_too_large,
-    rejection_reason,
-)
+from ehl.result import ContactResult
 from ehl.rough.dry_limit import DryLimit, dry_limit, flash_of_rubbing
 from ehl.rough.mixed import (
-    TOLERANCE,
     SmoothFriction,
     film_stress_ratio,
     profile_notes,
@@ -39,6 +31,7 @@ from ehl.rough.mixed import (
     solve_mixed,
 )
 from ehl.smooth.thermal import isothermal_fallback, solve_smooth
+from ehl.validity import checked
 
 NO_INLET_HEAT = "heat of the pressure-driven flow neglected: no thermal solution of the smooth contact"
 ELASTIC_REPORTED = 1e-3  # of mu
@@ -144,7 +137,7 @@ def _solve(problem: ContactProblem, start: ContactResult | None, window: float |
         mesh_error=smooth.friction_error,
         statistical_error=0.0,
         realisation_error=0.0,
-        notes=(*smooth.notes, *elastic.notes()),
+        notes=elastic.notes(),
         iterations=smooth.iterations,
         film=film,
         isothermal=smooth.isothermal,
@@ -156,31 +149,10 @@ def _solve(problem: ContactProblem, start: ContactResult | None, window: float |
         skipped.append("roughness and time: both surfaces are smooth")
     if result.status == "failed":
         return result
-    reason = rejection_reason(result)
-    if reason:
-        return _failed(reason, result.iterations)
-    result = _accepted(result, model.friction_tolerance or TOLERANCE[model.accuracy])
-    hardness = min(body.hardness for body in bodies)
-    warmth = bulk_note(lubricant, bulk) if model.thermal != "off" else ()
-    own = (*profile_notes(surface), *result.notes)
-    notes = tuple(dict.fromkeys((*own, *limit_notes(result, contact, lubricant, hardness), *warmth)))
-    return replace(result, notes=notes, skipped=tuple(skipped))
-
-
-def _accepted(result: ContactResult, tolerance: float) -> ContactResult:
-    """The result with films beyond any law in its error, and unsettled where an error is far above the tolerance."""
-    mu = result.friction_coefficient
-    beyond_law = friction_above_limit_temperature(result) / mu if mu > 0.0 else 0.0
-    result = replace(result, friction_error=result.friction_error + beyond_law)
-    if result.status != "converged":
-        return result
-    if beyond_law > 0.5 * tolerance:
-        return replace(result, status="unsettled", reason="too_hot")
-    if mesh_error_too_large(result, tolerance):
-        return replace(result, status="unsettled", reason="mesh_error")
-    if "thermal_rounds" in result.notes and result.transient is None and result.mesh_error > tolerance:
-        return replace(result, status="unsettled", reason="thermal_rounds")
-    return result
+    notes = tuple(dict.fromkeys((*profile_notes(surface), *result.notes)))
+    return checked(
+        replace(result, notes=notes, skipped=tuple(skipped)), problem, rounds_left=smooth.rounds_left and not lost_heat
+    )
 
 
 def _without_repeats(skipped: tuple[str, ...]) -> list[str]:

@@ -66,8 +66,9 @@ class Lubricant:
         [W/(m K)] at ambient pressure.
     heat_capacity : float
         [J/(kg K)].
-    extrapolated : bool
-        The card was read outside the temperatures it was measured at.
+    extrapolated : float
+        By how much ln eta0 would differ along its tangent over 1/T from the end of the temperatures that the card was
+        measured at [-]; 0 between them.
     carreau_stress : float
         G in eta_effective = eta (1 + (eta rate/G)^2)^((n - 1)/2) [Pa]; needed by Carreau only.
     carreau_exponent : float
@@ -109,7 +110,7 @@ class Lubricant:
     density: float = 850.0
     thermal_conductivity: float = 0.14
     heat_capacity: float = 2000.0
-    extrapolated: bool = False
+    extrapolated: float = 0.0
     carreau_stress: float = math.nan
     carreau_exponent: float = math.nan
     limiting_shear_ambient: float = 0.0

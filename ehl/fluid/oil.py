@@ -355,7 +355,6 @@ class Oil(InputModel):
                 f"{low:.6g} K to {high:.6g} K (-40 to 200 degC)",
                 "Write degrees Celsius as '80 degC'.",
             )
-        outside = bool(np.any((values < self.temperature_valid[0]) | (values > self.temperature_valid[1])))
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
             found = self.without_film(temperature)
         inlet = np.ravel(np.asarray(found.viscosity_inlet))
@@ -365,9 +364,19 @@ class Oil(InputModel):
             raise InputError("temperature_oil", f"{impossible:.6g} K", allowed, "Correct [viscosity] of its card.")
         single = {name: value for name, value in vars(found).items() if isinstance(value, np.floating | np.ndarray)}
         numbers = {name: float(value) for name, value in single.items() if value.ndim == 0}
-        plain = replace(found, **numbers, extrapolated=outside)  # type: ignore[arg-type]
+        numbers["extrapolated"] = max(map(self._extrapolated, (values.min(), values.max())))
+        plain = replace(found, **numbers)  # type: ignore[arg-type]
         film = oil_alpha.film(self, temperature, found.pressure_viscosity)
         return plain.with_alpha_film(float(film) if isinstance(film, np.floating) else film)
+
+    def _extrapolated(self, temperature: float) -> float:
+        """Distance of ln eta0 from its tangent over 1/T at the end of the measured temperatures [-]."""
+        measured = min(max(temperature, self.temperature_valid[0]), self.temperature_valid[1])
+        if measured == temperature:
+            return 0.0
+        end = self.without_film(measured)
+        change = math.log(float(self.without_film(temperature).viscosity_inlet / end.viscosity_inlet))
+        return abs(change - float(end.temperature_viscosity * measured * (measured / temperature - 1.0)))
 
     def lubricant(self, temperature: Any) -> Lubricant:
         """`at` without its checks, for what only computes like a temperature."""

@@ -14,13 +14,11 @@ from ehl.common.errors import InputError
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import _kernels
 from ehl.heat._kernels import Film, Walls
-from ehl.heat.conduction import PECLET_FLOOR, Matrices, peclet_number, surface_matrices
+from ehl.heat.conduction import Matrices, peclet_number, surface_matrices
 from ehl.line_contact import LineContact
 from ehl.material import Material
 
 FloatArray = NDArray[np.float64]
-PECLET_WARNING = 2.0
-_AT_LIMIT = 1.0 - 1e-12
 
 
 @dataclass(frozen=True)
@@ -58,10 +56,6 @@ class ThermalTraction:
         The lower one of the two bodies [-].
     iterations : int
         Newton iterations.
-    notes : tuple of str
-        "peclet_low" (below 2: heat spreads against the motion), "peclet_floor" (below 0.1: the heat field of a body
-        nearly at rest is bounded in depth), "limiting_shear_stress" (it acts where the pressure is above a tenth of
-        its maximum).
     """
 
     status: Literal["converged", "failed"]
@@ -82,7 +76,6 @@ class ThermalTraction:
     energy_residual: float
     peclet_number: float
     iterations: int
-    notes: tuple[str, ...]
 
 
 def flux_to_surface_1(
@@ -357,7 +350,7 @@ def traction_of(
     lubricant: Lubricant,
     bodies: tuple[Material, Material],
 ) -> ThermalTraction:
-    """Friction, surface temperatures and notes of a film in balance."""
+    """Friction and surface temperatures of a film in balance."""
     speed, load = contact.speed_sliding, contact.load_per_length
     pressure, film, temperature, bulk = found.pressure, found.film, found.temperature, found.bulk
     conducted, extra = found.conducted, found.surface_heat
@@ -377,18 +370,6 @@ def traction_of(
     ]
     finite = bool(np.all(np.isfinite(temperature)) and np.all(np.isfinite(final)))
     reason = "" if found.converged and finite else ("no_thermal_balance" if finite else "not_finite")
-    # near the edges p tends to zero and the limit always acts; what counts is the loaded part
-    loaded = pressure > 0.1 * np.max(pressure)
-    limited = bool(np.any(final[loaded] >= lubricant.shear_law.limiting_stress(pressure)[loaded] * _AT_LIMIT))
-    notes = tuple(
-        note
-        for note, holds in (
-            ("peclet_low", min(numbers) < PECLET_WARNING),
-            ("peclet_floor", min(numbers) < PECLET_FLOOR),
-            ("limiting_shear_stress", limited and speed > 0.0),
-        )
-        if holds
-    )
     rolling = found.rolling_heat
     return ThermalTraction(
         status="failed" if reason else "converged",
@@ -409,7 +390,6 @@ def traction_of(
         energy_residual=residual,
         peclet_number=min(numbers),
         iterations=found.iterations,
-        notes=notes,
     )
 
 

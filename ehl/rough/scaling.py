@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.common.errors import ConvergenceError
 from ehl.elastic_shear import body_compliance, counted, elastic_share, isothermal_stress
 from ehl.fluid.lookup import law_table
 from ehl.fluid.lubricant import Lubricant
@@ -341,6 +342,8 @@ def density_ratio(pressure: Array, fluid: Fluid) -> Array:
 def hertz_start(problem: RunProblem) -> tuple[Array, Array, float]:
     """Hertz pressure, the mass of a film of the estimated height under it, and the approach of the bodies."""
     x, model = problem.x, problem.model
+    if not np.any(np.abs(x) < 0.7):
+        raise ConvergenceError("film_above_radius", "no mesh holds inlet and contact of so thick a film")
     pressure = np.sqrt(np.maximum(1.0 - x * x, 0.0))
     pressure *= model.contact.load / pressure.sum()
     response = np.zeros(x.size)

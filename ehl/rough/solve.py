@@ -266,8 +266,6 @@ def _notes(
             peclet = abs(speed) * contact.half_width / (2.0 * material.thermal_diffusivity)
             if peclet < PECLET_WARNING:
                 notes.append(f"Peclet number {peclet:.2g} of a surface: flash temperature overestimated by 8 % or more")
-    if lubricant.extrapolated:
-        notes.append("oil temperature outside the measured range of the oil card")
     return tuple(notes)
 
 

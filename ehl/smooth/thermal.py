@@ -68,8 +68,8 @@ class SmoothFilm:
     energy_residual : float
         |heat into both bodies - power|/power, the power from the shear stress of the film solver on its own mesh [-].
     rounds : int
-    notes : tuple of str
-        Those of the heat balance, and "thermal_rounds" where the last change was between tolerance and 10 %.
+    rounds_left : bool
+        Whether the last change was between tolerance and 10 %.
     skipped : tuple of str
     """
 
@@ -87,7 +87,7 @@ class SmoothFilm:
     estimate: ThermalEstimate | None = None
     energy_residual: float = 0.0
     rounds: int = 0
-    notes: tuple[str, ...] = ()
+    rounds_left: bool = False
     skipped: tuple[str, ...] = ()
 
     @property
@@ -190,7 +190,7 @@ def solve_smooth(
         energy_residual=abs(into - power) / power if power > 0.0 else 0.0,
         rounds=rounds,
         iterations=iterations,
-        notes=(*heat.notes, *(("thermal_rounds",) if unsettled else ())),
+        rounds_left=unsettled,
         skipped=(),
     )
 

@@ -75,7 +75,7 @@ def uncertain_contact_inputs(
 
     if oil is not None:
         for name in VARIABLES:
-            spread = spreads.spread(name, oil)
+            spread = _beyond_measured(name, spreads.spread(name, oil), problem)
             entry(name, name, spread, _of_oil(name, spread))
     rms = [name for name in ("roughness_rms_1", "roughness_rms_2") if getattr(surface, name) > 0.0]
     if rough:
@@ -109,6 +109,22 @@ def uncertain_contact_inputs(
 
         entry("conductivity_solid", "conductivity_solid", steel, conducting)
     return found
+
+
+def _beyond_measured(name: str, spread: Spread, problem: ContactProblem) -> Spread:
+    """The spread of a figure of the oil where its laws are extrapolated: the difference from their tangent is taken as
+    the half-width of a 90 % interval.
+    """
+    lubricant, pressure = problem.lubricant, problem.line.pressure_hertz
+    differences = {
+        "viscosity": lubricant.extrapolated,
+        "pressure_viscosity": abs(lubricant.continuation_difference(pressure)),
+    }
+    more = differences.get(name, 0.0) / score_of(0.9)
+    if more == 0.0 or spread.known:
+        return spread
+    below, sd = math.hypot(spread.below, more), math.hypot(spread.sd, more)
+    return replace(spread, sd=sd, sd_below=below, source=f"{spread.source}; law beyond its measured range")
 
 
 def _of_oil(name: str, spread: Spread) -> Moving:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
@@ -17,11 +18,15 @@ from ehl.common.errors import InputError
 from ehl.contact import Contact
 from ehl.fluid.density import INCOMPRESSIBLE
 from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.oil import Oil
 from ehl.heat.estimate import carried_shear_heat
 from ehl.line_contact import LineContact
-from ehl.result import ContactResult, rejection_reason
+from ehl.result import ContactResult
 from ehl.rough import TransientResult
 from ehl.smooth.solver import solve_steady
+from ehl.uncertainty.contact_design import uncertain_contact_inputs
+from ehl.uncertainty.spread import UncertaintyInput
+from ehl.validity import limits_of, rejection_reason
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +35,8 @@ def good() -> ContactResult:
 
 
 def test_a_good_result_stands(good: ContactResult) -> None:
-    assert rejection_reason(good) == ""
+    assert good.problem is not None
+    assert rejection_reason(good, good.problem) == ""
     assert good.status == "converged"
 
 
@@ -43,10 +49,12 @@ def test_a_good_result_stands(good: ContactResult) -> None:
         ({"asperity_load_share": 1.5}, "negative"),
         ({"mesh_error": 0.5}, "inaccurate"),
         ({"film_error": 0.5}, "inaccurate"),
+        ({"film_central": 0.11 * CONTACT["radius_equivalent"]}, "film_above_radius"),
     ],
 )
 def test_what_cannot_stand(good: ContactResult, change: dict[str, float], reason: str) -> None:
-    assert rejection_reason(replace(good, **change)) == reason
+    assert good.problem is not None
+    assert rejection_reason(replace(good, **change), good.problem) == reason
 
 
 def test_rough_film_beyond_any_shear_strength_in_the_mean_fails(good: ContactResult) -> None:
@@ -56,8 +64,10 @@ def test_rough_film_beyond_any_shear_strength_in_the_mean_fails(good: ContactRes
         problem=SimpleNamespace(units=SimpleNamespace(pressure=0.7e9)),
     )
     rough = replace(good, transient=cast("TransientResult", SimpleNamespace(run=run)))
-    assert rejection_reason(rough) == ""
-    assert rejection_reason(replace(rough, friction_coefficient=5e6, friction_fluid=5e6)) == "shear_strength"
+    assert good.problem is not None
+    assert rejection_reason(rough, good.problem) == ""
+    strong = replace(rough, friction_coefficient=5e6, friction_fluid=5e6)
+    assert rejection_reason(strong, good.problem) == "shear_strength"
 
 
 def test_newtonian_film_beyond_any_shear_strength_fails() -> None:
@@ -146,6 +156,10 @@ def test_shear_heat_carried_along_is_told_where_heat_thins_the_film() -> None:
 
     (note,) = notes_on_heat()
     assert note.startswith("film Peclet number 0.")
+    result = case(contact=fast, lubricant=oil, model={"accuracy": "fast"}).solve()
+    stated = [float(number) / 100.0 for number in re.findall(r"([0-9.]+) %", note)]
+    assert result.friction_error > stated[0] > 0.02
+    assert float(f"{result.film_error:.2g}") >= stated[1]
     assert notes_on_heat(speed_entrainment=2.0, slide_to_roll=0.1) == []
     contact, lubricant = LineContact.from_pressure(**fast, effective_modulus=226.4e9), Lubricant(0.02, 18e-9)
     slow = carried_shear_heat(contact, lubricant, 1e-9, 1.0)
@@ -177,3 +191,52 @@ def test_bodies_at_another_temperature_than_the_oil_are_noted_with_their_size(bu
     assert ("30 K warmer" if bulk == "110 degC" else "20 K colder") in note
     expected = float(note.rpartition("about ")[2].split()[0])
     assert other.film_central / even.film_central == pytest.approx(expected, rel=0.12)
+
+
+def test_a_film_as_thick_as_a_tenth_of_the_radius_is_no_answer() -> None:
+    keys: dict[str, Any] = {"oil": "ke_additive", "temperature": "-40 degC", "pressure_hertz": "0.05 GPa"}
+    result = Contact(**keys, radius_equivalent="0.5 mm", speed_entrainment="200 m/s", accuracy="fast").solve()
+    assert (result.status, result.reason) == ("failed", "film_above_radius")
+    rough: dict[str, Any] = {"roughness_rms": "5 um", "slide_to_roll": 2.0, "pressure_hertz": "1.177 GPa"}
+    keys |= {"oil": "hvi", "radius_equivalent": "0.5 mm", "speed_entrainment": "100 m/s", "accuracy": "fast"}
+    result = Contact(**keys | rough).solve()
+    assert (result.status, result.reason) == ("failed", "film_above_radius")
+
+
+def test_friction_above_the_shear_strength_of_liquids_is_an_error(good: ContactResult) -> None:
+    """0.15 p and 5 MPa over the solved length; what a law without a limit gives above that counts whole."""
+    assert good.problem is not None
+    assert good.film is not None
+    line = good.problem.line
+    most = 0.15 + 5e6 * (good.film.x_exit - good.film.x_inlet) / line.load_per_length
+    plain = sum(limit.friction for limit in limits_of(good, good.problem))
+    strong = replace(good, friction_coefficient=2.0 * most, friction_fluid=2.0 * most)
+    found = [limit for limit in limits_of(strong, good.problem) if "shear strength" in limit.note]
+    assert [limit.friction for limit in found] == pytest.approx([0.5], rel=1e-12)
+    assert plain < 0.01
+
+
+def test_laws_of_the_oil_beyond_their_measurements_widen_the_interval() -> None:
+    """The half-width holds the change with the tangent of the law at the end of what was measured."""
+    keys: dict[str, Any] = {"oil": "75w90", "radius_equivalent": "15 mm", "speed_entrainment": "5 m/s"}
+    keys |= {"slide_to_roll": 0.1, "accuracy": "fast"}
+    oil, spreads = Oil.load("75w90"), UncertaintyInput()
+
+    def spread(name: str, temperature: str, pressure: str) -> tuple[float, float]:
+        problem = Contact(**keys, temperature=temperature, pressure_hertz=pressure).problem()
+        inputs = {found.name: found.spread.sd for found in uncertain_contact_inputs(problem, spreads, oil, math.inf)}
+        change = {
+            "viscosity": problem.lubricant.extrapolated,
+            "pressure_viscosity": abs(problem.lubricant.continuation_difference(problem.line.pressure_hertz)),
+        }
+        return inputs[name], change[name]
+
+    for name, temperature, pressure in (
+        ("viscosity", "-20 degC", "0.6 GPa"),
+        ("pressure_viscosity", "60 degC", "2 GPa"),
+    ):
+        plain, none = spread(name, "60 degC", "0.6 GPa")
+        assert none == 0.0
+        wider, change = spread(name, temperature, pressure)
+        assert change > 0.05
+        assert wider == pytest.approx(math.hypot(plain, change / 1.6449), rel=1e-4)

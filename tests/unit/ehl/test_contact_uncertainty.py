@@ -66,7 +66,8 @@ def test_every_input_is_moved_by_its_own_spread() -> None:
         assert ratio == pytest.approx(math.exp(0.30 * z))
     thick = above["pressure_viscosity"].lubricant
     rise = float(thick.log_viscosity_ratio(0.8e9) / problem.lubricant.log_viscosity_ratio(0.8e9))
-    assert rise == pytest.approx(math.exp(z * OIL.uncertainty.pressure_viscosity))
+    beyond = problem.lubricant.continuation_difference(problem.line.pressure_hertz) / z
+    assert rise == pytest.approx(math.exp(z * math.hypot(OIL.uncertainty.pressure_viscosity, beyond)))
 
 
 def test_rq_of_a_finish_is_one_cause_and_its_waves_another() -> None:

@@ -18,7 +18,7 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.heat.estimate import estimate_thermal_effect
 from ehl.inputs import ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
-from ehl.result import ContactResult, friction_above_limit_temperature
+from ehl.result import ContactResult
 from ehl.rough import RoughSurfaces, TransientResult, dry_limit, mixed, solve_transient
 from ehl.rough.accuracy import RunPlan
 from ehl.rough.averaging import Window, film_jumped, realisation_error
@@ -28,6 +28,7 @@ from ehl.rough.multilevel import MeshLevels
 from ehl.smooth import hot_film, refine, thermal
 from ehl.smooth.refine import extrapolate
 from ehl.smooth.solver import solve_steady
+from ehl.validity import friction_above_limit_temperature
 
 # --- smooth contact: nested grids
 
@@ -112,7 +113,7 @@ def test_error_of_a_hot_film_has_two_terms(monkeypatch: pytest.MonkeyPatch, chan
     line = LineContact.from_pressure(effective_modulus=226e9, **CONTACT)
     result = thermal.solve_smooth(line, Lubricant(0.02, 18e-9), (STEEL, STEEL), accuracy="fast")
     assert result.status == "converged"
-    assert ("thermal_rounds" in result.notes) == (share == 1.0)
+    assert result.rounds_left == (share == 1.0)
     film = result.film
     assert result.friction_error == pytest.approx(film.friction_error + share * change, rel=1e-12)
     assert result.film_error == pytest.approx(film.film_error + share * 0.5 * change, rel=1e-12)
@@ -589,7 +590,7 @@ def test_friction_without_a_law_widens_the_error_and_unsettles_a_result(
     """Its share of mu is added whole; above half the tolerance of 5 % the result does not stand as converged."""
     plain = case(model={"thermal": "off", "accuracy": "fast"}).solve()
     monkeypatch.setattr(
-        "ehl.solve.friction_above_limit_temperature", lambda result: share * result.friction_coefficient
+        "ehl.validity.friction_above_limit_temperature", lambda result: share * result.friction_coefficient
     )
     hot = case(model={"thermal": "off", "accuracy": "fast"}).solve()
     assert hot.friction_error == pytest.approx(plain.friction_error + share, rel=1e-12)

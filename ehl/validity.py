@@ -1,0 +1,275 @@
+"""Validity of a contact result: what may not stand, and the limits of the model with the error that each leaves.
+
+Every result passes `checked`. A `Limit` is a sentence and its part of the stated errors of mu and of the film; the
+status follows from their sum.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ehl.common.units import KELVIN
+from ehl.fluid.lubricant import Lubricant
+from ehl.heat.conduction import PECLET_FLOOR, peclet_number
+from ehl.heat.estimate import carried_shear_heat
+from ehl.inputs import ContactProblem
+from ehl.result import ContactResult
+from ehl.rough.mixed import SHEAR_STRENGTH, TOLERANCE
+from ehl.rough.solve import ERROR_ALLOWED
+
+# what may not stand as converged, whatever a solver's residuals say
+REASONS = ("not_finite", "negative", "shear_strength", "inaccurate", "film_above_radius")
+
+LIMIT_TEMPERATURE = 1000.0  # no law of the oil means anything there [K]
+# the share of hot spots in the friction of a run is counted so many times: it is seen in one step only
+HOT_NODE_WEIGHT = 2.0
+DECOMPOSITION_TEMPERATURE = 300.0 + KELVIN  # oils decompose [K]
+MAX_SMOOTH_ERROR = 0.1  # relative discretisation error from which a smooth result is no result [-]
+NOTED = 0.02  # change of smooth friction by what is neglected that makes a note
+MOLECULAR_FILM = 1e-9  # films below this are thinner than a few molecules [m]
+BULK_NOTED = 1.0  # difference of bulk and oil that makes a note [K]
+FILM_EXPONENT = 0.67  # of the inlet viscosity in the film thickness
+# largest film over the radius: lubrication theory leaves out terms of the order of h/R; where surfaces are as far apart
+# as this, oil that starves, inertia and gravity decide
+MAX_FILM = 0.1
+# change of ln(eta) by an extrapolated law from which a result does not stand as converged (ours)
+MAX_EXTRAPOLATION = 0.5
+# shear strength of liquids, as slope over pressure and at ambient pressure: traction fluids reach 0.12 and 3 MPa (ours)
+STRENGTH_SLOPE, STRENGTH_AMBIENT = 0.15, 5e6
+# change of mu and film with half and twice the depth in which the heat field of a body at rest is bounded: docs/heat.md
+AT_REST = (0.005, 0.035)
+# error of one-dimensional conduction over the Peclet number of the surface, in rough contacts: docs/heat.md
+CONDUCTION_ERROR = ((0.5, 1.0, 2.0, 5.0, 50.0), (0.22, 0.14, 0.08, 0.04, 0.006))
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit of the model that a result touches.
+
+    Parameters
+    ----------
+    note : str
+        A sentence for the user; empty where the effect is too small for one.
+    friction, film : float
+        Its part of the errors of mu and film, relative [-].
+    decisive : bool
+        Whether it alone leaves a result unsettled.
+    """
+
+    note: str
+    friction: float = 0.0
+    film: float = 0.0
+    decisive: bool = False
+
+
+def checked(result: ContactResult, problem: ContactProblem, *, rounds_left: bool = False) -> ContactResult:
+    """The result with all limits of the model in its notes, errors and status.
+
+    Parameters
+    ----------
+    result : ContactResult
+        With the errors of the solution alone.
+    problem : ContactProblem
+        Its inputs.
+    rounds_left : bool
+        Whether film and heat still changed by more than the tolerance of their rounds.
+
+    Returns
+    -------
+    ContactResult
+        Failed, with one of `REASONS`, where it cannot stand.
+    """
+    reason = rejection_reason(result, problem)
+    if reason:
+        return ContactResult("failed", reason, iterations=result.iterations)
+    limits, model = list(limits_of(result, problem)), problem.model
+    tolerance = model.friction_tolerance or TOLERANCE[model.accuracy]
+    beyond, film = (
+        float(sum(parts)) for parts in zip(*((limit.friction, limit.film) for limit in limits), strict=True)
+    )
+    notes = dict.fromkeys((*result.notes, *(limit.note for limit in limits if limit.note)))
+    found = replace(
+        result,
+        friction_error=result.friction_error + beyond,
+        film_error=result.film_error + film,
+        notes=tuple(notes),
+    )
+    if found.status != "converged":
+        return found
+    mu = found.friction_coefficient
+    if mu > 0.0 and friction_above_limit_temperature(result) > 0.5 * tolerance * mu:
+        return replace(found, status="unsettled", reason="too_hot")
+    if mesh_error_too_large(found, tolerance):
+        return replace(found, status="unsettled", reason="mesh_error")
+    if rounds_left and found.transient is None and found.mesh_error > tolerance:
+        return replace(found, status="unsettled", reason="thermal_rounds")
+    if beyond > ERROR_ALLOWED * tolerance or any(limit.decisive for limit in limits):
+        return replace(found, status="unsettled", reason="beyond_laws")
+    return found
+
+
+def rejection_reason(result: ContactResult, problem: ContactProblem) -> str:
+    """Reason why a result cannot stand, one of `REASONS`; empty where it can."""
+    numbers = (result.friction_coefficient, result.film_central, result.film_min, result.pressure_max)
+    if not all(math.isfinite(value) for value in (*numbers, result.friction_error, result.film_error)):
+        return "not_finite"
+    if min(numbers) < 0.0 or not 0.0 <= result.asperity_load_share <= 1.0 + 1e-9:
+        return "negative"
+    if max_shear_stress(result) > SHEAR_STRENGTH:
+        return "shear_strength"
+    if result.transient is None and result.dry is None and max(result.mesh_error, result.film_error) > MAX_SMOOTH_ERROR:
+        return "inaccurate"
+    if max(result.film_central, result.film_min) > MAX_FILM * problem.line.radius_equivalent:
+        return "film_above_radius"
+    return ""
+
+
+def mesh_error_too_large(result: ContactResult, tolerance: float) -> bool:
+    """Whether the mesh of a rough run leaves an error far above the tolerance asked for."""
+    return result.transient is not None and result.mesh_error > ERROR_ALLOWED * tolerance
+
+
+def friction_above_limit_temperature(result: ContactResult) -> float:
+    """Part of mu from film above 1000 K [-]: no law of the oil is valid there, so that all of it is uncertain.
+
+    Of a rough run the larger of two: the share of the hot nodes in the last step, counted twice, and the share of the
+    pressure under the nodes that are so hot in the mean.
+    """
+    if max(result.temperature_film_max, result.temperature_flash) <= LIMIT_TEMPERATURE:
+        return 0.0
+    if result.transient is not None:
+        state, profiles = result.transient.run.state, result.transient.profiles
+        shear, load = float(state.shear.sum()), float(profiles.pressure_fluid.sum())
+        spots = float(state.shear[state.temperature > LIMIT_TEMPERATURE].sum()) / shear if shear > 0.0 else 0.0
+        mean = (
+            float(profiles.pressure_fluid[profiles.temperature_film > LIMIT_TEMPERATURE].sum()) / load
+            if load > 0.0
+            else 0.0
+        )
+        return min(max(HOT_NODE_WEIGHT * spots, mean), 1.0) * result.friction_fluid
+    heat = result.heat
+    if heat is None:
+        return 0.0
+    power = float(np.trapezoid(heat.shear_stress, heat.x))
+    hot = np.where(heat.temperature_film > LIMIT_TEMPERATURE, heat.shear_stress, 0.0)
+    return result.friction_fluid * float(np.trapezoid(hot, heat.x)) / power if power > 0.0 else 0.0
+
+
+def max_shear_stress(result: ContactResult) -> float:
+    """Largest shear stress of the film [Pa]; with roughness of the last step, or the mean of all where it is larger."""
+    if result.transient is not None:
+        run = result.transient.run
+        mean = result.friction_fluid * math.pi / 4.0  # over the Hertz width, in p_h
+        return max(float(run.state.shear.max()), mean) * run.problem.units.pressure
+    if result.dry is not None:
+        return 0.0
+    assert result.film is not None
+    return float(result.film.shear_stress.max())
+
+
+def limits_of(result: ContactResult, problem: ContactProblem) -> Iterator[Limit]:
+    """Limits of the model that a result touches."""
+    line, lubricant = problem.line, problem.lubricant
+    yield Limit("", film=max(result.film_central, 0.0) / line.radius_equivalent)
+    yield from _limits_of_oil(result, problem)
+    if result.film_min < MOLECULAR_FILM:
+        yield Limit(f"minimum film {result.film_min * 1e9:.2g} nm: thinner than a few oil molecules")
+    hottest = max(result.temperature_film_max, result.temperature_flash)
+    mu, part = result.friction_coefficient, friction_above_limit_temperature(result)
+    if part > 0.0 or hottest > LIMIT_TEMPERATURE:
+        note = (
+            f"temperatures up to {hottest:.0f} K: no law of the oil is valid; the hot film contributes {part:.2g} to "
+            "mu, counted as error"
+        )
+        yield Limit(note, part / mu if mu > 0.0 else 0.0)
+    elif result.temperature_film_max > DECOMPOSITION_TEMPERATURE:
+        yield Limit(f"film temperature {result.temperature_film_max - KELVIN:.0f} degC: oils decompose")
+    hardness = min(body.hardness for body in problem.bodies)
+    if result.pressure_max > hardness:
+        yield Limit(
+            f"pressure of {result.pressure_max / 1e9:.3g} GPa above the hardness {hardness / 1e9:.3g} GPa: yielding"
+        )
+    if result.heat is not None:
+        yield from _limits_of_heat(result, problem)
+    if problem.model.thermal != "off":
+        yield from _bulk_limit(lubricant, problem.temperature_bulk)
+
+
+def _limits_of_oil(result: ContactResult, problem: ContactProblem) -> Iterator[Limit]:
+    """Laws of the oil outside of what they were measured at; friction above what a liquid can carry.
+
+    How far a law may go astray is an uncertainty of the oil (`ehl.uncertainty`), which `Contact.uncertainty` counts.
+    """
+    line, lubricant, mu = problem.line, problem.lubricant, result.friction_coefficient
+    if lubricant.extrapolated:
+        yield Limit(
+            "oil temperature outside the measured range of the oil card: along the tangent over 1/T from its end "
+            f"ln(eta0) would differ by {lubricant.extrapolated:.2g}",
+            decisive=lubricant.extrapolated > MAX_EXTRAPOLATION,
+        )
+    if line.pressure_hertz > lubricant.pressure_valid:
+        difference = lubricant.continuation_difference(line.pressure_hertz)
+        yield Limit(
+            f"pressure of {line.pressure_hertz / 1e9:.3g} GPa above the {lubricant.pressure_valid / 1e9:.3g} GPa up "
+            "to which the oil is known: its law goes on; along its tangent from there ln(eta/eta0) would differ by "
+            f"{difference:+.0%}",
+            decisive=abs(difference) > MAX_EXTRAPOLATION,
+        )
+    film = result.film
+    if film is not None and result.friction_fluid > 0.0:
+        most = STRENGTH_SLOPE + STRENGTH_AMBIENT * (film.x_exit - film.x_inlet) / line.load_per_length
+        if result.friction_fluid > most:
+            yield Limit(
+                f"fluid friction {result.friction_fluid:.3g} above the {most:.2g} of the shear strength of liquids: "
+                "the shear law has no limit there",
+                (result.friction_fluid - most) / mu,
+            )
+
+
+def _limits_of_heat(result: ContactResult, problem: ContactProblem) -> Iterator[Limit]:
+    """Heat that is left out, or conducted too simply."""
+    line, smooth, isothermal = problem.line, result.film, result.isothermal
+    assert smooth is not None
+    assert isothermal is not None
+    if not line.speed_sliding > 0.0:
+        return
+    share = result.friction_fluid / result.friction_coefficient if result.friction_coefficient > 0.0 else 0.0
+    film = smooth.film_central
+    carried = carried_shear_heat(line, problem.lubricant, film, film / isothermal.film_central)
+    note = ""
+    if carried.friction_change > NOTED:
+        note = (
+            f"film Peclet number {carried.peclet_film:.2g}: convection of shear heat in the film is neglected; it "
+            f"changes smooth friction by at most about {100.0 * carried.friction_change:.2g} % and the smooth film "
+            f"by {100.0 * carried.film_change:.2g} %"
+        )
+    yield Limit(note, share * carried.friction_change, carried.film_change)
+    speeds = zip((line.speed_1, line.speed_2), problem.bodies, strict=True)
+    peclet = min(peclet_number(speed, line.half_width, body) for speed, body in speeds)
+    if peclet < PECLET_FLOOR:
+        note = f"Peclet number {peclet:.2g} of a surface: its heat field is bounded ten half-widths down"
+        yield Limit(note, share * AT_REST[0], AT_REST[1])
+    if result.transient is not None and smooth.friction_fluid > 0.0 < isothermal.friction_fluid:
+        # what the heat changes, by so much too much; the run says so where it matters
+        error = float(np.interp(math.log(max(peclet, 1e-300)), np.log(CONDUCTION_ERROR[0]), CONDUCTION_ERROR[1]))
+        yield Limit("", share * error * abs(math.log(smooth.friction_fluid / isothermal.friction_fluid)))
+
+
+def _bulk_limit(lubricant: Lubricant, bulk: tuple[float, float]) -> Iterator[Limit]:
+    """What bodies warmer or colder than the oil do to the film, by the viscosity of the oil between them."""
+    mean = 0.5 * (bulk[0] + bulk[1])
+    difference = mean - lubricant.temperature
+    if abs(difference) < BULK_NOTED:
+        return
+    warm, oil = np.array([mean]), np.array([lubricant.temperature])
+    ambient = np.zeros(1)
+    ratio = math.exp(float((lubricant.log_viscosity(ambient, warm) - lubricant.log_viscosity(ambient, oil))[0]))
+    word = "warmer" if difference > 0.0 else "colder"
+    yield Limit(
+        f"bodies {abs(difference):.0f} K {word} than the oil: it enters at their temperature, {ratio:.2f} times as "
+        f"viscous, with about {ratio**FILM_EXPONENT:.2f} times the film",
+    )
