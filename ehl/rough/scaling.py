@@ -31,7 +31,7 @@ DRAINED_GAP = 10.0  # of the composite Rq: where the gap is wider, pockets and m
 EXCHANGE_WINDOW = 0.1  # travel per update of the macroscopic pressure [b]
 # updates of P after which its gain falls as 1/n; over the short windows of fine roughness means scatter little and P
 # still moves for tens of b
-SETTLED, SETTLED_FINE = 80.0, 1200.0
+SETTLED, SETTLED_FINE = 240.0, 1200.0
 ELASTIC_MODES = 10
 HEAT_MODES = 10
 NO_LIMIT = 1e9  # of the shear stress over pressure

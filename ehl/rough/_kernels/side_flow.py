@@ -3,7 +3,7 @@
 At every x the time mean of the exchange k (p - P) must vanish, or the slice would gain or lose mass in the mean.
 P is moved towards that by the mean exchange over its conductance (local part) and by a diffusion problem (smooth
 part, which the local part alone would need thousands of passages for).  Ahead of the first exchanging node the gap
-is many times the roughness: there P is the mean of p and the boundary value of the diffusion problem.
+is many times the roughness: there P is the mean of p.
 
 P is no higher than the mean total pressure Q.
 
@@ -32,6 +32,9 @@ STEP_MAX = 0.3  # largest change of P in one update, p_h
 # largest load of P over that of the contact: with more the bodies are lifted, the wider gap takes in oil faster than P
 # follows, and light loads on thick films fly apart
 LOAD_MAX = 1.05
+# gain of P in the first of the `settled` windows, while the roughness enters: P starts far from its mean, and what it
+# scatters then is forgotten
+START_GAIN, STARTING = 0.5, 1.0 / 6.0
 AHEAD = 0.5  # gain of P ahead of the first exchanging node, where p hardly scatters
 AVERAGED = 3.0  # windows: the gain of the long averages is (1 + 3)/(n + 3) and weights the start-up less than a mean
 # Q: gain of the first updates, windows after which it falls as 1/n, pressure below which it is not changed [p_h],
@@ -82,14 +85,14 @@ def update_pressure(macro, model):
     per_step = 1.0 / macro.counts[0]
     weight = (1.0 + AVERAGED) / (macro.counts[1] + 1.0 + AVERAGED)
     relaxation = rule.relaxation * rule.settled / (macro.counts[1] + rule.settled)
+    if macro.counts[1] < STARTING * rule.settled:
+        relaxation = START_GAIN
     below = macro.matrix[0]
     centre = macro.matrix[1]
     above = macro.matrix[2]
     change = macro.matrix[3]
-    boundary = 0.0
     for i in range(first):
-        boundary = AHEAD * (macro.sum_pressure[i] * per_step - macro.pressure[i])
-        macro.pressure[i] += boundary
+        macro.pressure[i] += AHEAD * (macro.sum_pressure[i] * per_step - macro.pressure[i])
         macro.sum_pressure[i] = 0.0
     for i in range(first - 1, outlet):
         macro.log_flux[i] += weight * (macro.sum_log_flux[i] * per_step - macro.log_flux[i])
@@ -105,7 +108,6 @@ def update_pressure(macro, model):
     for i in range(first - 1, outlet):
         below[i] = above[i] = change[i] = 0.0
         centre[i] = 1.0
-    change[first - 1] = boundary / relaxation
     for i in range(first, outlet - 1):
         left = math.exp(macro.log_flux[i - 1])
         right = math.exp(macro.log_flux[i])

@@ -292,7 +292,6 @@ def test_the_dearest_contacts_of_the_gear_range_stay_near_their_bound(monkeypatc
 # --- light loads on thick films, and on valleys wider than the contact
 
 
-@pytest.mark.xfail(reason="known defect: the film of a light load flies apart with the lateral mode", strict=False)
 def test_a_light_load_on_a_thick_film_does_not_fly_apart() -> None:
     """The macroscopic pressure carried 1.3 of the load, and films grew to metres; a tenth of the Rq gives 4.7 um."""
     light = Contact(
