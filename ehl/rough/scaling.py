@@ -32,6 +32,9 @@ EXCHANGE_WINDOW = 0.1  # travel per update of the macroscopic pressure [b]
 # updates of P after which its gain falls as 1/n; over the short windows of fine roughness means scatter little and P
 # still moves for tens of b
 SETTLED, SETTLED_FINE = 240.0, 1200.0
+# width over which the outflow of a spot is averaged, over the correlation length; without the average the positive
+# part of the outflow grows with every finer mesh
+SPOT = 1.0
 ELASTIC_MODES = 10
 HEAT_MODES = 10
 NO_LIMIT = 1e9  # of the shear stress over pressure
@@ -311,6 +314,7 @@ def build_problem(
             relaxation=0.2,
             settled=SETTLED if settings.exchange_window >= EXCHANGE_WINDOW else SETTLED_FINE,
             storage=4.0 * p_h * b / (math.pi * contact.effective_modulus * film_unit),
+            spot=SPOT * surfaces.correlation_length / spacing,
             isotropic=0.0 if sealed else 1.0 / (gamma * wave_number * spacing) ** 2,
         ),
         strain=scaled_strain(contact, lubricant, units, estimate),

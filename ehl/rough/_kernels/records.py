@@ -98,6 +98,7 @@ class SideFlow(NamedTuple):
     relaxation: float
     settled: float  # windows after which the gain of P falls as 1/n
     storage: float  # compliance of the diagonal
+    spot: float  # width over which that outflow is averaged [nodes]
     isotropic: float  # 1/(gamma k_e dx)^2: lateral outflow of a spot as that along x over gamma^2
 
 
