@@ -2,4 +2,4 @@
 
 __version__ = "0.1.0"
 # goes up where the numbers of a contact change by more than rounding
-SOLVER = f"ehl {__version__}, engine 4"
+SOLVER = f"ehl {__version__}, engine 5"
