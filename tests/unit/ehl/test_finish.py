@@ -198,8 +198,9 @@ def test_half_and_twice_every_film_can_be_studied(additive, rms):
 
 
 def test_a_thicker_film_of_the_additives_rubs_more():
+    """From half to twice the 30 nm of EP additives shares rise from .73 to .95; those of thicker films are near 1."""
     contact = ehl.Contact(
-        **LINE, roughness_rms="0.4 um", accuracy="fast", thermal="off", additive="ZDDP", shortcuts="off"
+        **LINE, roughness_rms="0.4 um", accuracy="fast", thermal="off", additive="EP", shortcuts="off"
     )
     film = contact.surface.film_of_contact
     shares = [contact.replace(boundary_film=f * film).solve().asperity_load_share for f in (0.5, 1.0, 2.0)]
