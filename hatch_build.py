@@ -41,10 +41,7 @@ class CarriedKernels(BuildHookInterface):  # type: ignore[type-arg]
             "NUMBA_CPU_FEATURES": "+avx2",
         }  # the name says the other features
         surrounding |= {"PYTHONPATH": self.root, "NUMBA_CACHE_DIR": f"{self._temporary.name}/compiled"}
-        compiling = (
-            "import sys; from ehl.warmup import write_kernels; "
-            "from regression.friction.gaussian_process import ask_kernel; write_kernels(sys.argv[1], ask_kernel)"
-        )
+        compiling = "import sys; from ehl.warmup import write_kernels; write_kernels(sys.argv[1])"
         subprocess.run([sys.executable, "-P", "-c", compiling, str(kernels)], env=surrounding, check=True)
         build_data["pure_python"] = False
         # the code meets the C library through numba alone: what numba runs on, it runs on

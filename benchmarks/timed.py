@@ -152,13 +152,8 @@ TIMED = {
         lambda results: max(result.friction_error for result in results),
     ),
     "formula": Timed(
-        f"closed form 75w90 at {POINTS} points; half the stated interval over mu",
+        f"formula 75w90 at {POINTS} points; half the stated interval over mu",
         lambda: points_of("75w90"),
-        half_interval,
-    ),
-    "formula_processes": Timed(
-        f"75w90_gp, with Gaussian processes, at {POINTS} points; half the stated interval over mu",
-        lambda: points_of("75w90_gp"),
         half_interval,
     ),
     "gear_pair": Timed(

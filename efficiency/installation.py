@@ -158,8 +158,7 @@ def warm_up(kind: str = "gear") -> Warmup:
     Parameters
     ----------
     kind : str
-        ``smooth``, ``rough`` (smooth too), or ``gear``: what a gear pair needs, both and the Gaussian processes of
-        friction formulas.
+        ``smooth``, ``rough`` (smooth too), or ``gear``: what a gear pair needs, both.
 
     Returns
     -------
@@ -177,6 +176,5 @@ def warm_up(kind: str = "gear") -> Warmup:
     ('smooth',)
     """
     from ehl.warmup import warm_up
-    from regression.friction.gaussian_process import ask_kernel
 
-    return warm_up(kind, ask_kernel if kind == "gear" else None)
+    return warm_up(kind)

@@ -15,7 +15,6 @@ import numpy as np
 
 from efficiency.conditions.conditions import (
     AXES,
-    CONSTANT,
     GEOMETRY_AXES,
     Conditions,
     ConditionValues,
@@ -40,7 +39,6 @@ from efficiency.loss.closed_form import PitchGeometry
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.efficiency import solve_balanced
 from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance
-from efficiency.loss.friction_equilibrium import form_of
 from efficiency.loss.kinematics import Axis, Operation, loaded_points
 from efficiency.loss.tooth_temperature import LUBRICATION_FACTORS, warm_operation
 from efficiency.loss.uncertainty import stand_in
@@ -65,7 +63,6 @@ from regression.friction.uncertainty import friction_of
 POSITIONS, POINTS_PER_LINE = 24, 31
 # next to the formulas shipped for the oil in use
 DEFAULT_MODELS = (
-    CONSTANT,
     "xu_kahraman_2007",
     "benedict_kelley_1961",
     "schlenk_1994",
@@ -261,7 +258,7 @@ class Mesh:
     @one_thread
     def over(
         self,
-        friction: Friction = CONSTANT,
+        friction: Friction | None = None,
         *,
         progress: ProgressCallback | None = None,
         strength: bool = False,
@@ -272,8 +269,8 @@ class Mesh:
 
         Parameters
         ----------
-        friction : FrictionModel or str
-            Friction model or its name.
+        friction : FrictionModel or str, optional
+            Friction model or its name; by default the formula of the oil.
         progress : callable, optional
             Called with a `Progress` after each point.
         strength : bool
@@ -291,10 +288,10 @@ class Mesh:
         axes, solve = self._axes(friction, conditions)
         return solve_grid(axes, solve, progress, strength, interval)
 
-    def _axes(self, friction: Friction, conditions: Mapping[str, Any]) -> tuple[dict[str, list[Any]], Solve]:
+    def _axes(self, friction: Friction | None, conditions: Mapping[str, Any]) -> tuple[dict[str, list[Any]], Solve]:
         """Axes with several values, and the efficiency at one value of each."""
         axes, held = split_axes(conditions, AXES[len(GEOMETRY_AXES) :])
-        model = resolve_friction(friction, self.design)
+        model = resolve_friction(friction, self.design, conditions.get("oil"))
 
         def solve(condition: Condition) -> EfficiencyResult:
             here: dict[str, Any] = {**held, **condition}
@@ -305,7 +302,7 @@ class Mesh:
     @one_thread
     def map(
         self,
-        friction: Friction = CONSTANT,
+        friction: Friction | None = None,
         torque: Values | None = None,
         speed: Values | None = None,
         temperature: Values | None = None,
@@ -324,7 +321,7 @@ class Mesh:
 
         Parameters
         ----------
-        friction : FrictionModel or str
+        friction : FrictionModel or str, optional
             As in `over`.
         torque, speed, temperature : value or sequence, optional
             Values of the axes.
@@ -394,14 +391,15 @@ class LoadedMesh:
 
     @one_thread
     def efficiency(
-        self, friction: Friction = CONSTANT, *, many: bool = False, **conditions: Unpack[ConditionValues]
+        self, friction: Friction | None = None, *, many: bool = False, **conditions: Unpack[ConditionValues]
     ) -> EfficiencyResult:
         """Friction, power loss and efficiency under one operating condition.
 
         Parameters
         ----------
-        friction : FrictionModel or str
-            Friction model or its name: formula file, ``constant:0.05``, a published formula, ``ehl``...
+        friction : FrictionModel or str, optional
+            Friction model or its name: formula file, ``constant:0.05``, a published formula, ``ehl``...; by default the
+            formula of the oil.
         many : bool
             One of many points: faster, with a larger stated error of the torque balance.
         **conditions : float or str
@@ -498,8 +496,8 @@ class LoadedMesh:
         result = solve_balanced(self.grids, model, oil, operation, self._balance_of(load_balance), many=many)
         return replace(result, source=self)
 
-    def _chosen(self, friction: Friction, given: Mapping[str, Any]) -> tuple[FrictionModel, Conditions]:
-        return resolve_friction(friction, self.mesh.design), Conditions.of(given)
+    def _chosen(self, friction: Friction | None, given: Mapping[str, Any]) -> tuple[FrictionModel, Conditions]:
+        return resolve_friction(friction, self.mesh.design, given.get("oil")), Conditions.of(given)
 
     def _balance_of(self, load_balance: LoadBalance | None) -> LoadBalance:
         if self.external_load is None:
@@ -513,7 +511,7 @@ class LoadedMesh:
 
         One of many operating points: friction at a quarter of the contact points; the rise moves by less than 1 %.
         """
-        asked = form_of(stand_in(model, oil)[0] if model.solves_contacts else model)
+        asked = stand_in(model, oil)[0] if model.solves_contacts else model
         load, modulus = self.grids.coarse, self.grids.mesh.teeth.effective_modulus
 
         smooth: dict[str, Any] = {}

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, Literal, Unpack
 import numpy as np
 
 from efficiency.conditions.conditions import (
-    CONSTANT,
     MISALIGNMENTS,
     ConditionValues,
     Friction,
@@ -27,7 +26,6 @@ from efficiency.conditions.conditions import (
     Values,
     axis_values,
     checked,
-    default_friction,
     resolve_friction,
     split_axes,
 )
@@ -162,13 +160,13 @@ class GearPair:
         own = self.design.assembly.misalignment.model_dump()
         return own | {name: checked(name, value) for name, value in given.items()}
 
-    def check(self, frictions: Iterable[Friction] = (), **conditions: Unpack[PairAxes]) -> list[FrictionModel]:
+    def check(self, frictions: Iterable[Friction | None] = (), **conditions: Unpack[PairAxes]) -> list[FrictionModel]:
         """Friction models; models and conditions that cannot be used are refused before anything is computed.
 
         Parameters
         ----------
         frictions : iterable of FrictionModel or str
-            Friction models or their names.
+            Friction models or their names; None is the default of the oil.
         **conditions : value or sequence
             As in `over`.
 
@@ -178,7 +176,7 @@ class GearPair:
             Naming what cannot be used.
         """
         split_axes(conditions)
-        return [resolve_friction(friction, self.design) for friction in frictions]
+        return [resolve_friction(friction, self.design, conditions.get("oil")) for friction in frictions]
 
     def misaligned(self, **misalignment: Value) -> GearPair:
         """The pair with `E`, `P`, `G` [m] and `shaft_angle_error` [rad] in place of those of the design."""
@@ -191,7 +189,7 @@ class GearPair:
     @one_thread
     def at(
         self,
-        friction: Friction = CONSTANT,
+        friction: Friction | None = None,
         grid: tuple[int, int] | None = None,
         *,
         many: bool = False,
@@ -201,8 +199,8 @@ class GearPair:
 
         Parameters
         ----------
-        friction : FrictionModel or str
-            Friction model or its name.
+        friction : FrictionModel or str, optional
+            Friction model or its name; by default the formula of the oil.
         grid : (int, int), optional
             Mesh positions and points per contact line.
         many : bool
@@ -213,15 +211,15 @@ class GearPair:
         here: dict[str, Any] = dict(condition)
         placed = {name: here.pop(name) for name in ("side", *MISALIGNMENTS) if name in here}
         # a wrong name is refused before anything is computed
-        friction = resolve_friction(friction, self.design)
+        friction = resolve_friction(friction, self.design, here.get("oil"))
         mesh = self.mesh(placed.pop("side", "drive"), *(grid or ()), **placed)
         return mesh.load(here.pop("torque", None)).efficiency(friction, many=many, **here)
 
     def _points(
-        self, friction: Friction, grid: tuple[int, int] | None, held: Mapping[str, Any]
+        self, friction: Friction | None, grid: tuple[int, int] | None, held: Mapping[str, Any]
     ) -> tuple[FrictionModel, str, Callable[[Condition], EfficiencyResult]]:
         """Friction model, name of the oil, and the efficiency at one of many conditions."""
-        model = resolve_friction(friction, self.design)
+        model = resolve_friction(friction, self.design, held.get("oil"))
         oil = held.get("oil", self.design.operation.oil)
 
         def solve(condition: Condition) -> EfficiencyResult:
@@ -232,7 +230,7 @@ class GearPair:
     @one_thread
     def over(
         self,
-        friction: Friction = CONSTANT,
+        friction: Friction | None = None,
         *,
         grid: tuple[int, int] | None = None,
         progress: ProgressCallback | None = None,
@@ -244,8 +242,8 @@ class GearPair:
 
         Parameters
         ----------
-        friction : FrictionModel or str
-            Friction model or its name.
+        friction : FrictionModel or str, optional
+            Friction model or its name; by default the formula of the oil.
         grid : (int, int), optional
             Mesh positions and points per contact line.
         progress : callable, optional
@@ -288,7 +286,7 @@ class GearPair:
     def duty(
         self,
         file: Path | str | Sequence[DutyRow],
-        friction: Friction = CONSTANT,
+        friction: Friction | None = None,
         *,
         grid: tuple[int, int] | None = None,
         tyre_radius: Value | None = None,
@@ -304,8 +302,8 @@ class GearPair:
         file : Path, str or sequence of DutyRow
             CSV or XLSX file with the columns torque, speed, temperature and hours, each with its unit, or the recording
             of a vehicle (`efficiency.conditions.duty.read_duty`).
-        friction : FrictionModel or str
-            Friction model or its name.
+        friction : FrictionModel or str, optional
+            Friction model or its name; by default the formula of the oil.
         grid : (int, int), optional
             Mesh positions and points per contact line.
         tyre_radius, ratio, temperature : float or str, optional
@@ -330,7 +328,7 @@ class GearPair:
         self,
         torque: Values,
         speed: Values,
-        friction: Friction = CONSTANT,
+        friction: Friction | None = None,
         *,
         temperature: Value | None = None,
         axle: Axle | None = None,
@@ -347,8 +345,8 @@ class GearPair:
             below zero are coast: the coast flanks carry them and the gear drives.
         speed : float, str or sequence
             Of the pinion, likewise.
-        friction : FrictionModel or str
-            Friction model or its name.
+        friction : FrictionModel or str, optional
+            Friction model or its name; by default the formula of the oil.
         temperature : float or str, optional
             Of the oil; that of the design if not given.
         axle : mapping, Path, str or AxleLosses, optional
@@ -376,7 +374,7 @@ class GearPair:
     def axle_test(
         self,
         application: Literal["single", "tandem"] = "single",
-        friction: Friction = CONSTANT,
+        friction: Friction | None = None,
         *,
         temperature: Value | None = None,
         torque_max: Value | None = None,
@@ -392,8 +390,8 @@ class GearPair:
         ----------
         application : {"single", "tandem"}
             Output torques up to 4000 N m, or up to 2000 N m.
-        friction : FrictionModel or str
-            Friction model or its name.
+        friction : FrictionModel or str, optional
+            Friction model or its name; by default the formula of the oil.
         temperature : float or str, optional
             Of the oil; that of the design if not given.
         torque_max : float or str, optional
@@ -532,9 +530,7 @@ class GearPair:
             name, value = next(iter(loading.items()))
             raise InputError(name, value, "no value without a torque", "Without a load nothing depends on it.")
         carried = None if torque is None else checked("torque", torque)
-        oil: Any = conditions.get("oil", self.design.operation.oil)
-        chosen = friction or (CONSTANT if torque is None else default_friction(getattr(oil, "name", oil)))
-        [model] = self.check([chosen], **conditions)
+        [model] = self.check([friction], **conditions)
 
         def study(part: Side, thickness: float) -> MisalignmentStudy:
             def load(placed: dict[str, Any]) -> EfficiencyResult:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ from ehl.common.errors import InputError
 from ehl.common.pages import TableResult
 from ehl.common.table import Column, Table
 from ehl.compile.carried import write_carried
-from ehl.compile.compiler import PROCESS, ROUGH, SMOOTH, Kernel, compiled, missing_on_disk, stamped
+from ehl.compile.compiler import ROUGH, SMOOTH, Kernel, compiled, missing_on_disk, stamped
 from ehl.contact import Contact
 
 # a small contact with heat, whose solution needs the kernels of its kind
@@ -31,7 +30,7 @@ _CONTACT: dict[str, Any] = {
 }
 _ROUGH: dict[str, Any] = {"roughness_rms": "0.4 um", "correlation_length": "100 um", "friction_tolerance": 0.3}
 KINDS = {SMOOTH: (SMOOTH,), ROUGH: (SMOOTH, ROUGH), "gear": (SMOOTH, ROUGH)}
-_WORDS = {SMOOTH: "smooth contacts", ROUGH: "rough contacts", PROCESS: "Gaussian processes"}
+_WORDS = {SMOOTH: "smooth contacts", ROUGH: "rough contacts"}
 
 
 @dataclass(frozen=True)
@@ -41,7 +40,7 @@ class Warmup(TableResult):
     Parameters
     ----------
     kinds : tuple of str
-        smooth, rough: the contacts whose kernels are ready; process: friction formulas with Gaussian processes.
+        smooth, rough: the contacts whose kernels are ready.
     compiled : dict
         Kernels compiled by this call, by kind; the others were on disk.
     seconds_cpu : dict
@@ -72,8 +71,8 @@ class Warmup(TableResult):
         return {**vars(self), "kinds": list(self.kinds)}
 
 
-def warm_up(kind: str = "gear", processes: Callable[[], object] | None = None) -> Warmup:
-    """As `efficiency.warmup`; `processes` evaluates a Gaussian process of a friction formula."""
+def warm_up(kind: str = "gear") -> Warmup:
+    """As `efficiency.warmup`."""
     if kind not in KINDS:
         raise InputError("kind", kind, " or ".join(KINDS))
     clock, before = time.perf_counter(), len(compiled)
@@ -83,9 +82,6 @@ def warm_up(kind: str = "gear", processes: Callable[[], object] | None = None) -
             run = result.transient.run
             run.preheat(0.0, np.zeros((2, run.problem.x.size)))
     kinds = KINDS[kind]
-    if processes is not None:
-        processes()
-        kinds = (*kinds, PROCESS)
     new = compiled[before:]
     return Warmup(
         kinds,
@@ -104,10 +100,10 @@ def prepare_workers(*, rough: bool) -> None:
         warm_up(ROUGH if rough else SMOOTH)
 
 
-def write_kernels(folder: str | Path, processes: Callable[[], object]) -> int:
+def write_kernels(folder: str | Path) -> int:
     """Compile all kernels and write them to a new folder, for a wheel to carry; returns their number."""
-    warm_up("gear", processes)
-    modules = [module for name, module in sys.modules.items() if name.startswith(("ehl.", "regression."))]
+    warm_up("gear")
+    modules = [module for name, module in sys.modules.items() if name.startswith("ehl.")]
     found = {id(value): value for module in modules for value in vars(module).values() if isinstance(value, Kernel)}
     used = [kernel for kernel in found.values() if kernel.overloads]
     return write_carried([(*stamped(kernel.py_func), kernel) for kernel in used], Path(folder))

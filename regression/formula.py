@@ -23,7 +23,7 @@ from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.friction.conditions import UNITS, PointConditions, conditions_of
 from regression.friction.families import FAMILIES, family_named
-from regression.friction.fitted import FittedFormula
+from regression.friction.fitted import NETWORK, FittedFormula
 from regression.friction.models import COLEMAN_FRICTION, ConstantFriction
 from regression.friction.published_registry import PUBLISHED, PublishedFriction
 
@@ -251,7 +251,6 @@ def fit(
     results: Results,
     family: str = "best",
     *,
-    gaussian_process: bool = False,
     corners: bool = False,
     nested: bool = False,
     paths: Dataset | str | PathLike[str] | None = None,
@@ -264,10 +263,8 @@ def fit(
     results : Run, Dataset, str or path, or several of them
         Results of a sweep, their folder or file, or the name of a shipped dataset.
     family : str
-        A family of formulas (`short`, `rough_share`, `xu`, `power_law`, `regimes`), or ``"best"``: all
-        of them, the one with the smallest held-out error of ln mu first.
-    gaussian_process : bool
-        Correct ln mu by a Gaussian process on what the family leaves.
+        A family of formulas (`short`, `xu`, `power_law`, `regimes`), ``"network"``: `short` with neural networks on its
+        parts, or ``"best"``: all of them, the one with the smallest mean held-out error of mu first.
     corners : bool
         Fit the corner points too, which a plan may have added.
     nested : bool
@@ -300,20 +297,20 @@ def fit(
     from regression.fitting.fit import fit_families, fit_formula
     from regression.fitting.rows import dataset_of
 
-    if family != "best":
+    if family not in ("best", NETWORK):
         family_named(family)
-        if nested:
-            raise InputError("nested", family, "family 'best'", "One family leaves no choice to hold out.")
+    if family != "best" and nested:
+        raise InputError("nested", family, "family 'best'", "One family leaves no choice to hold out.")
     dataset = dataset_of(results)
     checks = {
         "paths": None if paths is None else dataset_of(paths),
         "noise": None if noise is None else dataset_of(noise),
     }
     if family == "best":
-        found = fit_families(dataset, corners=corners, gaussian_process=gaussian_process, nested=nested, **checks)
+        found = fit_families(dataset, corners=corners, nested=nested, **checks)
     else:
-        found = (fit_formula(dataset, family, corners=corners, gaussian_process=gaussian_process, **checks),)
-    tried = tuple(FAMILIES) if family == "best" else (family,)
+        found = (fit_formula(dataset, family, corners=corners, **checks),)
+    tried = (*FAMILIES, NETWORK) if family == "best" else (family,)
     return Formula.of(found[0], FitRecord(found, tried, dataset))
 
 

@@ -13,6 +13,7 @@ from efficiency.cli.options import (
     OPERATION,
     DesignArgument,
     FreshOption,
+    FrictionOption,
     JobsOption,
     JsonOption,
     LoadBalanceOption,
@@ -22,7 +23,6 @@ from efficiency.cli.options import (
     PointOptions,
     SideOption,
     StrengthOption,
-    StudyFrictionOption,
     UnitsOption,
     load_balance_of,
     misalignment_group,
@@ -218,7 +218,7 @@ def misalignment(
     side: Annotated[str, advanced(help="Flanks in contact: drive, coast or both.")] = "drive",
     marking: MarkingOption = None,
     point: PointOptions,
-    friction: StudyFrictionOption = None,
+    friction: FrictionOption = None,
     oil: OilOption = None,
     json_output: JsonOption = False,
     csv: Annotated[Path | None, advanced(help="Write all states as CSV (SI units).")] = None,
@@ -247,7 +247,7 @@ def study(
     output: Annotated[Path, output_option("--output", "-o", help="Folder for page, tables and figures.")] = Path(
         "mixed-ehl-study"
     ),
-    friction: StudyFrictionOption = None,
+    friction: FrictionOption = None,
     values: Annotated[
         dict[str, Any],
         OptionGroup(

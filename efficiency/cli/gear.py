@@ -68,7 +68,7 @@ def _pair(design: str, misalignment: dict[str, Any]) -> efficiency.GearPair:
 def gear(
     *,
     design: DesignArgument,
-    friction: FrictionOption = "constant:0.05",
+    friction: FrictionOption = None,
     point: PointOptions,
     surface: SurfaceOptions,
     side: SideOption = "drive",
@@ -110,7 +110,7 @@ def gear(
 def map_points(
     *,
     design: DesignArgument,
-    friction: FrictionOption = "constant:0.05",
+    friction: FrictionOption = None,
     axes: PointOptions,
     surface: SurfaceOptions,
     side: SideOption = "drive",
@@ -143,7 +143,7 @@ def duty(
     *,
     design: DesignArgument,
     file: DutyArgument,
-    friction: FrictionOption = "constant:0.05",
+    friction: FrictionOption = None,
     oil: OilOption = None,
     json_output: JsonOption = False,
     files: TableOptions,

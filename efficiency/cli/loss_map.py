@@ -52,7 +52,7 @@ def loss_map(
     design: DesignArgument,
     torque: Annotated[str, typer.Option(help="Pinion torques, below zero in coast: '-300:300:7 N m', or a list.")],
     speed: Annotated[str, typer.Option(help="Pinion speeds: '50:2000:5 rpm', or a list.")],
-    friction: FrictionOption = "constant:0.05",
+    friction: FrictionOption = None,
     conditions: _ConditionOptions,
     axle: _AxleOptions,
     vecto: Annotated[Path | None, typer.Option(help="Write a VECTO loss map (.vtlm).")] = None,
@@ -80,7 +80,7 @@ def axle_test(
     ] = "single",
     torque_max: Annotated[str | None, typer.Option(help="Output torque the axle is rated for: '2500 N m'.")] = None,
     revolutions_per_mile: Annotated[float, advanced(help="Revolutions of the smallest tyre.")] = 650.0,
-    friction: FrictionOption = "constant:0.05",
+    friction: FrictionOption = None,
     conditions: _ConditionOptions,
     axle: _AxleOptions,
     output: Annotated[

@@ -111,10 +111,10 @@ LoadBalanceOption = Annotated[
     advanced(help="What carries the torque: frictional (default, normal and friction forces), or frictionless."),
 ]
 FrictionOption = Annotated[
-    str, typer.Option(help="Formula file or name, constant:0.05, a published formula, ehl or ehl:smooth.")
-]
-StudyFrictionOption = Annotated[
-    str | None, typer.Option(help="Friction model as in `gear`; default: the formula shipped for the oil.")
+    str | None,
+    typer.Option(
+        help="Formula file or name, constant:0.05, a published formula, ehl, ehl:smooth; default: that of the oil."
+    ),
 ]
 StrengthOption = Annotated[
     bool,

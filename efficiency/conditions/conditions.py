@@ -19,7 +19,6 @@ from ehl.fluid.oil import Oil
 from regression.formula import friction_model, shipped_formulas
 from regression.friction.models import FrictionModel
 
-CONSTANT = "constant:0.05"
 MISALIGNMENTS = tuple(Misalignment.model_fields)
 # from the one that costs most to change to the one that costs least
 GEOMETRY_AXES = ("design", "side", *MISALIGNMENTS)
@@ -256,16 +255,23 @@ def default_friction(oil: str) -> str:
     return shipped[0] if shipped else "xu_kahraman_2007"
 
 
-def resolve_friction(friction: Friction, design: PairDesign) -> FrictionModel:
+def resolve_friction(friction: Friction | None, design: PairDesign, oil: Any = None) -> FrictionModel:
     """A friction model, a fitted formula, or the model of that name.
 
     Parameters
     ----------
-    friction : FrictionModel or str
-        Solved contacts (``ehl``, ``ehl:smooth``...) or any name of `regression.friction_model`.
+    friction : FrictionModel or str, optional
+        Solved contacts (``ehl``, ``ehl:smooth``...) or any name of `regression.friction_model`; `default_friction` of
+        the oil if not given.
     design : PairDesign
-        Gives the materials of both members.
+        Gives the materials of both members and the oil.
+    oil : Oil or str, or a list of them, optional
+        In place of that of the design; the first of several.
     """
+    if friction is None:
+        first = design.operation.oil if oil is None else oil
+        first = next(iter(first)) if isinstance(first, (list, tuple)) else first
+        friction = default_friction(str(getattr(first, "name", first)).partition(",")[0].strip())
     if not isinstance(friction, str):
         return friction
     if friction.partition(":")[0] == "ehl":

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance, Reason
-from efficiency.loss.friction_equilibrium import balance_error, balance_friction, closed, form_of
+from efficiency.loss.friction_equilibrium import balance_error, balance_friction, closed
 from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
 from efficiency.loss.lubrication import SolvedFriction, local_lubrication
 from efficiency.loss.power_loss import efficiency_of, position_losses, rolling_losses
@@ -248,8 +248,7 @@ def _friction(
 ) -> tuple[FrictionEstimate, FrictionEstimate]:
     """Friction on both grids; where contacts are solved, those of the fine grid serve the coarse one.
 
-    The coarse grid, which is for the error alone, needs no interval and no guard of the range; of a formula with
-    Gaussian processes it takes the form, times what the processes make of the loss of each position of the fine grid.
+    The coarse grid, which is for the error alone, needs no interval and no guard of the range.
     """
     if model.solves_contacts:
         estimate = model.evaluate(table, oil)
@@ -257,21 +256,11 @@ def _friction(
         mu = _values_on_lines(estimate.mu, *grids)
         flag = np.where(np.isfinite(mu), FrictionFlag.OK, FrictionFlag.NOT_CONVERGED).astype(np.int8)
         return estimate, FrictionEstimate(mu, mu, mu, flag)
-    estimate, form, other = model.evaluate(table, oil), form_of(model), conditions_of(coarse.state, oil)
-    mu = form.coefficient(other, oil)
-    if form is not model:
-        mu = mu * _correction(estimate.mu, form.coefficient(table, oil), fine, len(loaded.fine.cycle))[coarse.position]
+    estimate = model.evaluate(table, oil)
+    mu = model.coefficient(conditions_of(coarse.state, oil), oil)
     unknown = np.full_like(mu, np.nan)
     flag = np.where(np.isfinite(mu), FrictionFlag.OK, FrictionFlag.UNDEFINED).astype(np.int8)
     return estimate, FrictionEstimate(mu, unknown, unknown, flag)
-
-
-def _correction(mu: FloatArray, form: FloatArray, points: LoadedPoints, count: int) -> FloatArray:
-    """What the processes of a formula make of the loss that its form gives, at each position [-]."""
-    power = points.force * points.speed_sliding
-    corrected, plain = (np.bincount(points.position, power * part, count) for part in (mu, form))
-    with np.errstate(invalid="ignore"):
-        return np.asarray(corrected / plain)
 
 
 def _reason(loaded: LoadedGrids, *frictions: FrictionEstimate) -> Reason:

@@ -8,7 +8,6 @@ scaled so that torque, and with it energy, is in balance to rounding (`efficienc
 from __future__ import annotations
 
 import math
-from dataclasses import fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +18,8 @@ from efficiency.ltca.mesh_grids import FrictionBalance, LoadedGrids
 from efficiency.ltca.tangent_load import MANY, ONE, TangentLoad
 from ehl.common.errors import ConvergenceError
 from ehl.fluid.oil import Oil
-from ehl.state import ContactState
-from regression.formula import Formula
 from regression.friction.models import COLEMAN_FRICTION, FrictionModel
-from regression.friction.uncertainty import core_of, friction_of
+from regression.friction.uncertainty import friction_of
 
 FloatArray = NDArray[np.float64]
 
@@ -34,8 +31,6 @@ WORTH, WORTH_MANY = 1e-7, 2e-6
 EXPECTED, BOUND = 0.1, 0.7
 # error of the loss by the square of the way of a tangent, as a share (ours; up to 0.15 measured with 6 x 15 points)
 TANGENT = 0.3
-# of many points: the processes of a formula are asked at one in so many points of the balance (ours)
-_EVERY = 4
 
 
 def balance_friction(
@@ -44,8 +39,6 @@ def balance_friction(
     """Load over the cycle when normal and friction forces together carry the pinion torque.
 
     Where the model solves contacts the forces are those of a formula of the same oil, and the contacts are solved once.
-    Gaussian processes, which take most of the time of their formula, are asked where its form alone has settled, and
-    again where that is worth as much as for one of many points; the stated error tells what is left.
 
     Parameters
     ----------
@@ -78,20 +71,16 @@ def balance_friction(
     # where the gear drives, everything slides the other way
     way = 1.0 if operation.driver == "pinion" else -1.0
     fine, coarse = loaded.tangents(way)
-    ratio = first = np.exp(-way * COLEMAN_FRICTION * coarse.arm_ratio)
+    ratio = np.exp(-way * COLEMAN_FRICTION * coarse.arm_ratio)
     power = torque * operation.speed * len(loaded.mesh.coarse)
     grid, worth, longest = (coarse, WORTH_MANY, MANY) if many else (fine, WORTH, ONE)
-    asked = form_of(model)
     for rounds in range(1, ROUNDS + 1):
         load = grid.at(torque * ratio)
         points = loaded_points(load, modulus, operation)
-        mu = _friction_of_many(asked, points.state, oil) if many else friction_only(asked, points.state, oil)
+        mu = friction_of(model, points.state, oil)
         # what has no friction is told by the loss
         mu = np.where(np.isfinite(mu), mu, COLEMAN_FRICTION)
         share = carried_share(load, points.force, mu, way)
-        if np.any(share <= 0.0) and asked is not model:
-            asked, ratio = model, first
-            continue
         if np.any(share <= 0.0):
             raise ConvergenceError("self_locking", "friction takes the whole pinion torque")
         ratio = ratio / share
@@ -99,39 +88,10 @@ def balance_friction(
         lost = float(np.sum(mu * points.force * points.speed_sliding)) / power
         feedback = EXPECTED * float(np.abs(np.log(ratio)).mean())
         if balance_error(lost, feedback * moved, 0.0) < worth or load.reason:
-            if asked is not model:
-                asked, worth = model, WORTH_MANY
-                continue
             balance = FrictionBalance(way, rounds)
             loads = (grid.at(torque * ratio, longest) for grid in (fine, coarse))
             return LoadedGrids(loaded.mesh, next(loads), next(loads), balance)
     raise ConvergenceError("load_balance_limit", f"torque off by {moved:.2g} after {ROUNDS} rounds")
-
-
-def form_of(model: FrictionModel) -> FrictionModel:
-    """The form of a formula that Gaussian processes correct; any other model as it is."""
-    return core_of(model) if isinstance(model, Formula) and model.processes else model
-
-
-def _friction_of_many(model: FrictionModel, state: ContactState, oil: Oil) -> FloatArray:
-    """Friction coefficients, with the processes of a formula at every so manieth point and their effect in between.
-
-    Along a contact line the processes change what the form gives by a few per cent, and smoothly.
-    """
-    form = form_of(model)
-    if form is model:
-        return friction_only(model, state, oil)
-    mu, some = friction_only(form, state, oil), slice(None, None, _EVERY)
-    there = ContactState(**{f.name: getattr(state, f.name)[some] for f in fields(ContactState)})
-    with np.errstate(invalid="ignore", divide="ignore"):
-        ratio = friction_only(model, there, oil) / mu[some]
-    number = np.arange(mu.size)
-    return np.asarray(mu * np.interp(number, number[some], ratio))
-
-
-def friction_only(model: FrictionModel, state: ContactState, oil: Oil) -> FloatArray:
-    """Friction coefficients, without what a model says of its interval and range where that costs time [-]."""
-    return friction_of(model, state, oil)
 
 
 def carried_share(load: TangentLoad, force: FloatArray, mu: FloatArray, way: float) -> FloatArray:

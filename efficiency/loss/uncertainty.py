@@ -28,7 +28,6 @@ from regression.friction.uncertainty import (
     FORMULA,
     Case,
     FrictionChanges,
-    core_of,
     friction_changes,
     friction_of,
     missing,
@@ -117,7 +116,7 @@ def loss_changes(
     if getattr(model, "smooth", False):
         nothing = np.zeros_like(state.roughness_rms_1)
         state = replace(state, roughness_rms_1=nothing, roughness_rms_2=nothing)
-    found = friction_changes(core_of(formula), state, oil, spreads, level, warm_inlet=warm_inlet)
+    found = friction_changes(formula, state, oil, spreads, level, warm_inlet=warm_inlet)
     return sample.changes(found, f"; {note}", formula=False)
 
 

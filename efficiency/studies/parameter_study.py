@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from efficiency.conditions.conditions import Friction, Values, axis_values, default_friction, resolve_friction
+from efficiency.conditions.conditions import Friction, Values, axis_values, resolve_friction
 from efficiency.conditions.grid import count_reasons, solve_points
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design
@@ -465,7 +465,7 @@ def run_study(
     given = {name: tuple(axis_values(name, value)) for name, value in values.items()}
     chosen = Levels.around(pairs[0], **given) if levels is None else levels
     reference = chosen.reference(pairs[0])
-    model = resolve_friction(friction if friction is not None else default_friction(card), pairs[0])
+    model = resolve_friction(friction, pairs[0], card)
     costly = isinstance(model, EhlFriction)
     tasks: list[StudyTask] = []
     for pair in pairs:

@@ -36,19 +36,18 @@ from ehl.common.private_files import private_folder, user_folder
 from ehl.compile.carried import carried_kernel, carries
 
 _EHL = Path(__file__).resolve().parents[1]
-_OURS = {_EHL, _EHL.parent / "regression"}
+_OURS = {_EHL}
 _SHARED = (
     *(_EHL / "compile" / name for name in ("compiler.py", "_kernels.py")),
     *(_EHL / "fluid" / name for name in ("_kernels.py", "lookup.py", "rheology.py")),
 )
-# what is compiled for a rough contact, for any, and for processes: words of the user, processor time on a slow core
-ROUGH, SMOOTH, PROCESS = "rough", "smooth", "process"
+# what is compiled for a rough contact, and for any: words of the user, processor time on a slow core
+ROUGH, SMOOTH = "rough", "smooth"
 _TAKES = {
     SMOOTH: "smooth contacts, 5 to 10 s",
     ROUGH: "rough contacts, half a minute",
-    PROCESS: "Gaussian processes, a second",
 }
-_PLACES = {"ehl.rough": ROUGH, "regression": PROCESS}
+_PLACES = {"ehl.rough": ROUGH}
 
 compiled: list[tuple[str, str, float]] = []  # kind, kernel and processor time of what this process compiled [s]
 _nested = False

@@ -19,10 +19,7 @@ def fit(
         list[Path], typer.Argument(metavar="RUN...", help="Folders or files of results, or shipped datasets.")
     ],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FORMULA.json", help="The formula file.")],
-    family: Annotated[str, typer.Option(help="best (by held-out error), or the name of one family.")] = "best",
-    gaussian_process: Annotated[
-        bool, typer.Option("--gaussian-process", help="Correct what the family leaves by a Gaussian process.")
-    ] = False,
+    family: Annotated[str, typer.Option(help="best (by held-out error), network, or the name of one family.")] = "best",
     corners: Annotated[bool, typer.Option("--corners", help="Fit the corner points of the plan too.")] = False,
     paths: Annotated[Path | None, typer.Option(help="Run of contacts along gear meshes: checked, not fitted.")] = None,
     noise: Annotated[
@@ -41,9 +38,7 @@ def fit(
     """Fit a friction formula to the results of one or more sweeps, and say what it is worth."""
     check_outputs({"output": output, "plot": plot, "report": report}, output=".json")
     with working("fit"):
-        formula = regression.fit(
-            runs, family, gaussian_process=gaussian_process, corners=corners, nested=nested, paths=paths, noise=noise
-        )
+        formula = regression.fit(runs, family, corners=corners, nested=nested, paths=paths, noise=noise)
     formula.save(output)
     formula.write(plot=plot, report=report)
     if json_output:

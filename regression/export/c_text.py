@@ -6,8 +6,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
-from regression.export.data_functions import NAMES
-from regression.export.printer import ATOM, LIBRARY, OR, Printer, assignments, broken, commented
+from regression.export.data_functions import RESULTS
+from regression.export.printer import ATOM, LIBRARY, OR, Printer, assignments, broken, commented, number_rows
 from regression.export.program import OUTPUTS, Program
 
 _RESERVED = frozenset(
@@ -15,7 +15,7 @@ _RESERVED = frozenset(
         *("auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum"),
         *("extern", "float", "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return"),
         *("short", "signed", "sizeof", "static", "struct", "switch", "typedef", "union", "unsigned", "void"),
-        *("volatile", "while", "pow", "result", "distance", "matern"),
+        *("volatile", "while", "pow", "result", "unit"),
     }
 )
 
@@ -36,9 +36,13 @@ class CPrinter(Printer):
 
     def function(self, name: str, arguments: Sequence[str]) -> str:
         """A call; coordinates of functions over stored rows go as one array."""
-        if name in NAMES:
+        if name in RESULTS:
             return f"{name}((const double[]){{{', '.join(arguments)}}})"
         return super().function(name, arguments)
+
+    def item(self, name: str, place: int) -> str:
+        """A number of the structure that functions over stored numbers return."""
+        return f"{name}.of[{place}]"
 
     def choose(self, condition: str, yes: str, no: str) -> tuple[str, int]:
         """The conditional operator, in brackets wherever it is an operand."""
@@ -53,84 +57,99 @@ _HELPERS = {
 
 
 _LOOPS = {
-    "gp_mean": """
-static double gp_mean(const double x[])
+    "networks": """
+typedef struct { double of[6]; } networks_results;
+
+static double unit(const int **row, const double x[], int size)
 {
-    double total = 0.0;
-    for (int j = 0; j < ROWS; j++) {
-        total += gp_mean_rows[j][SIZE] * matern(x, gp_mean_rows[j], SIZE);
-    }
-    return total;
+    double z = STEP * (*row)[size];
+    for (int i = 0; i < size; i++) z += STEP * (*row)[i] * x[i];
+    *row += size + 1;
+    return z;
 }
-""",
-    "gp_reduction": """
-static double gp_reduction(const double x[])
+
+static networks_results networks(const double logarithms[])
 {
-    double covariance[ROWS], total = 0.0;
-    for (int j = 0; j < ROWS; j++) {
-        covariance[j] = matern(x, gp_reduction_rows[j], SIZE);
+    networks_results r = {{1.0, 0.0, 0.0, 0.0, 0.0, 0.0}};
+    double x[SIZE], a[MEMBERS], b[MEMBERS];
+    for (int i = 0; i < SIZE; i++) {
+        const double low = networks_scales[2][i], high = networks_scales[3][i], reach = FADE * (high - low);
+        const double clipped = fmin(fmax(logarithms[i], -1e3), 1e3);
+        x[i] = (clipped - networks_scales[0][i]) / networks_scales[1][i];
+        r.of[0] = fmin(r.of[0], 1.0 - fmax(low - x[i], x[i] - high) / reach);
+        x[i] = fmin(fmax(x[i], low - reach), high + reach);
     }
-    for (int i = 0; i < ROWS; i++) {
-        double spread = 0.0;
-        for (int j = 0; j < ROWS; j++) {
-            spread += covariance[j] * gp_reduction_rows[j][SIZE + i];
+    r.of[0] = fmax(r.of[0], 0.0);
+    r.of[0] = r.of[0] * r.of[0] * (3.0 - 2.0 * r.of[0]);
+    const int *row = networks_weights[0];
+    for (int m = 0; m < MEMBERS; m++) {
+        double one[UNITS], two[UNITS];
+        for (int i = 0; i < UNITS; i++) {
+            one[i] = unit(&row, x, SIZE);
+            one[i] /= sqrt(1.0 + one[i] * one[i]);
         }
-        total += spread * spread;
+        for (int i = 0; i < UNITS; i++) {
+            two[i] = unit(&row, one, UNITS);
+            two[i] /= sqrt(1.0 + two[i] * two[i]);
+        }
+        a[m] = unit(&row, two, UNITS);
+        b[m] = unit(&row, two, UNITS);
+        r.of[1] += a[m] / MEMBERS;
+        r.of[2] += b[m] / MEMBERS;
     }
-    return total;
+    for (int m = 0; m < MEMBERS; m++) {
+        const double da = a[m] - r.of[1], db = b[m] - r.of[2];
+        r.of[3] += da * da / MEMBERS;
+        r.of[4] += da * db / MEMBERS;
+        r.of[5] += db * db / MEMBERS;
+    }
+    return r;
 }
 """,
-    "case_distance": """
-static double case_distance(const double x[])
+    "guard": """
+typedef struct { double of[3]; } guard_results;
+
+static guard_results guard(const double logarithms[])
 {
-    double least = INFINITY;
-    for (int j = 0; j < ROWS; j++) {
-        const double r = distance(x, case_distance_rows[j], SIZE);
-        least = r < least || isnan(r) ? r : least;
+    guard_results r = {{INFINITY, 0.0, INFINITY}};
+    double c[SIZE], u[SIZE], z[SIZE];
+    for (int i = 0; i < SIZE; i++) {
+        c[i] = fmin(fmax(logarithms[i], -1e3), 1e3) - guard_scales[0][i];
+        u[i] = c[i] / guard_scales[1][i];
+        z[i] = 0.0;
+        for (int k = 0; k <= i; k++) z[i] += guard_whitening[i][k] * c[k];
+        r.of[1] += z[i] * z[i];
     }
-    return least;
+    for (int j = 0; j < CASES; j++) {
+        double square = 0.0;
+        for (int i = 0; i < SIZE; i++) {
+            const double way = z[i] - STEP * guard_cases[j][i];
+            square += way * way;
+        }
+        r.of[0] = fmin(r.of[0], square);
+    }
+    for (int j = 0; j < PAIRS; j++) {
+        const int *row = guard_limits[j];
+        const double sum = u[row[0]] + u[row[1]], apart = u[row[0]] - u[row[1]];
+        r.of[2] = fmin(r.of[2], fmin(sum - STEP * row[2], STEP * row[3] - sum));
+        r.of[2] = fmin(r.of[2], fmin(apart - STEP * row[4], STEP * row[5] - apart));
+    }
+    r.of[0] = sqrt(r.of[0]);
+    r.of[1] = sqrt(r.of[1]);
+    return r;
 }
 """,
-    "hull_margin": """
-static double hull_margin(const double x[])
-{
-    double least = INFINITY;
-    for (int j = 0; j < ROWS; j++) {
-        const double *row = hull_margin_rows[j];
-        const double margin = row[2] * x[(int)row[0]] + row[3] * x[(int)row[1]] + row[4];
-        least = margin < least ? margin : least;
-    }
-    return least;
 }
-""",
-}
-_DISTANCE = """
-static double distance(const double x[], const double z[], int size)
-{
-    double square = 0.0;
-    for (int i = 0; i < size; i++) {
-        square += (x[i] - z[i]) * (x[i] - z[i]);
-    }
-    return sqrt(square);
-}
-"""
-_MATERN = """
-static double matern(const double x[], const double z[], int size)
-{
-    const double a = sqrt(5.0) * distance(x, z, size);
-    return (1.0 + a + a * a / 3.0) * exp(-a);
-}
-"""
 
 
 def _data_functions(program: Program) -> list[str]:
-    names = {function.kind for function in program.data_functions}
-    lines = [_DISTANCE] * bool(names - {"hull_margin"}) + [_MATERN] * bool(names & {"gp_mean", "gp_reduction"})
+    lines = []
     for function in program.data_functions:
-        count, width = function.rows.shape
-        rows = ",\n".join(broken(f"{{{', '.join(map(repr, row))}}}", "    ") for row in function.rows.tolist())
-        lines += [f"static const double {function.name}_rows[{count}][{width}] = {{", rows, "};"]
-        lines += [function.code(_LOOPS).replace("ROWS", str(count)).replace("SIZE", str(function.size))]
+        for name, rows in function.arrays.items():
+            kind = "int" if isinstance(rows[0][0], int) else "double"
+            lines.append(f"static const {kind} {function.name}_{name}[{len(rows)}][{len(rows[0])}] = {{")
+            lines += [number_rows(rows, "    "), "};"]
+        lines.append(function.filled(_LOOPS[function.name]))
     return lines
 
 
@@ -157,6 +176,7 @@ def c_text(program: Program, name: str) -> str:
     for step in program.steps:
         variable, expression = values[step.name]
         kind = "int" if step.logical or step.name == "flag" else "double"
+        kind = f"{step.operation}_results" if step.operation in RESULTS else kind
         cast = f"(int)({expression})" if step.name == "flag" else expression
         lines.append(broken(f"const {kind} {variable} = {cast};", "    "))
     lines += [f"    const {name}_result result = {{{', '.join(OUTPUTS)}}};", "    return result;", "}", ""]

@@ -1,90 +1,87 @@
-"""Functions over stored numbers: the Gaussian process and the guard of a formula as sums and minima over rows.
+"""Functions over stored numbers: the networks and the guard of a formula as loops, each with several results.
 
-gp_mean        sum_j w_j m(|x - z_j|), m(r) = (1 + a + a^2/3) exp(-a), a = sqrt(5) r; coordinates over length scales
-gp_reduction   sum_i (sum_j m(|x - z_j|) B_ij)^2, what the stored points take off the variance of the process
-case_distance  least distance of z to the stored cases
-film_...       the same of a second process
-hull_margin    least margin of (x_i, x_k) to the edges of the convex hulls, negative outside
+networks  part that counts, mean outputs of the networks, their variances and covariance, of logarithms of their inputs
+guard     distance to the nearest stored case, length of z, least margin of pairs of variables, of logarithms
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from regression.export.record import Value
-from regression.friction.conditions import Array
 from regression.friction.data_cloud import DataCloud
-from regression.friction.gaussian_process import GpResidual
+from regression.friction.network import FADE, Network
 
-NAMES = ("gp_mean", "gp_reduction", "film_mean", "film_reduction", "case_distance", "hull_margin")
+Rows = Sequence[Sequence[float]]
+RESULTS = {"networks": 6, "guard": 3}
 
 
 @dataclass(frozen=True)
 class DataFunction:
-    """A function of several coordinates over stored rows.
+    """A function of several logarithms over stored numbers.
 
     Parameters
     ----------
     name : str
-        One of `NAMES`.
-    rows : array, shape (m, c)
-        gp_mean: z/l and weight. gp_reduction: z/l and row B_i. case_distance: z. hull_margin: those of
-        `regression.friction.data_cloud.DataCloud.half_planes`.
-    size : int
-        Number of coordinates.
+        One of `RESULTS`.
+    arrays : dict
+        Rows of numbers by name; rows of several lengths are one after the other in one row.
+    sizes : dict
+        Words of the loops that stand for a number.
     """
 
     name: str
-    rows: Array
-    size: int
+    arrays: dict[str, Rows]
+    sizes: dict[str, float]
 
-    @property
-    def kind(self) -> str:
-        """The name of the loop: a second process is computed as the first."""
-        return self.name.replace("film_", "gp_")
-
-    def code(self, loops: Mapping[str, str]) -> str:
-        """The loop of this function in a language, of those by kind."""
-        text = loops[self.kind]
-        return text.replace(self.kind, self.name).replace(self.kind.upper(), self.name.upper())
+    def filled(self, text: str) -> str:
+        """The loop of a language with the numbers of this function in place of their words."""
+        for name, number in self.sizes.items():
+            text = re.sub(rf"(?<![A-Za-z_]){name}", repr(number), text)
+        return text
 
 
 class DataValue(Value):
-    """The value of a `DataFunction` at recorded coordinates."""
+    """The results of a `DataFunction` at recorded logarithms."""
 
-    def __init__(self, function: DataFunction, coordinates: list[Value]) -> None:
-        super().__init__(function.name, tuple(coordinates))
+    def __init__(self, function: DataFunction, logarithms: Sequence[Value]) -> None:
+        super().__init__(function.name, tuple(logarithms))
         self.function = function
+        self.name = f"{function.name}_at"
+
+    def __iter__(self) -> Iterator[Value]:
+        return (Value("item", (self,), float(place)) for place in range(RESULTS[self.function.name]))
 
 
-def process_sums(residual: GpResidual, name: str) -> Callable[[list[Any]], tuple[Any, Any]]:
-    """Mean of a process and what its points take off its variance, of coordinates over the length scales.
-
-    `name` is "gp" or, of a second process, "film".
-    """
-    points, count = np.array(residual.points), len(residual.alpha)
-    mean = np.column_stack([points, residual.variance * np.array(residual.weights)])
-    reduction = np.column_stack([points[:count], residual.variance * residual.root])
-
-    def sums(scaled: list[Any]) -> tuple[Any, Any]:
-        size = len(scaled)
-        return (
-            DataValue(DataFunction(f"{name}_mean", mean, size), scaled),
-            DataValue(DataFunction(f"{name}_reduction", reduction, size), scaled),
-        )
-
-    return sums
-
-
-def case_distance(cloud: DataCloud, whitened: list[Any]) -> Any:
-    """Distance to the nearest stored case."""
-    return DataValue(DataFunction("case_distance", np.array(cloud.points), len(whitened)), whitened)
+def network_statistics(network: Network) -> Callable[[list[Any]], list[Any]]:
+    """As `regression.friction.network.Network.statistics` of recorded logarithms."""
+    function = DataFunction(
+        "networks",
+        {
+            "scales": (network.mean, network.scale, network.low, network.high),
+            "weights": ([number for rows in network.members for row in rows for number in row],),
+        },
+        {
+            "STEP": network.step,
+            "SIZE": len(network.variables),
+            "UNITS": network.units,
+            "MEMBERS": len(network.members),
+            "FADE": FADE,
+        },
+    )
+    return lambda logarithms: list(DataValue(function, logarithms))
 
 
-def hull_margin(cloud: DataCloud, logarithms: list[Any]) -> Any:
-    """Least margin to the edges of all hulls; `logarithms` in the order of the cloud's variables."""
-    return DataValue(DataFunction("hull_margin", cloud.half_planes, len(logarithms)), logarithms)
+def guard(cloud: DataCloud, logarithms: list[Any]) -> list[Any]:
+    """Distance to the nearest stored case, length of z, and least margin of pairs of variables."""
+    arrays: dict[str, Rows] = {
+        "scales": (cloud.mean, cloud.scale),
+        "whitening": cloud.whitening,
+        "cases": cloud.points,
+        "limits": cloud.limits,
+    }
+    sizes = {"STEP": cloud.step, "SIZE": len(logarithms), "CASES": len(cloud.points), "PAIRS": len(cloud.limits)}
+    return list(DataValue(DataFunction("guard", arrays, sizes), logarithms))

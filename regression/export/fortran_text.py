@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
-from regression.export.data_functions import NAMES
-from regression.export.printer import ATOM, LIBRARY, Printer, assignments, broken, commented
+from regression.export.data_functions import RESULTS
+from regression.export.printer import ATOM, LIBRARY, Printer, assignments, broken, commented, number_rows
 from regression.export.program import OUTPUTS, Program
 
 
@@ -17,7 +18,7 @@ class FortranPrinter(Printer):
     both, either, opposite = " .and. ", " .or. ", ".not. "
     infinite = "ieee_value(1.0_dp, ieee_positive_inf)"
     undefined = "ieee_value(1.0_dp, ieee_quiet_nan)"
-    reserved = frozenset({"merge", "int", "dp", "distance", "matern"})
+    reserved = frozenset({"merge", "int", "dp", "layer", "i", "x"})
 
     def number(self, number: float) -> str:
         """A literal of kind dp."""
@@ -26,9 +27,13 @@ class FortranPrinter(Printer):
 
     def function(self, name: str, arguments: Sequence[str]) -> str:
         """A call; coordinates of functions over stored rows go as one array."""
-        if name in NAMES:
+        if name in RESULTS:
             return f"{name}([{', '.join(arguments)}])"
         return super().function(name, arguments)
+
+    def item(self, name: str, place: int) -> str:
+        """A number of the array that functions over stored numbers return."""
+        return f"{name}({place + 1})"
 
     def choose(self, condition: str, yes: str, no: str) -> tuple[str, int]:
         """The intrinsic merge."""
@@ -43,82 +48,89 @@ _HELPERS = {
 
 
 _LOOPS = {
-    "gp_mean": """
-  pure function gp_mean(x) result(total)
-    real(dp), intent(in) :: x(:)
-    real(dp) :: total
-    integer :: j
-    total = 0.0_dp
-    do j = 1, ROWS
-      total = total + gp_mean_rows(SIZE + 1, j) * matern(x, gp_mean_rows(:SIZE, j))
+    "networks": """
+  pure function networks(logarithms) result(r)
+    real(dp), intent(in) :: logarithms(:)
+    real(dp) :: r(6), out(2, MEMBERS), x(SIZE), reach(SIZE), one(UNITS), two(UNITS)
+    integer :: m, at
+    reach = FADE_dp * (networks_scales(:, 4) - networks_scales(:, 3))
+    x = (min(max(logarithms, -1e3_dp), 1e3_dp) - networks_scales(:, 1)) / networks_scales(:, 2)
+    r(1) = 1.0_dp - maxval(max(networks_scales(:, 3) - x, x - networks_scales(:, 4)) / reach)
+    r(1) = min(max(r(1), 0.0_dp), 1.0_dp)
+    r(1) = r(1) * r(1) * (3.0_dp - 2.0_dp * r(1))
+    x = min(max(x, networks_scales(:, 3) - reach), networks_scales(:, 4) + reach)
+    at = 0
+    do m = 1, MEMBERS
+      one = layer(x, UNITS, at)
+      one = one / sqrt(1.0_dp + one ** 2)
+      at = at + UNITS * (SIZE + 1)
+      two = layer(one, UNITS, at)
+      two = two / sqrt(1.0_dp + two ** 2)
+      at = at + UNITS * (UNITS + 1)
+      out(:, m) = layer(two, 2, at)
+      at = at + 2 * (UNITS + 1)
     end do
-  end function gp_mean""",
-    "gp_reduction": """
-  pure function gp_reduction(x) result(total)
+    r(2:3) = sum(out, 2) / MEMBERS
+    r(4) = sum((out(1, :) - r(2)) ** 2) / MEMBERS
+    r(5) = sum((out(1, :) - r(2)) * (out(2, :) - r(3))) / MEMBERS
+    r(6) = sum((out(2, :) - r(3)) ** 2) / MEMBERS
+  end function networks
+
+  pure function layer(x, units, at) result(z)
     real(dp), intent(in) :: x(:)
-    real(dp) :: total, covariance(ROWS)
-    integer :: j
-    do j = 1, ROWS
-      covariance(j) = matern(x, gp_reduction_rows(:SIZE, j))
+    integer, intent(in) :: units, at
+    real(dp) :: z(units)
+    integer :: k, first
+    do k = 1, units
+      first = at + (k - 1) * (size(x) + 1)
+      z(k) = STEP_dp * networks_weights(first + size(x) + 1, 1)
+      z(k) = z(k) + sum(STEP_dp * networks_weights(first + 1:first + size(x), 1) * x)
     end do
-    total = sum(matmul(gp_reduction_rows(SIZE + 1:, :), covariance) ** 2)
-  end function gp_reduction""",
-    "case_distance": """
-  pure function case_distance(x) result(least)
-    real(dp), intent(in) :: x(:)
-    real(dp) :: least
+  end function layer""",
+    "guard": """
+  pure function guard(logarithms) result(r)
+    real(dp), intent(in) :: logarithms(:)
+    real(dp) :: r(3), c(SIZE), u(SIZE), z(SIZE), total, apart, ends(4)
     integer :: j
-    least = huge(least)
-    do j = 1, ROWS
-      least = merge(least, distance(x, case_distance_rows(:, j)), least <= distance(x, case_distance_rows(:, j)))
+    c = min(max(logarithms, -1e3_dp), 1e3_dp) - guard_scales(:, 1)
+    u = c / guard_scales(:, 2)
+    z = matmul(c, guard_whitening)
+    r = [huge(total), sqrt(sum(z ** 2)), huge(total)]
+    do j = 1, CASES
+      r(1) = min(r(1), sum((z - STEP_dp * guard_cases(:, j)) ** 2))
     end do
-  end function case_distance""",
-    "hull_margin": """
-  pure function hull_margin(x) result(least)
-    real(dp), intent(in) :: x(:)
-    real(dp) :: least, row(5)
-    integer :: j
-    least = huge(least)
-    do j = 1, ROWS
-      row = hull_margin_rows(:, j)
-      least = min(least, row(3) * x(1 + int(row(1))) + row(4) * x(1 + int(row(2))) + row(5))
+    r(1) = sqrt(r(1))
+    do j = 1, PAIRS
+      ends = STEP_dp * guard_limits(3:, j)
+      total = u(1 + guard_limits(1, j)) + u(1 + guard_limits(2, j))
+      apart = u(1 + guard_limits(1, j)) - u(1 + guard_limits(2, j))
+      r(3) = min(r(3), total - ends(1), ends(2) - total, apart - ends(3), ends(4) - apart)
     end do
-  end function hull_margin""",
+  end function guard""",
 }
-_DISTANCE = """
-  pure function distance(x, z) result(r)
-    real(dp), intent(in) :: x(:), z(:)
-    real(dp) :: r
-    r = sqrt(sum((x - z) ** 2))
-  end function distance"""
-_MATERN = """
-  pure function matern(x, z) result(m)
-    real(dp), intent(in) :: x(:), z(:)
-    real(dp) :: m, a
-    a = sqrt(5.0_dp) * distance(x, z)
-    m = (1.0_dp + a + a ** 2 / 3.0_dp) * exp(-a)
-  end function matern"""
+_A_STATEMENT = 900  # numbers: keeps within the limit of continuation lines
 
 
 def _stored_rows(program: Program) -> list[str]:
-    """Module variables; one data statement a row keeps within the limit of continuation lines."""
+    """Module variables, each in data statements of a bounded length."""
     lines = []
     for function in program.data_functions:
-        count, width = function.rows.shape
-        lines += [f"  real(dp), save :: {function.name}_rows({width}, {count})"]
-        for j, row in enumerate(function.rows.tolist(), start=1):
-            numbers = ", ".join(f"{number!r}_dp" for number in row)
-            lines += _wrapped(f"data {function.name}_rows(:, {j}) / {numbers} /", "  ")
-    return lines
+        for array, rows in function.arrays.items():
+            name, whole = f"{function.name}_{array}", isinstance(rows[0][0], int)
+            lines.append(f"  {'integer' if whole else 'real(dp)'}, save :: {name}({len(rows[0])}, {len(rows)})")
+            parts = [row[start : start + _A_STATEMENT] for row in rows for start in range(0, len(row), _A_STATEMENT)]
+            long = len(rows) == 1
+            for place, part in enumerate(parts if long else [[number for row in rows for number in row]]):
+                first = place * _A_STATEMENT + 1
+                target = f"({name}(i, 1), i = {first}, {first + len(part) - 1})" if long else name
+                text = number_rows([part], "    ", "//").replace("\n", " &\n")
+                text = text if whole else re.sub(r"(?<=[\d.])(?=[,/])", "_dp", text)
+                lines += [f"  data {target} &", text]
+    return ["  integer :: i", *lines] if lines else []
 
 
 def _loops(program: Program) -> list[str]:
-    names = {function.kind for function in program.data_functions}
-    lines = [_DISTANCE] * bool(names - {"hull_margin"}) + [_MATERN] * bool(names & {"gp_mean", "gp_reduction"})
-    for function in program.data_functions:
-        text = function.code(_LOOPS).replace("ROWS", str(len(function.rows)))
-        lines.append(text.replace("SIZE", str(function.size)))
-    return lines
+    return [function.filled(_LOOPS[function.name]) for function in program.data_functions]
 
 
 def fortran_text(program: Program, name: str) -> str:
@@ -139,7 +151,7 @@ def fortran_text(program: Program, name: str) -> str:
     ]
     for kind, logical in (("real(dp)", False), ("logical", True)):
         names = [
-            printer.variable(step.name)
+            printer.variable(step.name) + (f"({RESULTS[step.operation]})" if step.operation in RESULTS else "")
             for step in program.steps
             if step.logical == logical and step.name not in OUTPUTS
         ]

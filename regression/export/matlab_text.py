@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
-from regression.export.data_functions import NAMES
-from regression.export.printer import LIBRARY, Printer, assignments, broken, commented
+from regression.export.data_functions import RESULTS
+from regression.export.printer import LIBRARY, Printer, assignments, broken, commented, number_rows
 from regression.export.program import Program
 
 
@@ -18,13 +18,17 @@ class MatlabPrinter(Printer):
     both, either, opposite = " & ", " | ", "~"
     infinite, undefined = "Inf", "NaN"
 
+    def item(self, name: str, place: int) -> str:
+        """An entry of the cell array that functions over stored numbers return."""
+        return f"{name}{{{place + 1}}}"
+
     def function(self, name: str, arguments: Sequence[str]) -> str:
         """A call; coordinates of functions over stored rows go as one cell array."""
-        if name in NAMES:
+        if name in RESULTS:
             return f"{name}({{{', '.join(arguments)}}})"
         return super().function(name, arguments)
 
-    reserved = frozenset({"choose", "end", "function", "if", "for", "while", "switch", "case", "distance", "matern"})
+    reserved = frozenset({"choose", "end", "function", "if", "for", "while", "switch", "case", "layer"})
 
 
 _CHOOSE = """
@@ -50,79 +54,97 @@ end""",
 
 
 _LOOPS = {
-    "gp_mean": """
-function total = gp_mean(x)
-  rows = gp_mean_rows();
-  total = 0;
-  for j = 1:size(rows, 1)
-    total = total + rows(j, end) * matern(x, rows(j, :));
+    "networks": """
+function r = networks(x)
+  [scales, weights] = networks_data();
+  fading = 1;
+  for i = 1:SIZE
+    low = scales(3, i); high = scales(4, i); reach = FADE * (high - low);
+    x{i} = (min(max(x{i}, -1e3), 1e3) - scales(1, i)) / scales(2, i);
+    fading = min(fading, 1 - max(low - x{i}, x{i} - high) / reach);
+    x{i} = min(max(x{i}, low - reach), high + reach);
+  end
+  fading = max(fading, 0);
+  outs = cell(1, MEMBERS);
+  at = 0;
+  for m = 1:MEMBERS
+    [one, at] = layer(STEP * weights, x, UNITS, at);
+    [two, at] = layer(STEP * weights, cellfun(@(z) z ./ sqrt(1 + z .^ 2), one, 'UniformOutput', false), UNITS, at);
+    [outs{m}, at] = layer(STEP * weights, cellfun(@(z) z ./ sqrt(1 + z .^ 2), two, 'UniformOutput', false), 2, at);
+  end
+  r = {fading .* fading .* (3 - 2 * fading), 0, 0, 0, 0, 0};
+  for m = 1:MEMBERS
+    r{2} = r{2} + outs{m}{1} / MEMBERS;
+    r{3} = r{3} + outs{m}{2} / MEMBERS;
+  end
+  for m = 1:MEMBERS
+    a = outs{m}{1} - r{2};
+    b = outs{m}{2} - r{3};
+    r{4} = r{4} + a .^ 2 / MEMBERS;
+    r{5} = r{5} + a .* b / MEMBERS;
+    r{6} = r{6} + b .^ 2 / MEMBERS;
   end
 end
-""",
-    "gp_reduction": """
-function total = gp_reduction(x)
-  rows = gp_reduction_rows();
-  size_x = numel(x);
-  covariance = cell(1, size(rows, 1));
-  for j = 1:size(rows, 1)
-    covariance{j} = matern(x, rows(j, :));
-  end
-  total = 0;
-  for i = 1:size(rows, 1)
-    spread = 0;
-    for j = 1:size(rows, 1)
-      if rows(j, size_x + i) ~= 0
-        spread = spread + covariance{j} * rows(j, size_x + i);
-      end
+
+function [z, at] = layer(weights, x, units, at)
+  z = cell(1, units);
+  for k = 1:units
+    z{k} = weights(at + numel(x) + 1);
+    for i = 1:numel(x)
+      z{k} = z{k} + weights(at + i) * x{i};
     end
-    total = total + spread .^ 2;
+    at = at + numel(x) + 1;
   end
 end
 """,
-    "case_distance": """
-function least = case_distance(x)
-  rows = case_distance_rows();
-  least = Inf;
-  for j = 1:size(rows, 1)
-    least = min(least, distance(x, rows(j, :)));
+    "guard": """
+function r = guard(x)
+  [scales, whitening, cases, limits] = guard_data();
+  u = cell(1, SIZE);
+  z = cell(1, SIZE);
+  r = {Inf, 0, Inf};
+  for i = 1:SIZE
+    x{i} = min(max(x{i}, -1e3), 1e3) - scales(1, i);
+    u{i} = x{i} / scales(2, i);
+    z{i} = 0;
+    for k = 1:i
+      z{i} = z{i} + whitening(i, k) * x{k};
+    end
+    r{2} = r{2} + z{i} .^ 2;
   end
-end
-""",
-    "hull_margin": """
-function least = hull_margin(x)
-  rows = hull_margin_rows();
-  least = Inf;
-  for j = 1:size(rows, 1)
-    row = rows(j, :);
-    least = min(least, row(3) * x{row(1) + 1} + row(4) * x{row(2) + 1} + row(5));
+  r{2} = sqrt(r{2});
+  for j = 1:CASES
+    square = 0;
+    for i = 1:SIZE
+      square = square + (z{i} - STEP * cases(j, i)) .^ 2;
+    end
+    r{1} = min(r{1}, square);
+  end
+  r{1} = sqrt(r{1});
+  for j = 1:PAIRS
+    ends = STEP * limits(j, 3:6);
+    total = u{limits(j, 1) + 1} + u{limits(j, 2) + 1};
+    apart = u{limits(j, 1) + 1} - u{limits(j, 2) + 1};
+    r{3} = min(min(r{3}, total - ends(1)), ends(2) - total);
+    r{3} = min(min(r{3}, apart - ends(3)), ends(4) - apart);
   end
 end
 """,
 }
-_SHARED = """
-function r = distance(x, row)
-  square = 0;
-  for i = 1:numel(x)
-    square = square + (x{i} - row(i)) .^ 2;
-  end
-  r = sqrt(square);
-end
-
-function m = matern(x, row)
-  a = sqrt(5) * distance(x, row);
-  m = (1 + a + a .^ 2 / 3) .* exp(-a);
-end
-"""
 
 
 def _data_functions(program: Program) -> list[str]:
-    if not program.data_functions:
-        return []
-    lines = [_SHARED]
+    lines = []
     for function in program.data_functions:
-        rows = ";\n".join("\n".join(_wrapped(" ".join(map(repr, row)), "    ")) for row in function.rows.tolist())
-        lines += [function.code(_LOOPS), f"function rows = {function.name}_rows()", "  persistent stored"]
-        lines += ["  if isempty(stored)", "    stored = [", rows, "    ];", "  end", "  rows = stored;", "end"]
+        arrays = function.arrays
+        lines += [function.filled(_LOOPS[function.name])]
+        kept = " ".join(f"{name}_" for name in arrays)
+        lines += [f"function [{', '.join(arrays)}] = {function.name}_data()", f"  persistent {kept}"]
+        lines += [f"  if isempty({next(iter(arrays))}_)"]
+        for name, rows in arrays.items():
+            text = number_rows([[number for row in rows for number in row]], "      ", "[]").replace("\n", " ...\n")
+            lines += [f"    {name}_ = reshape( ...", f"{text}, {len(rows[0])}, {len(rows)})';"]
+        lines += ["  end", *(f"  {name} = {name}_;" for name in arrays), "end"]
     return lines
 
 

@@ -67,6 +67,10 @@ class Printer:
         """One of two values by a condition."""
         return self.function("choose", (condition, yes, no)), ATOM
 
+    def item(self, name: str, place: int) -> str:
+        """One number of several, counted from 0."""
+        return f"{name}[{place}]"
+
     def comparison(self, operation: str, left: str, right: str) -> tuple[str, int]:
         """A comparison of two numbers."""
         return f"{left} {COMPARISONS[operation]} {right}", COMPARE
@@ -86,6 +90,8 @@ class Printer:
             return self.variable(value.name), ATOM
         parts = [self._text(operand) for operand in value.operands]
         operation = value.operation
+        if operation == "item":
+            return self.item(parts[0][0], int(value.number)), ATOM
         if operation in _INFIX:
             sign, level = _INFIX[operation]
             sign = {" * ": self.times, " / ": self.over}.get(sign, sign)
@@ -157,7 +163,7 @@ def description(program: Program) -> list[str]:
         "  mu: friction coefficient, without rolling traction; no number where the formula has no value",
         f"  lower, upper: interval that held {wide:g} % of the held-out cases; outside the range the worst error",
         f"  flag: {_flags(program)}",
-        *(_NO_GUARD if formula.cloud is not None and "case_distance" not in program.operations else ()),
+        *(_NO_GUARD if formula.cloud is not None and "guard" not in program.operations else ()),
         "Range:",
     ]
     for name, (low, high) in formula.ranges.items():
@@ -167,7 +173,7 @@ def description(program: Program) -> list[str]:
 
 def _flags(program: Program) -> str:
     meanings = {FrictionFlag.OK: "good"}
-    if "case_distance" in program.operations:
+    if "guard" in program.operations:
         meanings[FrictionFlag.EXTRAPOLATED_NEAR] = "within the range, but extrapolated"
         meanings[FrictionFlag.EXTRAPOLATED_FAR] = "extrapolated far from the fitted cases"
     meanings[FrictionFlag.OUTSIDE_RANGE] = "outside the range"
@@ -184,7 +190,7 @@ def commented(program: Program, mark: str) -> str:
     return "\n".join(f"{mark} {line}".rstrip() for line in lines).replace("*/", "* /")
 
 
-def broken(line: str, indent: str, end: str = "", width: int = 110) -> str:
+def broken(line: str, indent: str, end: str = "", width: int = 125) -> str:
     """A statement over several lines, broken at spaces; `end` marks a line that goes on."""
     return f"{end}\n".join(
         textwrap.wrap(
@@ -196,3 +202,19 @@ def broken(line: str, indent: str, end: str = "", width: int = 110) -> str:
             break_on_hyphens=False,
         )
     )
+
+
+def number_rows(rows: Sequence[Sequence[float]], indent: str, ends: str = "{}", width: int = 128) -> str:
+    """Rows of numbers, each between two brackets, as many numbers on a line as it holds."""
+    left, right = ends or ("", "")
+    parts = [part for row in rows for part in (left, *(f"{number!r}," for number in row), right)]
+    text = "\0".join(parts).replace(f",\0{right}", right or ",").replace(f"{left}\0", left)
+    lines, line = [], indent
+    words = text.split("\0")
+    for k, word in enumerate(words):
+        shown = f"{word}," if right and word.endswith(right) and k < len(words) - 1 else word
+        if len(line) + len(shown) > width:
+            lines.append(line)
+            line = indent
+        line += shown
+    return "\n".join([*lines, line]).rstrip(",")

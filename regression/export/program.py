@@ -18,9 +18,8 @@ from regression.export import record
 from regression.export.data_functions import (
     DataFunction,
     DataValue,
-    case_distance,
-    hull_margin,
-    process_sums,
+    guard,
+    network_statistics,
 )
 from regression.export.record import NotRecordable, Value
 from regression.friction.conditions import (
@@ -31,8 +30,7 @@ from regression.friction.conditions import (
     lubricant_columns,
 )
 from regression.friction.data_cloud import DataCloud
-from regression.friction.fitted import FittedFormula, flags_of
-from regression.friction.gaussian_process import corrected_form
+from regression.friction.fitted import FittedFormula, flags_of, friction_of_form
 from regression.friction.models import FrictionFlag
 
 MEANING: dict[str, str] = {
@@ -141,7 +139,7 @@ def _card(formula: FittedFormula, oil: str | None) -> Oil:
     raise InputError("oil", None, allowed, hint)
 
 
-def _outputs(formula: FittedFormula, oil: Oil | None, guard: bool) -> tuple[Value, ...]:
+def _outputs(formula: FittedFormula, oil: Oil | None, guarded: bool) -> tuple[Value, ...]:
     """Friction, interval and flag as `FittedFormula.evaluate` computes them."""
     table, within_laws = _conditions(oil)
     outside = formula.outside(table)
@@ -150,12 +148,11 @@ def _outputs(formula: FittedFormula, oil: Oil | None, guard: bool) -> tuple[Valu
         name: record.coefficient(re.sub(r"\W", "_", f"k_{name}"), value) for name, value in formula.coefficients.items()
     }
     boundary = record.coefficient("boundary_friction", formula.boundary_friction)
-    sums = tuple(process_sums(process, name) for process, name in zip(formula.processes, ("gp", "film"), strict=False))
-    friction, deviation = corrected_form(
-        formula.form, coefficients, formula.processes, floored, boundary, (*sums, None, None)[:2]
-    )
+    network = formula.network
+    statistics = None if network is None else network_statistics(network)
+    friction, deviation = friction_of_form(formula.form, coefficients, network, floored, boundary, statistics)
     near, far = record.constant(0.0), record.constant(0.0)
-    if formula.cloud is not None and guard:
+    if formula.cloud is not None and guarded:
         near, far = _near_and_far(formula.cloud, dict(formula.with_roughness_in_range(table)))
     width = formula.log_width(table["film_ratio_formula"], deviation, outside, formula.excess(table), near, far)
     start = record.constant(FrictionFlag.OK if oil is None else formula.oil_flag(oil))
@@ -171,19 +168,8 @@ def _outputs(formula: FittedFormula, oil: Oil | None, guard: bool) -> tuple[Valu
 
 def _near_and_far(cloud: DataCloud, table: dict[str, Any]) -> tuple[Any, Any]:
     """Whether a point lies outside the cloud of cases, and far from it."""
-    logarithms = [_logarithm(table[name]) for name in cloud.variables]
-    centred = [x - mean for x, mean in zip(logarithms, cloud.mean, strict=True)]
-    whitened = [
-        sum((w * x for w, x in zip(row[1:], centred[1:], strict=True) if w != 0.0), row[0] * centred[0])
-        for row in cloud.whitening
-    ]
-    distance = case_distance(cloud, whitened) / cloud.radius
-    length = np.sqrt(sum((z * z for z in whitened[1:]), whitened[0] * whitened[0]))
-    return cloud.near_and_far(distance, length, hull_margin(cloud, logarithms) < 0.0)
-
-
-def _logarithm(value: Any) -> Any:
-    return np.clip(np.log(value), -1e3, 1e3)
+    distance, length, margin = guard(cloud, [np.log(table[name]) for name in cloud.variables])
+    return cloud.near_and_far(distance / cloud.radius, length, margin < 0.0)
 
 
 def _conditions(oil: Oil | None) -> tuple[dict[str, Any], Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from regression.export.printer import ATOM, Printer, assignments, broken, commented
+from regression.export.printer import ATOM, Printer, assignments, broken, commented, number_rows
 from regression.export.program import OUTPUTS, Program
 from regression.export.record import FUNCTIONS
 
@@ -19,7 +19,7 @@ class PythonPrinter(Printer):
     }
     both, either, opposite = " & ", " | ", "~"
     infinite, undefined = "np.inf", "np.nan"
-    reserved = frozenset({"np", "math", "def", "is", "in", "if", "as", "lambda", "from", "for", "distance", "matern"})
+    reserved = frozenset({"np", "math", "def", "is", "in", "if", "as", "lambda", "from", "for"})
 
     def comparison(self, operation: str, left: str, right: str) -> tuple[str, int]:
         """In brackets: & and | bind tighter than a comparison."""
@@ -27,49 +27,51 @@ class PythonPrinter(Printer):
 
 
 _LOOPS = {
-    "gp_mean": """
-def gp_mean(*x):
-    return sum(row[-1] * matern(distance(row, x)) for row in GP_MEAN)
+    "networks": """
+def networks(*logarithms):
+    mean, scale, low, high = (np.array(row).reshape(-1, *[1] * np.ndim(logarithms[0])) for row in NETWORKS_SCALES)
+    reach = FADE * (high - low)
+    x = (np.clip(np.array(np.broadcast_arrays(*logarithms)), -1e3, 1e3) - mean) / scale
+    fading = np.clip(1.0 - np.max(np.maximum(low - x, x - high) / reach, axis=0), 0.0, 1.0)
+    x = np.clip(x, low - reach, high + reach)
+    outputs, at = [], 0
+    for _ in range(MEMBERS):
+        values = x
+        for units in (UNITS, UNITS, 2):
+            rows = STEP * NETWORKS_WEIGHTS[0, at : at + units * (len(values) + 1)].reshape(units, -1)
+            at += rows.size
+            z = np.tensordot(rows[:, :-1], values, axes=1) + rows[:, -1].reshape(-1, *[1] * (x.ndim - 1))
+            values = z if units == 2 else z / np.sqrt(1.0 + z * z)
+        outputs.append(values)
+    a, b = np.moveaxis(np.array(outputs), 1, 0)
+    p, q = a - a.mean(axis=0), b - b.mean(axis=0)
+    spread = ((p * p).mean(axis=0), (p * q).mean(axis=0), (q * q).mean(axis=0))
+    return fading * fading * (3.0 - 2.0 * fading), a.mean(axis=0), b.mean(axis=0), *spread
 """,
-    "gp_reduction": """
-def gp_reduction(*x):
-    covariance = np.array([matern(distance(row, x)) for row in GP_REDUCTION])
-    spread = np.tensordot(GP_REDUCTION[:, len(x) :], covariance, axes=(0, 0))
-    return np.sum(spread**2, axis=0)
-""",
-    "case_distance": """
-def case_distance(*x):
-    least = np.inf
-    for row in CASE_DISTANCE:
-        least = np.minimum(least, distance(row, x))
-    return least
-""",
-    "hull_margin": """
-def hull_margin(*x):
-    least = np.inf
-    for i, k, a, b, c in HULL_MARGIN:
-        least = np.minimum(least, a * x[int(i)] + b * x[int(k)] + c)
-    return least
+    "guard": """
+def guard(*logarithms):
+    shape = (-1, *[1] * np.ndim(logarithms[0]))
+    mean, scale = (np.array(row).reshape(shape) for row in GUARD_SCALES)
+    centred = np.clip(np.array(np.broadcast_arrays(*logarithms)), -1e3, 1e3) - mean
+    u, z = centred / scale, np.tensordot(GUARD_WHITENING, centred, axes=1)
+    least = np.min([np.sum((z - STEP * case.reshape(shape)) ** 2, axis=0) for case in GUARD_CASES], axis=0)
+    margin = np.inf
+    for i, k, *ends in GUARD_LIMITS:
+        low, high, small, large = (STEP * end for end in ends)
+        for value, one, other in ((u[i] + u[k], low, high), (u[i] - u[k], small, large)):
+            margin = np.minimum(margin, np.minimum(value - one, other - value))
+    return np.sqrt(least), np.sqrt(np.sum(z * z, axis=0)), margin
 """,
 }
-_SHARED = """
-def distance(row, x):
-    return np.sqrt(sum((part - place) ** 2 for part, place in zip(x, row)))
-
-
-def matern(r):
-    a = np.sqrt(5.0) * r
-    return (1.0 + a + a**2 / 3.0) * np.exp(-a)
-"""
 
 
 def _data_functions(program: Program) -> list[str]:
-    if not program.data_functions:
-        return []
-    lines = [_SHARED]
+    lines = []
     for function in program.data_functions:
-        rows = ",\n".join(broken(f"[{', '.join(map(repr, row))}]", "    ") for row in function.rows.tolist())
-        lines += ["", f"{function.name.upper()} = np.array([", rows, "])", "", function.code(_LOOPS)]
+        for name, rows in function.arrays.items():
+            lines += [f"{function.name}_{name} = np.array([".upper().replace("NP.ARRAY", "np.array")]
+            lines += [number_rows(rows, "    ", "[]"), "])"]
+        lines.append(function.filled(_LOOPS[function.name]))
     return lines
 
 

@@ -1,4 +1,4 @@
-"""One family fitted to rows: least squares on ln mu, linear or bounded nonlinear, and the process on its residual.
+"""One family fitted to rows: least squares on ln mu, linear or bounded nonlinear, and the networks on its parts.
 
 design matrix or log_mu of the family -> coefficients -> standard errors, collinearity, terms that could not be fitted
 """
@@ -16,17 +16,11 @@ import pandas as pd
 from ehl.common.errors import ConvergenceError, InputError
 from regression.data.dataset import columns
 from regression.fitting.rows import boundary_friction_of, computed_friction
-from regression.friction.conditions import GROUPS, Array
+from regression.fitting.training import train
+from regression.friction.conditions import Array
 from regression.friction.families import Family
-from regression.friction.gaussian_process import (
-    ASPERITY_ODDS,
-    FILM_POWER,
-    ODDS_LIMIT,
-    GpResidual,
-    asperity_odds,
-    corrected_form,
-    fit_residual,
-)
+from regression.friction.fitted import friction_of_form
+from regression.friction.network import Network
 
 _OUTLIER = 0.05  # residual of ln mu from which the loss grows linearly
 _FORM_ERROR = 0.05  # of ln mu, of a form in the mean
@@ -195,42 +189,32 @@ def _nonlinear_fit(
     )
 
 
-_PROCESS_INPUTS = ("film_ratio_formula", *GROUPS, "peklenik_number")
-
-
 @dataclass(frozen=True)
 class FittedForm:
     """A family with the numbers found for it."""
 
     family: Family
     coefficients: Coefficients
-    processes: tuple[GpResidual, ...]
+    network: Network | None
 
     def friction(self, frame: pd.DataFrame) -> tuple[Array, Array | None]:
-        """mu of every row, and the processes' standard deviation of ln mu (None without)."""
+        """mu of every row, and the networks' standard deviation of ln mu (None without)."""
         values, mu_b = self.coefficients.values, boundary_friction_of(frame)
-        return corrected_form(self.family, values, self.processes, columns(frame), mu_b)
+        return friction_of_form(self.family, values, self.network, columns(frame), mu_b)
 
 
 def fit_form(
-    family: Family,
-    frame: pd.DataFrame,
-    *,
-    gaussian_process: bool = False,
-    start: tuple[GpResidual, ...] = (),
-    near: Mapping[str, float] | None = None,
+    family: Family, frame: pd.DataFrame, *, network: bool = False, near: Mapping[str, float] | None = None
 ) -> FittedForm:
-    """Fit a family to the rows of a dataset, the coefficients first, then the processes on what they leave.
+    """Fit a family to the rows of a dataset, the coefficients first, then the networks on its parts.
 
     Parameters
     ----------
     family : Family
     frame : DataFrame
         Usable rows.
-    gaussian_process : bool
-        Add the processes.
-    start : tuple of GpResidual, optional
-        Where the search for their length scales begins.
+    network : bool
+        Add the networks; only for a family with parts.
     near : mapping, optional
         Coefficients of a fit to most of the same rows, where the fit begins.
 
@@ -248,53 +232,15 @@ def fit_form(
         raise InputError("boundary_friction", values, f"one value for all cases of family {family.name}", hint)
     # the families compute with arrays of boundary friction as with one number
     coefficients = fit_coefficients(family, frame, cast("float", mu_b), near)
-    form = FittedForm(family, coefficients, ())
-    if not gaussian_process:
-        return form
-    computed = parts_of(family, frame)
-    if computed is not None:
-        return FittedForm(family, coefficients, _part_processes(family, coefficients, frame, computed, start))
-    rest = np.log(computed_friction(frame) / form.friction(frame)[0])
-    noise = frame["noise_variance"].to_numpy(dtype=float)
-    process = fit_residual(columns(frame), rest, noise, _PROCESS_INPUTS, start=start[0] if start else None)
-    return FittedForm(family, coefficients, (process,))
-
-
-def _part_processes(
-    family: Family,
-    coefficients: Coefficients,
-    frame: pd.DataFrame,
-    computed: tuple[Array, Array],
-    start: tuple[GpResidual, ...],
-) -> tuple[GpResidual, GpResidual]:
-    """Processes of the logit of the asperity load share and of ln of the film's friction.
-
-    A single profile leaves 0.15 of the logit to chance and 0.003 of the share, and of the friction of the film 1 % and
-    a tenth of the share (ours, the median of both shipped oils); a hundredth of mu is all the film need be told within.
-    """
-    assert family.parts is not None
-    table, mu = columns(frame), computed_friction(frame)
-    share, film = family.parts(table, coefficients.values)
-    found, sheared = computed
-    least, most = 1.0 / (1.0 + ODDS_LIMIT), ODDS_LIMIT / (1.0 + ODDS_LIMIT)
-    clipped = np.clip(found, least, most)
-    odds = np.clip(asperity_odds(share), 1.0 / ODDS_LIMIT, ODDS_LIMIT)
-    seen = {**table, ASPERITY_ODDS: odds}
-    profiles = frame["realisations"].to_numpy(dtype=float) if "realisations" in frame else np.ones(len(frame))
-    sheared = np.maximum(sheared, 1e-4 * mu)
-    part = film / np.maximum(1.0 - share, 1e-12) ** FILM_POWER
-    targets = (
-        np.log(clipped / (1.0 - clipped)) - np.log(odds),
-        np.clip(np.log(sheared / (np.maximum(1.0 - found, 1.0 - most) ** FILM_POWER * part)), -2.0, 2.0),
+    if not network or family.parts is None:
+        return FittedForm(family, coefficients, None)
+    table = columns(frame)
+    trained = train(
+        table,
+        family.parts(table, coefficients.values),
+        parts_of(family, frame),
+        computed_friction(frame),
+        np.nan_to_num(frame["friction_error"].to_numpy(dtype=float)),
+        mu_b,
     )
-    noises = (
-        (0.15**2 + (0.003 / (clipped * (1.0 - clipped))) ** 2) / profiles,
-        (0.01**2 + (0.1 * found) ** 2) / profiles + (0.01 * mu / sheared) ** 2,
-    )
-    inputs = (*_PROCESS_INPUTS, ASPERITY_ODDS)
-    starts = start if len(start) == 2 else (None, None)
-    first, second = (
-        fit_residual(seen, target, noise, inputs, start=begin)
-        for target, noise, begin in zip(targets, noises, starts, strict=True)
-    )
-    return first, second
+    return FittedForm(family, coefficients, trained)

@@ -18,7 +18,6 @@ from regression.friction.conditions import Array
 from regression.friction.data_cloud import CloudDistance, data_cloud
 from regression.friction.families import FAMILIES, Family
 from regression.friction.fitted import FittedFormula
-from regression.friction.gaussian_process import GpResidual
 
 FOLDS = 10
 _INNER_FOLDS = 5
@@ -76,25 +75,22 @@ def cross_validate(
     family: Family,
     frame: pd.DataFrame,
     *,
-    gaussian_process: bool = False,
+    network: bool = False,
     folds: NDArray[np.int64] | None = None,
-    start: tuple[GpResidual, ...] = (),
 ) -> HeldOut:
-    """Friction of every row by a formula fitted without its fold; the length scales of a process are found anew too.
+    """Friction of every row by a formula fitted without its fold, its networks too.
 
     Parameters
     ----------
     family : Family
     frame : DataFrame
         Usable rows.
-    gaussian_process : bool
-        With the process on the residual.
+    network : bool
+        With networks.
     folds : array of int, shape (n,), optional
         Those of `fold_numbers` if not given.
-    start : tuple of GpResidual, optional
-        Where each fold's search for length scales begins.
     """
-    identity = (family.name, gaussian_process, _digest(frame)) if folds is None else None
+    identity = (family.name, network, _digest(frame)) if folds is None else None
     folds = fold_numbers(frame) if folds is None else folds
     mu, deviation = np.empty(len(frame)), np.zeros(len(frame))
     extrapolated = np.zeros(len(frame), dtype=bool)
@@ -103,14 +99,14 @@ def cross_validate(
         held = folds == number
         rest = frame[~held].reset_index(drop=True)
         near = None if form is None else form.coefficients.values
-        form = fit_form(family, rest, gaussian_process=gaussian_process, start=start, near=near)
+        form = fit_form(family, rest, network=network, near=near)
         mu[held], spread = form.friction(frame[held])
         if spread is not None:
             deviation[held] = spread
         cloud = data_cloud(columns(rest), box_of(family, rest))
         if cloud is not None:
             extrapolated[held] = cloud.extrapolation(columns(frame[held])) >= CloudDistance.NEAR
-    held_out = HeldOut(mu, deviation if gaussian_process else None, folds, extrapolated)
+    held_out = HeldOut(mu, deviation if network else None, folds, extrapolated)
     if identity is not None:
         while len(_KEPT) >= _MAX_KEPT:
             del _KEPT[next(iter(_KEPT))]
@@ -118,12 +114,9 @@ def cross_validate(
     return held_out
 
 
-def held_out_of(
-    family: Family, frame: pd.DataFrame, *, gaussian_process: bool = False, start: tuple[GpResidual, ...] = ()
-) -> HeldOut:
+def held_out_of(family: Family, frame: pd.DataFrame, *, network: bool = False) -> HeldOut:
     """What `cross_validate` gives with its own folds; at once where this process has done it before."""
-    kept = _KEPT.get((family.name, gaussian_process, _digest(frame)))
-    return kept or cross_validate(family, frame, gaussian_process=gaussian_process, start=start)
+    return _KEPT.get((family.name, network, _digest(frame))) or cross_validate(family, frame, network=network)
 
 
 def _digest(frame: pd.DataFrame) -> bytes:
@@ -174,21 +167,21 @@ def held_out_friction(dataset: Dataset, formula: FittedFormula) -> HeldOut:
 
     At once for a formula this process has fitted; else it is cross-validated again.
     """
-    frame, start = fitted_rows(dataset, formula), formula.processes
-    return held_out_of(FAMILIES[formula.family], frame, gaussian_process=bool(start), start=start)
+    return held_out_of(FAMILIES[formula.family], fitted_rows(dataset, formula), network=formula.network is not None)
 
 
-def process_factors(dataset: Dataset, formula: FittedFormula) -> list[tuple[float, float, float]]:
-    """exp(w s) of the interval of a formula with a Gaussian process, for each of its bands; none without.
+def interval_factors(dataset: Dataset, formula: FittedFormula) -> list[tuple[float, float, float]]:
+    """exp(w s) of the interval of a formula with networks, for each of its bands; none without.
 
     Returns
     -------
     list of (median, 5 %, 95 %)
-        Over the held-out cases of the band: s is the process's deviation at each, w the multiple of the band.
+        Over the held-out cases of the band: s is the deviation of the networks at each, w the multiple of the band.
     """
-    deviation = held_out_friction(dataset, formula).deviation if formula.processes else None
-    if deviation is None:
+    if formula.network is None:
         return []
+    spread = held_out_friction(dataset, formula).deviation
+    deviation = np.hypot(0.0 if spread is None else spread, formula.network.noise)
     ratio = fitted_rows(dataset, formula)["film_ratio_formula"].to_numpy(dtype=float)
     factors = []
     for band in formula.interval.bands:

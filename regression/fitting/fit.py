@@ -29,7 +29,7 @@ from regression.friction.conditions import UNITS, Array
 from regression.friction.data_cloud import CloudDistance, data_cloud
 from regression.friction.error_tables import NoiseFloor, Scores
 from regression.friction.families import FAMILIES, family_named
-from regression.friction.fitted import FORMULA_SCHEMA, DataIdentity, FittedFormula
+from regression.friction.fitted import FORMULA_SCHEMA, NETWORK, DataIdentity, FittedFormula
 from regression.friction.oil_cards import OilIdentity
 
 
@@ -38,7 +38,6 @@ def fit_formula(
     family_name: str = "xu",
     *,
     corners: bool = False,
-    gaussian_process: bool = False,
     paths: Dataset | None = None,
     noise: Dataset | None = None,
 ) -> FittedFormula:
@@ -47,7 +46,7 @@ def fit_formula(
     The same data give bit-identical coefficients on one machine and build: rows are sorted by key and one thread
     computes.
     """
-    family = family_named(family_name)
+    family, network = family_named("short" if family_name == NETWORK else family_name), family_name == NETWORK
     frame, excluded = usable_rows(dataset, corners=corners)
     if len(frame) < 2 * len(family.terms):
         reasons = ", ".join(f"{count} {reason}" for reason, count in excluded.items()) or "none excluded"
@@ -63,13 +62,14 @@ def fit_formula(
                 f"Sweep the plan of {name} with that oil, or leave {name} out.",
             )
     with single_thread():
-        form = fit_form(family, frame, gaussian_process=gaussian_process)
-        held_out = cross_validate(family, frame, gaussian_process=gaussian_process, start=form.processes)
+        form = fit_form(family, frame, network=network)
+        held_out = cross_validate(family, frame, network=network)
         within, _ = form.friction(frame)
     box = box_of(family, frame)
     fitted, floor = form.coefficients, noise_of(dataset, noise)
     error = np.abs(np.log(held_out.mu / computed_friction(frame)))
-    score = error if held_out.deviation is None else error / held_out.deviation
+    noise_of_network, deviation = _with_noise(error, held_out.deviation)
+    score = error if deviation is None else error / deviation
     covered = covered_by_other_folds(frame["film_ratio_formula"].to_numpy(dtype=float), score, held_out.folds)
     mu_b = frame["boundary_friction"]
     formula = FittedFormula(
@@ -95,9 +95,7 @@ def fit_formula(
         corners=None,
         folds=int(np.unique(held_out.folds).size),
         bands=bands(frame, held_out.mu, covered, floor),
-        interval=interval_of(
-            frame, error, held_out.folds, deviation=held_out.deviation, extrapolated=held_out.extrapolated
-        ),
+        interval=interval_of(frame, error, held_out.folds, deviation=deviation, extrapolated=held_out.extrapolated),
         noise_floor=noise_floor(frame),
         noise=floor,
         data=DataIdentity(
@@ -110,8 +108,7 @@ def fit_formula(
             excluded=excluded,
         ),
         cloud=data_cloud(columns(frame), box),
-        residual=form.processes[0] if form.processes else None,
-        film_residual=form.processes[1] if len(form.processes) == 2 else None,
+        network=None if form.network is None else form.network.model_copy(update={"noise": noise_of_network}),
     )
     on_paths = kept_rows(dataset, "path")
     if paths is not None:
@@ -132,16 +129,14 @@ def fit_families(
     dataset: Dataset,
     *,
     corners: bool = False,
-    gaussian_process: bool = False,
     nested: bool = False,
     paths: Dataset | None = None,
     noise: Dataset | None = None,
 ) -> tuple[FittedFormula, ...]:
-    """Every family fitted to the same rows, best first: smallest RMS of the held-out error of ln mu.
+    """Every family fitted to the same rows, best first: smallest mean held-out error of mu.
 
-    A family that these data cannot fit is left out. With `gaussian_process` the best of them comes a second time, with
-    its residual; with `nested` the best one states what the choice of the family itself costs. The rest as of
-    `fit_formula`.
+    A family that these data cannot fit is left out. With `nested` the best closed form states what the choice of the
+    family itself costs. The rest as of `fit_formula`.
 
     Raises
     ------
@@ -150,25 +145,40 @@ def fit_families(
     """
     fitted: list[FittedFormula] = []
     refused: dict[str, MixedEhlError] = {}
-    for name in FAMILIES:
+    for name in (*FAMILIES, NETWORK):
         try:
             fitted.append(fit_formula(dataset, name, corners=corners, paths=paths, noise=noise))
         except (InputError, ConvergenceError) as error:
             refused[name] = error
     if not fitted:
         # the family that asks for the least says best what the data lack
-        raise refused[min(refused, key=lambda name: len(FAMILIES[name].terms))]
-    ordered = sorted(fitted, key=lambda formula: -formula.validation.r2_log)
+        raise refused[min(refused, key=lambda name: len(FAMILIES[name].terms) if name in FAMILIES else 99)]
+    ordered = sorted(fitted, key=lambda formula: formula.validation.mape)
     if nested:
         frame, _ = usable_rows(dataset, corners=corners)
         with single_thread():
-            mu, _ = nested_cross_validate([formula.form for formula in ordered], frame)
-        ordered[0] = ordered[0].model_copy(update={"nested": scores(frame, mu)})
-    if gaussian_process:
-        best = ordered[0].family
-        ordered.append(fit_formula(dataset, best, corners=corners, gaussian_process=True, paths=paths, noise=noise))
-        ordered.sort(key=lambda formula: -formula.validation.r2_log)
+            closed = [formula for formula in ordered if formula.network is None]
+            mu, _ = nested_cross_validate([formula.form for formula in closed], frame)
+        place = ordered.index(closed[0])
+        ordered[place] = closed[0].model_copy(update={"nested": scores(frame, mu)})
     return tuple(ordered)
+
+
+def _with_noise(error: Array, spread: Array | None) -> tuple[float, Array | None]:
+    """The constant part of the deviation of ln mu that suits the held-out errors best, and the deviation with it.
+
+    Greatest likelihood of a double exponential distribution whose width is a multiple of the deviation.
+    """
+    if spread is None:
+        return 0.0, None
+    trials = np.geomspace(0.003, 0.3, 41)
+
+    def unlikelihood(noise: float) -> float:
+        deviation = np.hypot(spread, noise)
+        return float(np.log(np.mean(error / deviation)) + np.mean(np.log(deviation)))
+
+    noise = float(f"{min(trials, key=unlikelihood):.3g}")
+    return noise, np.hypot(spread, noise)
 
 
 def checked_scores(formula: FittedFormula, frame: pd.DataFrame) -> Scores | None:

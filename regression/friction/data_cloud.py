@@ -1,13 +1,14 @@
 """CloudDistance guard: where the fitted cases lie, and whether a point lies among them.
 
-Three tests, from coarse to fine: the convex hull of every pair of variables (what no gear has was cut off there), the
-Mahalanobis distance from the mean, and the distance to the nearest of a few cases that stand for all. Variables enter
-by their logarithms, whitened by the covariance of the cases.
+Three tests, from coarse to fine: the sum and the difference of every pair of variables (what no gear has was cut off
+there), the Mahalanobis distance from the mean, and the distance to the nearest of a few cases that stand for all.
+Variables enter by their logarithms, over their standard deviations or whitened by the covariance of the cases.
 """
 
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping
 from enum import IntEnum
 from functools import cached_property
@@ -24,13 +25,13 @@ from regression.friction.conditions import UNITS, Array, Conditions
 
 Finite = Annotated[float, ValueRange("")]
 Positive = Annotated[float, ValueRange("", gt=0.0)]
-STORED_POINTS = 128  # more make the file longer than the formula is worth; the radius says how well they cover
+STORED_POINTS = 64  # more make the file longer than the formula is worth; the radius says how well they cover
 # between the cases there is room for others: with these, 1 to 3 % of new points of the same plan count as outside
-HULL_SLACK = 0.03  # of the spread of the cases
+PAIR_SLACK = 0.03  # of the spread of the cases
 RADIUS_SLACK = 1.2
 FAR_DISTANCE = 2.0  # over the covering radius
 _MIN_SPREAD = 1e-6  # of ln x: what varies less is a constant
-_DIGITS = 5
+_DIGITS = 3  # of stored coordinates, behind the point
 _BLOCK = 256  # points at a time: their products stay in the cache
 
 
@@ -40,14 +41,6 @@ class CloudDistance(IntEnum):
     INSIDE = 0
     NEAR = 1  # outside the cloud of cases; a case lies within twice the covering radius
     FAR = 2
-
-
-class PairHull(InputModel):
-    """Convex hull of the cases in the plane of ln x and ln y; vertices in SI units, counterclockwise."""
-
-    x: str
-    y: str
-    vertices: tuple[tuple[Positive, Positive], ...]
 
 
 class DataCloud(InputModel):
@@ -63,35 +56,38 @@ class DataCloud(InputModel):
         Lower triangle W with z = W (ln x - mean) of unit covariance.
     mahalanobis : float
         Greatest |z| of a case.
-    points : tuple of tuple of float, shape (m, d)
-        z of the cases that stand for all, each the farthest from those before it.
+    scale : tuple of float
+        Standard deviation of ln x.
+    points : tuple of tuple of int, shape (m, d)
+        1000 z of the cases that stand for all, each the farthest from those before it.
     radius : float
         Every case lies within this distance of one of `points`.
-    hulls : tuple of PairHull
-        Of all pairs of variables.
+    limits : tuple of tuple of int, shape (d (d - 1)/2, 6)
+        Variables i and k, counted from 0, and 1000 times the lower and upper limits of u_i + u_k and of u_i - u_k with
+        u = (ln x - mean)/scale, 3 % of the spread of the cases beyond them.
     """
 
     variables: tuple[str, ...]
     mean: tuple[Finite, ...]
+    scale: tuple[Positive, ...]
     whitening: tuple[tuple[Finite, ...], ...]
     mahalanobis: Positive
-    points: tuple[tuple[Finite, ...], ...]
+    points: tuple[tuple[int, ...], ...]
     radius: Positive
-    hulls: tuple[PairHull, ...]
+    limits: tuple[tuple[int, int, int, int, int, int], ...]
 
     @model_validator(mode="after")
     def _consistent(self) -> DataCloud:
         size = len(self.variables)
-        for name in (*self.variables, *(n for hull in self.hulls for n in (hull.x, hull.y))):
+        for name in self.variables:
             if name not in UNITS:
                 raise InputError("variables", name, "one of " + ", ".join(UNITS))
-        for hull in self.hulls:
-            if not {hull.x, hull.y} <= set(self.variables):
-                raise InputError("hulls", f"{hull.x}, {hull.y}", "pairs out of " + ", ".join(self.variables))
+        if any(not 0 <= place < size for row in self.limits for place in row[:2]):
+            raise InputError("limits", "a variable that is none", f"places from 0 to {size - 1}")
         for field, rows in (("whitening", self.whitening), ("points", self.points)):
             if any(len(row) != size for row in rows):
                 raise InputError(field, "rows of another length", f"rows of {size} numbers, one per variable")
-        if len(self.mean) != size or len(self.whitening) != size:
+        if not len(self.mean) == len(self.scale) == len(self.whitening) == size:
             raise InputError("whitening", f"{len(self.whitening)} rows", f"{size} rows, and as many means")
         if not self.points:
             raise InputError("points", "none", "at least one point")
@@ -108,47 +104,27 @@ class DataCloud(InputModel):
         """Distance to the nearest of `points` over the covering radius: at most 1 at every fitted case."""
         return _nearest(self.whitened(conditions), self._points) / self.radius
 
-    @cached_property
-    def half_planes(self) -> Array:
-        """Edges of all hulls, shape (m, 5): i, k, a, b, c of a ln x_i + b ln x_k + c >= 0 inside.
+    @property
+    def step(self) -> float:
+        """What whole numbers count."""
+        return 10.0**-_DIGITS
 
-        i and k count the variables from 0; a and b have length 1, so that the left side is a distance. Each edge is
-        moved outwards by 3 % of the smaller spread of its hull.
-        """
-        rows = []
-        for hull in self.hulls:
-            pair = (self.variables.index(hull.x), self.variables.index(hull.y))
-            corners = np.log(np.array(hull.vertices))
-            slack = HULL_SLACK * float(np.ptp(corners, axis=0).min())
-            for (x, y), (dx, dy) in zip(corners, np.roll(corners, -1, axis=0) - corners, strict=True):
-                length = max(np.hypot(dx, dy), 1e-300)
-                rows.append((*pair, -dy / length, dx / length, (dy * x - dx * y) / length + slack))
-        return np.array(rows).reshape(-1, 5)
-
-    def in_hulls(self, logarithms: Array) -> NDArray[np.bool_]:
-        """Whether points lie within all hulls, or at most 3 % of the smaller spread outside; input of shape (n, d)."""
-        offset = self.half_planes[:, 4:]
-        inside = np.ones(len(logarithms), dtype=bool)
-        for start in range(0, len(logarithms), _BLOCK):
-            block = logarithms[start : start + _BLOCK].T
-            # an edge that leaves the bounding box of the points on its inner side needs no look at each of them
-            centre, reach = 0.5 * (block.min(axis=1) + block.max(axis=1)), 0.5 * np.ptp(block, axis=1)
-            smallest = self._normals @ centre + offset[:, 0] - np.abs(self._normals) @ reach
-            near = ~(smallest > 1e-9)
-            inside[start : start + _BLOCK] = (self._normals[near] @ block + offset[near] >= 0.0).all(axis=0)
-        return inside
+    def pair_margin(self, logarithms: Array) -> Array:
+        """Least distance of sums and differences of pairs to their limits, negative outside; input of shape (n, d)."""
+        u = (logarithms - np.array(self.mean)) / np.array(self.scale)
+        first, second, *ends = np.array(self.limits).T
+        low, high, least, most = (self.step * end for end in ends)
+        margin = np.full(len(u), np.inf)
+        for start in range(0, len(u), _BLOCK):
+            block = slice(start, start + _BLOCK)
+            one, other = u[block][:, first], u[block][:, second]
+            inside = np.minimum(np.minimum(one + other - low, high - one - other), one - other - least)
+            margin[block] = np.minimum(inside, most - one + other).min(axis=1, initial=np.inf)
+        return margin
 
     @cached_property
     def _points(self) -> Array:
-        return np.array(self.points)
-
-    @cached_property
-    def _normals(self) -> Array:
-        """a and b of `half_planes` in the columns of their variables, shape (m, d)."""
-        normals = np.zeros((len(self.half_planes), len(self.variables)))
-        for place, normal in ((0, 2), (1, 3)):
-            normals[np.arange(len(normals)), self.half_planes[:, place].astype(int)] = self.half_planes[:, normal]
-        return normals
+        return self.step * np.array(self.points)
 
     def extrapolation(self, conditions: Conditions) -> NDArray[np.int8]:
         """`CloudDistance` of every point, in the shape of the conditions."""
@@ -156,14 +132,14 @@ class DataCloud(InputModel):
         logarithms = _logarithms(conditions, self.variables)
         z = self._whitened(logarithms)
         distance = _nearest(z, self._points) / self.radius
-        near, far = self.near_and_far(distance, np.linalg.norm(z, axis=1), ~self.in_hulls(logarithms))
+        near, far = self.near_and_far(distance, np.linalg.norm(z, axis=1), self.pair_margin(logarithms) < 0.0)
         return (near.astype(np.int8) + (near & far)).reshape(shape)
 
     def near_and_far(
-        self, distance: Array, length: Array, outside_hulls: NDArray[np.bool_]
+        self, distance: Array, length: Array, outside_pairs: NDArray[np.bool_]
     ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Whether points lie outside the cloud of cases, and whether they lie far from it."""
-        near = (distance > RADIUS_SLACK) | (length > self.mahalanobis * RADIUS_SLACK) | outside_hulls
+        near = (distance > RADIUS_SLACK) | (length > self.mahalanobis * RADIUS_SLACK) | outside_pairs
         return near, distance > FAR_DISTANCE
 
 
@@ -184,19 +160,20 @@ def data_cloud(table: Mapping[str, Array], variables: tuple[str, ...], count: in
     if len(kept) < 2:
         return None
     logs = _logarithms(table, kept)
-    mean = logs.mean(axis=0)
-    whitening = np.linalg.inv(np.linalg.cholesky(np.cov(logs, rowvar=False)))
+    mean, scale = np.round(logs.mean(axis=0), _DIGITS), np.round(logs.std(axis=0), _DIGITS + 1)
+    whitening = np.round(np.linalg.inv(np.linalg.cholesky(np.cov(logs, rowvar=False))), _DIGITS)
     z = (logs - mean) @ whitening.T
     chosen, radius = covering_points(z, count)
     return DataCloud(
         variables=kept,
         mean=tuple(map(float, mean)),
+        scale=tuple(map(float, scale)),
         whitening=tuple(tuple(map(float, row)) for row in whitening),
         mahalanobis=float(np.linalg.norm(z, axis=1).max()),
-        points=tuple(tuple(round(float(v), _DIGITS) for v in row) for row in z[chosen]),
+        points=tuple(tuple(round(float(v) * 10.0**_DIGITS) for v in row) for row in z[chosen]),
         # rounded coordinates may lie a little farther
         radius=radius + 10.0**-_DIGITS * len(kept) ** 0.5,
-        hulls=tuple(_pair_hull(table, one, other) for one, other in itertools.combinations(kept, 2)),
+        limits=_pair_limits((logs - mean) / scale),
     )
 
 
@@ -259,12 +236,19 @@ def covering_points(z: Array, count: int) -> tuple[NDArray[np.int64], float]:
     return np.array(chosen), float(distance.max())
 
 
-def _pair_hull(table: Mapping[str, Array], one: str, other: str) -> PairHull:
-    from scipy.spatial import ConvexHull
-
-    plane = _logarithms(table, (one, other))
-    corners = np.exp(plane[ConvexHull(plane).vertices])
-    return PairHull(x=one, y=other, vertices=tuple((float(x), float(y)) for x, y in corners))
+def _pair_limits(u: Array) -> tuple[tuple[int, int, int, int, int, int], ...]:
+    """Limits of the sum and the difference of every pair of columns, rounded outwards."""
+    rows = []
+    for i, k in itertools.combinations(range(u.shape[1]), 2):
+        ends: list[int] = []
+        for values in (u[:, i] + u[:, k], u[:, i] - u[:, k]):
+            slack = PAIR_SLACK * float(np.ptp(values))
+            ends += [
+                math.floor((values.min() - slack) * 10.0**_DIGITS),
+                math.ceil((values.max() + slack) * 10.0**_DIGITS),
+            ]
+        rows.append((i, k, ends[0], ends[1], ends[2], ends[3]))
+    return tuple(rows)
 
 
 def in_convex_hull(points: Array, cases: Array) -> NDArray[np.bool_]:

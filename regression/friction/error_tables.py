@@ -118,7 +118,7 @@ class ErrorInterval(InputModel):
     `log_width` covers the share `level` of all held-out cases, that of a band the same share of the cases in it.
     Beside the data no case can calibrate it: near them the widest band holds at least, outside the range it grows
     with the distance, and far from them it is `largest`, the greatest error of all. With `normalised`, widths are
-    multiples of the formula's own standard deviation at the point (that of a Gaussian-process residual).
+    multiples of the formula's own standard deviation at the point (that of its networks).
     """
 
     level: Annotated[float, ValueRange("", gt=0.0, lt=1.0)]

@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import re
+from collections.abc import Mapping
 from functools import lru_cache
 from os import PathLike
 from pathlib import Path
@@ -28,14 +29,15 @@ from regression.friction.conditions import UNITS, Array, Conditions, PointCondit
 from regression.friction.data_cloud import CloudDistance, DataCloud
 from regression.friction.error_tables import Band, ErrorInterval, Finite, NoiseFloor, Scores
 from regression.friction.families import Family, family_named
-from regression.friction.gaussian_process import PROCESS_WORDS, GpResidual, Sums, corrected_form
 from regression.friction.models import FrictionEstimate, FrictionFlag, FrictionModel
+from regression.friction.network import Evaluate, Network
 from regression.friction.oil_cards import OilIdentity
 
 _ALLOWED = "a formula file as `mixed-ehl fit RUN -o FILE.json` writes it"
-FORMULA_SCHEMA = 3
+FORMULA_SCHEMA = 4
 _SMALLEST = 1e-300  # below any value a variable can have
 RANGE_TOLERANCE = 1e-3  # of either end: the cases of a plan end a little inside of its box
+NETWORK = "network"  # the form `short` with its networks, as a family of fits and tables
 THICK_FILM = 2.0  # lambda from which mu is that of the film, whatever the roughness
 _FRICTION = ValueRange("", ge=0.0, le=1.0)
 Friction = Annotated[float, _FRICTION]
@@ -57,9 +59,7 @@ class DataIdentity(InputModel):
 class FittedFormula(FrictionModel, InputModel):
     """A fitted friction formula with its errors, its range and its origin: the content of a formula file.
 
-    What was not measured or not fitted is None: `residual`, `cloud`, `corners`, `paths`, `unseen`, `nested`, `noise`.
-    With `film_residual` the first process corrects the logit of the asperity load share, the second ln of the friction
-    of the film.
+    What was not measured or not fitted is None: `network`, `cloud`, `corners`, `paths`, `unseen`, `nested`, `noise`.
     """
 
     schema_version: int = Field(alias="schema")
@@ -90,8 +90,7 @@ class FittedFormula(FrictionModel, InputModel):
     noise: NoiseFloor | None = None
     data: DataIdentity
     cloud: DataCloud | None = None
-    residual: GpResidual | None = None
-    film_residual: GpResidual | None = None
+    network: Network | None = None
 
     _name: str = PrivateAttr("")
     _refuse: bool = PrivateAttr(False)
@@ -118,11 +117,10 @@ class FittedFormula(FrictionModel, InputModel):
             if unit != UNITS.get(name):
                 allowed = repr(UNITS[name]) if name in UNITS else "a unit of one of " + ", ".join(UNITS)
                 raise InputError(f"units.{name}", unit, allowed, "The numbers of the file are in SI units.")
-        if self.interval.normalised and self.residual is None:
-            raise InputError("interval.normalised", True, "false where there is no Gaussian-process residual")
-        if self.film_residual is not None and (self.residual is None or family.parts is None):
-            allowed = "a second process only beside the first, of a family that gives both parts of mu"
-            raise InputError("film_residual", self.family, allowed)
+        if self.interval.normalised and self.network is None:
+            raise InputError("interval.normalised", True, "false where there is no network")
+        if self.network is not None and family.parts is None:
+            raise InputError("network", self.family, "a network only for a family that gives both parts of mu")
         return self
 
     @classmethod
@@ -148,7 +146,7 @@ class FittedFormula(FrictionModel, InputModel):
         --------
         >>> from regression import Formula
         >>> Formula.load("75w90").family
-        'rough_share'
+        'short'
         """
         shipped = data_names("formulas", ".json")
         name = same_name(str(name), shipped)
@@ -200,8 +198,8 @@ class FittedFormula(FrictionModel, InputModel):
 
     @property
     def label(self) -> str:
-        """The family, with the Gaussian process if there is one, for tables."""
-        return self.family if self.residual is None else f"{self.family} + GP"
+        """`NETWORK` where there is one, else the family, for tables."""
+        return self.family if self.network is None else NETWORK
 
     @property
     def form(self) -> Family:
@@ -212,13 +210,6 @@ class FittedFormula(FrictionModel, InputModel):
     def uses_texture(self) -> bool:
         """Whether mu depends on the lay of the roughness: the data must hold more than one Peklenik number."""
         return "peklenik_number" in self.ranges
-
-    @property
-    def processes(self) -> tuple[GpResidual, ...]:
-        """The Gaussian processes: none, one of ln mu, or those of the share and of the film."""
-        if self.residual is None:
-            return ()
-        return (self.residual,) if self.film_residual is None else (self.residual, self.film_residual)
 
     def with_roughness_in_range(self, conditions: Conditions) -> Conditions:
         """Conditions with the roughness moved into its range where films are so thick that it leaves friction alone.
@@ -271,10 +262,12 @@ class FittedFormula(FrictionModel, InputModel):
         total = conditions["slide_to_roll_total"]
         if smallest <= 0.0:
             return conditions, np.ones_like(total)
-        sliding_ratio = np.maximum(total, smallest)
+        # both have a continuous slope where the sliding of the data begins
+        part = np.minimum(total / smallest, 1.0)
+        sliding_ratio = np.maximum(total, 0.5 * smallest * (1.0 + part * part))
         sliding = sliding_ratio * np.absolute(conditions["speed_entrainment"])
         table = {**conditions, "slide_to_roll_total": sliding_ratio, "speed_sliding": sliding}
-        return table, np.minimum(total / smallest, 1.0)
+        return table, part * (2.0 - part)
 
     def log_width(
         self,
@@ -305,7 +298,7 @@ class FittedFormula(FrictionModel, InputModel):
     def evaluate(self, conditions: Conditions, oil: Oil | None = None) -> FrictionEstimate:
         """Friction with the interval of the fit; outside its range and with another oil the largest error seen.
 
-        Below the least sliding of the data mu falls linearly to 0 with it: the form itself may be infinite there.
+        Below the least sliding of the data mu falls smoothly to 0 with it: the form itself may be infinite there.
 
         Parameters
         ----------
@@ -327,7 +320,7 @@ class FittedFormula(FrictionModel, InputModel):
         near, far = extrapolation >= CloudDistance.NEAR, extrapolation == CloudDistance.FAR
         if self._refuse and np.any(outside | near):
             raise self._refused(conditions, outside | near)
-        mu, deviation = self._values(conditions, (None, None))
+        mu, deviation = self._values(conditions)
         width = self.log_width(conditions["film_ratio_formula"], deviation, outside, self.excess(conditions), near, far)
         lower, upper = mu * np.exp(-width), mu * np.exp(width)
         oil_flag = FrictionFlag.OK if oil is None else self.oil_flag(oil)
@@ -340,26 +333,19 @@ class FittedFormula(FrictionModel, InputModel):
     @one_thread
     def coefficient(self, conditions: Conditions, oil: Oil | None = None) -> Array:
         """mu as in `evaluate`, without its interval and the guard of its range [-]."""
-        means = tuple(process.mean_alone for process in self.processes)
-        return self._values(conditions, (*means, None, None)[:2])[0]
+        return self._values(conditions)[0]
 
-    def _values(self, conditions: Conditions, sums: tuple[Sums | None, ...]) -> tuple[Array, Array | None]:
-        """mu, and the deviation of its logarithm by the processes."""
+    def _values(self, conditions: Conditions) -> tuple[Array, Array | None]:
+        """mu, and the standard deviation of its logarithm by the networks."""
         table, ramp = self.with_minimum_sliding(conditions)
         shape = np.shape(ramp)
         flat = {name: np.ravel(values) for name, values in table.items()}
-        mu, deviation = self.friction(flat, self.boundary_friction, sums)
+        mu, deviation = friction_of_form(self.form, self.coefficients, self.network, flat, self.boundary_friction)
         mu = mu.reshape(shape)
         # 0 is an exponential that fell below the range of numbers
         undefined = ~(np.isfinite(mu) & (mu > 0.0))
         mu = np.where(undefined, np.nan, mu * ramp)
         return mu, None if deviation is None else deviation.reshape(shape)
-
-    def friction(
-        self, table: Conditions, boundary_friction: float | Array, sums: tuple[Sums | None, ...] = (None, None)
-    ) -> tuple[Array, Array | None]:
-        """mu by the form and its residual, and the residual's standard deviation of ln mu (None without residual)."""
-        return corrected_form(self.form, self.coefficients, self.processes, table, boundary_friction, sums)
 
     def to_text(self) -> str:
         """The equation and its coefficients, to read and to type in."""
@@ -369,9 +355,10 @@ class FittedFormula(FrictionModel, InputModel):
             error = self.standard_errors.get(term)
             spread = f" +- {error:.3g}" if error is not None and not note else ""
             lines.append(f"  {term} = {self.coefficients[term]:.9g}{spread}{note}")
-        for process, what in zip(self.processes, PROCESS_WORDS[len(self.processes)], strict=True):
-            inputs = ", ".join(process.variables)
-            lines += ["", f"{what}, r a Gaussian process of {len(process.points)} points in {inputs}"]
+        if network := self.network:
+            what = f"the mean of {len(network.members)} networks of 2 x {network.units} units"
+            lines += ["", f"X/(1 - X) times exp(a), F/(1 - X)^1.5 times exp(b); a, b {what} in"]
+            lines += [f"  {', '.join(network.variables)}"]
         lines += ["", "range:"]
         lines += [f"  {name}: {low:.6g} to {high:.6g} {UNITS[name]}" for name, (low, high) in self.ranges.items()]
         return "\n".join(lines)
@@ -472,6 +459,29 @@ class FittedFormula(FrictionModel, InputModel):
                 return InputError(name, value, where, f"{count} lie outside the data of {self.name}.")
         hint = f"Each variable is within its range, but no case of {self.name} has them together."
         return InputError("conditions", count, "points among the data", hint)
+
+
+def friction_of_form(
+    form: Family,
+    coefficients: Mapping[str, float],
+    network: Network | None,
+    table: Conditions,
+    boundary_friction: float | Array,
+    evaluate: Evaluate | None = None,
+) -> tuple[Array, Array | None]:
+    """mu by a form with its networks, and their standard deviation of ln mu (None without them).
+
+    The networks raise no friction above the greater of boundary friction and limiting shear: the bound of the physics
+    holds by construction wherever the form keeps it.
+    """
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
+        if network is None or form.parts is None:
+            return np.exp(form.log_mu(table, coefficients, cast("float", boundary_friction))), None
+        # [()] gives what is recorded for an export, and of arrays the array
+        share, film = (np.asarray(part)[()] for part in form.parts(table, coefficients))
+        found, deviation = network.corrected(share, film, table, boundary_friction, evaluate)
+        limit = np.maximum(boundary_friction, table["limiting_shear_coefficient"])
+        return np.minimum(found, np.maximum(limit, share * boundary_friction + film)), deviation
 
 
 def flags_of(start: Any, near: Any, far: Any, outside: Any, undefined: Any) -> Any:

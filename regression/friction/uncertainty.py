@@ -57,13 +57,6 @@ def friction_of(model: FrictionModel, state: ContactState, oil: Oil) -> Array:
     return model.coefficient(conditions_of(state, oil), oil)
 
 
-def core_of(model: FrictionModel) -> FrictionModel:
-    """The form of a fitted formula alone: its Gaussian process and its cloud of cases cost much and do not answer."""
-    if not isinstance(model, FittedFormula):
-        return model
-    return model.model_copy(update={"residual": None, "film_residual": None, "cloud": None})
-
-
 Case = tuple[FrictionModel, ContactState, Oil]
 
 
@@ -195,19 +188,19 @@ def friction_changes(
     InputError
         The level is no share.
     """
-    score, core = score_of(level), core_of(model)
+    score = score_of(level)
     if isinstance(model, ConstantFriction):
         return FrictionChanges([], lambda scores: [])
     fitted, solving = isinstance(model, FittedFormula), model.solves_contacts
     ratio = conditions_of(state, oil)["film_ratio_formula"]
-    inputs = uncertain_inputs(core, state, oil, spreads, warm_inlet=warm_inlet)
+    inputs = uncertain_inputs(model, state, oil, spreads, warm_inlet=warm_inlet)
     if solving and np.all(ratio > THICK):
         inputs = [entry for entry in inputs if entry.input not in ROUGH]
 
     def friction(cases: list[Case]) -> list[Array]:
         return evaluate(cases) if evaluate else [friction_of(*case) for case in cases]
 
-    nominal: Case = (core, state, oil)
+    nominal: Case = (model, state, oil)
     start, *ends = friction([nominal, *(entry.moved(nominal, z) for entry in inputs for z in (-score, score))])
     found: list[Change] = []
     model_inputs: list[UncertainInput] = []

@@ -34,13 +34,12 @@ from ehl.common.sections import (
 from ehl.common.table import Column, Table
 from ehl.fluid.oil import Oil
 from regression.data.dataset import Dataset, columns
-from regression.fitting.cross_validation import process_factors
+from regression.fitting.cross_validation import interval_factors
 from regression.fitting.rows import computed_friction, fitted_rows
 from regression.fitting.sensitivity import formula_sensitivity
 from regression.friction.conditions import Array
 from regression.friction.families import FAMILIES
 from regression.friction.fitted import FittedFormula
-from regression.friction.gaussian_process import PROCESS_WORDS
 from regression.friction.published_registry import PUBLISHED
 from regression.view.plots import (
     AXES,
@@ -117,7 +116,7 @@ def formula_sections(
 ) -> list[Section]:
     """Sections for the terminal: equation, errors by region, worst case; for files: all tables."""
     best = formulas[0]
-    spread = () if dataset is None else process_factors(dataset, best)
+    spread = () if dataset is None else interval_factors(dataset, best)
     ranking = [family_table(formulas, tried)] if len(formulas) > 1 or tried else []
     intervals = [interval_table(best, spread)] if best.interval.bands else []
     if medium == "files":
@@ -337,7 +336,7 @@ def _published_row(name: str, value: Array, mu: Array, outside: NDArray[np.bool_
 
 def _errors(dataset: Dataset, best: FittedFormula) -> Section:
     caption = "Held-out errors by band of each variable, with the number of cases."
-    tables = [check_table(best), interval_table(best, process_factors(dataset, best))]
+    tables = [check_table(best), interval_table(best, interval_factors(dataset, best))]
     return Section(
         "Errors by region",
         [Picture(partial(plot_bands, best), caption), *tables, Folded("In numbers", [band_table(best)])],
@@ -420,12 +419,10 @@ def coefficient_table(best: FittedFormula) -> Table:
 
 def _formula(best: FittedFormula) -> Section:
     blocks: list[Item] = [Code(best.equation), coefficient_table(best)]
-    for place, (process, what) in enumerate(
-        zip(best.processes, PROCESS_WORDS[len(best.processes)], strict=True), start=1
-    ):
-        scales = ", ".join(f"{name} {x:.3g}" for name, x in zip(process.variables, process.length_scales, strict=True))
-        text = f"{what}, r a Gaussian process of {len(process.points)} points; length scales in standard deviations of"
-        blocks.insert(place, Text(f"{text} the logarithm: {scales}."))
+    if network := best.network:
+        inputs = ", ".join(network.variables)
+        text = f"X/(1 - X) and F/(1 - X)^1.5 times the exponential of {len(network.members)} networks of two layers of"
+        blocks.insert(1, Text(f"{text} {network.units} units in the mean; inputs: {inputs}."))
     return Section("The formula", [Folded(f"Equation and coefficients of {best.label}", blocks)])
 
 

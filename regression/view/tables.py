@@ -102,8 +102,8 @@ def interval_table(formula: FittedFormula, spread: Sequence[tuple[float, float, 
     ----------
     formula : FittedFormula
     spread : sequence of (median, low, high)
-        Of the factor within each band for a Gaussian process, whose deviation differs from case to case, as of
-        `regression.fitting.cross_validation.process_factors`; empty for other forms.
+        Of the factor within each band for networks, whose deviation differs from case to case, as of
+        `regression.fitting.cross_validation.interval_factors`; empty for other forms.
     """
     interval = formula.interval
     level = interval.level

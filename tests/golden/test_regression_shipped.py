@@ -11,7 +11,7 @@ from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.formula import Formula, friction_model, shipped_formulas
 from regression.friction.conditions import conditions_of
-from regression.friction.families import ROUGH_SHARE, rough_share_parts
+from regression.friction.families import SHORT, short_parts
 from regression.friction.models import FrictionFlag
 from regression.sweeping.sweep import oil_hash
 
@@ -32,8 +32,7 @@ def test_formula_belongs_to_the_oil_card(name: str) -> None:
     assert formula.data.plan.startswith("gear_")
     assert formula.data.used >= 700
     # what docs/friction_formula.md says of it
-    bars = {"gp": (0.065, 0.20), "short": (0.115, 0.36)}
-    mape, p95 = bars.get(name.partition("_")[2], (0.10, 0.32))
+    mape, p95 = (0.115, 0.36) if name.endswith("_short") else (0.065, 0.20)
     assert formula.validation.mape < mape
     assert formula.validation.p95 < p95
 
@@ -107,9 +106,9 @@ def test_limits_hold_for_the_shipped_coefficients(name: str) -> None:
     # the share of the asperities falls as a power of the film, with exponents from 0.1 on
     dry = films(1e-60) | {"speed_sliding": 1e-6 * here["speed_sliding"]}
     with np.errstate(over="ignore"):
-        share, film = rough_share_parts(here, k)
-        thicker, _ = rough_share_parts(films(1.0 + 4.0 * unit[7]), k)
-        boundary = np.exp(ROUGH_SHARE.log_mu(dry, k, 0.1))
+        share, film = short_parts(here, k)
+        thicker, _ = short_parts(films(1.0 + 4.0 * unit[7]), k)
+        boundary = np.exp(SHORT.log_mu(dry, k, 0.1))
     assert ((share >= 0.0) & (share <= 1.0) & (thicker <= share)).all()
     assert ((film > 0.0) & (film <= here["limiting_shear_coefficient"] * (1.0 + 1e-9))).all()
     np.testing.assert_allclose(boundary, 0.1, rtol=1e-5)

@@ -1,7 +1,7 @@
 """Families of friction formulas: what each computes from the local conditions and its coefficients.
 
-Three are linear in ln mu (`xu`, `power_law`, `regimes`), the others are nonlinear. All take slide_to_roll_total and
-speed_sliding, the length of the whole sliding vector, `short` and `rough_share` also the amount of slide_to_roll: mu
+Three are linear in ln mu (`xu`, `power_law`, `regimes`), `short` is nonlinear. All take slide_to_roll_total and
+speed_sliding, the length of the whole sliding vector, `short` also the amount of slide_to_roll: mu
 does not depend on the sign of the sliding.
 """
 
@@ -11,22 +11,20 @@ from ehl.common.errors import InputError
 from regression.friction.families.family import Family
 from regression.friction.families.film_regimes import REGIMES
 from regression.friction.families.log_linear import POWER_LAW, XU
-from regression.friction.families.rough_share import ROUGH_SHARE, SHORT, rough_share_parts, short_parts
+from regression.friction.families.short import SHORT, short_parts
 
 __all__ = [
     "FAMILIES",
     "POWER_LAW",
     "REGIMES",
-    "ROUGH_SHARE",
     "SHORT",
     "XU",
     "Family",
     "family_named",
-    "rough_share_parts",
     "short_parts",
 ]
 
-FAMILIES: dict[str, Family] = {family.name: family for family in (XU, POWER_LAW, REGIMES, SHORT, ROUGH_SHARE)}
+FAMILIES: dict[str, Family] = {family.name: family for family in (XU, POWER_LAW, REGIMES, SHORT)}
 
 
 def family_named(name: str) -> Family:

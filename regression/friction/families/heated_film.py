@@ -1,7 +1,6 @@
 """A heated Ree-Eyring film over a line contact and the load share of asperities in it, in closed form (ours).
 
-The stress is taken at three pressures of the Hertz ellipse (Gauss points of the half-width, weights scaled so that they
-carry the load exactly), or at the mean pressure.
+The stress is taken at the mean pressure of the line contact.
 """
 
 from __future__ import annotations
@@ -17,11 +16,6 @@ from regression.friction.conditions import MIN_ROUGHNESS, Array, Conditions, fla
 
 # steel: sqrt(46 W/(m K) * 7830 kg/m3 * 465 J/(kg K))
 EFFUSIVITY = 12941.4
-# p/p_mean at the Gauss points, and their weights; weights times pressures add up to 1
-PRESSURES = (1.2593, 1.0976, 0.58454)
-WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
-GAUSS = tuple(zip(PRESSURES, WEIGHTS, strict=True))
-MEAN = ((1.0, 1.0),)  # the mean pressure alone
 CAP_ORDER = 8.0
 # of fits to both shipped oils: free they came out alike, or could not be told from the coefficients that stayed
 INLET_SLIDING, INLET_SLIDING_POWER, INLET_HEAT, INLET_LOAD, INLET_POWER = 2.0, 1.7, 0.9, 0.15, 0.6
@@ -29,7 +23,7 @@ INLET_SLIDING, INLET_SLIDING_POWER, INLET_HEAT, INLET_LOAD, INLET_POWER = 2.0, 1
 HEAT_FILM, HEAT_FLASH, HEAT_POWER, RELIEF_POWER = 1.8, 1.15, 0.75, 2.0 / 3.0
 _MAX_EXPONENT = 300.0  # of an exponent
 _THICK = 3.0  # lambda from which the roughness leaves no trace in the film's friction
-# of fits of `rough_share` to both shipped oils, where they came out alike
+# of fits to both shipped oils, where they came out alike
 SLOPE_POWER = 0.75  # of lc/Rq
 _PRESSURE, _PRESSURE_POWER, _SLIDING_POWER = 0.005, 0.4, 0.2  # of the sharpness j; p_h/E' of 1.1 GPa on steel
 _ACROSS = 0.15  # |s|/(1 + SR) at which sliding across the line counts
@@ -55,7 +49,6 @@ def film_friction(
     k: Mapping[str, float],
     film: Array,
     ripple: Array | float = 0.0,
-    pressures: tuple[tuple[float, float], ...] = GAUSS,
 ) -> Array:
     """Friction of the heated film; at most Lambda.
 
@@ -64,7 +57,7 @@ def film_friction(
     falls with the temperature it makes itself: tau = tau0 a/(1 + theta tanh a)^0.75 with a = asinh x and
     theta = tau0 beta dT/tau from the film and both surfaces. beta rises with pressure as that of Roelands does, times
     `heat_pressure`, a property of the oil (near 0 where its pressure-viscosity falls with temperature). Under pressure
-    the film conducts as `PAO` whatever the card says, 5 % apart at most. The cap is a smooth minimum at each pressure.
+    the film conducts as `PAO` whatever the card says, 5 % apart at most. The cap is a smooth minimum.
 
     Parameters
     ----------
@@ -74,8 +67,6 @@ def film_friction(
         [m].
     ripple : array
         Relative rise of the mean viscosity by pressures that ripple, where the film shears as a Newtonian one.
-    pressures : tuple
-        p/p_mean at which the stress is taken, and the weight of each.
     """
     mean = 0.25 * np.pi * c["pressure_hertz"]
     speed, sliding, stress = np.abs(c["speed_entrainment"]), c["speed_sliding"], c["eyring_stress"]
@@ -90,21 +81,19 @@ def film_friction(
     surfaces = 0.5 * (np.sqrt(1.0 + ratio) + np.sqrt(np.abs(1.0 - ratio)))
     flash = HEAT_FLASH * np.sqrt(c["half_width"] * relief / speed) / (EFFUSIVITY * surfaces)
     pole = np.maximum(np.log(viscosity) + ROELANDS_LOG_VISCOSITY, 1.0)
-    total: Array | float = 0.0
-    for share, weight in pressures:
-        local = share / relief
-        exponent = np.minimum(rise * local / (bend * (1.0 - local) + local), 300.0)
-        pressure = local * mean
-        conductivity = PAO(pressure, c["thermal_conductivity"])
-        strain = k["strain"] * viscosity * np.exp(exponent) * sliding / (stress * film)
-        strain = strain * (1.0 + ripple / (1.0 + strain))
-        isothermal = np.arcsinh(strain)
-        resistance = sliding * (HEAT_FILM * film / (8.0 * conductivity) + flash)
-        heat = beta * (1.0 + k["heat_pressure"] * exponent / pole) * stress * resistance
-        shear = stress * isothermal / (1.0 + heat * np.tanh(isothermal)) ** HEAT_POWER
-        limit = np.maximum(c["limiting_shear_coefficient"] * pressure, 1e-9)
-        total = total + weight * shear * (1.0 + (shear / limit) ** CAP_ORDER) ** (-1.0 / CAP_ORDER)
-    return np.asarray(relief * total / mean)
+    local = 1.0 / relief
+    exponent = np.minimum(rise * local / (bend * (1.0 - local) + local), 300.0)
+    pressure = local * mean
+    conductivity = PAO(pressure, c["thermal_conductivity"])
+    strain = k["strain"] * viscosity * np.exp(exponent) * sliding / (stress * film)
+    strain = strain * (1.0 + ripple / (1.0 + strain))
+    isothermal = np.arcsinh(strain)
+    resistance = sliding * (HEAT_FILM * film / (8.0 * conductivity) + flash)
+    heat = beta * (1.0 + k["heat_pressure"] * exponent / pole) * stress * resistance
+    shear = stress * isothermal / (1.0 + heat * np.tanh(isothermal)) ** HEAT_POWER
+    limit = np.maximum(c["limiting_shear_coefficient"] * pressure, 1e-9)
+    capped = shear * (1.0 + (shear / limit) ** CAP_ORDER) ** (-1.0 / CAP_ORDER)
+    return np.asarray(relief * capped / mean)
 
 
 FILM_EQUATION = (
@@ -118,7 +107,7 @@ FILM_EQUATION = (
 )
 
 
-def asperity_share(c: Conditions, film: Array, k: Mapping[str, float], slope_power: float = SLOPE_POWER) -> Array:
+def asperity_share(c: Conditions, film: Array, k: Mapping[str, float]) -> Array:
     """Load share of the asperities under a film [m], X = 1/(1 + Q^j).
 
     Q = squeeze (h'/h_b)^n exp(squeeze_tail (h'/Rq)^2) P^(squeeze_flattening exp(-h/Rq)) (1 + slide A)
@@ -126,7 +115,7 @@ def asperity_share(c: Conditions, film: Array, k: Mapping[str, float], slope_pow
 
     The film is measured by the boundary film h_b = 30 nm of extreme-pressure additives: it, and not Rq, decides which
     film the asperities reach through. The
-    exponent n = squeeze_film (0.01 lc/Rq)^slope_power (1 + lc/b)^squeeze_width says how suddenly they do: flatter
+    exponent n = squeeze_film (0.01 lc/Rq)^0.75 (1 + lc/b)^squeeze_width says how suddenly they do: flatter
     roughness touches more evenly. P = p_h lc/(0.5 E' Rq) is the pressure over the one that flattens the roughness,
     which matters where films are thin. Sliding s across the line makes films between asperities, A = |s|/(0.15 (1 +
     SR)); marks across the motion (Peklenik number gamma above 1) hold the oil, marks along it let it out,
@@ -140,7 +129,7 @@ def asperity_share(c: Conditions, film: Array, k: Mapping[str, float], slope_pow
     pressed = flattening(c)
     lifted = film * (1.0 + k["whole"] * waves)
     across = np.abs(c["slide_to_roll"]) / (_ACROSS * (1.0 + c["slide_to_roll_total"]))
-    power = k["squeeze_film"] * (0.01 * length / rough) ** slope_power * (1.0 + waves) ** k["squeeze_width"]
+    power = k["squeeze_film"] * (0.01 * length / rough) ** SLOPE_POWER * (1.0 + waves) ** k["squeeze_width"]
     log_resistance = (
         np.log(k["squeeze"])
         + power * np.log(lifted / EP_FILM)

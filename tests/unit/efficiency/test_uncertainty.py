@@ -25,7 +25,7 @@ from ehl.uncertainty.spread import UncertaintyInput
 from regression.formula import friction_model
 from regression.friction.conditions import Conditions
 from regression.friction.models import FrictionEstimate, FrictionModel
-from regression.friction.uncertainty import boundary_friction_of, core_of, uncertain_inputs
+from regression.friction.uncertainty import boundary_friction_of, uncertain_inputs
 
 OPERATION = Operation(125.0, 363.15, 0.4e-6, 0.3e-6)
 Z = score_of(0.9)
@@ -109,7 +109,7 @@ def test_published_formula_says_that_its_own_error_is_missing() -> None:
 
 def test_interval_on_the_formula_holds_what_random_inputs_give() -> None:
     """300 draws of all inputs the formula holds at once: 85 to 95 % lie in the 90 % interval, both sides in use."""
-    model = core_of(friction_model("75w90"))
+    model = friction_model("75w90")
     outside = dict.fromkeys(("peklenik_number", "boundary_film", "temperature_bulk"), 0.0)
     spreads = UncertaintyInput(**outside)
     result = solve(model, spreads)

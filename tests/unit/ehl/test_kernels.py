@@ -40,8 +40,6 @@ from ehl.rough._kernels.march import march
 from ehl.smooth import _kernels as smooth_kernels
 from ehl.smooth._kernels import newton
 from ehl.warmup import warm_up
-from regression.friction._kernels import matern_of_squares
-from regression.friction.gaussian_process import ask_kernel
 
 ANSWER = """
 import numpy as np
@@ -226,26 +224,22 @@ def test_compiling_is_announced_once_for_each_kind(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(kernel_cache, "compiled", [])
-    for function in (newton.py_func, march.py_func, newton.py_func, matern_of_squares.py_func):
+    for function in (newton.py_func, march.py_func, newton.py_func):
         with announced(function), announced(march.py_func):  # what it calls is part of it
             pass
     lines = capsys.readouterr().err.splitlines()
     assert [line.split(", ")[0] for line in lines] == [
         "mixed-ehl: compiling for smooth contacts",
         "mixed-ehl: compiling for rough contacts",
-        "mixed-ehl: compiling for Gaussian processes",
     ]
-    assert [kind for kind, _, _ in kernel_cache.compiled] == ["smooth", "rough", "smooth", "process"]
+    assert [kind for kind, _, _ in kernel_cache.compiled] == ["smooth", "rough", "smooth"]
 
 
 def test_warmup(mixed_ehl: Callable[..., Any]) -> None:
     warm_up("smooth")
     again = warm_up("smooth")
     assert (again.kinds, again.compiled, again.seconds_cpu) == (("smooth",), {"smooth": 0}, {"smooth": 0})
-    both = warm_up("smooth", ask_kernel)
-    assert both.kinds == ("smooth", "process")
-    assert [row[0] for row in both.table().rows] == ["smooth contacts", "Gaussian processes"]
-    assert not missing_on_disk(matern_of_squares)
+    assert [row[0] for row in again.table().rows] == ["smooth contacts"]
     assert json.loads(mixed_ehl("warmup", "smooth", "--json").out)["compiled"] == {"smooth": 0}
     assert "all kernels were on disk" in mixed_ehl("warmup", "smooth").out
     refused = mixed_ehl("warmup", "wet")

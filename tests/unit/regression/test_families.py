@@ -16,18 +16,15 @@ from regression.fitting.coefficients import fit_coefficients, parts_of
 from regression.friction.conditions import conditions_of
 from regression.friction.families import (
     FAMILIES,
-    ROUGH_SHARE,
     SHORT,
-    rough_share_parts,
     short_parts,
 )
 from regression.friction.families.film_regimes import KNOTS, hats
-from regression.friction.families.heated_film import CAP_ORDER, PRESSURES, WEIGHTS, film_friction, heated_film
+from regression.friction.families.heated_film import CAP_ORDER, film_friction, heated_film
 from regression.friction.published import XU_COEFFICIENTS
 
 OILS = {name: Oil.load(name) for name in ("75w90", "fva3")}
 SHARE_FAMILIES = {
-    "rough_share": (ROUGH_SHARE, rough_share_parts),
     "short": (SHORT, short_parts),
 }
 START = {family.name: dict(zip(family.terms, family.start, strict=True)) for family, _ in SHARE_FAMILIES.values()}
@@ -128,7 +125,7 @@ def test_full_film_friction_vanishes_with_the_sliding(point: dict[str, float], o
 
 
 @settings(max_examples=60, deadline=None)
-@given(point=BEYOND, oil=OIL, family=st.sampled_from(["regimes", "rough_share", "short"]))
+@given(point=BEYOND, oil=OIL, family=st.sampled_from(["regimes", "short"]))
 def test_friction_is_continuous_across_the_regimes(point: dict[str, float], oil: str, family: str) -> None:
     speed = point["speed_entrainment"] * np.geomspace(1e-2, 1e2, 8001)
     slide = point["slide_to_roll"]
@@ -149,13 +146,6 @@ def test_regimes_add_up_and_stand_at_their_knots() -> None:
     np.testing.assert_allclose(np.array(hats(np.array(KNOTS))), np.eye(len(KNOTS)), atol=1e-12)
 
 
-def test_quadrature_carries_the_load_and_integrates_the_ellipse() -> None:
-    assert sum(w * p for w, p in zip(WEIGHTS, PRESSURES, strict=True)) == pytest.approx(1.0, abs=1e-4)
-    # mean of p^2 over the width of the contact: 2/3 p_h^2 = 2/3 (4/pi)^2 p_mean^2
-    square = sum(w * p**2 for w, p in zip(WEIGHTS, PRESSURES, strict=True))
-    assert square == pytest.approx(2.0 / 3.0 * (4.0 / np.pi) ** 2, rel=0.01)
-
-
 def test_film_friction_of_a_newtonian_oil_of_constant_viscosity() -> None:
     # no heat, low stress, viscosity that does not rise: mu = eta v_s/(h p_mean)
     conditions = table(
@@ -165,7 +155,7 @@ def test_film_friction_of_a_newtonian_oil_of_constant_viscosity() -> None:
         "viscosity_mean_pressure": conditions["viscosity_inlet"],
         "temperature_viscosity": 0.0 * conditions["viscosity_inlet"],
     }
-    k = dict.fromkeys(ROUGH_SHARE.terms, 0.0) | {"strain": 1.0}
+    k = dict.fromkeys(SHORT.terms, 0.0) | {"strain": 1.0}
     film = heated_film(conditions, k)
     np.testing.assert_allclose(film, conditions["film_formula"], rtol=1e-12)
     expected = conditions["viscosity_inlet"] * conditions["speed_sliding"] / (film * 0.25e9 * np.pi)
@@ -176,7 +166,7 @@ def test_film_friction_reaches_the_limiting_shear_stress() -> None:
     conditions = table(
         {"pressure_hertz": 1e9, "radius_equivalent": 0.01, "speed_entrainment": 1.0}, "fva3", slide_to_roll=1.0
     )
-    k = START["rough_share"] | {"relief_thick": 0.0}
+    k = START["short"] | {"relief_thick": 0.0}
     conditions |= {
         "temperature_viscosity": 0.0 * conditions["temperature_viscosity"],  # no heat
         "eyring_stress": 1e6 * conditions["eyring_stress"],
@@ -189,7 +179,7 @@ def test_film_friction_reaches_the_limiting_shear_stress() -> None:
 
 
 def rows(oils: tuple[str, ...], count: int, seed: int) -> pd.DataFrame:
-    """Points in the box of the plan whose friction is that of `rough_share` with its start values."""
+    """Points in the box of the plan whose friction is that of `short` with its start values."""
     random = np.random.default_rng(seed)
     parts = []
     for oil in oils:
@@ -204,7 +194,7 @@ def rows(oils: tuple[str, ...], count: int, seed: int) -> pd.DataFrame:
             "correlation_length": 20e-6 * 5.0 ** unit[:, 6],
         }
         conditions = table(point, oil, roughness_rms_2=0.0)
-        mu = friction("rough_share", conditions)
+        mu = friction("short", conditions)
         parts.append(
             pd.DataFrame(conditions).assign(friction_coefficient=mu, friction_error=0.0, boundary_friction=MU_B)
         )
@@ -214,13 +204,11 @@ def rows(oils: tuple[str, ...], count: int, seed: int) -> pd.DataFrame:
 def test_one_fit_serves_rows_of_two_oils() -> None:
     mixed, other = rows(("75w90", "fva3"), 150, 1), rows(("75w90", "fva3"), 50, 2)
     noise = 1.0 + 0.01 * np.random.default_rng(3).standard_normal(len(mixed))
-    fitted = fit_coefficients(
-        ROUGH_SHARE, mixed.assign(friction_coefficient=mixed["friction_coefficient"] * noise), MU_B
-    )
-    predicted = np.exp(ROUGH_SHARE.log_mu({n: other[n].to_numpy() for n in other}, fitted.values, MU_B))
+    fitted = fit_coefficients(SHORT, mixed.assign(friction_coefficient=mixed["friction_coefficient"] * noise), MU_B)
+    predicted = np.exp(SHORT.log_mu({n: other[n].to_numpy() for n in other}, fitted.values, MU_B))
     assert np.abs(predicted / other["friction_coefficient"] - 1.0).mean() < 0.01
     assert fitted.standard_errors["strain"] > 0.0
-    assert abs(fitted.values["strain"] - START["rough_share"]["strain"]) < 4.0 * fitted.standard_errors["strain"]
+    assert abs(fitted.values["strain"] - START["short"]["strain"]) < 4.0 * fitted.standard_errors["strain"]
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.02])
@@ -243,18 +231,18 @@ def test_fit_finds_the_coefficients_behind_the_friction_within_their_errors(nois
 def test_fit_meets_both_parts_of_the_friction() -> None:
     table_of = rows(("75w90",), 200, 4)
     conditions = {name: table_of[name].to_numpy() for name in table_of}
-    share, film = rough_share_parts(conditions, START["rough_share"])
+    share, film = short_parts(conditions, START["short"])
     known = table_of.assign(asperity_load_share=share, friction_fluid=film)
     # as if a fifth of what the asperities carry were film
     hidden = known.assign(asperity_load_share=0.8 * share, friction_fluid=film + 0.2 * share * MU_B)
 
     def carried(frame: pd.DataFrame) -> float:
-        k = fit_coefficients(ROUGH_SHARE, frame, MU_B).values
-        return float(rough_share_parts(conditions, k)[0].sum() / share.sum())
+        k = fit_coefficients(SHORT, frame, MU_B).values
+        return float(short_parts(conditions, k)[0].sum() / share.sum())
 
     assert carried(known) == pytest.approx(1.0, abs=1e-3)
     # mu alone would say 1 again
     assert carried(hidden) < 0.98
     assert carried(table_of) == pytest.approx(1.0, abs=1e-3)
-    assert parts_of(ROUGH_SHARE, table_of) is None
+    assert parts_of(SHORT, table_of) is None
     assert parts_of(FAMILIES["power_law"], known) is None

@@ -1,4 +1,4 @@
-"""What a fit is checked with: gear paths, repeated realisations, several oils and boundary frictions, the process."""
+"""What a fit is checked with: gear paths, repeated realisations, several oils and boundary frictions, the networks."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.data.dataset import Dataset, columns, load_dataset
+from regression.fitting.coefficients import fit_form
 from regression.fitting.cross_validation import fold_numbers, nested_cross_validate
 from regression.fitting.fit import fit_families, fit_formula
 from regression.fitting.rows import computed_friction, usable_rows
@@ -25,6 +26,7 @@ from regression.formula import Formula
 from regression.friction.conditions import conditions_of
 from regression.friction.data_cloud import CloudDistance
 from regression.friction.families import FAMILIES, SHORT
+from regression.friction.fitted import NETWORK, FittedFormula
 from regression.friction.models import FrictionFlag
 from regression.friction.oil_cards import hashes_of_cards
 from regression.plan.plan import Plan
@@ -66,30 +68,44 @@ def state(**changes: Any) -> ContactState:
 
 
 @pytest.fixture(scope="module")
-def with_process(dataset: Dataset) -> Formula:
-    return fit_formula(dataset, "power_law", gaussian_process=True)
+def network(dataset: Dataset) -> FittedFormula:
+    return fit_formula(rubbing_more(dataset), NETWORK)
 
 
-def test_process_halves_the_held_out_error_and_survives_the_file(
-    dataset: Dataset, with_process: Formula, tmp_path: Path
+def rubbing_more(data: Dataset) -> Dataset:
+    """Friction of `short` at its start values, times what no coefficient of it can give."""
+    found = of_short(data)
+    frame = found.frame
+    wave = 1.0 + 0.4 * np.tanh(2.0 * np.log(frame["pressure_hertz"] / 1e9))
+    mu = frame["friction_coefficient"] * wave
+    return replace(found, frame=frame.assign(friction_coefficient=mu, asperity_load_share=np.nan))
+
+
+def test_networks_halve_the_held_out_error_and_survive_the_file(
+    dataset: Dataset, network: FittedFormula, tmp_path: Path
 ) -> None:
-    plain = fit_formula(dataset, "power_law")
-    assert with_process.validation.mape < 0.5 * plain.validation.mape
-    assert with_process.interval.normalised
-    assert with_process.name == "power_law + GP"
-    with_process.save(tmp_path / "f.json")
+    plain = fit_formula(rubbing_more(dataset), "short")
+    assert network.validation.mape < 0.5 * plain.validation.mape
+    assert network.interval.normalised
+    assert network.label == NETWORK
+    network.save(tmp_path / "f.json")
     again = Formula.load(tmp_path / "f.json")
     conditions = columns(dataset.frame)
-    np.testing.assert_allclose(again.evaluate(conditions).upper, with_process.evaluate(conditions).upper, rtol=1e-9)
+    np.testing.assert_allclose(again.evaluate(conditions).upper, network.evaluate(conditions).upper, rtol=1e-12)
 
 
-def test_process_of_same_data_is_bit_identical(dataset: Dataset, with_process: Formula) -> None:
-    assert fit_formula(dataset, "power_law", gaussian_process=True).to_json() == with_process.to_json()
+def test_networks_of_same_data_are_identical(dataset: Dataset, network: FittedFormula) -> None:
+    frame, _ = usable_rows(rubbing_more(dataset), corners=False)
+    again = fit_form(SHORT, frame, network=True).network
+    assert again is not None
+    assert network.network is not None
+    assert again.members == network.network.members
 
 
-def test_process_keeps_limits_and_bounds(dataset: Dataset) -> None:
-    formula = fit_formula(of_short(dataset), "short", gaussian_process=True)
-    bare = formula.model_copy(update={"residual": None})
+def test_networks_keep_limits_and_bounds(dataset: Dataset, network: FittedFormula) -> None:
+    bare = network.model_copy(
+        update={"network": None, "interval": network.interval.model_copy(update={"normalised": False})}
+    )
     oil = Oil.load("fva3")
     far = conditions_of(
         state(
@@ -99,24 +115,30 @@ def test_process_keeps_limits_and_bounds(dataset: Dataset) -> None:
         ),
         oil,
     )
-    np.testing.assert_array_equal(formula.evaluate(far).mu, bare.evaluate(far).mu)
-    assert formula.evaluate(far).mu[0] == pytest.approx(formula.boundary_friction, rel=0.02)
-    mu = formula.evaluate(columns(dataset.frame)).mu
-    assert (mu <= max(formula.boundary_friction, oil.limiting_stress[1]) + 1e-12).all()
-    none = formula.evaluate(conditions_of(state(slide_to_roll=np.array([0.0, 1e-6, -1e-6])), oil)).mu
+    np.testing.assert_allclose(network.evaluate(far).mu, bare.evaluate(far).mu, rtol=1e-12)
+    assert network.evaluate(far).mu[0] == pytest.approx(network.boundary_friction, rel=0.02)
+    mu = network.evaluate(columns(dataset.frame)).mu
+    assert (mu <= max(network.boundary_friction, oil.limiting_stress[1]) + 1e-12).all()
+    none = network.evaluate(conditions_of(state(slide_to_roll=np.array([0.0, 1e-6, -1e-6])), oil)).mu
     assert none[0] == 0.0
     assert none[1] == none[2]
+    # slopes are continuous where the sliding of the data begins and where the data end
+    for name, ends in (("slide_to_roll", "slide_to_roll_total"), ("pressure_hertz", "pressure_hertz")):
+        at = network.ranges[ends][0]
+        steps = at * (1.0 + 1e-4 * np.arange(-2.0, 3.0))
+        value = network.evaluate(conditions_of(state(**{name: steps}), oil)).mu
+        slopes = np.diff(value)
+        assert slopes[1] == pytest.approx(slopes[2], rel=2e-2)
 
 
-def test_families_with_process_come_in_order(dataset: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_networks_are_ranked_with_the_families(dataset: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("regression.fitting.fit.FAMILIES", LINEAR)
-    formulas = fit_families(dataset, gaussian_process=True, nested=True)
-    assert [formula.residual is None for formula in formulas] == [False, True, True]
-    held_out = [formula.validation.r2_log for formula in formulas]
-    assert held_out == sorted(held_out, reverse=True)
+    formulas = fit_families(rubbing_more(dataset), nested=True)
+    assert formulas[0].network is not None
+    held_out = [formula.validation.mape for formula in formulas]
+    assert held_out == sorted(held_out)
     best = formulas[1]
     assert best.nested is not None
-    # the choice of the family among these two is not always the same, and costs something
     assert best.validation.mape <= best.nested.mape < 1.3 * best.validation.mape
 
 

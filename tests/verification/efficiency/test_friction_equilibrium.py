@@ -12,7 +12,6 @@ import pytest
 from efficiency.contact.contact_lines import MeshPosition
 from efficiency.cylindrical_gears.teeth import cylindrical_tooth
 from efficiency.design.design import load_design
-from efficiency.loss import friction_equilibrium
 from efficiency.loss.closed_form import buckingham_type, coleman_type, lengthwise_sliding
 from efficiency.loss.efficiency import MeshGrids, load_grids, solve_balanced
 from efficiency.loss.kinematics import Axis, Driver, Operation, loaded_points
@@ -22,7 +21,6 @@ from efficiency.mesh import Mesh
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
 from ehl.material import Material
-from ehl.state import ContactState
 from regression.formula import friction_model
 from regression.friction.models import ConstantFriction, FrictionModel
 
@@ -197,35 +195,6 @@ def test_default_is_the_balance_by_an_independent_route(name: str, driver: Drive
         # one of many points, of fewer solutions: the stated error tells
         fast = solve_balanced(load_grids(mesh.grids, torque), model, OIL, operation, many=True)
         assert abs(fast.efficiency - expected) <= fast.efficiency_error_balance < 1e-4
-
-
-@pytest.mark.parametrize("driver", ["pinion", "gear"])
-@pytest.mark.parametrize("name", PAIRS)
-@pytest.mark.parametrize("torque", [60.0, 300.0])
-def test_rounds_with_the_form_before_the_processes_are_within_the_stated_error(
-    torque: float, name: str, driver: Driver, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    mesh, model = small(name), friction_model("75w90_gp")
-    operation = Operation(40.0, 383.15, 0.4e-6, 0.4e-6, driver)
-    asked: list[FrictionModel] = []
-    plain = friction_equilibrium.friction_only
-
-    def counted(model: FrictionModel, state: ContactState, oil: Oil) -> np.ndarray:
-        asked.append(model)
-        return plain(model, state, oil)
-
-    monkeypatch.setattr(friction_equilibrium, "friction_only", counted)
-    result = solve_balanced(load_grids(mesh.grids, torque), model, OIL, operation)
-    assert asked.count(model) < len(asked)
-    assert asked.count(model) <= 2
-    expected, change = iterated(mesh, torque, model, operation)
-    assert change < 1e-10
-    assert abs(result.efficiency - expected) <= result.efficiency_error_balance < 1e-5
-    # every round with the processes
-    monkeypatch.setattr(friction_equilibrium, "form_of", lambda model: model)
-    whole = solve_balanced(load_grids(mesh.grids, torque), model, OIL, operation)
-    stated = result.efficiency_error_balance + whole.efficiency_error_balance
-    assert abs(result.efficiency - whole.efficiency) <= stated
 
 
 @pytest.mark.parametrize("driver", ["pinion", "gear"])

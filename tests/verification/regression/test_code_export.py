@@ -25,11 +25,8 @@ from ehl.state import ContactState
 from regression.export.export import export_formula
 from regression.export.matlab_text import matlab_text
 from regression.export.program import Program, program_of
-from regression.formula import Formula, shipped_formulas
+from regression.formula import Formula
 from regression.friction.conditions import LUBRICANT_UNITS, conditions_of
-from regression.friction.data_cloud import data_cloud
-from regression.friction.error_tables import ErrorInterval
-from regression.friction.gaussian_process import GpResidual
 from regression.friction.models import FrictionFlag
 from regression.friction.oil_cards import OilIdentity
 
@@ -77,37 +74,8 @@ def state(table: dict[str, Array]) -> ContactState:
     return ContactState.of(**rest, roughness_rms_1=single, roughness_rms_2=single)
 
 
-def with_process(name: str) -> Formula:
-    """A shipped formula with a made-up Gaussian process and a guard around 40 of the points."""
-    formula = formula_of(name)
-    table = conditions_of(state(points(name)), Oil.load(formula.oils[0].name or ""))
-    variables = ("pressure_hertz", "film_ratio_formula", "slide_to_roll_total", "speed_entrainment")
-    logs = np.log(np.column_stack([table[variable][:600] for variable in variables]))
-    x = (logs - logs.mean(axis=0)) / logs.std(axis=0)
-    rng = np.random.default_rng(2)
-    process = GpResidual(
-        variables=variables,
-        mean=tuple(logs.mean(axis=0).tolist()),
-        scale=tuple(logs.std(axis=0).tolist()),
-        low=tuple(x.min(axis=0).tolist()),
-        high=tuple(x.max(axis=0).tolist()),
-        length_scales=(2.0, 0.7, 1.5, 4.0),
-        variance=0.02,
-        noise=1e-4,
-        points=tuple(map(tuple, (x[:24] / np.array([2.0, 0.7, 1.5, 4.0])).tolist())),
-        weights=tuple(rng.normal(0.0, 3.0, 24).tolist()),
-        alpha=tuple(np.full(12, 1e-4).tolist()),
-    )
-    cases = {variable: values[:40] for variable, values in table.items()}
-    interval = ErrorInterval(level=0.9, log_width=1.7, largest=0.6, near=0.2, normalised=True)
-    cloud = data_cloud(cases, tuple(formula.ranges), count=16)
-    return formula.model_copy(update={"residual": process, "cloud": cloud, "interval": interval})
-
-
 @cache
 def formula_of(name: str) -> Formula:
-    if name.endswith("+gp"):
-        return with_process(name.removesuffix("+gp"))
     formula = Formula.load(name.removesuffix(WITHOUT_GUARD))
     return formula.model_copy(update={"cloud": None}) if name.endswith(WITHOUT_GUARD) else formula
 
@@ -125,22 +93,18 @@ def columns(program: Program, name: str) -> Array:
     return np.column_stack([table[argument.name] for argument in program.arguments])
 
 
-def agree(found: Array, name: str, tolerance: float = 1e-12, interval: float | None = None) -> None:
+def agree(found: Array, name: str, tolerance: float = 1e-12) -> None:
     wanted = expected(name)
-    # terms of a process cancel: its sum is rounded by its terms, in whatever order it is taken
-    terms = [process.variance * float(np.abs(process.weights).sum()) for process in formula_of(name).processes]
-    tolerance += float(np.finfo(float).eps) * sum(terms)
     np.testing.assert_array_equal(found[:, 3], wanted[:, 3])
     np.testing.assert_allclose(found[:, 0], wanted[:, 0], rtol=tolerance)
-    # the deviation of a process is a small difference of larger numbers
-    np.testing.assert_allclose(found[:, 1:3], wanted[:, 1:3], rtol=interval or tolerance)
+    np.testing.assert_allclose(found[:, 1:3], wanted[:, 1:3], rtol=tolerance)
 
 
-NAMES = (*shipped_formulas(), "fva3_short+gp")
+NAMES = ("75w90", "fva3", "75w90_short")
 
 
 def test_points_see_every_flag_a_formula_has() -> None:
-    flags = expected("fva3_short+gp")[:, 3]
+    flags = expected("75w90")[:, 3]
     wanted = {FrictionFlag.OK, FrictionFlag.EXTRAPOLATED_NEAR, FrictionFlag.OUTSIDE_RANGE}
     assert wanted <= set(flags.astype(int).tolist())
     assert np.count_nonzero(flags == FrictionFlag.OK) > 50
@@ -163,7 +127,7 @@ def test_python_in_a_process_without_this_program(name: str, tmp_path: Path) -> 
         "assert type(float(mu)) is float and int(flag) == flag and lower < mu < upper\n"
     )
     subprocess.run([sys.executable, "-I", str(tmp_path / "run.py")], check=True, timeout=120)
-    agree(np.loadtxt(tmp_path / "found.txt"), name, 1e-12, 1e-9 if name.endswith("+gp") else None)
+    agree(np.loadtxt(tmp_path / "found.txt"), name)
 
 
 C_MAIN = """#include <stdio.h>
@@ -228,6 +192,8 @@ def test_compiled_languages(language: str, name: str, tmp_path: Path) -> None:
     file, main, argument, first, command = LANGUAGES[language]
     program = export_formula(formula_of(name), tmp_path / file)
     text = (tmp_path / file).read_text()
+    assert len(text) < 150_000
+    assert len(text.splitlines()) <= 550
     # also where there is no compiler: every step is there, in order, and no line is too long for the language
     # the step `friction` gives its name to the function
     names = ["friction_" if step.name == "friction" else step.name for step in program.steps]
@@ -237,7 +203,7 @@ def test_compiled_languages(language: str, name: str, tmp_path: Path) -> None:
     assert places == sorted(places)
     assert max(map(len, text.splitlines())) <= 132
     if shutil.which(command[0]) is None:
-        return
+        pytest.skip(f"{command[0]} is not installed")
     count = len(program.arguments)
     arguments = ", ".join(argument.format(i + first) for i in range(count))
     source = f"main{Path(file).suffix}"
@@ -248,7 +214,7 @@ def test_compiled_languages(language: str, name: str, tmp_path: Path) -> None:
     found = subprocess.run(
         [str(tmp_path / "main")], input=given, capture_output=True, text=True, check=True, cwd=tmp_path, timeout=120
     )
-    agree(np.loadtxt(found.stdout.splitlines()), name, 1e-12, 1e-9 if name.endswith("+gp") else None)
+    agree(np.loadtxt(found.stdout.splitlines()), name)
 
 
 def matlab_statements(text: str) -> list[str]:
@@ -297,7 +263,7 @@ def test_matlab_file_in_octave(name: str, tmp_path: Path) -> None:
     assert len(opened) == len(re.findall(r"^\s*end$", text, flags=re.MULTILINE))
     octave = shutil.which("octave-cli") or shutil.which("octave")
     if octave is None:
-        return
+        pytest.skip("octave is not installed")
     np.savetxt(tmp_path / "points.txt", columns(program, name), fmt="%.17g")
     arguments = ", ".join(f"x(:, {i + 1})" for i in range(len(program.arguments)))
     script = (
@@ -305,7 +271,7 @@ def test_matlab_file_in_octave(name: str, tmp_path: Path) -> None:
         "file = fopen('found.txt', 'w'); fprintf(file, '%.17g %.17g %.17g %d\\n', d'); fclose(file);"
     )
     subprocess.run([octave, "--norc", "--quiet", "--eval", script], cwd=tmp_path, check=False, timeout=300)
-    agree(np.loadtxt(tmp_path / "found.txt"), name, 1e-12, 1e-9 if name.endswith("+gp") else None)
+    agree(np.loadtxt(tmp_path / "found.txt"), name)
 
 
 def python_function(path: Path) -> Callable[..., Any]:
@@ -320,7 +286,7 @@ def test_without_guard_the_code_is_short_and_gives_the_same_friction(tmp_path: P
     program = export_formula(formula_of(name), tmp_path / "friction.py", guard=False)
     text = (tmp_path / "friction.py").read_text()
     assert len(text) < 20_000
-    assert "case_distance" not in text
+    assert "guard(" not in text
     assert "not flagged" in text
     found = np.column_stack(python_function(tmp_path / "friction.py")(*columns(program, name).T))
     agree(found, name + WITHOUT_GUARD)

@@ -1,0 +1,85 @@
+"""Family `short`: asperities that reach through a heated film (ours).
+
+For contacts whose roughness was resolved: `asperity_share` gives the load the asperities carry, and the film, taken at
+the mean pressure, carries the rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from regression.friction.conditions import Array, Conditions
+from regression.friction.families.family import ROUGH_BOX, Family
+from regression.friction.families.heated_film import (
+    FILM_EQUATION,
+    SHARE_EQUATION,
+    SLOPE_POWER,
+    asperity_share,
+    film_friction,
+    film_ripple,
+    heated_film,
+    valley_film,
+)
+
+_FILM_POWER = 1.5  # of the share of the film, in fits to both shipped oils
+
+
+def short_parts(c: Conditions, k: Mapping[str, float]) -> tuple[Array, Array]:
+    """Asperity load share X and friction of the film that carries the rest."""
+    hot = heated_film(c, k)
+    share = asperity_share(c, hot, k)
+    film = film_friction(c, k, hot, film_ripple(c, hot, k)) * valley_film(c, hot, k)
+    return share, np.asarray(film * (1.0 - share) ** _FILM_POWER)
+
+
+def short_log_mu(c: Conditions, k: Mapping[str, float], boundary_friction: float) -> Array:
+    """ln mu of both parts."""
+    share, film = short_parts(c, k)
+    return np.asarray(np.log(share * boundary_friction + film))
+
+
+# term: start, lower and upper bound
+_TERMS: dict[str, tuple[float, float, float]] = {
+    "strain": (0.8, 0.05, 20.0),
+    "relief_thick": (0.3, 0.0, 3.0),
+    "heat_pressure": (0.3, 0.0, 5.0),
+    "inlet": (0.25, 0.0, 10.0),
+    "ripple": (0.9, 0.0, 10.0),
+    "valleys": (0.06, 0.0, 2.0),
+    "squeeze": (4.0, 0.001, 1e3),
+    "squeeze_film": (1.5, 0.1, 20.0),
+    "squeeze_width": (0.5, 0.0, 5.0),
+    "squeeze_tail": (0.7, 0.0, 20.0),
+    "squeeze_flattening": (1.7, 0.0, 5.0),
+    "slide": (0.7, 0.0, 100.0),
+    "lay": (1.6, 0.0, 100.0),
+    "whole": (0.2, 0.0, 10.0),
+    "narrow": (6.0, 0.0, 100.0),
+}
+_EQUATION = (
+    f"mu = X mu_b + (1 - X)^{_FILM_POWER:g} F; {SHARE_EQUATION}"
+    f" n = squeeze_film (0.01 lc/Rq)^{SLOPE_POWER:g} (1 + lc/b)^squeeze_width;"
+    " F = (1 + (Rq/h)^2)^(-valleys/2) r t (1 + (t/(Lam p/r))^8)^(-1/8)/p;"
+    " t = tau0 a/(1 + heat tanh a)^0.75, a = asinh(x (1 + V/(1 + x))), x = strain eta v_s/(tau0 h);"
+    " eta = eta0 exp(g), g = G y/(c (1 - y) + y), y = 1/r, r = (1 + relief_thick h0 R/b^2)^(2/3),"
+    " G = ln(eta_p/eta0), c = G/(alpha p), p = pi p_h/4; p_i = p/r;"
+    f" {FILM_EQUATION}"
+)
+
+
+_START, _LOWER, _UPPER = zip(*_TERMS.values(), strict=True)
+SHORT = Family(
+    "short",
+    "asperities over a heated film, fifteen coefficients (ours)",
+    _EQUATION,
+    tuple(_TERMS),
+    ROUGH_BOX,
+    short_log_mu,
+    None,
+    _START,
+    _LOWER,
+    _UPPER,
+    short_parts,
+)

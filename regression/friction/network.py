@@ -1,0 +1,190 @@
+"""Neural networks that correct a form of friction: kept as whole numbers, evaluated here.
+
+A form gives the load share X of the asperities and the friction F of the film. Each network of the ensemble adds to the
+logit of X and to the logarithm of F/(1 - X)^1.5, which vary more smoothly than mu does:
+
+    y = W3 s(W2 s(W1 x + b1) + b2) + b3,    s(z) = z/sqrt(1 + z^2)
+
+over the standardised logarithms x of dimensionless groups. The mean of the networks is the correction, their spread a
+measure of what the data leave open (Lakshminarayanan, Pritzel & Blundell 2017). Outside the range of the data the
+correction fades to exactly 0, so that the form keeps its limits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from ehl.common.errors import InputError
+from ehl.common.units import ValueRange
+from ehl.common.validation import InputModel
+from regression.friction.conditions import GROUPS, UNITS, Array, Conditions
+
+Finite = Annotated[float, ValueRange("")]
+Positive = Annotated[float, ValueRange("", gt=0.0)]
+# part of the correction that counts, mean of both outputs over the networks, their variances and covariance
+Statistics = tuple[Array, Array, Array, Array, Array, Array]
+Evaluate = Callable[[list[Array]], Sequence[Array]]
+ODDS, FILM_PART = "asperity_odds", "film_part"  # of the form, inputs of the networks
+INPUTS = (
+    "film_ratio_formula",
+    *(name for name in GROUPS),
+    "peklenik_number",
+    ODDS,
+    FILM_PART,
+)
+ODDS_LIMIT = 1e3  # shares nearer to 0 or 1 leave friction as it is
+FILM_POWER = 1.5  # of the load share of the film, that of the form `short`
+DIGITS = 4  # of a weight, behind the point
+FADE = 0.25  # of the range of a variable
+_BLOCK = 256  # points at a time: their units stay in the cache
+
+
+class Network(InputModel):
+    """An ensemble of networks that corrects both parts of a form.
+
+    Parameters
+    ----------
+    variables : tuple of str
+        Names of `regression.friction.conditions.UNITS` or `regression.friction.conditions.GROUPS`, `ODDS` or
+        `FILM_PART`; x = (ln |v| - mean)/scale.
+    mean, scale : tuple of float
+        Of ln v over the cases.
+    low, high : tuple of float
+        Range of x over the cases; beyond it the correction fades to 0 within a quarter of the range.
+    members : tuple of network
+        Rows of weights in units of 1e-4, one row a unit and its bias last: first layer, second layer, both outputs.
+    noise : float
+        Standard deviation of ln mu that is added to the spread of the networks.
+    """
+
+    variables: tuple[str, ...]
+    mean: tuple[Finite, ...]
+    scale: tuple[Positive, ...]
+    low: tuple[Finite, ...]
+    high: tuple[Finite, ...]
+    members: tuple[tuple[tuple[int, ...], ...], ...] = Field(min_length=1)
+    noise: Finite = 0.0
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Network:
+        size = len(self.variables)
+        for name in self.variables:
+            if name not in UNITS and name not in GROUPS and name not in (ODDS, FILM_PART):
+                raise InputError("variables", name, "one of " + ", ".join((*UNITS, *GROUPS, ODDS, FILM_PART)))
+        for field in ("mean", "scale", "low", "high"):
+            if len(getattr(self, field)) != size:
+                raise InputError(field, f"{len(getattr(self, field))} numbers", f"{size}, one per variable")
+        units = self.units
+        widths = [size + 1] * units + [units + 1] * (units + 2)
+        if any([len(row) for row in rows] != widths for rows in self.members):
+            raise InputError("members", "rows of another length", f"{2 * units + 2} rows, of {units} units a layer")
+        return self
+
+    @property
+    def units(self) -> int:
+        """Units of either hidden layer."""
+        return len(self.members[0]) // 2 - 1
+
+    @property
+    def step(self) -> float:
+        """What the whole numbers of the weights count."""
+        return 10.0**-DIGITS
+
+    @cached_property
+    def layers(self) -> tuple[Array, Array, Array]:
+        """Weights of the three layers with the biases last, shapes (k, n, d + 1), (k, n, n + 1), (k, 2, n + 1)."""
+        n = self.units
+        parts = [[rows[:n], rows[n : 2 * n], rows[2 * n :]] for rows in self.members]
+        first, second, last = (np.array(layer, dtype=float) * self.step for layer in zip(*parts, strict=True))
+        return first, second, last
+
+    def statistics(self, logarithms: list[Array]) -> Statistics:
+        """Mean outputs of the networks with variances and covariance, and how far they count, 1 within the data.
+
+        Parameters
+        ----------
+        logarithms : list of array, shape (n,)
+            ln |v| of each variable.
+        """
+        first, second, last = self.layers
+        count, units = len(self.members), self.units
+        mean, scale, low, high = (np.array(getattr(self, name))[:, None] for name in ("mean", "scale", "low", "high"))
+        reach = FADE * (high - low)
+        flat = first.reshape(count * units, -1)
+        out, fading = np.empty((count, 2, len(logarithms[0]))), np.empty(len(logarithms[0]))
+        for start in range(0, fading.size, _BLOCK):
+            block = slice(start, start + _BLOCK)
+            x = (np.clip([part[block] for part in logarithms], -1e3, 1e3) - mean) / scale
+            beyond = (np.maximum(low - x, x - high) / reach).max(axis=0)
+            fading[block] = np.clip(1.0 - beyond, 0.0, 1.0)
+            # where the correction has faded the networks are left as they are
+            one = squashed(flat[:, :-1] @ np.clip(x, low - reach, high + reach) + flat[:, -1:])
+            two = squashed(np.matmul(second[:, :, :-1], one.reshape(count, units, -1)) + second[:, :, -1:])
+            out[:, :, block] = np.matmul(last[:, :, :-1], two) + last[:, :, -1:]
+        a, b = out[:, 0], out[:, 1]
+        mean_a, mean_b = a.mean(axis=0), b.mean(axis=0)
+        a, b = a - mean_a, b - mean_b
+        part = fading * fading * (3.0 - 2.0 * fading)
+        return part, mean_a, mean_b, (a * a).mean(axis=0), (a * b).mean(axis=0), (b * b).mean(axis=0)
+
+    def corrected(
+        self,
+        share: Array,
+        film: Array,
+        conditions: Conditions,
+        boundary_friction: float | Array,
+        evaluate: Evaluate | None = None,
+    ) -> tuple[Array, Array]:
+        """mu of the corrected parts and its standard deviation of ln mu; by ufuncs: `regression.export` records it.
+
+        Parameters
+        ----------
+        share, film : array, shape (n,)
+            Asperity load share and friction of the film by the form.
+        conditions : mapping
+            Columns of shape (n,).
+        boundary_friction : float or array of shape (n,)
+        evaluate : callable, optional
+            In place of `statistics`.
+
+        Returns
+        -------
+        mu, deviation : array, shape (n,)
+        """
+        odds = share / np.maximum(1.0 - share, 1e-12)
+        seen = parts_of_form(share, film)
+        logarithms = []
+        for name in self.variables:
+            value = seen[name] if name in seen else GROUPS[name](conditions) if name in GROUPS else conditions[name]
+            with np.errstate(divide="ignore"):
+                logarithms.append(np.log(np.abs(value)))
+        found = (evaluate or self.statistics)(logarithms)
+        fading, shift, stretch, share_variance, covariance, film_variance = found
+        moved = odds * np.exp(fading * shift)
+        asperities = moved / (1.0 + moved) * boundary_friction
+        sheared = film * ((1.0 + odds) / (1.0 + moved)) ** FILM_POWER * np.exp(fading * stretch)
+        mu = asperities + sheared
+        # d ln mu/d logit, and d ln mu/d ln film
+        by_share = (asperities - FILM_POWER * sheared * moved) / (1.0 + moved) / mu
+        by_film = sheared / mu
+        variance = by_share * (by_share * share_variance + 2.0 * by_film * covariance) + by_film**2 * film_variance
+        return mu, np.sqrt(np.maximum(variance, 0.0) + self.noise**2)
+
+
+def squashed(z: Array) -> Array:
+    """s(z) = z/sqrt(1 + z^2), in place."""
+    root = np.multiply(z, z)
+    root += 1.0
+    np.sqrt(root, out=root)
+    return np.divide(z, root, out=z)
+
+
+def parts_of_form(share: Array, film: Array) -> dict[str, Any]:
+    """The inputs of the networks that the form gives."""
+    odds = np.clip(share / np.maximum(1.0 - share, 1e-12), 1.0 / ODDS_LIMIT, ODDS_LIMIT)
+    return {ODDS: odds, FILM_PART: film / np.maximum(1.0 - share, 1e-12) ** FILM_POWER}
