@@ -24,7 +24,7 @@ from regression.fitting.noise import expected_rows
 from regression.fitting.rows import checkable_rows
 from regression.formula import Formula
 
-KINDS = ("short", "", "gp")
+KINDS = ("short", "")
 FILE = "gear_paths.csv"
 # what a row of the table is found again by
 SAME = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll")
@@ -33,7 +33,7 @@ SAME = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_ro
 def mesh_contacts(paths: str) -> pd.DataFrame:
     """Contacts of a dataset of paths, means over profiles, with pair, operating point and loss for mu = 1 of each."""
     means = expected_rows(checkable_rows(load_dataset(paths).frame))
-    table = pd.read_csv(Path("data/datasets") / FILE)
+    table = pd.read_csv(Path("data/plans") / FILE)
     keys = np.column_stack([means[name] for name in SAME]) / (1e9, 1e-3, 1.0, 1.0)
     known = table.iloc[:, : len(SAME)].to_numpy()
     nearest = np.abs(keys[:, None, :] / known[None] - 1.0).max(axis=2)

@@ -29,7 +29,7 @@ def test_formula_belongs_to_the_oil_card(name: str) -> None:
     (oil,) = formula.oils
     assert oil.name is not None
     assert oil.card_hash == oil_hash(oil.name), "the card changed: sweep and fit again"
-    assert formula.data.plan.startswith("gear_")
+    assert formula.data.plan.startswith("gear")
     assert formula.data.used >= 700
     # what docs/friction_formula.md says of it
     mape, p95 = (0.115, 0.36) if name.endswith("_short") else (0.065, 0.20)

@@ -1,0 +1,178 @@
+"""The data and the formulas that are shipped: sweep, merge, fit and check them, for one oil after the other.
+
+    python validation/shipped_formulas.py                      # all of it; the same command resumes
+    python validation/shipped_formulas.py 75w90 fva3 --fit     # from the data that are there
+    python validation/shipped_formulas.py --check              # tables alone
+
+The plans `gear`, `gear_mesh`, `gear_noise` and `gear_paths` are solved for each oil, 1224 contacts or about 15 min of
+processor time; results go to data/datasets and formulas to data/formulas. The first two are fitted, the others check.
+A sweep is resumed from its folder in validation/out/sweeps; a fit takes one to two minutes.
+"""
+
+from __future__ import annotations
+
+import itertools
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from common import OUT, command_line, one_of, write_rows
+
+import efficiency
+import ehl
+import regression
+from efficiency.conditions.duty import DutyRow
+from regression.data.dataset import columns, load_dataset
+from regression.export.export import LANGUAGES
+from regression.fitting.noise import expected_rows
+from regression.fitting.rows import checkable_rows, computed_friction
+from regression.friction.conditions import conditions_of
+
+OILS = ("75w90", "fva3", "80w90", "eaxle", "pao220", "pg_0_1")
+KINDS = ("", "_mesh", "_noise", "_paths")
+DATA = Path("data")
+PAIRS = (
+    "fm_spiral_bevel_14x39", "fm_hypoid_13x42", "fh_hypoid_9x34", "fh_hypoid_9x34_offset_10", "fh_spiral_bevel_12x37",
+)  # fmt: skip
+SPEEDS = (100, 1500, 6000, 16_000, 20_000)  # of the pinion [rpm]
+SUFFIXES = {"python": ".py", "c": ".c", "fortran": ".f90", "matlab": ".m"}
+BANDS = (0.0, 0.1, 0.5, 1.0, 2.0, np.inf)
+
+
+def sweep(oil: str, jobs: int | None) -> None:
+    """Solve what is missing of the four plans and write the datasets."""
+    for kind in KINDS:
+        plan = regression.Plan.from_file(f"gear{kind}", [f"lubricant.oil={oil}"])
+        run = regression.sweep(plan, OUT / "sweeps" / f"{oil}{kind}", jobs=jobs)
+        print(run.to_text(), flush=True)
+        target = DATA / "datasets" / f"gear_{oil}{kind}.h5"
+        new = target.with_suffix(".new.h5")
+        new.unlink(missing_ok=True)
+        run.merge(new, compress=True, complete=True)
+        new.replace(target)
+
+
+def fit(oil: str) -> None:
+    """Fit the networks and the short form to the data of an oil."""
+    runs = [DATA / "datasets" / f"gear_{oil}{kind}.h5" for kind in KINDS]
+    for family, name in (("network", oil), ("short", f"{oil}_short")):
+        formula = regression.fit(runs[:2], family, noise=runs[2], paths=runs[3])
+        formula.save(DATA / "formulas" / f"{name}.json")
+        print(formula, flush=True)
+
+
+def errors(oil: str) -> list[dict[str, object]]:
+    """Errors on contacts that were not fitted, by film ratio and along meshes, and the coverage of the intervals."""
+    rows: list[dict[str, object]] = []
+    for name in (oil, f"{oil}_short"):
+        formula = regression.Formula.load(DATA / "formulas" / f"{name}.json")
+        for kind in KINDS[2:]:
+            frame = checkable_rows(load_dataset(DATA / "datasets" / f"gear_{oil}{kind}.h5").frame)
+            frame = expected_rows(frame)
+            value, mu = formula.evaluate(columns(frame)), computed_friction(frame)
+            relative, covered = value.mu / mu - 1.0, (value.lower <= mu) & (mu <= value.upper)
+            ratio = frame["film_ratio_formula"].to_numpy()
+            for low, high in ((0.0, np.inf), *itertools.pairwise(BANDS)):
+                inside = (ratio >= low) & (ratio < high)
+                if inside.any():
+                    part = relative[inside]
+                    rows.append(
+                        {
+                            "formula": name, "contacts": kind[1:], "film_ratio_from": low, "film_ratio_to": high,
+                            "count": int(inside.sum()), "mean": float(np.abs(part).mean()),
+                            "p95": float(np.quantile(np.abs(part), 0.95)), "bias": float(part.mean()),
+                            "covered": float(covered[inside].mean()),
+                            "stated_error": float(frame["friction_error"].to_numpy()[inside].mean()),
+                        }
+                    )  # fmt: skip
+    return rows
+
+
+def microseconds(name: str) -> tuple[float, float]:
+    """Processor time of mu, and of mu with interval and guard, at one of many points."""
+    formula, random = regression.Formula.load(name), np.random.default_rng(1)
+    state = ehl.ContactState.of(
+        pressure_hertz=random.uniform(0.4e9, 1.5e9, 20_000), radius_equivalent=0.015, effective_modulus=226e9,
+        speed_entrainment=random.uniform(1.0, 10.0, 20_000), slide_to_roll=0.3, temperature_oil=363.15,
+        roughness_rms_1=0.4e-6, roughness_rms_2=0.4e-6,
+    )  # fmt: skip
+    conditions = conditions_of(state, ehl.Oil.load(formula.default_oil()))
+    found = []
+    for task in (formula.coefficient, formula.evaluate):
+        task(conditions)
+        clock = time.process_time()
+        for _ in range(10):
+            task(conditions)
+        found.append((time.process_time() - clock) / 10 / 20_000 * 1e6)
+    return found[0], found[1]
+
+
+def share_outside(formula: regression.Formula) -> list[dict[str, object]]:
+    """Share of the sliding power of the shipped pairs outside the ranges of a formula, at full and quarter torque."""
+    rows: list[dict[str, object]] = []
+    for name in PAIRS:
+        pair = efficiency.load(name)
+        at = pair.design.operation
+        duty = [
+            DutyRow(part * at.torque, rpm * np.pi / 30.0, at.temperature, 1.0) for rpm in SPEEDS for part in (1.0, 0.25)
+        ]
+        for points, row in zip(pair.duty_points(duty), duty, strict=True):
+            outside = np.ravel(formula.outside(conditions_of(points.state, points.oil)))
+            rows.append(
+                {
+                    "pair": name, "rpm": round(row.speed * 30.0 / np.pi), "torque": row.torque,
+                    "outside": float(np.ravel(points.weight)[outside].sum() / points.weight.sum()),
+                }
+            )  # fmt: skip
+    return rows
+
+
+def check(oils: Sequence[str]) -> None:
+    """Print and write all tables."""
+    rows = [row for oil in oils for row in errors(oil)]
+    write_rows(OUT / "shipped_formulas_errors.csv", rows)
+    print("| formula | contacts | film ratio | number | mean | 95 % | bias | covered | stated error |")
+    print("|---|---|---|---|---|---|---|---|---|")
+    for row in rows:
+        figures = [
+            f"{100.0 * float(str(row[name])):.1f} %" for name in ("mean", "p95", "bias", "covered", "stated_error")
+        ]
+        band = f"{row['film_ratio_from']:g} to {row['film_ratio_to']:g}"
+        print("|", " | ".join(map(str, (row["formula"], row["contacts"], band, row["count"], *figures))), "|")
+    for name in (oils[0], f"{oils[0]}_short"):
+        plain, whole = microseconds(name)
+        print(f"{name}: {plain:.2f} us a point, {whole:.2f} us with interval and guard")
+        with tempfile.TemporaryDirectory() as folder:
+            for language in LANGUAGES:
+                path = Path(folder) / f"friction{SUFFIXES[language]}"
+                regression.Formula.load(name).export(path, language)
+                text = path.read_text(encoding="utf-8")
+                print(f"{name} in {language}: {len(text)} bytes, {text.count(chr(10))} lines")
+    outside = share_outside(regression.Formula.load(oils[0]))
+    write_rows(OUT / "shipped_formulas_outside.csv", outside)
+    for rpm in SPEEDS:
+        largest = max(float(str(row["outside"])) for row in outside if row["rpm"] == rpm)
+        print(f"{rpm} rpm: at most {100.0 * largest:.2f} % of the sliding power of a pair outside the ranges")
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Sweep, fit and check as asked for."""
+    parser = command_line(__doc__)
+    parser.add_argument("oils", nargs="*", type=one_of(OILS))
+    parser.add_argument("--fit", action="store_true", help="fit and check the data that are there")
+    parser.add_argument("--check", action="store_true", help="print the tables alone")
+    parser.add_argument("--jobs", type=int, help="worker processes of a sweep; all processors if not given")
+    asked = parser.parse_args(argv)
+    oils = asked.oils or OILS
+    for oil in oils:
+        if not (asked.fit or asked.check):
+            sweep(oil, asked.jobs)
+        if not asked.check:
+            fit(oil)
+    check(oils)
+
+
+if __name__ == "__main__":
+    main()
