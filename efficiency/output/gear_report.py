@@ -203,7 +203,11 @@ def _cylindrical_table(design: PairDesign) -> Table:
 def _headline(result: EfficiencyResult, of_design: Sequence[str], grid: Grid | None) -> list[Item]:
     film = result.lubrication.film_ratio
     tiles = [
-        (f"{result.power_loss:.4g} W", f"friction loss of {result.power_input / 1e3:.4g} kW"),
+        (f"{result.power_loss:.4g} W", f"sliding loss of {result.power_input / 1e3:.4g} kW"),
+        (
+            f"{result.power_loss_rolling:.4g} W",
+            f"rolling loss, not in the efficiency; with it {percent(result.efficiency_with_rolling, 2)} %",
+        ),
         (f"{result.friction_coefficient_mean:.4f}", "mean friction coefficient"),
         (f"{result.pressure_max / 1e9:.2f} GPa", "greatest Hertz pressure"),
     ]

@@ -128,6 +128,7 @@ POINT: dict[str, ValueRange] = {
         ("effective_modulus", inputs.Modulus),
     )
 }
+_COUNTER_ROLLING = 2.0  # slide-to-roll ratio at which one surface stands still
 _NEEDED = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil")
 
 
@@ -161,6 +162,9 @@ def contact_points(**conditions: Unpack[PointConditions]) -> ContactState:
         if name not in values:
             raise InputError(name, None, POINT[name].expected)
     state = {name: _checked(name, value) for name, value in values.items()}
+    if (fastest := float(np.abs(state["slide_to_roll"]).max(initial=0.0))) > _COUNTER_ROLLING:
+        hint = "Beyond 2 the surfaces move in opposite directions (counter-rolling): no friction model holds."
+        raise InputError("slide_to_roll", fastest, "-2 to 2", hint)
     rough = state.pop("roughness_rms", np.array(0.0)) / np.sqrt(2.0)
     steel = Material.load("steel")
     state.setdefault("effective_modulus", np.array(effective_modulus(steel, steel)))

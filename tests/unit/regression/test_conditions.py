@@ -7,11 +7,12 @@ import math
 import numpy as np
 import pytest
 
+from ehl.common.errors import InputError
 from ehl.fluid.film_formulas import moes_1992
 from ehl.fluid.oil import Oil
 from ehl.line_contact import LineContact
 from ehl.state import ContactState
-from regression.friction.conditions import conditions_of
+from regression.friction.conditions import conditions_of, contact_points
 
 OIL = Oil.load("75w90")
 
@@ -66,3 +67,11 @@ def test_conditions_do_not_depend_on_the_direction_of_motion() -> None:
     )  # fmt: skip
     for name in ("speed_sliding", "slide_to_roll_total", "film_formula", "load_per_length"):
         assert forth[name] == pytest.approx(back[name], rel=1e-12)
+
+
+def test_counter_rolling_is_refused() -> None:
+    point = {"pressure_hertz": 1e9, "radius_equivalent": 0.012, "speed_entrainment": 4.0, "temperature_oil": 353.15}
+    assert contact_points(**point, slide_to_roll=2.0).slide_to_roll == 2.0
+    for ratio in (2.1, -3.0, [0.1, 2.5]):
+        with pytest.raises(InputError, match="opposite directions"):
+            contact_points(**point, slide_to_roll=ratio)
