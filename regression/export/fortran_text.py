@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
@@ -123,8 +122,7 @@ def _stored_rows(program: Program) -> list[str]:
             for place, part in enumerate(parts if long else [[number for row in rows for number in row]]):
                 first = place * _A_STATEMENT + 1
                 target = f"({name}(i, 1), i = {first}, {first + len(part) - 1})" if long else name
-                text = number_rows([part], "    ", "//").replace("\n", " &\n")
-                text = text if whole else re.sub(r"(?<=[\d.])(?=[,/])", "_dp", text)
+                text = number_rows([part], "    ", "//", "" if whole else "_dp").replace("\n", " &\n")
                 lines += [f"  data {target} &", text]
     return ["  integer :: i", *lines] if lines else []
 

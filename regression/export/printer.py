@@ -204,16 +204,19 @@ def broken(line: str, indent: str, end: str = "", width: int = 125) -> str:
     )
 
 
-def number_rows(rows: Sequence[Sequence[float]], indent: str, ends: str = "{}", width: int = 128) -> str:
-    """Rows of numbers, each between two brackets, as many numbers on a line as it holds."""
+_LINE = 128
+
+
+def number_rows(rows: Sequence[Sequence[float]], indent: str, ends: str = "{}", kind: str = "") -> str:
+    """Rows of numbers, each between two brackets, as many numbers on a line as it holds; `kind` follows each."""
     left, right = ends or ("", "")
-    parts = [part for row in rows for part in (left, *(f"{number!r}," for number in row), right)]
+    parts = [part for row in rows for part in (left, *(f"{number!r}{kind}," for number in row), right)]
     text = "\0".join(parts).replace(f",\0{right}", right or ",").replace(f"{left}\0", left)
     lines, line = [], indent
     words = text.split("\0")
     for k, word in enumerate(words):
         shown = f"{word}," if right and word.endswith(right) and k < len(words) - 1 else word
-        if len(line) + len(shown) > width:
+        if len(line) + len(shown) > _LINE:
             lines.append(line)
             line = indent
         line += shown
