@@ -52,10 +52,10 @@ def ring_response(solid: RitzSolid, pitch: float, cells: int, functionals: Float
     stiffness, sides = part.stiffness[np.ix_(order, order)], part.functionals[order]
     # displacements on the right side, in the frame of the next cell
     frame = np.eye(2 * side)
-    frame[side:, side:] = np.kron(_rotation(pitch), np.eye(solid.left.size))
+    frame[side:, side:] = np.kron(rotation(pitch), np.eye(solid.left.size))
     seen = frame.T @ sides
     near = min(REACH, cells - 1)
-    moved = _around(frame.T @ stiffness @ frame, seen[:, :loads], cells, near + 2)
+    moved = ring_displacements(frame.T @ stiffness @ frame, seen[:, :loads], cells, near + 2)
     readings = [seen[:side].T @ moved[j] + seen[side:].T @ moved[j + 1] for j in range(near + 1)]
     return RingResponse(part.compliance[:, :loads] + readings[0], tuple(readings[1:]))
 
@@ -92,13 +92,13 @@ class _CondensedBody:
         return _CondensedBody(self.unknowns[outer], stiffness, functionals, self.compliance + rest[size:, size:])
 
 
-def _rotation(angle: float) -> FloatArray:
+def rotation(angle: float) -> FloatArray:
     """Components in a frame from those in the frame turned by an angle about z."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _around(condensed: FloatArray, force: FloatArray, cells: int, count: int) -> FloatArray:
+def ring_displacements(condensed: FloatArray, force: FloatArray, cells: int, count: int) -> FloatArray:
     """Displacements (count, side, loads) of the left sides of the loaded cell and of those behind it."""
     side = condensed.shape[0] // 2
     ll, lr, rr = condensed[:side, :side], condensed[:side, side:], condensed[side:, side:]

@@ -1,67 +1,93 @@
-"""Root bending stress of the teeth over the mesh cycle: forces through the root of the solid tooth, and its fillet.
+"""Root stress of the teeth over the mesh cycle: finite elements of one pitch in a ring, loaded by the contact forces.
 
-stress at the fillet = A q + B n + C m
-
-q, n, m: shear, thrust and moment through the root per length of face (`root_forces`, three-dimensional); A, B, C: what
-each of them does along the fillet of that section (`root_section`, plane strain). Normal forces alone; of the
-neighbouring teeth only the body under them is felt.
+The stiffness is factorised once for each member; unit forces on the flank give the stress along both fillets, of the
+loaded tooth and of its two neighbours. Any load distribution is a sum of these. Stress is the greatest principal stress
+at the free surface, from the strain in the surface. Normal forces alone.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from efficiency.contact.gear_flanks import GearFlanks, Member
-from efficiency.contact.tooth_grid import RootProfile, ToothGrid, root_profile
-from efficiency.cutting.cutter import FlankSide
-from efficiency.cutting.flank import CutFlank
 from efficiency.ltca.load_distribution import PositionLoad
-from efficiency.ltca.solid_tooth import COLUMNS, SolidTooth
-from efficiency.ltca.tooth_cell import lagrange_values
-from efficiency.strength.root_forces import RootForces, root_forces
-from efficiency.strength.root_section import Outline, RootSection, arc_outline, solve_section
-from ehl.common.errors import ConvergenceError, InputError
+from efficiency.ltca.rim_compliance import ring_displacements, rotation
+from efficiency.ltca.solid_tooth import SolidTooth
+from efficiency.strength.hexahedra import CORNERS_AND_EDGES, FACE, Factors, element_stiffness, shape_functions
+from efficiency.strength.root_mesh import Counts, RootMesh, root_mesh
+from ehl.common.errors import InputError
 
 FloatArray = NDArray[np.float64]
 
-# tuned: edge radius of a cutter that states none, in mean normal modules (ours; basic racks have 0.2 to 0.4); may be
-# changed freely, a design states its own
-EDGE_RADIUS = 0.25
-# radii tried one after the other where the slot is too narrow for it
-_RADII = (1.0, 0.75, 0.5)
-# columns of the grid of the tooth at which sections are solved
-_SECTIONS = (1, 3, 5)
-# tuned: share of the face at toe and heel where a section is no longer one of a long tooth (ours); may be changed by
-# whoever repeats docs/strength.md
-_END = 0.05
-_STATIONS = 31
+# teeth in the ring: more change the stress by less than 0.1 %
+_RING = 3
+# elements over the middle of the fillet at whose surface the stress is read
+_OVER = 3
+_GAUSS = 1.0 / np.sqrt(3.0)
+_CORNERS = [(x, z) for x in (0, 1) for z in (0, 1)]
 
 
 @dataclass(frozen=True)
 class RootTooth:
-    """A tooth of one member, ready for any load on its flank."""
+    """A tooth of one member, ready for any load on its flank.
+
+    Attributes
+    ----------
+    member : {"pinion", "gear"}
+    loaded, far : {number of pairs: (s, p, 3, n) array}
+        Stress at p points along the fillets of s stations on the loaded and the other side of a tooth per unit normal
+        force at n places of the flank of this pair (0) and of the next (1) and the one before (-1): along the outline,
+        across it and shear [1/m2].
+    levels : (rows, k) array
+        Height of the places of load over the root cone, at stations along the face [m].
+    width : float
+        Face width [m].
+    station : (s,) array
+        Distance from the toe [m].
+    height : (s, p) array
+        Of the points on the loaded side over the root cone [m].
+    radius, chord : (s,) arrays
+        Radius of the fillet on the loaded side, and thickness of the tooth between its tangents of 30 deg [m].
+    fillet : str
+        Where the fillets come from, in words.
+    unknowns : int
+        Of the finite elements of one pitch.
+    """
 
     member: Member
-    forces: RootForces  # what loads send through its root
-    # loaded, far: (3, s, p) stress at p points along the fillets of s stations per unit resultants, as in `RootSection`
-    loaded: FloatArray
-    far: FloatArray
-    radius: FloatArray  # (s,) least radius of curvature of the fillet on the loaded side [m]
-    chord: FloatArray  # (s,) thickness of the tooth where the fillets begin to turn away by 30 deg [m]
-    height: FloatArray  # (s, p) of the points on the loaded side over the root cone [m]
-    fillet: str  # where the fillets come from, in words
+    loaded: dict[int, NDArray[np.float32]]
+    far: dict[int, NDArray[np.float32]]
+    levels: FloatArray
+    width: float
+    station: FloatArray
+    height: FloatArray
+    radius: FloatArray
+    chord: FloatArray
+    fillet: str
+    unknowns: int
 
-    @property
-    def station(self) -> FloatArray:
-        """Distance of the fillets on the loaded side from the toe [m], (s,)."""
-        frames = self.forces.frames
-        place = np.clip(frames.place - self.forces.side * frames.oblique, 0.0, 1.0)
-        return np.asarray(place * self.forces.cell.width)
+    def shares(self, face: FloatArray, height: FloatArray) -> FloatArray:
+        """Shares (m, n) of the places of load in forces at distances from the toe and over the root cone (m,) [m].
+
+        Linear in between, so that forces and moments are kept.
+        """
+        rows, columns = self.levels.shape
+        at = np.clip(face / self.width, 0.0, 1.0) * (columns - 1)
+        column = np.minimum(at.astype(int), columns - 2)
+        along = at - column
+        level = self.levels[:, column] * (1.0 - along) + self.levels[:, column + 1] * along
+        row = np.clip((level <= height).sum(axis=0) - 1, 0, rows - 2)
+        each = np.arange(face.size)
+        low, high = level[row, each], level[row + 1, each]
+        over = np.clip((height - low) / (high - low), 0.0, 1.0)
+        found = np.zeros((face.size, rows, columns))
+        for i, j in _CORNERS:
+            found[each, row + i, column + j] = (over if i else 1.0 - over) * (along if j else 1.0 - along)
+        return found.reshape(face.size, -1)
 
 
 @dataclass(frozen=True)
@@ -72,9 +98,9 @@ class RootStress:
     ----------
     member : {"pinion", "gear"}
     tension : float
-        Greatest tensile stress along the fillet on the loaded side [Pa].
+        Greatest principal stress along the fillet on the loaded side [Pa].
     compression : float
-        Most negative stress on the other side [Pa].
+        Most negative principal stress on the other side [Pa].
     face, height : float
         Where the greatest tension is: distance from the toe, height over the root cone [m].
     roll : (k,) array
@@ -107,172 +133,196 @@ class RootStress:
 
 
 def root_tooth(
-    flanks: GearFlanks, member: Member, tooth: SolidTooth, module: float, cells: int | None = None
+    flanks: GearFlanks, member: Member, tooth: SolidTooth, module: float, counts: Counts = Counts()
 ) -> RootTooth:
-    """Fillets, sections and root forces of the solid tooth of one member; `ConvergenceError` where no fillet fits.
+    """Mesh, factors and unit stresses of one member; `ConvergenceError` where no fillet fits or elements are folded.
 
-    `module` is the mean normal module, for the edge radius of a cutter that states none [m]; `cells` the teeth in the
-    ring, all if not given.
+    `tooth` gives the flanks, the body and which flank is loaded; `module` is the mean normal module, for the edge
+    radius of a cutter that states none [m].
     """
-    if not (np.isfinite(module) and module > 0.0):
-        raise InputError("module", module, "a finite length above 0 m")
-    grid = tooth.grid
-    place = np.linspace(_END, 1.0 - _END, _STATIONS)
-    columns = np.array(_SECTIONS) / (COLUMNS - 1.0)
-    forces = root_forces(tooth, np.concatenate([place, columns]), cells)
-    outlines, fillet = _outlines(flanks, member, grid, forces, module)
-    upper = forces.side > 0.0
-    poisson = tooth.body.material.poisson_ratio
-    sections: list[RootSection] = []
-    for low, high in outlines:
-        sections.append(solve_section(high, low, poisson) if upper else solve_section(low, high, poisson))
-    own = [pair[1 if upper else 0] for pair in outlines]
-    shape = lagrange_values(columns, place)
-
-    def spread(values: Sequence[FloatArray]) -> FloatArray:
-        return np.asarray(np.tensordot(shape, np.stack(values), axes=1))
-
-    frames = forces.frames
-    heights = []
-    for k, section in enumerate(sections):
-        # up is square to the root, as the heights are to the pitch cone: alike but for the root angle
-        floor = float(np.interp(columns[k] * forces.cell.width, forces.cell.stations, forces.cell.floor))
-        heights.append(floor + section.place_loaded[:, 1])
-    chord = np.array([_thickness(*pair) for pair in outlines])
+    body, grid = tooth.body, tooth.grid
+    mesh = root_mesh(flanks, member, grid, body.rim_thickness, module, counts)
+    side = int(tooth.side)
+    modulus = np.where(mesh.rim, body.moduli["foot"], body.moduli["tooth"])
+    poisson = body.material.poisson_ratio
+    held = np.zeros(len(mesh.nodes), bool)
+    for name in body.held:
+        held |= getattr(mesh, name)
+    kept = np.zeros(len(mesh.nodes), bool)
+    kept[mesh.left] = kept[mesh.right] = True
+    stiffness = element_stiffness(mesh.nodes[mesh.elements], modulus, poisson)
+    factors = Factors(mesh.elements, stiffness, mesh.places, kept, held)
+    # the loaded flank of the pinion looks to the next pair, that of the gear to the one before
+    ahead = (1 if side else -1) * (-1 if member == "pinion" else 1)
+    moved = _ring_solution(mesh, factors, held, _unit_forces(mesh, side), grid.pitch)
+    read = {k: _Surface(mesh, k) for k in (0, 1)}
+    stress = {
+        k: {
+            j * ahead: surface.stress(u, body.material.youngs_modulus, poisson).astype(np.float32)
+            for j, u in moved.items()
+        }
+        for k, surface in read.items()
+    }
+    places = read[side].sorted(read[side].places)
+    u, height = grid.blank.coordinates(np.hypot(places[..., 0], places[..., 1]), places[..., 2])
+    station = u.mean(axis=1) - grid.u[0, 0]
+    low = 2 * counts.low
+    outline = mesh.outlines[side]
+    floor = grid.blank.root(mesh.stations[::2] + grid.u[0, 0])
     return RootTooth(
         member,
-        replace(
-            forces,
-            frames=replace(frames, **{n: getattr(frames, n)[:_STATIONS] for n in frames.__dataclass_fields__}),
-            response=forces.response[:, :_STATIONS],
-        ),
-        np.moveaxis(spread([s.loaded for s in sections]), 0, 1),
-        np.moveaxis(spread([s.far for s in sections]), 0, 1),
-        spread([np.array(_least_radius(o.fillet)) for o in own]),
-        spread(list(chord)),
-        spread(heights),
-        fillet,
+        stress[side],
+        stress[1 - side],
+        outline.height[low::2, ::2] - floor,
+        float(mesh.stations[-1]),
+        station,
+        height - grid.blank.root(u),
+        np.interp(station, mesh.columns, mesh.radius[side]),
+        np.interp(station, mesh.columns, mesh.chord),
+        mesh.fillet,
+        3 * int((~held).sum()),
     )
 
 
 def root_stress(tooth: RootTooth, loads: Sequence[PositionLoad], pitch: float) -> RootStress:
     """Stress of a tooth over the mesh cycle: loads over one pitch of the pinion [rad]."""
-    rolls, resultants = [], []
+    rolls: list[float] = []
+    forces: dict[int, list[FloatArray]] = {j: [] for j in tooth.loaded}
     for load in loads:
         p = load.position
         face, height = (getattr(p, f"{name}_{tooth.member}") for name in ("face", "height"))
+        carried = load.force[:, None] * tooth.shares(face, height)
         for pair in np.unique(p.pair[load.force > 0.0]):
-            at = (p.pair == pair) & (load.force > 0.0)
             rolls.append(p.pinion_angle + float(pair) * pitch)
-            resultants.append(tooth.forces.of(face[at], height[at], load.force[at]))
+            for j, found in forces.items():
+                found.append(carried[p.pair == pair + j].sum(axis=0))
     if not rolls:
         raise InputError("load", "no loaded point", "a load distribution with forces above 0 N")
     order = np.argsort(rolls)
-    carried = np.stack(resultants)[order]
-    tension = np.einsum("kxs,xsp->ksp", carried, tooth.loaded)
-    pressed = np.einsum("kxs,xsp->ksp", carried, tooth.far)
+    carried_by = {j: np.stack(found)[order].T for j, found in forces.items()}
+
+    def principal(unit: dict[int, NDArray[np.float32]], sign: float) -> FloatArray:
+        """Greatest (sign 1) or least principal stress (s, p, k)."""
+        one, two, shear = np.moveaxis(sum((unit[j] @ f for j, f in carried_by.items()), np.zeros(())), 2, 0)
+        return np.asarray(0.5 * (one + two) + sign * np.hypot(0.5 * (one - two), shear))
+
+    tension, pressed = principal(tooth.loaded, 1.0), principal(tooth.far, -1.0)
     worst = np.unravel_index(int(np.argmax(tension)), tension.shape)
-    station = tooth.station
-    radius = float(tooth.radius[worst[1]])
+    radius = float(tooth.radius[worst[0]])
     return RootStress(
         tooth.member,
         float(tension.max()),
         float(pressed.min()),
-        float(station[worst[1]]),
-        float(tooth.height[worst[1], worst[2]]),
+        float(tooth.station[worst[0]]),
+        float(tooth.height[worst[0], worst[1]]),
         np.array(rolls)[order],
+        tension.max(axis=(0, 1)),
+        pressed.min(axis=(0, 1)),
+        tooth.station,
         tension.max(axis=(1, 2)),
-        pressed.min(axis=(1, 2)),
-        station,
-        tension.max(axis=(0, 2)),
         radius,
-        float(tooth.chord[worst[1]]) / (2.0 * radius),
+        float(tooth.chord[worst[0]]) / (2.0 * radius),
         tooth.fillet,
     )
 
 
-def _outlines(
-    flanks: GearFlanks, member: Member, grid: ToothGrid, forces: RootForces, module: float
-) -> tuple[list[tuple[Outline, Outline]], str]:
-    """Outlines of the lower and upper side at the sections, and where their fillets come from."""
-    given = [flank.blade.edge_radius if isinstance(flank, CutFlank) else 0.0 for flank in flanks.of(member).values()]
-    stated = all(radius > 0.0 for radius in given)
-    if stated:
-        origin = "cut, edge radius of the design"
-    else:
-        origin = f"assumed, edge radius {EDGE_RADIUS:g} normal modules (none in the design)"
-    error: ConvergenceError | None = None
-    for share in _RADII:
-        radius = share * EDGE_RADIUS * module
-        try:
-            sides = [_side(flanks, member, side, grid, forces, radius, k) for k, side in enumerate(grid.sides)]
-        except ConvergenceError as found:
-            error = found
-            continue
-        if not stated and share < 1.0:
-            origin = f"assumed, edge radius {share * EDGE_RADIUS:.3g} normal modules: no larger one fits the slot"
-        return list(zip(*sides, strict=True)), origin
-    raise error or ConvergenceError("no_fillet", "no fillet fits between the flanks")
+def _unit_forces(mesh: RootMesh, side: int) -> FloatArray:
+    """Consistent forces (3 nodes, places) of unit normal loads at places of a flank: pressures linear between them.
+
+    The pressures are those whose moments with all linear functions are those of the unit load, so that force and moment
+    are kept.
+    """
+    elements = mesh.elements[mesh.surface[side][mesh.counts.low :]]
+    rows, columns = elements.shape[:2]
+    points, weights = np.polynomial.legendre.leggauss(3)
+    at = np.array([[x, -1.0, z] for x in points for z in points])
+    weight = np.outer(weights, weights).ravel()
+    values, slopes = shape_functions(at)
+    corners = mesh.nodes[elements]
+    one, two = (np.einsum("pn,rcnx->rcpx", slopes[..., axis], corners) for axis in (0, 2))
+    area = np.cross(one, two)
+    inside = corners[:, :, CORNERS_AND_EDGES[:, 1] == 1].mean(axis=2) - corners[:, :, FACE].mean(axis=2)
+    area *= np.sign(np.einsum("rcpx,rcx->rcp", area, inside))[..., None]
+    size = np.linalg.norm(area, axis=-1)
+    linear = [(0.5 * (1.0 - at[:, k]), 0.5 * (1.0 + at[:, k])) for k in (0, 2)]
+    place = np.arange((rows + 1) * (columns + 1)).reshape(rows + 1, columns + 1)
+    moments = np.zeros((place.size, place.size))
+    forces = np.zeros((len(mesh.nodes), 3, place.size))
+    for i, j in _CORNERS:
+        share = linear[0][i] * linear[1][j]
+        own = place[i : rows + i, j : columns + j]
+        part = np.einsum("rcpx,p,pn->rcnx", area, weight * share, values)
+        np.add.at(forces, (elements[..., None], np.arange(3), own[..., None, None]), part)
+        for m, n in _CORNERS:
+            other = place[m : rows + m, n : columns + n]
+            np.add.at(moments, (own, other), size @ (weight * share * linear[0][m] * linear[1][n]))
+    return np.asarray(np.linalg.solve(moments, forces.reshape(-1, place.size).T).T)
 
 
-def _side(
-    flanks: GearFlanks, member: Member, side: FlankSide, grid: ToothGrid, forces: RootForces, radius: float, upper: int
-) -> list[Outline]:
-    """Outlines of one side of the tooth at the sections."""
-    azimuth = grid.upper if upper else grid.lower
-    root = _cut_fillet(flanks, member, side, radius)
-    outlines = []
-    for k, column in enumerate(_SECTIONS):
-        station = _STATIONS + k
-        height = grid.height[:, column]
-        line = scipy.interpolate.CubicSpline(height, azimuth[:, column])
-        u = grid.u[0, column]
-        low = height[0] if root is None else root.start[column]
-        levels = np.linspace(height[-1], low, 25)
-
-        def section(angles: FloatArray, heights: FloatArray, u: float = u, station: int = station) -> FloatArray:
-            points = forces.frames.section(station, grid.point(angles, np.full_like(heights, u), heights))
-            return np.asarray(points * np.array([1.0 if upper else -1.0, 1.0]))
-
-        if root is None:
-            flank = section(line(levels), levels)
-            outlines.append(arc_outline(flank, float(flank[-1, 1]), radius))
-            continue
-        turn = float(line(low)) - root.azimuth[0, column]
-        fillet = section(root.azimuth[:, column] + turn, root.height[:, column])
-        outlines.append(Outline(section(line(levels), levels), fillet))
-    return outlines
-
-
-def _cut_fillet(flanks: GearFlanks, member: Member, side: FlankSide, radius: float) -> RootProfile | None:
-    """Fillet the cutter leaves, with a given edge radius where its own is none; None where it leaves none."""
-    flank = flanks.of(member)[side]
-    if not isinstance(flank, CutFlank):
-        return None
-    if not flank.blade.edge_radius > 0.0:
-        try:
-            flank = replace(flank, blade=replace(flank.blade, edge_radius=radius))
-        except (InputError, ConvergenceError, ValueError):
-            return None
-    blank, mate = flanks.blank(member), flanks.blank("gear" if member == "pinion" else "pinion")
-    return root_profile(flank, COLUMNS, max(blank.mean_dedendum - mate.mean_addendum, 0.0))
+def _ring_solution(
+    mesh: RootMesh, factors: Factors, held: NDArray[np.bool_], forces: FloatArray, pitch: float
+) -> dict[int, FloatArray]:
+    """Displacement (3 nodes, places) of the loaded tooth and of its neighbours in rising (1) and falling azimuth (-1)."""
+    free = ~held[mesh.left]
+    cuts = mesh.left[free], mesh.right[free]
+    position = np.empty(len(mesh.nodes), np.int64)
+    position[factors.border] = np.arange(factors.border.size)
+    both = np.concatenate(cuts)
+    order = _unknowns(position[both])
+    side = order.size // 2
+    # displacements on the right cut, in the frame of the next pitch
+    frame = np.eye(2 * side)
+    frame[side:, side:] = np.kron(np.eye(side // 3), rotation(pitch))
+    reduced = factors.condensed_load(forces)
+    stiffness = frame.T @ factors.stiffness[np.ix_(order, order)] @ frame
+    around = ring_displacements(stiffness, frame.T @ reduced[_unknowns(both)], _RING, _RING)
+    count = reduced.shape[1]
+    whole = np.zeros((reduced.shape[0], 3 * count))
+    whole[:, :count] = reduced
+    for k, j in enumerate((0, 1, -1)):
+        ends = np.concatenate([around[j % _RING], around[(j + 1) % _RING]])
+        whole[_unknowns(both), k * count : (k + 1) * count] = frame @ ends
+    whole[_unknowns(np.flatnonzero(held))] = 0.0
+    whole = factors.displacement(whole)
+    return {j: whole[:, k * count : (k + 1) * count] for k, j in enumerate((0, 1, -1))}
 
 
-def _least_radius(line: FloatArray) -> float:
-    """Least radius of curvature of a fillet [m], its ends left out."""
-    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    even = np.linspace(0.0, length[-1], 15)
-    x, y = (np.interp(even, length, line[:, k]) for k in (0, 1))
-    angle = np.unwrap(np.arctan2(np.diff(y), np.diff(x)))
-    bend = np.abs(np.diff(angle))[1:-1] / (even[1] - even[0])
-    return float(1.0 / bend.max())
+class _Surface:
+    """Points of the fillet surface of one side: the best ones of quadratic elements, and the strain there."""
+
+    def __init__(self, mesh: RootMesh, side: int) -> None:
+        self.elements = mesh.elements[mesh.surface[side][: mesh.counts.low + _OVER]]  # (o, c, 20)
+        self.at = np.array([[x, -1.0, z] for x in (-_GAUSS, _GAUSS) for z in (-_GAUSS, _GAUSS)])
+        values, slopes = shape_functions(self.at)
+        corners = mesh.nodes[self.elements]
+        one, two = (np.einsum("pn,ocnx->ocpx", slopes[..., axis], corners) for axis in (0, 2))
+        first = one / np.linalg.norm(one, axis=-1)[..., None]
+        normal = np.cross(one, two)
+        normal /= np.linalg.norm(normal, axis=-1)[..., None]
+        second = np.cross(normal, first)
+        self.axes = np.stack([first, second], axis=-2)
+        metric = np.einsum("ocpix,ocpjx->ocpij", np.stack([one, two], axis=-2), self.axes)
+        self.slopes = np.einsum("ocpij,pnj->ocpin", np.linalg.inv(metric), slopes[..., [0, 2]])
+        self.places = np.einsum("pn,ocnx->ocpx", values, corners)
+
+    def stress(self, moved: FloatArray, modulus: float, poisson: float) -> FloatArray:
+        """Plane stress (s, p, 3, k) of displacements (3 nodes, k): along the outline, across it, shear [Pa]."""
+        local = moved.reshape(-1, 3, moved.shape[1])[self.elements]
+        rate = np.einsum("ocpin,ocnxk->ocpixk", self.slopes, local, optimize=True)
+        rate = np.einsum("ocpixk,ocpjx->ocpijk", rate, self.axes, optimize=True)
+        one, two, shear = rate[..., 0, 0, :], rate[..., 1, 1, :], rate[..., 0, 1, :] + rate[..., 1, 0, :]
+        scale = modulus / (1.0 - poisson**2)
+        parts = [one + poisson * two, two + poisson * one, 0.5 * (1.0 - poisson) * shear]
+        return self.sorted(scale * np.stack(parts, axis=-2))
+
+    @staticmethod
+    def sorted(values: FloatArray) -> FloatArray:
+        """From elements along outline and face with four points (o, c, 4, ...) to stations and points (s, p, ...)."""
+        outline, along = values.shape[:2]
+        rest = values.shape[3:]
+        split = values.reshape(outline, along, 2, 2, *rest).swapaxes(0, 1)  # along, outline, x, z
+        return np.moveaxis(split, 3, 1).reshape(2 * along, 2 * outline, *rest)
 
 
-def _thickness(low: Outline, high: Outline) -> float:
-    """Thickness between the points of both fillets whose tangent stands at 30 deg to the middle [m]."""
-    total = 0.0
-    for outline in (low, high):
-        step = np.diff(outline.fillet, axis=0)
-        steep = np.arctan2(step[:, 0], -step[:, 1]) >= np.pi / 6.0
-        total += float(outline.fillet[int(np.argmax(steep)), 0])
-    return total
+def _unknowns(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
+    return np.asarray((3 * nodes[:, None] + np.arange(3)).ravel())

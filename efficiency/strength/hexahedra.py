@@ -1,0 +1,203 @@
+"""Quadratic hexahedra with 20 nodes, and the Cholesky factors of their stiffness by nested dissection.
+
+The elements are split in two again and again; each part is condensed onto the nodes it shares with the others, and two
+parts are joined and condensed in turn (multifrontal method; George 1973). All work is in dense blocks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, cholesky, solve_triangular
+
+from ehl.common.errors import ConvergenceError
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+CORNERS_AND_EDGES = np.array([p for p in product((-1, 0, 1), repeat=3) if p.count(0) <= 1])
+"""Places of the nodes in the cube from -1 to 1, (20, 3): corners and middles of edges."""
+FACE = np.flatnonzero(CORNERS_AND_EDGES[:, 1] == -1)
+"""Nodes of the face where the second coordinate is -1."""
+# elements that are not split any further
+_LEAF = 8
+
+
+def shape_functions(places: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Values (p, 20) and derivatives (p, 20, 3) of the shape functions at places (p, 3) of the cube."""
+    x, node = places[:, None, :], CORNERS_AND_EDGES.astype(float)
+    middle = node == 0.0
+    factor = np.where(middle, 1.0 - x**2, 1.0 + x * node)
+    slope = np.where(middle, -2.0 * x, node + 0.0 * x)
+    corner = ~middle.any(axis=1)
+    last = np.where(corner, np.sum(x * node, axis=2) - 2.0, 1.0)
+    scale = np.where(corner, 0.125, 0.25)
+    whole = factor.prod(axis=2) * scale
+    slopes = []
+    for axis in range(3):
+        others = np.delete(factor, axis, axis=2).prod(axis=2) * scale
+        slopes.append(others * slope[..., axis] * last + np.where(corner, whole * node[:, axis], 0.0))
+    return whole * last, np.stack(slopes, axis=-1)
+
+
+@lru_cache(maxsize=4)
+def _rule(count: int) -> tuple[FloatArray, FloatArray]:
+    """Gauss points (p, 3) and weights of the cube."""
+    points, weights = np.polynomial.legendre.leggauss(count)
+    places = np.stack([x.ravel() for x in np.meshgrid(points, points, points, indexing="ij")], axis=-1)
+    return places, np.einsum("i,j,k->ijk", weights, weights, weights).ravel()
+
+
+def element_stiffness(corners: FloatArray, youngs_modulus: FloatArray, poisson_ratio: float) -> FloatArray:
+    """Stiffness (e, 60, 60) of elements from their nodes (e, 20, 3) [m] and Young's moduli (e,) [Pa].
+
+    Unknowns node by node. `ConvergenceError` where an element is folded.
+    """
+    places, weights = _rule(3)
+    _, slopes = shape_functions(places)
+    jacobian = np.matmul(slopes.transpose(0, 2, 1)[None], corners[:, None])
+    volume = np.linalg.det(jacobian)
+    if np.any(volume * np.sign(volume[:, :1]) <= 0.0):
+        raise ConvergenceError("root_folded", "finite elements of the tooth root are folded")
+    gradient = np.matmul(np.linalg.inv(jacobian), slopes.transpose(0, 2, 1)[None])
+    gradient *= np.sqrt(np.abs(volume) * weights)[..., None, None]
+    flat = gradient.reshape(*gradient.shape[:2], 60)
+    gram = np.matmul(flat.transpose(0, 2, 1), flat).reshape(-1, 3, 20, 3, 20)
+    shear = (youngs_modulus / (2.0 * (1.0 + poisson_ratio)))[:, None, None, None, None]
+    lame = shear * 2.0 * poisson_ratio / (1.0 - 2.0 * poisson_ratio)
+    matrix = lame * gram + shear * gram.transpose(0, 3, 2, 1, 4)
+    trace = shear[:, 0, :, 0] * np.einsum("einim->enm", gram)
+    for axis in range(3):
+        matrix[:, axis, :, axis] += trace
+    return np.ascontiguousarray(matrix.transpose(0, 2, 1, 4, 3)).reshape(-1, 60, 60)
+
+
+@dataclass(frozen=True)
+class _Front:
+    """A part of the body, condensed onto the nodes it shares."""
+
+    nodes: IntArray  # of the border
+    count: IntArray  # elements of the part at each of them
+    stiffness: FloatArray
+
+
+@dataclass(frozen=True)
+class _Step:
+    """Unknowns that leave a front."""
+
+    inner: IntArray
+    outer: IntArray
+    factor: FloatArray  # lower Cholesky factor of the inner block
+    coupling: FloatArray  # factor^-1 times the block inner, outer
+
+
+class Factors:
+    """Cholesky factors of a body condensed onto some of its nodes.
+
+    Parameters
+    ----------
+    elements : (e, 20) int array
+        Nodes of the elements.
+    stiffness : (e, 60, 60) array
+    places : (e, 3) array
+        Middles of the elements by which they are split, in element lengths.
+    kept : (n,) bool array
+        Nodes that remain.
+    held : (n,) bool array
+        Nodes without displacement.
+
+    Attributes
+    ----------
+    border : (m,) int array
+        The nodes that remain.
+    stiffness : (3 m, 3 m) array
+        What is left on them [N/m].
+    """
+
+    def __init__(
+        self, elements: IntArray, stiffness: FloatArray, places: FloatArray, kept: BoolArray, held: BoolArray
+    ) -> None:
+        self._kept, self._held = kept, held
+        self._total = np.bincount(elements.ravel(), minlength=kept.size)
+        self._at = np.empty(kept.size, np.int64)
+        self._steps: list[_Step] = []
+        front = self._condensed(elements, stiffness, places)
+        self.border, self.stiffness = front.nodes, front.stiffness
+
+    def _condensed(self, elements: IntArray, stiffness: FloatArray, places: FloatArray) -> _Front:
+        if len(elements) <= _LEAF:
+            nodes, count = np.unique(elements, return_counts=True)
+            free = ~self._held[nodes]
+            nodes, count, leave = self._ordered(nodes[free], count[free])
+            matrix = np.zeros((3 * nodes.size + 1,) * 2)
+            self._at[:] = -1
+            self._at[nodes] = np.arange(nodes.size)
+            for element, own in zip(elements, stiffness, strict=True):
+                at = self._at[element]
+                unknowns = np.where((at >= 0)[:, None], 3 * at[:, None] + np.arange(3), 3 * nodes.size).ravel()
+                matrix[unknowns[:, None], unknowns] += own
+            return self._eliminated(_Front(nodes, count, matrix[:-1, :-1]), leave)
+        # whole rows of elements on one side
+        values = places[:, int(np.argmax(np.ptp(places, axis=0)))]
+        order = np.argsort(values, kind="stable")
+        half = int(np.searchsorted(values[order], values[order[order.size // 2]] - 1e-9))
+        half = half if half > order.size // 4 else order.size // 2
+        parts = [self._condensed(elements[own], stiffness[own], places[own]) for own in (order[:half], order[half:])]
+        nodes, where = np.unique(np.concatenate([part.nodes for part in parts]), return_inverse=True)
+        count = np.bincount(where, np.concatenate([part.count for part in parts])).astype(np.int64)
+        nodes, count, leave = self._ordered(nodes, count)
+        matrix = np.zeros((3 * nodes.size,) * 2)
+        self._at[nodes] = np.arange(nodes.size)
+        for part in parts:
+            unknowns = _unknowns(self._at[part.nodes])
+            wide = np.zeros((unknowns.size, 3 * nodes.size))
+            wide[:, unknowns] = part.stiffness
+            matrix[unknowns] += wide
+        return self._eliminated(_Front(nodes, count, matrix), leave)
+
+    def _ordered(self, nodes: IntArray, count: IntArray) -> tuple[IntArray, IntArray, int]:
+        """Nodes and counts with those first that no other part has elements at, and the number of these."""
+        done = (count == self._total[nodes]) & ~self._kept[nodes]
+        order = np.concatenate([np.flatnonzero(done), np.flatnonzero(~done)])
+        return nodes[order], count[order], int(done.sum())
+
+    def _eliminated(self, front: _Front, leave: int) -> _Front:
+        if not leave:
+            return front
+        size = 3 * leave
+        try:
+            factor = cholesky(front.stiffness[:size, :size], lower=True, check_finite=False)
+        except LinAlgError as error:
+            raise ConvergenceError("tooth_not_held", "the stiffness of the tooth is not positive definite") from error
+        coupling = solve_triangular(factor, front.stiffness[:size, size:], lower=True, check_finite=False)
+        rest = front.stiffness[size:, size:]
+        rest -= coupling.T @ coupling
+        self._steps.append(_Step(_unknowns(front.nodes[:leave]), _unknowns(front.nodes[leave:]), factor, coupling))
+        return _Front(front.nodes[leave:], front.count[leave:], rest)
+
+    def condensed_load(self, force: FloatArray) -> FloatArray:
+        """Forces (3 n, k), in place: on the border condensed, elsewhere half solved."""
+        for step in self._steps:
+            part = force[step.inner]
+            if not part.any():
+                continue
+            part = solve_triangular(step.factor, part, lower=True, check_finite=False)
+            force[step.inner] = part
+            force[step.outer] -= step.coupling.T @ part
+        return force
+
+    def displacement(self, reduced: FloatArray) -> FloatArray:
+        """Displacement (3 n, k), in place, from half solved forces and the displacement of the border."""
+        for step in reversed(self._steps):
+            part = reduced[step.inner] - step.coupling @ reduced[step.outer]
+            reduced[step.inner] = solve_triangular(step.factor, part, lower=True, trans="T", check_finite=False)
+        return reduced
+
+
+def _unknowns(nodes: IntArray) -> IntArray:
+    return np.asarray((3 * nodes[:, None] + np.arange(3)).ravel())

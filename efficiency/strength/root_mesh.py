@@ -1,0 +1,459 @@
+"""Finite-element mesh of one pitch of a member: a tooth with its cut fillets and its share of the rim.
+
+Sections by cones square to the pitch cone at stations along the face. Each section is flattened (azimuth times radius
+and cosine of the spiral angle across, height up) and meshed alike: two layers of elements follow flank, fillet and
+root from the middle of one slot to the tip; the core of the tooth, the rim under it and the rim under the slots fill
+the rest. The pitch is cut at the middle of the slots, so that both cuts are equal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.contact.chebyshev import cubic_spline
+from efficiency.contact.gear_flanks import GearFlanks, Member
+from efficiency.contact.tooth_grid import RootProfile, ToothGrid, root_profile
+from efficiency.cutting.cutter import FlankSide
+from efficiency.cutting.flank import CutFlank
+from efficiency.strength.hexahedra import CORNERS_AND_EDGES
+from ehl.common.errors import ConvergenceError, InputError
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# tuned: edge radius of a cutter that states none, in mean normal modules (ours; basic racks have 0.2 to 0.4); may be
+# changed freely, a design states its own
+EDGE_RADIUS = 0.25
+# radii tried one after the other where the slot is too narrow for it
+_RADII = (1.0, 0.75, 0.5)
+_FINE = 400  # points of one side of the outline before they are shared out
+# tuned: weight of curvature over length when nodes are shared out along the outline (ours); may be changed by whoever
+# runs `test_root_stress_converges`
+_BEND = 1.5
+# tuned: thickness of the layers next to the surface over the thickness of the tooth at the fillets and at the tip, and
+# of the outer layer over both (ours); may be changed by whoever runs `test_root_stress_converges`
+_LAYER, _LAYER_TIP, _OUTER = 0.16, 0.22, 0.4
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Elements of a pitch.
+
+    Attributes
+    ----------
+    low, high : int
+        Along the outline from the middle of the slot to the middle of the fillet, and from there to the tip.
+    layer : int
+        In the layers next to the surface.
+    across, deep : int
+        Across the core of the tooth, and down the rim.
+    along : int
+        Along the face.
+    """
+
+    low: int = 4
+    high: int = 6
+    layer: int = 2
+    across: int = 2
+    deep: int = 2
+    along: int = 14
+
+
+@dataclass(frozen=True)
+class Outline:
+    """One side of a tooth, middle of the slot to tip, at stations along the face."""
+
+    azimuth: FloatArray  # (n, k) about the axis of the member, against the middle of the tooth [rad]
+    height: FloatArray  # (n, k) over the pitch cone [m]
+
+
+@dataclass(frozen=True)
+class RootMesh:
+    """Nodes and elements of a pitch.
+
+    Attributes
+    ----------
+    counts : Counts
+    nodes : (n, 3) array
+        [m].
+    elements : (e, 20) int array
+        Nodes in the order of `CORNERS_AND_EDGES`: along the outline, inwards, along the face.
+    places : (e, 3) array
+        Middles of the elements in element lengths.
+    rim : (e,) bool array
+        Elements of the body under the root.
+    left, right : (m,) int arrays
+        Nodes of the two cuts, in the same order.
+    base, toe, heel : (n,) bool arrays
+        Nodes at which the body may be held.
+    surface : {side: (o, along) int array}
+        Elements at the surface of the lower (0) and upper (1) side: along the outline from the slot, along the face.
+    stations : (2 along + 1,) array
+        Distance from the toe [m].
+    outlines : (Outline, Outline)
+        Lower and upper side at all nodes.
+    columns : (c,) array
+        Distance from the toe [m] at which radius and chord are given.
+    radius : ((c,) array, (c,) array)
+        Radius of the fillets of the lower and the upper side between their tangents of 30 and 60 deg [m].
+    chord : (c,) array
+        Thickness of the tooth between the tangents of 30 deg [m].
+    fillet : str
+        Where the fillets come from, in words.
+    """
+
+    counts: Counts
+    nodes: FloatArray
+    elements: IntArray
+    places: FloatArray
+    rim: NDArray[np.bool_]
+    left: IntArray
+    right: IntArray
+    base: NDArray[np.bool_]
+    toe: NDArray[np.bool_]
+    heel: NDArray[np.bool_]
+    surface: tuple[IntArray, IntArray]
+    stations: FloatArray
+    outlines: tuple[Outline, Outline]
+    columns: FloatArray
+    radius: tuple[FloatArray, FloatArray]
+    chord: FloatArray
+    fillet: str
+
+
+def root_mesh(
+    flanks: GearFlanks, member: Member, grid: ToothGrid, rim_thickness: float, module: float, counts: Counts = Counts()
+) -> RootMesh:
+    """Mesh of one pitch of a member; `ConvergenceError` where no fillet fits.
+
+    `grid`: the flanks of the tooth at some stations; `module`: the mean normal module, for the edge radius of a cutter
+    that states none [m].
+    """
+    if not (np.isfinite(module) and module > 0.0):
+        raise InputError("module", module, "a finite length above 0 m")
+    curves, fillet = _curves(flanks, member, grid, module)
+    u = grid.u[0]
+    at = np.linspace(u[0], u[-1], 2 * counts.along + 1)
+    middle = grid.height.shape[0] // 2
+    radius = grid.blank.axial(grid.u[middle], grid.height[middle])[0]
+    turn = np.gradient(0.5 * (grid.lower + grid.upper)[middle], u)
+    flat = radius / np.sqrt(1.0 + (radius * turn) ** 2)  # length across a tooth per angle
+    flattened = [[curve * np.array([scale, 1.0]) for curve, scale in zip(side, flat, strict=True)] for side in curves]
+    outlines = [cubic_spline(u, _nodes_along(side, u, counts), at) for side in flattened]
+    notches = [np.array([_notch(curve) for curve in side]).T for side in flattened]
+    scale = cubic_spline(u, flat, at)
+    base = cubic_spline(u, grid.blank.root(u), at) - rim_thickness
+    section, elements, rim, places, surface, cuts, bottom = _section(outlines, base, counts)
+    planes = np.arange(2 * counts.along + 1)
+    azimuth, height = section[:, 0] / scale, section[:, 1]
+    points = grid.point(azimuth, np.broadcast_to(at, azimuth.shape), height)  # (m, planes, 3)
+    number = np.full((section.shape[0], planes.size), -1)
+    # only corners lie between the planes
+    corners = np.unique(elements[:, _section_nodes(corners=True)])
+    used = np.zeros(number.shape, bool)
+    used[np.unique(elements[:, _section_nodes(corners=False)])[:, None], planes[::2]] = True
+    used[corners[:, None], planes[1::2]] = True
+    number[used] = np.arange(used.sum())
+    nodes = points[used]
+    lattice = CORNERS_AND_EDGES + 1
+    own = 3 * lattice[:, 0] + lattice[:, 1]
+    whole = np.stack([number[elements[:, own], 2 * k + lattice[:, 2]] for k in range(counts.along)], axis=1)
+    spots = np.concatenate(
+        [np.repeat(places[:, None], counts.along, 1), np.broadcast_to(np.arange(counts.along), whole.shape[:2])[..., None]],
+        axis=-1,
+    )
+
+    def along(section_nodes: IntArray) -> IntArray:
+        found = number[section_nodes]
+        return np.asarray(found[found >= 0])
+
+    def where(section_nodes: IntArray, at_planes: IntArray) -> NDArray[np.bool_]:
+        mask = np.zeros(len(nodes), bool)
+        found = number[np.ix_(section_nodes, at_planes)]
+        mask[found[found >= 0]] = True
+        return mask
+
+    in_rim = np.unique(elements[rim])
+    index = np.arange(whole.shape[0] * counts.along).reshape(-1, counts.along)
+    sides = tuple(
+        Outline(line[:, 0] / scale, line[:, 1]) for line in outlines
+    )
+    return RootMesh(
+        counts=counts,
+        nodes=nodes,
+        elements=whole.reshape(-1, 20),
+        places=spots.reshape(-1, 3),
+        rim=np.repeat(rim, counts.along),
+        left=along(cuts[0]),
+        right=along(cuts[1]),
+        base=where(bottom, planes),
+        toe=where(in_rim, planes[:1]),
+        heel=where(in_rim, planes[-1:]),
+        surface=(index[surface[0]], index[surface[1]]),
+        stations=at - u[0],
+        outlines=(sides[0], sides[1]),
+        columns=u - u[0],
+        radius=(notches[0][0], notches[1][0]),
+        chord=np.abs(notches[1][1] - notches[0][1]),
+        fillet=fillet,
+    )
+
+
+def _section_nodes(*, corners: bool) -> IntArray:
+    """Of the nine nodes of an element of a section: its corners, or these and the middles of its sides."""
+    parity = np.array([[i % 2, j % 2] for i in range(3) for j in range(3)]).sum(axis=1)
+    return np.flatnonzero(parity == 0 if corners else parity < 2)
+
+
+def _section(
+    outlines: Sequence[FloatArray], base: FloatArray, counts: Counts
+) -> tuple[FloatArray, IntArray, NDArray[np.bool_], FloatArray, tuple[IntArray, IntArray], list[IntArray], IntArray]:
+    """Nodes (m, 2, k) of the flattened sections, elements (e, 9) and what is known of them."""
+    low, high = 2 * counts.low, 2 * counts.high
+    inner = [_layer(line, *pair, counts) for line, pair in zip(outlines, (outlines, outlines[::-1]), strict=True)]
+    layers = 2 * counts.layer + 1
+    thick = np.concatenate([np.linspace(0.0, _OUTER, layers // 2 + 1), np.linspace(_OUTER, 1.0, layers // 2 + 1)[1:]])
+    blocks: list[FloatArray] = []
+    for line, ends in zip(outlines, inner, strict=True):
+        blocks.append(line[:, None] + thick[None, :, None, None] * (ends - line)[:, None])
+    left, right = inner
+    t = np.linspace(0.0, 1.0, 2 * counts.across + 1)[None, :, None, None]
+    core = left[low:, None] * (1.0 - t) + right[low:, None] * t
+    blocks.append(core)
+    down = np.linspace(0.0, 1.0, 2 * counts.deep + 1) ** 1.3
+    floor = [np.stack([x, base]) for x in (left[0, 0], left[low, 0], right[low, 0], right[0, 0])]
+    for x, y in ((1, 0), (2, 3)):
+        # under the fillets the base is wider than the tooth
+        floor[x][0] = 0.75 * floor[x][0] + 0.25 * floor[y][0]
+    foot = core[0][:, None]
+    under = floor[1] * (1.0 - t[0]) + floor[2] * t[0]
+    blocks.append(foot + down[None, :, None, None] * (under[:, None] - foot))
+    for ends, (x, y) in zip(inner, ((0, 1), (3, 2)), strict=True):
+        top = ends[: low + 1]
+        length = np.linalg.norm(np.diff(top, axis=0), axis=1)
+        share = np.concatenate([np.zeros((1, length.shape[1])), np.cumsum(length, axis=0)]) / length.sum(axis=0)
+        under = floor[x] * (1.0 - share[:, None]) + floor[y] * share[:, None]
+        blocks.append(top[:, None] + down[None, :, None, None] * (under - top)[:, None])
+    points = np.concatenate([block.reshape(-1, 2, base.size) for block in blocks])
+    middle = points[:, :, base.size // 2]
+    scale = 1e-7 * float(np.ptp(middle[:, 0]))
+    order = np.lexsort(np.round(middle.T / (1e3 * scale)))
+    number = np.empty(len(points), np.int64)
+    number[order] = np.cumsum(
+        np.concatenate([[False], np.linalg.norm(np.diff(middle[order], axis=0), axis=1) > 1e3 * scale])
+    )
+    nodes = np.empty((number.max() + 1, 2, base.size))
+    nodes[number] = points
+    start, elements, rim, owner = 0, [], [], []
+    lattices = []
+    for k, block in enumerate(blocks):
+        lattice = number[start : start + block.shape[0] * block.shape[1]].reshape(block.shape[:2])
+        start += lattice.size
+        lattices.append(lattice)
+        own = np.stack(
+            [lattice[i : lattice.shape[0] - 2 + i : 2, j : lattice.shape[1] - 2 + j : 2] for i in range(3) for j in range(3)],
+            axis=-1,
+        )
+        elements.append(own.reshape(-1, 9))
+        rim.append(np.full(len(elements[-1]), k > 2))
+        owner.append(own.shape[:2])
+    count = counts.layer
+    one = np.arange((counts.low + counts.high) * count).reshape(-1, count)
+    surface = one[:, 0], one[:, 0] + one.size
+    cuts = [np.concatenate([lattices[k][0], lattices[k + 4][0, 1:]]) for k in (0, 1)]
+    bottom = np.unique(np.concatenate([lattices[k][:, -1] for k in (3, 4, 5)]))
+    whole = np.concatenate(elements)
+    size = float(np.ptp(middle[:, 0])) / (2.0 * counts.low + counts.across)
+    places = nodes[whole[:, 4], :, base.size // 2] / size
+    return nodes, whole, np.concatenate(rim), places, surface, cuts, bottom
+
+
+def _layer(line: FloatArray, own: FloatArray, other: FloatArray, counts: Counts) -> FloatArray:
+    """Inner side (n, 2, k) of the layers next to one side of the outline."""
+    low = 2 * counts.low
+    inwards = np.sign(other[-1, 0] - own[-1, 0])
+    tangent = np.gradient(line, axis=0)
+    angle = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0] * inwards), axis=0) - 0.5 * np.pi
+    # straight down in the middle of the slot and never out of the pitch, level at the tip
+    place = np.arange(len(line))[:, None]
+    angle[0] = -0.5 * np.pi
+    angle = np.clip(angle, -0.5 * np.pi, 0.25 * np.pi)
+    blend = np.clip((place - low) / (len(line) - 1 - low), 0.0, 1.0) ** 2
+    angle = angle * (1.0 - blend)
+    for _ in range(3):
+        angle[1:-1] = 0.25 * angle[:-2] + 0.5 * angle[1:-1] + 0.25 * angle[2:]
+    chord = np.abs(own[:, 0] - other[:, 0])
+    root, tip = _LAYER * chord[low], np.minimum(_LAYER * chord[low], _LAYER_TIP * chord[-1])
+    depth = root + (tip - root) * np.clip((place - low) / (len(line) - 1 - low), 0.0, 1.0)
+    return np.asarray(line + depth[:, None] * np.stack([inwards * np.cos(angle), np.sin(angle)], axis=1))
+
+
+def _nodes_along(curves: Sequence[FloatArray], u: FloatArray, counts: Counts) -> FloatArray:
+    """Nodes (n, 2, k) along one side of the flattened sections, given by curves from the middle of the slot.
+
+    Corners are even in length and curvature, the middle of the fillet among them, by shares of the length of the curve
+    that vary smoothly along the face.
+    """
+    lengths = [np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(c, axis=0), axis=1))]) for c in curves]
+    shares = np.stack([_shares(c, length, counts) for c, length in zip(curves, lengths, strict=True)], axis=-1)
+    smooth = np.polynomial.polynomial.polyfit(u / np.ptp(u), shares.T, 2)
+    shares = np.maximum.accumulate(np.clip(np.polynomial.polynomial.polyval(u / np.ptp(u), smooth), 0.0, 1.0), axis=0)
+    corners = np.arange(len(shares))
+    found = []
+    for curve, length, share in zip(curves, lengths, shares.T, strict=True):
+        at = length[-1] * np.interp(np.arange(2 * corners.size - 1), 2 * corners, share)
+        found.append(np.stack([np.interp(at, length, x) for x in curve.T], axis=-1))
+    return np.stack(found, axis=-1)
+
+
+def _notch(curve: FloatArray) -> tuple[float, float]:
+    """Mean radius of a fillet between its tangents of 60 and 30 deg to the middle of the tooth, and where the last is.
+
+    The curve (n, 2) begins in the middle of the slot [m].
+    """
+    step = np.diff(curve, axis=0)
+    steep = np.arctan2(np.abs(step[:, 0]), step[:, 1])
+    first, last = (int(np.argmax(steep <= angle)) for angle in (np.pi / 3.0, np.pi / 6.0))
+    last = max(last, first + 1)
+    length = float(np.linalg.norm(step[first:last], axis=1).sum())
+    return length / max(float(steep[first] - steep[last]), 1e-3), float(curve[last, 0])
+
+
+def _shares(curve: FloatArray, length: FloatArray, counts: Counts) -> FloatArray:
+    """Corners of the elements along a curve (n, 2) by shares of its length."""
+    even = np.linspace(0.0, 1.0, _FINE)
+    fine = np.stack([np.interp(even * length[-1], length, x) for x in curve.T], axis=-1)
+    turn = np.unwrap(np.arctan2(*np.diff(fine, axis=0).T[::-1]))
+    bend = np.abs(np.gradient(turn))
+    kernel = np.hanning(_FINE // 10)
+    bend = np.convolve(bend, kernel / kernel.sum(), mode="same")
+    # the middle of the fillet is where half of the turn to the flank is done
+    away = np.maximum.accumulate(np.abs(turn - turn[0]))
+    half = max(int(np.argmax(away > 0.5 * away[-1])), _FINE // 20)
+    share = np.concatenate([[0.0], np.cumsum(1.0 / bend.size + _BEND * bend / bend.sum())])
+    low, high = np.linspace(0.0, share[half], counts.low + 1), np.linspace(share[half], share[-1], counts.high + 1)
+    return np.interp(np.concatenate([low, high[1:]]), share, even)
+
+
+def _curves(
+    flanks: GearFlanks, member: Member, grid: ToothGrid, module: float
+) -> tuple[list[list[FloatArray]], str]:
+    """Azimuth and height (n, 2) of both sides, slot to tip, at the columns of the grid; where the fillets are from."""
+    given = [flank.blade.edge_radius if isinstance(flank, CutFlank) else 0.0 for flank in flanks.of(member).values()]
+    stated = all(radius > 0.0 for radius in given)
+    if stated:
+        origin = "cut, edge radius of the design"
+    else:
+        origin = f"assumed, edge radius {EDGE_RADIUS:g} normal modules (none in the design)"
+    error: ConvergenceError | None = None
+    for share in _RADII:
+        radius = share * EDGE_RADIUS * module
+        try:
+            roots = _cut_fillets(flanks, member, grid, radius)
+            sides = [_side(root, grid, radius, k) for k, root in enumerate(roots)]
+        except ConvergenceError as found:
+            error = found
+            continue
+        if not stated and share < 1.0:
+            origin = f"assumed, edge radius {share * EDGE_RADIUS:.3g} normal modules: no larger one fits the slot"
+        joined = [_joined(low, high, grid.pitch) for low, high in zip(*sides, strict=True)]
+        return [[pair[k] for pair in joined] for k in (0, 1)], origin
+    raise error or ConvergenceError("no_fillet", "no fillet fits between the flanks")
+
+
+def _joined(low: FloatArray, high: FloatArray, pitch: float) -> tuple[FloatArray, FloatArray]:
+    """Both sides of a slot (azimuth and height, tip first) ended in its middle, and turned round: slot first."""
+    following = low + np.array([pitch, 0.0])
+    if high[-1, 0] < following[-1, 0]:
+        middle = 0.5 * (high[-1] + following[-1])
+        return np.concatenate([(middle - [pitch, 0.0])[None], low[::-1]]), np.concatenate([middle[None], high[::-1]])
+    # the fillets cross: each cutter removes what the other has left
+    order = np.argsort(following[:, 0])
+    ahead = high[:, 0] >= following[:, 0].min()
+    gap = high[ahead, 1] - np.interp(high[ahead, 0], following[order, 0], following[order, 1])
+    found = np.flatnonzero(gap <= 0.0)
+    if not found.size or not ahead.any():
+        raise ConvergenceError("no_fillet", "the fillets of a slot do not meet")
+    first = int(np.flatnonzero(ahead)[found[0]])
+    middle = np.array([high[first, 0], np.interp(high[first, 0], following[order, 0], following[order, 1])])
+    other = low[low[:, 0] + pitch > middle[0]]
+    return np.concatenate([(middle - [pitch, 0.0])[None], other[::-1]]), np.concatenate([middle[None], high[:first][::-1]])
+
+
+def _side(root: RootProfile | None, grid: ToothGrid, radius: float, upper: int) -> list[FloatArray]:
+    """Azimuth and height (n, 2) of one side of the tooth, tip first, at the columns of the grid."""
+    azimuth = grid.upper if upper else grid.lower
+    curves = []
+    middle = grid.height.shape[0] // 2
+    mean = grid.blank.axial(grid.u[middle], grid.height[middle])[0]
+    scale = mean / np.sqrt(1.0 + (mean * np.gradient(azimuth[middle], grid.u[0])) ** 2)
+    for column in range(grid.u.shape[1]):
+        height = grid.height[:, column]
+        low = height[0] if root is None else root.start[column]
+        levels = np.linspace(height[-1], low, 40)
+        flank = np.stack([cubic_spline(height, azimuth[:, column], levels), levels], axis=-1)
+        if root is None:
+            flat = np.array([scale[column] if upper else -scale[column], 1.0])
+            curves.append(_with_arc(flank * flat, float(grid.blank.root(grid.u[0, column])), radius) / flat)
+            continue
+        fillet = np.stack([root.azimuth[:, column], root.height[:, column]], axis=-1)
+        fillet[:, 0] += flank[-1, 0] - fillet[0, 0]
+        curves.append(np.concatenate([flank, fillet[1:]]))
+    return curves
+
+
+def _with_arc(flank: FloatArray, root: float, radius: float) -> FloatArray:
+    """A flank (n, 2), tip first, that goes over into a level root by an arc [m]; it faces rising first coordinates.
+
+    `ConvergenceError` where the flank stays away from the root, or the arc does not fit.
+    """
+    # straight on below its last point
+    slope = flank[-1] - flank[-2]
+    ahead = flank[-1] + slope / np.linalg.norm(slope) * np.linspace(0.0, 3.0, 13)[1:, None] * radius
+    line = np.concatenate([flank, ahead])
+    fine = np.linspace(0.0, 1.0, 40)[:-1]
+    line = np.concatenate([*(a + fine[:, None] * (b - a) for a, b in pairwise(line)), line[-1:]])
+    tangent = np.gradient(line, axis=0)
+    normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=-1)
+    centres = line + radius * normal / np.linalg.norm(normal, axis=1)[:, None]
+    above = centres[:, 1] - (root + radius)
+    found = np.flatnonzero((above[:-1] > 0.0) & (above[1:] <= 0.0))
+    if not found.size:
+        raise ConvergenceError("no_fillet", f"no fillet of radius {radius * 1e3:.3g} mm fits between flank and root")
+    k = int(found[0])
+    share = above[k] / (above[k] - above[k + 1])
+    centre, touch = (x[k] + share * (x[k + 1] - x[k]) for x in (centres, line))
+    start = np.arctan2(*(touch - centre)[::-1]) % (2.0 * np.pi)
+    angle = np.linspace(start, 1.5 * np.pi, 41)
+    arc = centre + radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    return np.concatenate([flank[flank[:, 1] > touch[1]], arc])
+
+
+def _cut_fillets(
+    flanks: GearFlanks, member: Member, grid: ToothGrid, radius: float
+) -> tuple[RootProfile | None, RootProfile | None]:
+    """Fillets the cutters leave on both sides, with a given edge radius where theirs is none; or none of both."""
+    blank, mate = flanks.blank(member), flanks.blank("gear" if member == "pinion" else "pinion")
+    clearance = max(blank.mean_dedendum - mate.mean_addendum, 0.0)
+    cut: list[CutFlank] = []
+    for side in grid.sides:
+        flank = flanks.of(member)[side]
+        if not isinstance(flank, CutFlank):
+            return None, None
+        if not flank.blade.edge_radius > 0.0:
+            try:
+                flank = replace(flank, blade=replace(flank.blade, edge_radius=radius))
+            except (InputError, ConvergenceError, ValueError):
+                return None, None
+        cut.append(flank)
+    stations = grid.u.shape[1]
+    low, high = (root_profile(flank, stations, clearance) for flank in cut)
+    if (low is None) != (high is None):
+        # a slot has one root: where one side is cut deep enough, the other is taken as it is cut
+        low, high = (root_profile(flank, stations, np.inf) for flank in cut)
+    return (None, None) if low is None or high is None else (low, high)
