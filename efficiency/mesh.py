@@ -13,6 +13,7 @@ from typing import Any, Unpack
 
 import numpy as np
 
+from efficiency.blanks.tangency import limit_pressure_angle
 from efficiency.conditions.conditions import (
     AXES,
     GEOMETRY_AXES,
@@ -48,6 +49,7 @@ from efficiency.ltca.load_distribution import ElasticPosition, TeethElasticity, 
 from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids, both_cycles, load_grids
 from efficiency.ltca.shaft_deflection import solve_deflection
 from efficiency.ltca.solid_tooth import SolidTooth, elastic_teeth
+from efficiency.strength.permissible_stress import hypoid_factor
 from efficiency.strength.rating import LocalConditions, rate_strength
 from efficiency.strength.result import Strength
 from efficiency.strength.root_stress import RootTooth, root_tooth
@@ -462,10 +464,21 @@ class LoadedMesh:
             result.card.viscosity_kinematic_40,
             operation.speed * design.ratio * pitch.radius_gear,
             pitch.module_normal,
+            self._hypoid_factor(),
         )
         teeth, pitch_angle = self.grids.mesh.teeth, 2.0 * math.pi / design.pinion.blank.teeth
         edges = edge_load(result.load, teeth)
         return rate_strength(result.load, teeth, edges, self.mesh.root_teeth(), local, pitch_angle)
+
+    def _hypoid_factor(self) -> float:
+        """Z_Hyp of the loaded flank."""
+        pitch = self.mesh.pitch
+        spirals = pitch.spiral_angle_pinion, pitch.spiral_angle_gear
+        cones = pitch.pitch_angle_pinion, pitch.pitch_angle_gear
+        distances = [r / math.sin(c) for r, c in zip((pitch.radius_pinion, pitch.radius_gear), cones, strict=True)]
+        limit = limit_pressure_angle(*cones, *distances, *spirals, spirals[0] - spirals[1])
+        effective = pitch.pressure_angle - (limit if self.mesh.side == "drive" else -limit)
+        return hypoid_factor(*spirals, pitch.pressure_angle, effective)
 
     def write_load(self, path: Path | str, result: EfficiencyResult | None = None) -> None:
         """Write the load distribution as CSV, as `Mesh.load_from` reads it.

@@ -32,7 +32,6 @@ FIGURES = {
     "low_slip.png": ("low_slip.py", "docs/figures"),
     **dict.fromkeys(("measured_film.png", "measured_low_slip.png", "measured_oils.png"), ("measured.py",)),
     **dict.fromkeys(("optimise_report.png", "optimise_trade.png"), ("report_figures.py", "optimise")),
-    "root_stress_fem.png": (f"{TWINS}/root_stress_fem.py",),
     "smooth_accuracy.png": ("smooth_accuracy.py", "--out", "docs/figures"),
     "step.png": ("step_picture.py", "docs/figures"),
     "tooth_compliance.png": (f"{TWINS}/compliance_fem.py",),

@@ -281,16 +281,26 @@ def pinion_thickness(flanks: GearFlanks, u: FloatArray, h: FloatArray) -> FloatA
     return np.asarray(width - flanks.normal_backlash)
 
 
-def _require_thickness(member: str, place: str, values: FloatArray, face: FloatArray) -> None:
+TIP_REMEDIES: dict[Member, str] = {
+    "pinion": "lower the pinion's addendum (larger depth.gear_addendum_factor, smaller depth.depth_factor) or thicken "
+    "it (larger depth.thickness_factor)",
+    "gear": "lower the gear's addendum (smaller depth.gear_addendum_factor or depth.depth_factor) or thicken it "
+    "(smaller depth.thickness_factor)",
+}
+"""What makes the tip of a pointed tooth thicker, by the keys of a targets file."""
+
+
+def _require_thickness(member: Member, place: str, values: FloatArray, face: FloatArray) -> None:
     if np.all(values > 0.0):
         return
     thinnest = int(np.argmin(values))
+    cuts = "check point_radius and blade_angle of both cutters, both machine settings, the addendum and the pitch angle"
+    remedy = f"{TIP_REMEDIES[member]} in the targets and repeat settings; or {cuts}" if place == "tip" else cuts
     raise InputError(
         f"{member}: tooth thickness at the {place}",
         f"{values[thinnest] * 1e3:.3g} mm at {face[thinnest] * 1e3:.3g} mm from the toe",
         "above 0 mm",
-        f"The concave and the convex flank of the {member} cross: check point_radius and blade_angle of both cutters, "
-        "both machine settings, the addendum and the pitch angle.",
+        f"The concave and the convex flank of the {member} cross: {remedy}.",
     )
 
 

@@ -22,7 +22,7 @@ from efficiency.loss.friction_equilibrium import balance_error, balance_friction
 from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
 from efficiency.loss.lubrication import SolvedFriction, local_lubrication
 from efficiency.loss.power_loss import efficiency_of, position_losses, rolling_losses
-from efficiency.ltca.limits import points_above_hardness
+from efficiency.ltca.limits import edges_yield, points_above_hardness
 from efficiency.ltca.load_distribution import LoadDistribution
 from efficiency.ltca.mesh_grids import LoadedGrids as LoadedGrids
 from efficiency.ltca.mesh_grids import MeshGrids as MeshGrids
@@ -269,7 +269,8 @@ def _reason(loaded: LoadedGrids, *frictions: FrictionEstimate) -> Reason:
             return "load_newton_limit"
         if load.reason == "active_set_limit":
             return "load_active_set_limit"
-    if any(points_above_hardness(load, loaded.mesh.teeth)[0] for load in (loaded.fine, loaded.coarse)):
+    teeth = loaded.mesh.teeth
+    if any(points_above_hardness(load, teeth)[0] or edges_yield(load, teeth) for load in (loaded.fine, loaded.coarse)):
         return "pressure_above_hardness"
     if any(np.any(friction.flag == FrictionFlag.NOT_CONVERGED) for friction in frictions):
         return "friction_not_converged"

@@ -21,6 +21,8 @@ FloatArray = NDArray[np.float64]
 _MIDDLE = 1.0 / 6.0
 # tuned: matched flanks stay well below (ours), more is a design whose flanks do not belong together; may be changed
 # freely
+# tuned: elastic pressure at an edge over the hardness from which the edge certainly yields (ours); may be changed freely
+_EDGE_LIMIT = 2.0
 _LARGE_ERROR = 100.0 * ARCSEC
 # tuned: share of the torque from which edges are reported (ours); may be changed freely
 EDGE_NOTE = 1e-3
@@ -118,6 +120,12 @@ def points_above_hardness(load: LoadDistribution, teeth: TeethElasticity) -> tup
     return int(np.count_nonzero(pressure > hardness(teeth))), pressure.size
 
 
+def edges_yield(load: LoadDistribution, teeth: TeethElasticity) -> bool:
+    """Whether an edge certainly yields, so that the elastic load distribution says nothing."""
+    highest = max((float(p.pressure_max[p.at_edge].max(initial=0.0)) for p in load.positions), default=0.0)
+    return highest > _EDGE_LIMIT * hardness(teeth)
+
+
 def pressure_peak(load: LoadDistribution, teeth: TeethElasticity) -> Peak:
     """Where the maximum Hertz pressure of the cycle lies."""
     number = int(np.argmax([p.pressure_hertz.max() for p in load.positions]))
@@ -156,6 +164,12 @@ def limit_notes(
             f"{loaded} loaded points, up to {peak.pressure / 1e9:.4g} GPa, {peak.place}; the teeth would yield"
         )
     edges = edges or edge_load(load, teeth)
+    if edges_yield(load, teeth):
+        notes.append(
+            f"elastic pressure of {edges.pressure / 1e9:.3g} GPa at the {edges.edge}, more than {_EDGE_LIMIT:g} times "
+            f"the {hardness(teeth) / 1e9:.3g} GPa hardness: the edge yields and the load distribution is not known; "
+            "add relief there, more crowning, or lower the torque"
+        )
     if edges.share >= EDGE_NOTE:
         notes.append(_edge_note(edges, load, teeth))
     if unloaded > _LARGE_ERROR:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from efficiency.blanks.checks import TOP_LAND
 from efficiency.contact.gear_flanks import MEMBERS, GearFlanks
-from efficiency.contact.tooth_grid import tooth_shape
+from efficiency.contact.tooth_grid import TIP_REMEDIES, tooth_shape
 from efficiency.contact.transmission import Transmission
 from efficiency.cutting.cutter import FlankSide
 from efficiency.design.design import Design
@@ -194,22 +194,16 @@ def tip_findings(flanks: GearFlanks, module_normal: float) -> list[ToothFinding]
         Mean normal module [m].
     """
     findings = []
-    remedies = {
-        "pinion": "lower the pinion's addendum (larger depth.gear_addendum_factor, smaller depth.depth_factor) or "
-        "thicken it (larger depth.thickness_factor)",
-        "gear": "lower the gear's addendum (smaller depth.gear_addendum_factor or depth.depth_factor) or thicken it "
-        "(smaller depth.thickness_factor)",
-    }
     for member in MEMBERS:
         shape = tooth_shape(flanks, member)
         thinnest = int(np.argmin(shape.thickness_tip))
         tip, place = float(shape.thickness_tip[thinnest]) * 1e3, float(shape.face[thinnest]) * 1e3
         what = f"{member}: the cut tooth is {tip:.2f} mm thick at its tip, {place:.3g} mm from the toe"
         if tip <= 0.0:
-            findings.append(ToothFinding("pointed", f"{what}: its flanks cross; {remedies[member]}"))
+            findings.append(ToothFinding("pointed", f"{what}: its flanks cross; {TIP_REMEDIES[member]}"))
         elif tip < TOP_LAND * module_normal * 1e3:
             limit = f"below {TOP_LAND:g} mean normal modules ({TOP_LAND * module_normal * 1e3:.2f} mm)"
-            findings.append(ToothFinding(None, f"{what}, {limit}: a hardened tip breaks; {remedies[member]}"))
+            findings.append(ToothFinding(None, f"{what}, {limit}: a hardened tip breaks; {TIP_REMEDIES[member]}"))
     return findings
 
 

@@ -203,7 +203,7 @@ def optimise(
         if solved and not more:
             candidates, more = check_solved(task, candidates, solved, journal)
     notes += [*correction.notes, *filter(None, [more])]
-    return Optimisation(
+    found = Optimisation(
         name=start.name,
         problem=problem,
         start=first,
@@ -216,6 +216,18 @@ def optimise(
         jobs=jobs,
         reused=len(journal.reused),
         seconds=time.perf_counter() - clock,
+    )
+    return replace(found, notes=(*found.notes, *_at_bounds(found)))
+
+
+def _at_bounds(found: Optimisation) -> list[str]:
+    """A note that names the variables of the best point that lie at a bound."""
+    if found.best is None:
+        return []
+    values = found.best.point.variables
+    names = [f"{v.name} ({bound})" for v in found.problem.variables if (bound := v.at_bound(values[v.name]))]
+    return (
+        [f"at a bound in the best point: {', '.join(names)}; wider bounds with --vary may find more"] if names else []
     )
 
 

@@ -63,6 +63,8 @@ VARIABLES: dict[str, ValueRange] = {
 }
 GROUPS = ("ease_off", "blank")
 """Names that stand for the default variables of the ease-off, and for those of the blank that the pair has."""
+# part of the space that a vehicle gives the pair: varied where it is named, no part of a group
+_PACKAGE = ("hypoid_offset",)
 _DEFAULT = ("lengthwise_crowning", "profile_crowning", "bias", "twist", "contact_face", "contact_depth")
 
 # default bounds: amounts in shares of the start's but at least of the floor, slopes and places about the start (ours)
@@ -119,6 +121,11 @@ class Variable:
         """Value at a place from 0 to 1 between the bounds; rounded to what a design file holds."""
         return round(self.low + place * (self.high - self.low), 10)
 
+    def at_bound(self, value: float) -> str:
+        """The bound that a value lies at within a hundredth of the range; empty inside."""
+        share = self.place(value)
+        return "lower" if share < 0.01 else "upper" if share > 0.99 else ""
+
     def place(self, value: float) -> float:
         """The place of a value, the nearest one inside the bounds."""
         return min(max((value - self.low) / (self.high - self.low), 0.0), 1.0)
@@ -145,7 +152,11 @@ def variables_of(
             raise InputError(name, bounds, "no bounds, as it stands for several variables", "Name each with its own.")
         ease_off = (*_DEFAULT, *(edge for edge in _EDGES if _reliefs(start, edge)))
         group = (
-            ease_off if name == "ease_off" else [n for n in _BLANK if _stated(start, n)] if name == "blank" else [name]
+            ease_off
+            if name == "ease_off"
+            else [n for n in _BLANK if n not in _PACKAGE and _stated(start, n)]
+            if name == "blank"
+            else [name]
         )
         names |= {one: named.get(one) if one in named else bounds for one in group}
     found: list[Variable] = []

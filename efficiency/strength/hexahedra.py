@@ -25,7 +25,7 @@ CORNERS_AND_EDGES = np.array([p for p in product((-1, 0, 1), repeat=3) if p.coun
 FACE = np.flatnonzero(CORNERS_AND_EDGES[:, 1] == -1)
 """Nodes of the face where the second coordinate is -1."""
 # elements that are not split any further
-_LEAF = 8
+_LEAF = 24
 
 
 def shape_functions(places: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -63,7 +63,9 @@ def element_stiffness(corners: FloatArray, youngs_modulus: FloatArray, poisson_r
     jacobian = np.matmul(slopes.transpose(0, 2, 1)[None], corners[:, None])
     volume = np.linalg.det(jacobian)
     if np.any(volume * np.sign(volume[:, :1]) <= 0.0):
-        raise ConvergenceError("root_folded", "finite elements of the tooth root are folded")
+        raise ConvergenceError(
+            "root_folded", "finite elements of the tooth root are folded: give the cutter another edge radius"
+        )
     gradient = np.matmul(np.linalg.inv(jacobian), slopes.transpose(0, 2, 1)[None])
     gradient *= np.sqrt(np.abs(volume) * weights)[..., None, None]
     flat = gradient.reshape(*gradient.shape[:2], 60)
@@ -191,9 +193,18 @@ class Factors:
             force[step.outer] -= step.coupling.T @ part
         return force
 
-    def displacement(self, reduced: FloatArray) -> FloatArray:
-        """Displacement (3 n, k), in place, from half solved forces and the displacement of the border."""
-        for step in reversed(self._steps):
+    def displacement(self, reduced: FloatArray, wanted: BoolArray) -> FloatArray:
+        """Displacement (3 n, k), in place, from half solved forces and the displacement of the border.
+
+        Only that of the wanted nodes (n,) is complete.
+        """
+        needed = np.repeat(wanted, 3)
+        steps = []
+        for step in self._steps:
+            if needed[step.inner].any():
+                needed[step.outer] = True
+                steps.append(step)
+        for step in reversed(steps):
             part = reduced[step.inner] - step.coupling @ reduced[step.outer]
             reduced[step.inner] = solve_triangular(step.factor, part, lower=True, trans="T", check_finite=False)
         return reduced

@@ -1,8 +1,8 @@
 """Permissible stresses: ISO 10300 factors of case-hardened steel; yield and shakedown of a line contact.
 
 Factors after ISO 10300-2 and -3 (2023), formula numbers and values from public sources: the public repository
-github.com/afuentesaz/AGMAStandards (ISO10300Calc), whose self test against ISO/TR 10300-30:2024, sample 1, gives the
-figures of the tests. The standard itself was not seen: not a certified calculation.
+github.com/afuentesaz/AGMAStandards (ISO10300Calc), whose self test against ISO/TR 10300-30:2024, samples 1 to 3, gives
+the figures of the tests. The standard itself was not seen: not a certified calculation.
 
 Hertz pressure of a half-plane that carries a normal load and sliding friction mu. With the yield stress Y in tension
 and k = Y/sqrt(3) in shear (von Mises):
@@ -61,6 +61,24 @@ def roughness_factor(endurance: float, mean_rz: float, radius: float) -> float:
     if relative <= 3.0:
         return 1.0
     return float((3.0 / relative) ** (0.12 + (1000.0 - _within(endurance)) / 5000.0))
+
+
+def hypoid_factor(
+    spiral_pinion: float, spiral_gear: float, generated_pressure_angle: float, effective_pressure_angle: float
+) -> float:
+    """Z_Hyp (12) to (19): sliding along the contact line over the sum of velocities across it; 1 without offset.
+
+    Mean spiral angles, generated and effective pressure angle of the flank [rad]. The formula is for shaft angles at
+    which the contact line leans as on the virtual gears; its range is 0.6 to 1.
+    """
+    cos_1, cos_2 = math.cos(spiral_pinion), math.cos(spiral_gear)
+    lean = math.atan(math.tan(0.5 * (spiral_pinion + spiral_gear)) * math.sin(effective_pressure_angle))
+    # velocities over that of the pinion at the mean point
+    along = abs(cos_1 * (math.tan(spiral_pinion) - math.tan(spiral_gear))) * math.cos(abs(lean))
+    profile = abs(2.0 * cos_1 * math.sin(generated_pressure_angle))
+    lengthwise = abs(math.sin(spiral_pinion) + math.sin(spiral_gear) * cos_1 / cos_2)
+    across = math.hypot(profile, lengthwise) * math.sin(math.atan2(profile, lengthwise) + abs(lean))
+    return min(max(1.0 - 0.3 * (along / across - 0.15), 0.6), 1.0)
 
 
 def surface_factor(root_rz: float) -> float:

@@ -29,8 +29,8 @@ INTEGRAL = 1.5
 RA_OF_RQ = math.sqrt(2.0 / math.pi)
 ASSUMED = (
     "torque as given, even speed: application and dynamic factor 1; load distribution by the loaded tooth contact",
-    "left out, factor 1: life, work hardening, hypoid factor (no public source), bevel factor (of nominal stresses)",
-    "root stress within 10 % of finite elements where it is greatest (docs/strength.md); friction left out of it",
+    "left out, factor 1: life, work hardening, bevel factor (of nominal stresses)",
+    "ROOT",
     "no scuffing temperature and no permissible film on oil cards: no safety factor against scuffing and micropitting",
 )
 
@@ -47,6 +47,7 @@ class LocalConditions:
     viscosity_40: float  # kinematic viscosity of the oil at 40 degC [m2/s]
     speed: float  # of the pitch circle of the gear at its mean point [m/s]
     module: float  # mean normal module [m]
+    hypoid: float  # hypoid factor Z_Hyp of the loaded flank [-]
 
 
 def rate_strength(
@@ -209,6 +210,7 @@ def _contact_factors(endurance: float, local: LocalConditions, rz: float, radius
         "Z_L": permissible.lubricant_factor(endurance, local.viscosity_40),
         "Z_v": permissible.speed_factor(endurance, local.speed),
         "Z_R": permissible.roughness_factor(endurance, rz, radius),
+        "Z_Hyp": local.hypoid,
     }
 
 

@@ -133,14 +133,14 @@ class RootStress:
 
 
 def root_tooth(
-    flanks: GearFlanks, member: Member, tooth: SolidTooth, module: float, counts: Counts = Counts()
+    flanks: GearFlanks, member: Member, tooth: SolidTooth, module: float, counts: Counts | None = None
 ) -> RootTooth:
     """Mesh, factors and unit stresses of one member; `ConvergenceError` where no fillet fits or elements are folded.
 
     `tooth` gives the flanks, the body and which flank is loaded; `module` is the mean normal module, for the edge
     radius of a cutter that states none [m].
     """
-    body, grid = tooth.body, tooth.grid
+    body, grid, counts = tooth.body, tooth.grid, counts or Counts()
     mesh = root_mesh(flanks, member, grid, body.rim_thickness, module, counts)
     side = int(tooth.side)
     modulus = np.where(mesh.rim, body.moduli["foot"], body.moduli["tooth"])
@@ -154,8 +154,11 @@ def root_tooth(
     factors = Factors(mesh.elements, stiffness, mesh.places, kept, held)
     # the loaded flank of the pinion looks to the next pair, that of the gear to the one before
     ahead = (1 if side else -1) * (-1 if member == "pinion" else 1)
-    moved = _ring_solution(mesh, factors, held, _unit_forces(mesh, side), grid.pitch)
     read = {k: _Surface(mesh, k) for k in (0, 1)}
+    wanted = np.zeros(len(mesh.nodes), bool)
+    for surface in read.values():
+        wanted[surface.elements[..., FACE]] = True
+    moved = _ring_solution(mesh, factors, held, wanted, _unit_forces(mesh, side), grid.pitch)
     stress = {
         k: {
             j * ahead: surface.stress(u, body.material.youngs_modulus, poisson).astype(np.float32)
@@ -260,9 +263,17 @@ def _unit_forces(mesh: RootMesh, side: int) -> FloatArray:
 
 
 def _ring_solution(
-    mesh: RootMesh, factors: Factors, held: NDArray[np.bool_], forces: FloatArray, pitch: float
+    mesh: RootMesh,
+    factors: Factors,
+    held: NDArray[np.bool_],
+    wanted: NDArray[np.bool_],
+    forces: FloatArray,
+    pitch: float,
 ) -> dict[int, FloatArray]:
-    """Displacement (3 nodes, places) of the loaded tooth and of its neighbours in rising (1) and falling azimuth (-1)."""
+    """Displacement (3 nodes, places) of the loaded tooth (0) and of the next in rising (1) and falling azimuth (-1).
+
+    Of the wanted nodes alone.
+    """
     free = ~held[mesh.left]
     cuts = mesh.left[free], mesh.right[free]
     position = np.empty(len(mesh.nodes), np.int64)
@@ -270,20 +281,25 @@ def _ring_solution(
     both = np.concatenate(cuts)
     order = _unknowns(position[both])
     side = order.size // 2
-    # displacements on the right cut, in the frame of the next pitch
-    frame = np.eye(2 * side)
-    frame[side:, side:] = np.kron(np.eye(side // 3), rotation(pitch))
+    turn = rotation(pitch)
+
+    def turned(values: FloatArray, matrix: FloatArray) -> FloatArray:
+        """Values of both cuts with those of the right one in another frame."""
+        right = matrix @ values[side:].reshape(-1, 3, values.shape[1])
+        return np.concatenate([values[:side], right.reshape(side, -1)])
+
     reduced = factors.condensed_load(forces)
-    stiffness = frame.T @ factors.stiffness[np.ix_(order, order)] @ frame
-    around = ring_displacements(stiffness, frame.T @ reduced[_unknowns(both)], _RING, _RING)
+    # displacements on the right cut in the frame of the next pitch
+    stiffness = turned(turned(factors.stiffness[np.ix_(order, order)], turn.T).T, turn.T)
+    around = ring_displacements(stiffness, turned(reduced[_unknowns(both)], turn.T), _RING, _RING)
     count = reduced.shape[1]
     whole = np.zeros((reduced.shape[0], 3 * count))
     whole[:, :count] = reduced
     for k, j in enumerate((0, 1, -1)):
         ends = np.concatenate([around[j % _RING], around[(j + 1) % _RING]])
-        whole[_unknowns(both), k * count : (k + 1) * count] = frame @ ends
+        whole[_unknowns(both), k * count : (k + 1) * count] = turned(ends, turn)
     whole[_unknowns(np.flatnonzero(held))] = 0.0
-    whole = factors.displacement(whole)
+    whole = factors.displacement(whole, wanted)
     return {j: whole[:, k * count : (k + 1) * count] for k, j in enumerate((0, 1, -1))}
 
 
@@ -307,8 +323,8 @@ class _Surface:
 
     def stress(self, moved: FloatArray, modulus: float, poisson: float) -> FloatArray:
         """Plane stress (s, p, 3, k) of displacements (3 nodes, k): along the outline, across it, shear [Pa]."""
-        local = moved.reshape(-1, 3, moved.shape[1])[self.elements]
-        rate = np.einsum("ocpin,ocnxk->ocpixk", self.slopes, local, optimize=True)
+        local = moved.reshape(-1, 3, moved.shape[1])[self.elements[..., FACE]]
+        rate = np.einsum("ocpin,ocnxk->ocpixk", self.slopes[..., FACE], local, optimize=True)
         rate = np.einsum("ocpixk,ocpjx->ocpijk", rate, self.axes, optimize=True)
         one, two, shear = rate[..., 0, 0, :], rate[..., 1, 1, :], rate[..., 0, 1, :] + rate[..., 1, 0, :]
         scale = modulus / (1.0 - poisson**2)

@@ -433,9 +433,13 @@ def test_targets_are_written_as_they_are_read(name: str) -> None:
 @pytest.mark.parametrize("name", ["fm_hypoid_13x42", "fh_hypoid_9x34", PAIR])
 def test_the_blank_follows_its_variables(name: str) -> None:
     targets = load_targets(name)
-    problem = make_problem(targets, **(_arguments() | {"variables": ["blank"], "flanks": "drive"}))
+    offset = ["hypoid_offset"] if targets.blank.hypoid_offset > 0.0 else []
+    problem = make_problem(targets, **(_arguments() | {"variables": ["blank", *offset], "flanks": "drive"}))
     names = [v.name for v in problem.variables]
-    assert ("hypoid_offset" in names) == (targets.blank.hypoid_offset > 0.0)
+    # the package is fixed unless its variable is named
+    [fixed] = [make_problem(targets, **(_arguments() | {"variables": ["blank"], "flanks": "drive"}))]
+    assert "hypoid_offset" not in [v.name for v in fixed.variables]
+    assert [v.at_bound(x) for v in problem.variables[:1] for x in (v.low, v.high, v.at(0.5))] == ["lower", "upper", ""]
     assert {"spiral_angle", "cutter_radius", "pressure_angle_drive", "pressure_angle_coast"} <= set(names)
     for variable in problem.variables:
         assert variable.low < problem.start_values[variable.name] < variable.high
