@@ -36,7 +36,7 @@ def optimise(
         list[str] | None,
         advanced(
             help="A variable, with bounds or without: 'lengthwise_crowning=20:120 um', 'bias', 'hypoid_offset'; repeat "
-            "for several. 'ease_off' (the default) and 'blank' stand for the usual ones of each; the offset only by name."
+            "for several. 'ease_off' (the default) and 'blank' stand for the usual ones, without the offset."
         ),
     ] = None,
     objective: Annotated[

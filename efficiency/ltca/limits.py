@@ -21,9 +21,9 @@ FloatArray = NDArray[np.float64]
 _MIDDLE = 1.0 / 6.0
 # tuned: matched flanks stay well below (ours), more is a design whose flanks do not belong together; may be changed
 # freely
-# tuned: elastic pressure at an edge over the hardness from which the edge certainly yields (ours); may be changed freely
-_EDGE_LIMIT = 2.0
 _LARGE_ERROR = 100.0 * ARCSEC
+# tuned: elastic pressure at an edge over the hardness from which it certainly yields (ours); may be changed freely
+_EDGE_LIMIT = 2.0
 # tuned: share of the torque from which edges are reported (ours); may be changed freely
 EDGE_NOTE = 1e-3
 

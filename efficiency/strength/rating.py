@@ -30,7 +30,7 @@ RA_OF_RQ = math.sqrt(2.0 / math.pi)
 ASSUMED = (
     "torque as given, even speed: application and dynamic factor 1; load distribution by the loaded tooth contact",
     "left out, factor 1: life, work hardening, bevel factor (of nominal stresses)",
-    "ROOT",
+    "root stress within 5 % of finer finite elements under the same contact forces; friction left out of it",
     "no scuffing temperature and no permissible film on oil cards: no safety factor against scuffing and micropitting",
 )
 
