@@ -13,6 +13,7 @@ from ehl.result import ContactResult as ContactResult
 from ehl.sequence import PathResult as PathResult
 from ehl.sequence import solve_path as solve_path
 from ehl.state import ContactState as ContactState
+from ehl.surface.finish import Finish as Finish
 from ehl.surface.measured_surface import MeasuredSurface as MeasuredSurface
 from ehl.surface.measured_surface import measured_surface as measured_surface
 

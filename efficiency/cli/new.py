@@ -13,6 +13,7 @@ import typer.core
 import typer.main
 
 import efficiency
+import ehl
 from ehl import InputError
 from ehl.common.console import PROGRAM, App, check_outputs, write_text
 
@@ -25,6 +26,7 @@ _KINDS = {
     "targets": ("A gear pair of your own, from its blank.", "mixed-ehl settings {file} -o design.toml"),
     "duty": ("A duty cycle (CSV).", "mixed-ehl duty fm_spiral_bevel_14x39 {file} --friction 75w90"),
 }
+_FINISH = ("finish", "A finish card of a measured trace or map.", 'finish = "{file}" in [surface], [pinion] or [gear]')
 
 OutputOption = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="FILE", help="File to write; my_... if not given.")
@@ -37,13 +39,16 @@ class NewGroup(typer.core.TyperGroup):
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Kinds in the order of the work."""
-        return list(_KINDS)
+        return [*_KINDS, _FINISH[0]]
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """The command of a kind; `InputError` where there is none."""
-        efficiency.new_questions(cmd_name)
         app = App(add_completion=False)
-        app.command(cmd_name)(_command(cmd_name))
+        if cmd_name == _FINISH[0]:
+            app.command(cmd_name)(new_finish)
+        else:
+            efficiency.new_questions(cmd_name)
+            app.command(cmd_name)(_command(cmd_name))
         return typer.main.get_command(app)
 
 
@@ -54,17 +59,36 @@ new_app = App(
 )
 
 
+def new_finish(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Trace or map, as of `mixed-ehl profile`.")],
+    output: OutputOption = None,
+    force: ForceOption = False,
+    unit_x: Annotated[str, typer.Option(help="Unit of the positions where the file has none.")] = "",
+    unit_height: Annotated[str, typer.Option(help="Unit of the heights where the file has none.")] = "",
+    new: Annotated[bool, typer.Option("--new", help="The surface was measured as made, not run in.")] = False,
+) -> None:
+    """A finish card of a measured trace or map: Rq, correlation length, skewness and lay, each with its range."""
+    path = _target(output, "finish", ".toml", force)
+    found = ehl.Finish.from_profile(file, "new" if new else "run_in", unit_x=unit_x, unit_height=unit_height)
+    write_text(path, found.to_toml())
+    print(f"written: {path}\nnext: {_FINISH[2].format(file=path)}")
+
+
+def _target(output: Path | None, kind: str, suffix: str, force: bool) -> Path:
+    """The file to write; `InputError` where it exists and is not to be replaced."""
+    path = output or Path(f"my_{kind}{suffix}")
+    check_outputs({"output": path}, output=suffix)
+    if path.exists() and not force:
+        raise InputError("output", str(path), "a file that does not exist yet", "--force writes over it.")
+    return path
+
+
 def _command(kind: str) -> Callable[..., None]:
     """The command that writes one kind of file; its options are the questions of the file."""
     questions = efficiency.new_questions(kind)
 
     def write(**given: Any) -> None:
-        suffix = ".csv" if kind == "duty" else ".toml"
-        output, force = given.pop("output"), given.pop("force")
-        path = output or Path(f"my_{kind}{suffix}")
-        check_outputs({"output": path}, output=suffix)
-        if path.exists() and not force:
-            raise InputError("output", str(path), "a file that does not exist yet", "--force writes over it.")
+        path = _target(given.pop("output"), kind, ".csv" if kind == "duty" else ".toml", given.pop("force"))
         answers = {name: value for name, value in given.items() if value is not None}
         if not answers and sys.stdin.isatty():
             answers = _ask(questions)

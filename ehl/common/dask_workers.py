@@ -10,7 +10,7 @@ import os
 import time
 import uuid
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib import import_module
 from itertools import islice
@@ -89,9 +89,12 @@ class DaskCluster:
                     self._wait_for_workers()
             if crashed:
                 raise WorkersCrashed
+        except (OSError, distributed.CancelledError):  # of any call to a scheduler that was killed
+            raise _cluster_lost("the scheduler closed the connection") from None
         finally:
             if futures and self.client.status == "running":
-                self.client.cancel(list(futures), force=True)
+                with suppress(OSError):
+                    self.client.cancel(list(futures), force=True)
 
     def _width(self) -> int:
         return _CASES_PER_THREAD * max(1, sum(int(n) for n in self.client.nthreads().values()))
@@ -101,8 +104,6 @@ class DaskCluster:
 
         Raises
         ------
-        ClusterLost
-            The scheduler is gone.
         InputError
             The workers cannot compute.
         """
@@ -112,8 +113,6 @@ class DaskCluster:
             return result
         except distributed.KilledWorker:
             return None
-        except distributed.CancelledError:
-            raise _cluster_lost("the scheduler closed the connection") from None
         except _OtherVersion as error:
             allowed = f"workers with mixed-ehl {__version__}"
             raise InputError("dask", f"worker with mixed-ehl {error}", allowed, "Use one environment.") from None

@@ -3,7 +3,7 @@
 One JSON object a line. The first line is the header: schema, writer, and what identifies the run. Every line begins
 with the CRC-32 of its other bytes: a line with a flipped bit, or one that a killed writer left incomplete, does not
 count, and its row is computed again. The later of two rows with one key counts. One process writes a file (an advisory
-lock where the file system has one); others may read it meanwhile.
+lock, or a file beside it where the file system has none); others may read it meanwhile.
 
 Sync policy of the program: a row is kept when `Journal.append` returns, as every append ends with `fsync`; output files
 are written by `ehl.common.files.write_file` to a temporary file, synced, and renamed.
@@ -15,6 +15,9 @@ import contextlib
 import json
 import os
 import re
+import tempfile
+import threading
+import time
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
@@ -26,6 +29,7 @@ from ehl.common.files import make_folder
 from ehl.common.version import __version__
 
 SCHEMA = 1
+BEAT, STALE = 2.0, 60.0  # a writer without locks shows itself so often; it counts as killed after so long [s]
 _LINE = re.compile(rb'\{"check":"([0-9a-f]{8})",(.+\})\n')
 
 
@@ -75,6 +79,7 @@ class Journal:
         self.reused: set[str] = set()
         self.truncated = self.corrupt = 0
         self._file: BinaryIO | None = None
+        self._holder: _Holder | None = None
         if path is not None:
             self._open(path, run or {}, same or {})
         self.on_disk = frozenset(self.rows)
@@ -91,7 +96,7 @@ class Journal:
             self._lock(self._file)
             self._read(self._file, header, run, same)
         except BaseException:
-            self._file.close()
+            self.close()
             raise
 
     def _lock(self, file: BinaryIO) -> None:
@@ -102,8 +107,8 @@ class Journal:
         except BlockingIOError:
             hint = "Is the same shard running?"
             raise InputError(self.field, str(self.path), "a file no other process writes to", hint) from None
-        except (ImportError, OSError):
-            pass  # some network file systems cannot lock; there the user must keep to one writer per file
+        except (ImportError, OSError):  # a file system without locks
+            self._holder = _Holder(self.path.with_name(f"{self.path.name}.writer"), self.field)
 
     def _read(self, opened: BinaryIO, header: bytes, run: Mapping[str, Any], same: Mapping[str, str]) -> None:
         """Take the rows on disk and cut off what a killed writer left incomplete."""
@@ -165,6 +170,8 @@ class Journal:
         """Close the file and release its lock."""
         if self._file is not None:
             self._file.close()
+        if self._holder is not None:
+            self._holder.release()
 
     def __enter__(self) -> Self:
         return self
@@ -173,6 +180,55 @@ class Journal:
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+class _Holder:
+    """A file beside a journal that its writer holds where the file system has no locks.
+
+    The writer touches it every few seconds; one that was not touched for `STALE` belongs to a writer that was killed.
+    Ages are differences of times of the file system: the clocks of two machines may differ.
+
+    Raises
+    ------
+    InputError
+        Another process holds it.
+    """
+
+    def __init__(self, path: Path, field: str) -> None:
+        self._path, self._end = path, threading.Event()
+        for _ in range(2):
+            try:
+                os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o644))
+                break
+            except FileExistsError:
+                touched = path.stat().st_mtime
+                time.sleep(BEAT)
+                with contextlib.suppress(FileNotFoundError):
+                    if path.stat().st_mtime == touched and self._age() > STALE:
+                        path.unlink()
+        else:
+            hint = (
+                f"The file system has no locks, and {path.name} shows a writer. Is the same shard running? If its "
+                f"writer was killed, repeat the command after {STALE:.0f} s."
+            )
+            raise InputError(field, str(path), "a file no other process writes to", hint)
+        self._thread = threading.Thread(target=self._beat, daemon=True)
+        self._thread.start()
+
+    def _age(self) -> float:
+        with tempfile.NamedTemporaryFile(dir=self._path.parent) as now:
+            return os.stat(now.name).st_mtime - self._path.stat().st_mtime
+
+    def _beat(self) -> None:
+        while not self._end.wait(BEAT):
+            with contextlib.suppress(OSError):
+                os.utime(self._path)
+
+    def release(self) -> None:
+        """End holding it."""
+        self._end.set()
+        self._thread.join()
+        self._path.unlink(missing_ok=True)
 
 
 def header_of(path: Path, field: str = "run") -> dict[str, Any]:

@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cache
+from pathlib import Path
 from statistics import NormalDist
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +19,7 @@ from pydantic import model_validator
 
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, near
+from ehl.common.files import toml_text
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, read_toml, validate
 
@@ -87,8 +89,8 @@ class _StateTable(InputModel):
 class _FinishFile(InputModel):
     name: str
     description: str
-    new: _StateTable
-    run_in: _StateTable
+    new: _StateTable | None = None
+    run_in: _StateTable | None = None
 
 
 class _AdditiveFile(InputModel):
@@ -105,8 +107,11 @@ class Finish:
     Parameters
     ----------
     name : str
+        Of the card.
     state : {"new", "run_in"}
+        What its figures hold for.
     description : str
+        In a sentence.
     roughness_rms, correlation_length : Figure
         Rq, and lc across the marks [m].
     skewness : Figure
@@ -125,12 +130,12 @@ class Finish:
 
     @classmethod
     def load(cls, name: str, state: str = "run_in") -> Finish:
-        """A shipped finish.
+        """A shipped finish, or a card.
 
         Parameters
         ----------
         name : str
-            One of `ehl.shipped("finishes")`.
+            One of `ehl.shipped("finishes")`, or the path of a card ending in .toml.
         state : {"run_in", "new"}
 
         Returns
@@ -144,19 +149,106 @@ class Finish:
 
         Examples
         --------
-        >>> from ehl.surface.finish import Finish
+        >>> from ehl import Finish
         >>> Finish.load("ground", "new").roughness_rms.value
         5e-07
         """
         if state not in STATES:
             raise InputError("finish_state", state, " or ".join(STATES))
         file = _finish_file(name)
-        table: _StateTable = getattr(file, state)
+        table: _StateTable | None = getattr(file, state)
+        if table is None:
+            raise InputError("finish_state", state, f"a state of {name}: " + ", ".join(set(STATES) - {state}))
         figures = (table.roughness_rms, table.correlation_length, table.skewness, table.lay_ratio)
         return cls(file.name, state, file.description, *figures)
 
+    @classmethod
+    def from_profile(cls, path: str | Path, state: State = "run_in", **reading: Any) -> Finish:
+        """The finish of a measured trace or map.
+
+        A trace sees no lay: it counts as isotropic, with a range up to 5. The other ranges are ours: 20 % of Rq, a
+        factor of 1.25 of the correlation length, 0.3 of the skewness.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file.
+        state : {"run_in", "new"}
+            What was measured.
+        **reading
+            Of `ehl.measured_surface`.
+
+        Returns
+        -------
+        Finish
+
+        Raises
+        ------
+        InputError
+            As `ehl.measured_surface`.
+
+        Examples
+        --------
+        >>> import ehl
+        >>> card = ehl.Finish.from_profile("flank.csv", unit_height="um").to_toml()  # doctest: +SKIP
+        """
+        from ehl.surface.measured_surface import measured_surface
+
+        found = measured_surface(path, **reading)
+        across, along = found.correlation_length, found.correlation_length_along
+        if not math.isfinite(across):
+            raise InputError("profile", found.name, "heights whose autocorrelation falls to 1/e within the length")
+        source = f"{Path(path).name}, {found.cutoff_short:.3g} m to {found.cutoff_long:.3g} m; range ours"
+        lay = Figure(value=1.0, low=1.0, high=5.0, source="not seen by a trace; range ours")
+        if math.isfinite(along):
+            ratio = max(along / across, 1.0 / 3.0)
+            lay = Figure(value=ratio, low=ratio / 1.5, high=ratio * 1.5, source=source)
+        rms, skewness = found.roughness_rms, min(max(found.skewness, -2.7), 2.7)
+        return cls(
+            Path(path).stem,
+            state,
+            f"measured: RSm {found.rsm:.3g} m, Rdq {found.rdq:.3g}, Rku {found.kurtosis:.3g}",
+            Figure(value=rms, low=rms / 1.2, high=rms * 1.2, source=source),
+            Figure(value=across, low=across / 1.25, high=across * 1.25, source=source),
+            Figure(value=skewness, low=skewness - 0.3, high=skewness + 0.3, source=source),
+            lay,
+        )
+
+    def to_toml(self) -> str:
+        """The card of this finish, with its one state.
+
+        Returns
+        -------
+        str
+
+        Examples
+        --------
+        >>> import ehl
+        >>> ehl.Finish.load("ground").to_toml().splitlines()[0]
+        'name = "ground"'
+        """
+        figures = ("roughness_rms", "correlation_length", "skewness", "lay_ratio")
+        table = {name: getattr(self, name).model_dump() for name in figures}
+        return toml_text({"name": self.name, "description": self.description, self.state: table})
+
     def with_rms(self, rms: float) -> Finish:
-        """The finish with a measured Rq [m], which is then known to 20 %; its waves keep their length."""
+        """The finish with a measured Rq, which is then known to 20 %; its waves keep their length.
+
+        Parameters
+        ----------
+        rms : float
+            [m].
+
+        Returns
+        -------
+        Finish
+
+        Examples
+        --------
+        >>> import ehl
+        >>> ehl.Finish.load("ground").with_rms(0.3e-6).roughness_rms.value
+        3e-07
+        """
         return replace(self, roughness_rms=_given("roughness_rms", rms))
 
 
@@ -206,11 +298,17 @@ class Additive:
         return cls(file.name, file.description, file.boundary_film, file.boundary_friction)
 
 
-@cache
 def _finish_file(name: str) -> _FinishFile:
+    if name.endswith(".toml"):
+        return validate(_FinishFile, read_toml(name, "finish"), name)
+    return _shipped_finish(name)
+
+
+@cache
+def _shipped_finish(name: str) -> _FinishFile:
     names = data_names("finishes")
     if name not in names:
-        raise InputError("finish", name, "one of " + ", ".join(names), near(name, names))
+        raise InputError("finish", name, "one of " + ", ".join(names) + "; or FILE.toml", near(name, names))
     return validate(_FinishFile, read_toml(data_path("finishes", f"{name}.toml")), name)
 
 

@@ -299,7 +299,7 @@ def slurm_script(
     merge: str | Path | None = None,
     fit: str | Path | None = None,
 ) -> str:
-    """The script that submits a sweep to Slurm: an array of shards, and a job behind it that merges and fits.
+    """The script that submits a sweep to Slurm: a job that compiles, an array of shards, one that merges and fits.
 
     Parameters
     ----------
@@ -357,7 +357,8 @@ def slurm_script(
     options += ["--time-cap", cap, "--retries", str(retries), *(["--retry-failed"] if retry_failed else [])]
     targets = {name: None if path is None else str(path) for name, path in (("merge", merge), ("fit", fit))}
     jobs = DEFAULT_JOBS if jobs is None else jobs
-    return job_script(str(plan), str(folder), tasks, options, jobs, sbatch=sbatch, container=container, **targets)
+    kept = {"sbatch": sbatch, "container": container, "kernels": formula is None}
+    return job_script(str(plan), str(folder), tasks, options, jobs, **kept, **targets)
 
 
 def _check_formula(formula: str | None) -> None:

@@ -1,4 +1,4 @@
-"""Slurm jobs for a sweep: an array of shards, each with its own result file; a job behind it merges and fits."""
+"""Slurm jobs for a sweep: one compiles, an array of shards writes a result file each, one merges and fits."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _SCRIPT = """#!/bin/bash
 # Run this on the login node: bash FILE. It submits everything; run again, it computes what is missing.
 set -euo pipefail
 
-array=$(sbatch --parsable <<'EOF'
+{before}array=$(sbatch --parsable{after} <<'EOF'
 #!/bin/bash
 #SBATCH --array=1-{shards}
 #SBATCH --cpus-per-task={jobs}
@@ -30,6 +30,16 @@ EOF
 )
 echo "array ${{array%%;*}}: {shards} tasks"
 """
+# kernels once for all tasks, which load them from the cache folder of the user
+_BEFORE = """kernels=$(sbatch --parsable <<'EOF'
+#!/bin/bash
+#SBATCH --cpus-per-task=1
+{options}
+exec {warmup}
+EOF
+)
+"""
+_AFTER = ' --dependency="afterany:${kernels%%;*}"'
 # after the array however it ended: a case without an answer is a row with its reason, and makes its task end with 1
 _BEHIND = """
 behind=$(sbatch --parsable --dependency="afterany:${{array%%;*}}" <<'EOF'
@@ -55,6 +65,7 @@ def job_script(
     container: str | None = None,
     merge: str | None = None,
     fit: str | None = None,
+    kernels: bool = True,
 ) -> str:
     """The script that submits a sweep, to be run by ``bash``.
 
@@ -74,6 +85,8 @@ def job_script(
         Image in which ``apptainer`` runs the program.
     merge, fit : str, optional
         One file of all results, and the formula fitted to them: made by a job that waits for the array.
+    kernels : bool
+        Compile the kernels of contacts in a job of their own that the array waits for.
 
     Raises
     ------
@@ -90,6 +103,8 @@ def job_script(
         shards=shards,
         jobs=jobs,
         options=directives,
+        before=_BEFORE.format(options=directives, warmup=shlex.join([*program, "warmup", "rough"])) if kernels else "",
+        after=_AFTER if kernels else "",
         sweep=shlex.join([*program, "sweep", plan, *options, "-o", run]),
     )
     behind = []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -18,6 +19,7 @@ from small_plans import sweep_plan
 from ehl.common import dask_workers
 from ehl.common.dask_workers import ClusterLost, DaskCluster, dask_executor
 from ehl.common.errors import InputError
+from ehl.common.progress import Progress
 from ehl.common.runner import Executor
 from ehl.common.validation import validate
 from ehl.contact import Contact
@@ -123,6 +125,43 @@ def test_a_cluster_that_is_gone_is_said(plan: Plan, status: str, words: str) -> 
     rows = cluster.results(iter([(0, CaseTask("k", "sobol", case))]), CaseRunner(XU))
     with pytest.raises(ClusterLost, match=f"{words}.*start scheduler and workers"):
         next(iter(rows))
+
+
+def test_a_killed_scheduler_is_said_and_the_rest_is_resumed(plan: Plan, tmp_path: Path) -> None:
+    """Scheduler and worker are processes of their own; kill -9 of the scheduler keeps every finished case."""
+    place, run = tmp_path / "scheduler.json", tmp_path / "run"
+    options = ["--scheduler-file", str(place), "--no-dashboard"]
+
+    def started(module: str, *more: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", f"distributed.cli.{module}", *options, *more]
+        return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+    scheduler, worker = started("dask_scheduler", "--port", "0"), started("dask_worker", "--nworkers", "1")
+
+    def evaluate(case: Contact) -> Outputs:
+        time.sleep(0.3)
+        return XU(case)
+
+    def seen(progress: Progress) -> None:
+        if progress.done >= 3:
+            scheduler.kill()
+
+    try:
+        end = time.monotonic() + 120.0
+        while not place.exists() and time.monotonic() < end:
+            time.sleep(0.1)
+        with dask_executor(str(place)) as executor:
+            with pytest.raises(ClusterLost, match=r"Finished cases are on disk.*repeat the command") as lost:
+                sweep_shard(plan, run, evaluate=evaluate, executor=executor, progress=seen)
+            assert lost.value.exit_code == 1
+    finally:
+        for process in (scheduler, worker):
+            process.kill()
+            process.wait()
+    report = sweep_shard(plan, run, evaluate=XU)
+    assert report.resumed >= 3
+    sweep_shard(plan, tmp_path / "one", evaluate=XU)
+    assert load_dataset(run).data_hash == load_dataset(tmp_path / "one").data_hash
 
 
 @pytest.mark.parametrize(

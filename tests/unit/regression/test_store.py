@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import subprocess
@@ -199,6 +200,27 @@ def test_second_writer_is_refused(path: Path) -> None:
         process.stdin.close()
         assert process.wait() == 0
     journal(path).close()
+
+
+def test_second_writer_is_refused_without_locks(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file beside the journal shows its writer; one that nobody has touched for a minute is of a killed one."""
+
+    def no_locks(file: object, operation: int) -> None:
+        raise OSError(errno.ENOLCK, "no locks available")
+
+    monkeypatch.setattr("fcntl.flock", no_locks)
+    monkeypatch.setattr("ehl.common.journal.BEAT", 0.1)
+    shown = path.with_name(f"{path.name}.writer")
+    with journal(path):
+        assert shown.exists()
+        with pytest.raises(InputError, match=r"no locks.*same shard running.*repeat the command after 60 s"):
+            journal(path)
+    assert not shown.exists()
+    shown.touch()
+    os.utime(shown, (0.0, 0.0))
+    with journal(path) as rows:
+        rows.append([row(7)])
+    assert not shown.exists()
 
 
 def test_merge_sorts_and_removes_doubles(path: Path, tmp_path: Path) -> None:

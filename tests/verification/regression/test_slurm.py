@@ -107,7 +107,7 @@ def test_a_task_that_was_killed_leaves_nothing_merged(
     (tmp_path / "plan.toml").write_text('name = "array"\n[sampling]\nsize = 16\n' + GEAR_VARIABLES)
     arguments = ("sweep", "plan.toml", "-o", "run", "--slurm", "2", "--with", "arana_2019", "--merge", "all.h5")
     script = mixed_ehl(*arguments).out
-    killed = script.replace("exec mixed-ehl", "[ $SLURM_ARRAY_TASK_ID = 1 ] || kill -9 $$\nexec mixed-ehl")
+    killed = script.replace("exec mixed-ehl sweep", "[ $SLURM_ARRAY_TASK_ID = 1 ] || kill -9 $$\nexec mixed-ehl sweep")
     assert killed != script
     assert subprocess.run(["bash", "-c", killed], capture_output=True, timeout=300).returncode == 0
     assert not (tmp_path / "all.h5").exists()
