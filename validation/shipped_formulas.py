@@ -60,7 +60,7 @@ def fit(oil: str) -> None:
     for family, name in (("network", oil), ("short", f"{oil}_short")):
         formula = regression.fit(runs[:2], family, noise=runs[2], paths=runs[3])
         formula.save(DATA / "formulas" / f"{name}.json")
-        print(formula, flush=True)
+        print(repr(formula), flush=True)
 
 
 def errors(oil: str) -> list[dict[str, object]]:
