@@ -1,4 +1,7 @@
-"""Documentation site: sphinx-build -W -b html docs docs/_build/html."""
+"""Documentation site: sphinx-build -W -b html docs docs/_build/html.
+
+The build writes the pages that are made from the program: constants, oil cards, nomenclature, units, Python reference.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +13,15 @@ from importlib import import_module
 from pathlib import Path
 
 import ehl
+from ehl.common.quantities import nomenclature
+from ehl.common.units import spellings_page
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 import_module("make_constants").write()
 import_module("make_oils").write()
+for _name, _text in (("nomenclature", nomenclature()), ("units", spellings_page())):
+    (HERE / f"{_name}.md").write_text(_text + "\n", encoding="utf-8")
 project, author, version = "mixed-ehl", "the mixed-ehl developers", ehl.__version__
 release = version
 language = "en"

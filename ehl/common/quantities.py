@@ -1,7 +1,6 @@
 """The one table of quantities: name, symbol, SI unit, display unit, label and definition, from `data/quantities.csv`.
 
-Table heads, plot axes, units in files and the page docs/nomenclature.md are made from it. The page is printed by
-`python -m ehl.common.quantities`.
+Table heads, plot axes, units in files and the page docs/nomenclature.md are made from it.
 """
 
 from __future__ import annotations
@@ -216,9 +215,8 @@ def nomenclature() -> str:
     lines = [
         "# Nomenclature",
         "",
-        "Made from `data/quantities.csv` by `python -m ehl.common.quantities > docs/nomenclature.md`; do not edit it.",
-        "The one list of names: TOML keys, result fields, dataset columns and JSON keys. Files and results are in SI",
-        "units unless a text carries its own unit; tables and figures show the unit of the third column.",
+        "Names of TOML keys, result fields, dataset columns and JSON keys (`data/quantities.csv`). Files and results",
+        "are in SI units unless a text carries its own unit; tables and figures show the unit of the third column.",
         "x is normal to the contact line, y along it. Where authors differ by a factor, the definition here is the one",
         "used. A name with a dot belongs to the table named before the dot.",
     ]
@@ -230,7 +228,3 @@ def nomenclature() -> str:
             shown = "" if entry.display == entry.unit else typeset_unit(entry.display)
             lines.append(f"| `{entry.name}` | {entry.symbol} | {unit} | {shown} | {entry.definition} |")
     return "\n".join(lines)
-
-
-if __name__ == "__main__":
-    print(nomenclature())

@@ -446,10 +446,9 @@ def spellings_page() -> str:
     rows = [
         "# Units",
         "",
-        "Made by `python -m ehl.common.units > docs/units.md`; do not edit it. A value is a number and its unit, such",
-        "as `1.2 GPa` or `350Nm`; a bare number in a file or in Python is in SI units. `mm²`, `mm^2` and `mm2` are the",
-        "same, as are `N m`, `N*m` and `N·m`. A comma inside of a number is refused: values of a list are separated by",
-        "a comma and a space, or by a semicolon.",
+        "A value is a number and its unit, such as `1.2 GPa` or `350Nm`; a bare number in a file or in Python is in",
+        "SI units. `mm²`, `mm^2` and `mm2` are the same, as are `N m`, `N*m` and `N·m`. A comma inside of a number is",
+        "refused: values of a list are separated by a comma and a space, or by a semicolon.",
         "",
         "| SI unit of the field | units that are read |",
         "|---|---|",
@@ -464,7 +463,3 @@ def spellings_page() -> str:
         "`35° 12' 30\"`.",
     ]
     return "\n".join(rows)
-
-
-if __name__ == "__main__":
-    print(spellings_page())

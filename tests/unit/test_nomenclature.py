@@ -1,11 +1,10 @@
-"""The table of quantities holds every TOML key and every result field, and docs/nomenclature.md is made from it."""
+"""The table of quantities holds every TOML key and every result field."""
 
 from __future__ import annotations
 
 import dataclasses
 import typing
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 from pydantic import BaseModel
@@ -20,7 +19,7 @@ from efficiency.machine_settings.inputs import SettingsInput
 from efficiency.studies.parameter_study import Study, StudyPoint
 from efficiency.vehicle.axle_test import AxleTestRow
 from efficiency.vehicle.loss_map import LossPoint
-from ehl.common.quantities import nomenclature, quantities
+from ehl.common.quantities import quantities
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil
 from ehl.material import Material
@@ -34,7 +33,6 @@ from regression.formula import Formula
 from regression.friction.conditions import UNITS
 from regression.plan.plan import Plan
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "nomenclature.md"
 NAMES = {part for name in quantities() for part in name.split(".")}
 
 
@@ -76,12 +74,6 @@ def test_every_result_is_listed(record: type) -> None:
 
 def test_every_column_is_listed() -> None:
     assert set(UNITS) | set(NUMBER_UNITS) | set(COLUMNS) <= NAMES
-
-
-def test_page_is_made_from_the_table() -> None:
-    assert PAGE.read_text(encoding="utf-8") == nomenclature() + "\n", (
-        "python -m ehl.common.quantities > docs/nomenclature.md"
-    )
 
 
 def test_units_of_dataset_columns_are_those_of_the_table() -> None:

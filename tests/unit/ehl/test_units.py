@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import math
 import tokenize
-from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -10,7 +9,7 @@ from hypothesis import strategies as st
 from refusals import refuses
 
 from ehl.common.errors import InputError
-from ehl.common.units import UNITS, ValueRange, _registry, parse_quantity, spellings, spellings_page
+from ehl.common.units import UNITS, ValueRange, _registry, parse_quantity, spellings
 
 TURN = 2.0 * math.pi
 POUND_FOOT = 4.4482216152605 * 0.3048
@@ -117,11 +116,6 @@ def test_spaces_and_signs_of_products_do_not_matter(unit: str, value: float, dat
 @given(st.floats(-1e6, 1e6))
 def test_number_and_its_text_agree(value: float) -> None:
     assert parse_quantity(f"{value!r} MPa", "Pa") == pytest.approx(value * 1e6, rel=1e-12)
-
-
-def test_page_of_units_is_current() -> None:
-    page = Path(__file__).resolve().parents[3] / "docs" / "units.md"
-    assert page.read_text(encoding="utf-8") == spellings_page() + "\n"
 
 
 def test_bare_number_is_refused_where_it_is_ambiguous() -> None:
