@@ -33,8 +33,8 @@ LONG_WINDOWS = 8.0  # times as long at most for roughness longer than the contac
 # which on they have full length [b], and the smallest share of it
 FINE_LENGTH, MIN_SHARE = 0.1, 1.0 / 3.0
 BLOCK = 4.0  # travel between two looks at the interval [b]
-# tuned: changes mu by 1e-4 or less and saves 10 to 35 % of the work; may be changed by whoever runs
-# validation/mixed_engine.py
+# tuned: changes mu by 1e-4 or less and saves 10 to 35 % of the work; may be changed by whoever solves rough contacts
+# with both tolerances
 LOOSE_STEP_TOLERANCE = 1e-3
 
 # tuned: node distance over the width of the inlet sweep (`inlet_sweep`); the smooth film comes out thinner by half
@@ -171,7 +171,7 @@ def make_run_plan(
     ``fine`` allows the larger budget of nodes, with shorter start-up and window.
 
     The mesh resolves the correlation length, more finely where the film ratio is below 0.3 and again near the boundary
-    regime (measured in docs/validation_mixed.md), and never leaves the smooth contact, its inlet or the spots of thin
+    regime (docs/performance.md), and never leaves the smooth contact, its inlet or the spots of thin
     films unresolved.
     """
     level = level_of(accuracy)

@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 MIN_BATCHES = 5  # batches below which no interval is given
 ONE_DRAW = 1.645  # half width of the 90 % interval of a normal variable over its standard deviation
 # tuned: largest correlation of neighbours that the correction takes, coverage 88 to 90 % of 90 % intervals; may be
-# changed by whoever runs docs/validation_mixed.md
+# changed by whoever runs tests/unit/ehl/test_error_bars.py
 MAX_CORRELATION = 0.8
 CORRECTION_MAX = 0.1 / 3.0  # of the mean, for a difference of 10 % between two meshes
 
@@ -25,7 +25,7 @@ def batch_means(series: Array, batch: int, confidence: float = 0.90) -> tuple[fl
     is corrected for its bias, r + (1 + 3 r)/n (Kendall 1954), and taken as that of a first-order autoregression: the
     variance of the mean grows by (1 + r)/(1 - r), and the freedom of Student's t falls by as much. Runs that stop when
     their interval is narrow enough favour intervals that came out narrow by chance; without the correction they
-    covered 83 to 86 % instead of 88 to 90 (docs/validation_mixed.md).
+    covered 83 to 86 % instead of 88 to 90.
 
     Parameters
     ----------

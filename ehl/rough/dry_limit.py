@@ -3,7 +3,7 @@
 share of the load off the asperities <= D gamma^0.85 (25 h/h_boundary)^1.5 max(1, alpha p_h/15)^1.5
 
 with the smooth film h, D = 0.01 with side drainage and 0.12 in place of D gamma^0.85 in sealed valleys: ours, above
-all runs of docs/validation_mixed.md ("Dry contact instead of a negligible film").
+all of 18 solved contacts (`validation/mixed_shortcuts.py dry`).
 """
 
 from __future__ import annotations
@@ -27,8 +27,7 @@ from ehl.rough.mixed import TOLERANCE, rough_surfaces
 from ehl.rough.surfaces import sample_ring
 
 # tuned: share of the load off the asperities where h is 0.04 h_boundary, its growth with the Peklenik number, power
-# of film and pressure, over solved contacts (docs/validation_mixed.md); may be changed by whoever runs
-# validation/mixed_shortcuts.py
+# of film and pressure, over solved contacts; may be changed by whoever runs validation/mixed_shortcuts.py
 DEFICIT_DRAINED, DEFICIT_SEALED, DEFICIT_GROWTH, DEFICIT_POWER = 0.01, 0.12, 0.85, 1.5
 FILM_SHARE, STIFFENING = 0.04, 15.0
 NODES_PER_LENGTH, NODES_PER_WAVE = 12.0, 2.2

@@ -43,8 +43,8 @@ MIN_STRESS_RATIO = 0.02
 REGULAR_WAVES = 1.15
 GAUSSIAN_HEIGHT = 6.0  # highest peak over deepest valley of a Gaussian profile of some sixty correlation lengths [Rq]
 ROLLING_EFFECT = 0.0075  # change of ln(viscosity) in the inlet: half a per cent of the film
-# tuned: largest change of mu by roughness that does not touch (docs/validation_mixed.md); may be changed by whoever
-# runs validation/mixed_shortcuts.py
+# tuned: largest change of mu by roughness that does not touch; may be changed by whoever runs
+# validation/mixed_shortcuts.py
 MAX_EFFECT_WITHOUT_CONTACT = 0.15
 SHEAR_STRENGTH = 1e9  # about the shear modulus of a glassy oil: a larger stress is an error of the shear law [Pa]
 # tuned: error of mu by a subgrid film over its change with twice the cut-off, 0.05 to 2.4 in contacts solved with all
