@@ -13,7 +13,6 @@ from counts import Count
 ROOT = Path(__file__).resolve().parents[2]
 FIGURES = {path.name for path in (ROOT / "docs" / "figures").glob("*.png")}
 COMMAND = {"calibration.png"}  # drawn by a command of the program, on its page
-CAMPAIGN = {"stress_wide.png"}  # of a campaign of many hours, see its page
 
 
 def script(*arguments: str) -> subprocess.CompletedProcess[str]:
@@ -34,7 +33,7 @@ def test_every_script_states_its_subject_and_reads_its_arguments(place: str) -> 
 
 def test_figures_of_the_documentation_have_their_script() -> None:
     listed = set(script("-m", "validation", "figures", "--list").stdout.split())
-    assert listed == FIGURES - COMMAND - CAMPAIGN
+    assert listed == FIGURES - COMMAND
 
 
 def test_work_of_fixed_tasks_is_that_of_the_baseline() -> None:
