@@ -2,9 +2,10 @@
 
 ``python validation/measured.py [--out docs/figures] [--page docs/validation_measured.md]``
 
-The measured figures stand in data/reference/measured. One table goes to ``measured.csv`` and between the markers of
-the page, figures beside it. A point contact is computed as the line contact of the same radius and the same mean
-pressure; its film also by the point formula of Hamrock & Dowson, which tests the oil card and not the solver.
+The measured values are in data/reference/measured. One table goes to validation/out/measured.csv, with a remark for
+each row, and between the markers of the page; the figures go to the folder. A point contact is computed as the line
+contact of the same radius and the same mean pressure; its film also by the point formula of Hamrock & Dowson, which
+tests the oil card and not the solver.
 """
 
 from __future__ import annotations
@@ -13,13 +14,13 @@ import csv
 import math
 import tomllib
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import astuple, dataclass, fields, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from common import command_line
+from common import OUT, command_line, write_rows
 from measured_figures import draw_film, draw_low_slip, draw_oils
 
 import ehl
@@ -413,7 +414,7 @@ def span(low: float, high: float) -> str:
 
 def markdown(rows: Sequence[Row]) -> str:
     """The table of the page."""
-    lines = ["| case | quantity | measured | computed | deviation | mark | remark |", "|---|---|---|---|---|---|---|"]
+    lines = ["| case | quantity | measured | computed | deviation | mark |", "|---|---|---|---|---|---|"]
     for row in rows:
         unit = f" [{row.unit}]" if row.unit else ""
         one_sided = math.isinf(row.measured_high) or row.measured_low == 0.0 or row.case == "gears"
@@ -421,19 +422,14 @@ def markdown(rows: Sequence[Row]) -> str:
         least = "at least " if math.isinf(row.measured_high) else ""
         values = (span(row.measured_low, row.measured_high), span(row.computed_low, row.computed_high))
         lines.append(
-            f"| {row.case} | {row.quantity}{unit} | {least}{values[0]} | {values[1]} | {deviation} | {row.mark} "
-            f"| {row.remark} |"
+            f"| {row.case} | {row.quantity}{unit} | {least}{values[0]} | {values[1]} | {deviation} | {row.mark} |"
         )
     return "\n".join(lines)
 
 
-def write(rows: Sequence[Row], out: Path, page: Path | None) -> None:
+def write(rows: Sequence[Row], page: Path | None) -> None:
     """measured.csv, and the table between the markers of the page."""
-    out.mkdir(parents=True, exist_ok=True)
-    with (out / "measured.csv").open("w", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([field.name for field in fields(Row)])
-        writer.writerows([f"{cell:.5g}" if isinstance(cell, float) else cell for cell in astuple(row)] for row in rows)
+    write_rows(OUT / "measured.csv", rows)
     if page is not None and page.is_file():
         before, rest = page.read_text(encoding="utf-8").split(MARKERS[0])
         after = rest.split(MARKERS[1])[1]
@@ -455,7 +451,7 @@ def main(argv: Sequence[str] | None = None) -> list[Row]:
     draw_film(film_curves, options.out / "measured_film.png")
     draw_low_slip(slip_curves, options.out / "measured_low_slip.png")
     draw_oils(oil_ratios, options.out / "measured_oils.png")
-    write(rows, options.out, options.page)
+    write(rows, options.page)
     print(markdown(rows))
     return rows
 
