@@ -20,6 +20,7 @@ from ehl.inputs import (
     EACH_RMS,
     MAX_PRESSURE_OVER_MODULUS,
     MAX_SLIDING,
+    PRINTED,
     Accuracy,
     ContactInput,
     ContactProblem,
@@ -98,6 +99,9 @@ class ContactKeywords(TypedDict, total=False):
     spectrum: Literal["gaussian", "self_affine"] | None
     hurst_exponent: Amount
     correlation_length: Amount
+    rsm: Amount
+    rdq: Amount
+    sal: Amount
     skewness: Amount
     kurtosis: Amount
     lay_angle: Amount
@@ -129,7 +133,7 @@ KEYWORDS: dict[str, tuple[str, str]] = {
     for name in model.model_fields
 } | {
     "temperature": ("lubricant", "temperature_oil"),
-    "roughness_rms": ("surface", "roughness_rms"),
+    **{name: ("surface", name) for name in ("roughness_rms", *PRINTED)},
     "temperature_bulk_1": ("solid_1", "temperature_bulk"),
     "temperature_bulk_2": ("solid_2", "temperature_bulk"),
 }
@@ -189,6 +193,9 @@ class Contact(InputModel):
         Rq, correlation length, skewness, lay and a self-affine spectrum, each where it is not given.
     correlation_length, skewness, kurtosis, peklenik_number, seed : float, str or int
         Shape of generated roughness; the correlation length [m] is 40 Rq when not given.
+    rsm, rdq, sal : float or str
+        Of each surface as a profilometer prints them, in place of the correlation length: mean spacing [m], RMS slope
+        [-], autocorrelation length to 0.2 [m]; several are checked against one another.
     running_in : {"none", "plastic"}
         Whether asperities that a dry contact presses beyond the hardness are flattened first (ours, not proven).
     spectrum, hurst_exponent : {"gaussian", "self_affine"}, float
@@ -330,6 +337,8 @@ class Contact(InputModel):
         content = self.model_dump(exclude_unset=True)
         for name, table in tables.items():
             merged = {**content.get(name, {}), **table}
+            if set(PRINTED) & set(table):
+                merged["correlation_length"] = None
             if "roughness_rms" in table:
                 merged |= {each: None for each in EACH_RMS if each not in table}
             content[name] = {key: value for key, value in merged.items() if value is not None}

@@ -23,6 +23,7 @@ from ehl.surface.finish import (
     State,
     default_correlation_length,
     lay_seen,
+    printed_correlation_length,
 )
 
 Radius = Annotated[float, ValueRange("m", ge=1e-4, le=10.0)]
@@ -98,13 +99,18 @@ class SolidInput(InputModel):
 
 
 EACH_RMS = ("roughness_rms_1", "roughness_rms_2")
+PRINTED = {
+    "rsm": ValueRange("m", ge=5e-6, le=5e-3),
+    "rdq": ValueRange("", ge=1e-4, le=0.5),
+    "sal": ValueRange("m", ge=1e-6, le=1e-3),
+}
 
 
 class SurfaceInput(InputModel):
     """Roughness of both surfaces and the boundary friction of their asperities.
 
     Rq of each surface as `roughness_rms_1` and `roughness_rms_2`, or the composite one as `roughness_rms`, which both
-    share evenly.
+    share evenly. In place of the correlation length `rsm`, `rdq` and `sal` of a surface, as a profilometer prints them.
     """
 
     roughness_rms_1: Rms = 0.0
@@ -131,6 +137,24 @@ class SurfaceInput(InputModel):
     boundary_friction: Annotated[float, ValueRange("", ge=0.0, le=1.0)] = 0.10
     running_in: Literal["none", "plastic"] = "none"
     seed: Annotated[int, Field(ge=0)] = 1
+
+    # of validators before the model the last runs first: Rq of each surface is known here
+    @model_validator(mode="before")
+    @classmethod
+    def _printed_lengths(cls, values: Any) -> Any:
+        if not isinstance(values, dict) or all(values.get(name) is None for name in PRINTED):
+            return values
+        if (given := values.get("correlation_length")) is not None:
+            raise InputError("correlation_length", given, "left out where rsm, rdq or sal are given")
+        found = {name: values[name] for name in PRINTED if values.get(name) is not None}
+        printed = {name: PRINTED[name].check(value, name, bare=True) for name, value in found.items()}
+        each = [parse_quantity(values.get(name) or 0.0, "m", field=name) for name in EACH_RMS]
+        rough = [rms for rms in each if rms > 0.0]
+        if "rdq" in printed and not rough:
+            raise InputError("rdq", values["rdq"], "a slope together with Rq of the surfaces")
+        rms = math.sqrt(sum(value**2 for value in rough) / max(len(rough), 1))
+        rest = {name: value for name, value in values.items() if name not in PRINTED}
+        return rest | {"correlation_length": printed_correlation_length(rms, **printed)}
 
     @model_validator(mode="before")
     @classmethod

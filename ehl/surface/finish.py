@@ -32,6 +32,9 @@ HALF_RANGE = NormalDist().inv_cdf(0.95)  # standard deviations from the middle t
 # hardness and shakedown allow (docs/roughness.md), and its bounds [m]
 LENGTH_PER_RMS = 40.0
 SHORTEST_LENGTH, LONGEST_LENGTH = 8e-6, 150e-6
+# RSm Rdq/Rq: 6 is the least that a profile can have, 8 to 9 that of a Gaussian one, 16 that of a plateau; RSm/Sal of
+# measured profiles is 3.3 to 5.6 (docs/roughness.md); both bounds with a margin (ours)
+SPACING_TIMES_SLOPE, SPACING_OVER_SAL = (6.0, 20.0), (2.5, 8.0)
 UNNAMED = {"roughness_rms": 1.2, "correlation_length": 2.6, "peklenik_number": 3.0}
 DEFAULT_ADDITIVE = "EP"
 
@@ -335,6 +338,54 @@ def default_correlation_length(rms_1: ArrayLike, rms_2: ArrayLike = 0.0) -> Floa
     rough = np.maximum((first > 0.0).astype(float) + (second > 0.0), 1.0)
     each = np.hypot(first, second) / np.sqrt(rough)
     return np.asarray(np.clip(LENGTH_PER_RMS * each, SHORTEST_LENGTH, LONGEST_LENGTH))
+
+
+def printed_correlation_length(
+    rms: float, *, rsm: float | None = None, rdq: float | None = None, sal: float | None = None
+) -> float:
+    """lc of one surface from what a profilometer prints [m]: RSm/5, else Sal/1.25, else sqrt(2) Rq/(0.65 Rdq).
+
+    The first is good to 25 % and hardly moved by the cut-offs; the last holds for a stylus filter of 2.5 um, whose
+    factor is 0.5 to 0.8 for measured profiles (docs/roughness.md).
+
+    Parameters
+    ----------
+    rms : float
+        Rq [m].
+    rsm : float, optional
+        Mean spacing of profile elements [m].
+    rdq : float, optional
+        RMS slope [-].
+    sal : float, optional
+        Autocorrelation length of ISO 25178, to 0.2 [m].
+
+    Raises
+    ------
+    InputError
+        The numbers contradict one another.
+
+    Examples
+    --------
+    >>> from ehl.surface.finish import printed_correlation_length
+    >>> round(1e6 * printed_correlation_length(1.06e-6, rsm=90e-6, rdq=0.111), 1)
+    18.0
+    """
+    if rsm is not None and rdq is not None:
+        found, (low, high) = rsm * rdq / rms, SPACING_TIMES_SLOPE
+        if not low <= found <= high:
+            allowed = f"RSm Rdq/Rq of {low:g} to {high:g}"
+            raise InputError(
+                "rsm", f"{rsm:.3g} m, rdq {rdq:.3g}, Rq {rms:.3g} m", allowed, f"It is {found:.3g}: units?"
+            )
+    if rsm is not None and sal is not None and not SPACING_OVER_SAL[0] <= rsm / sal <= SPACING_OVER_SAL[1]:
+        allowed = f"RSm/Sal of {SPACING_OVER_SAL[0]:g} to {SPACING_OVER_SAL[1]:g}"
+        raise InputError("sal", f"{sal:.3g} m, rsm {rsm:.3g} m", allowed, f"It is {rsm / sal:.3g}: units?")
+    if rsm is not None:
+        return rsm / 5.0
+    if sal is not None:
+        return sal / 1.25
+    assert rdq is not None
+    return math.sqrt(2.0) * rms / (0.65 * rdq)
 
 
 def lay_seen(correlation_length: float, lay_ratio: float, angle: ArrayLike) -> tuple[FloatArray, FloatArray]:

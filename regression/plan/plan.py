@@ -540,7 +540,7 @@ class Plan(InputModel):
         >>> from regression import Plan
         >>> cost = Plan.from_file("gear").estimate()
         >>> cost.cases
-        2048
+        512
         >>> cost.wall(jobs=4) < cost.seconds
         True
         """

@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 from refusals import refuses
 
+from ehl.common.errors import InputError
+from ehl.contact import Contact
 from ehl.surface.measured_surface import mean_spacing, measured_surface, rms_slope
 from ehl.surface.roughness import generate_profile
 
@@ -90,3 +92,39 @@ def test_the_command_shows_checks_and_draws(mixed_ehl: Callable[..., Any], tmp_p
         assert mixed_ehl("profile", path, *wrong).code == 2
     with refuses("cutoff_long"):
         measured_surface(path, cutoff_long="2 m")
+
+
+PRINTED_OF = {"oil": "75w90", "temperature": "90 degC", "pressure_hertz": "1 GPa", "radius_equivalent": "10 mm"}
+
+
+def test_what_is_printed_is_an_input(tmp_path: Path) -> None:
+    """RSm/5, Sal/1.25 and sqrt(2) Rq/(0.65 Rdq) of one surface; of a known profile within the bounds stated."""
+    keys: dict[str, Any] = PRINTED_OF | {"speed_entrainment": "5 m/s", "roughness_rms_1": 0.5e-6}
+    for printed, length in (
+        ({"rsm": "80 um"}, 16e-6),
+        ({"sal": "20 um"}, 16e-6),
+        ({"rdq": 0.05}, 2.0**0.5 * 0.5e-6 / (0.65 * 0.05)),
+        ({"rsm": "80 um", "rdq": 0.06, "sal": "20 um"}, 16e-6),
+    ):
+        assert Contact(**keys, **printed).surface.correlation_length == pytest.approx(length, rel=1e-12)
+    assert Contact(**keys, rsm="80 um").replace(rsm="60 um").surface.correlation_length == pytest.approx(12e-6)
+    found = measured_surface(trace(tmp_path, generate_profile(0.5e-6, 20e-6, 6e-3, STEP, 4).heights))
+    again = Contact(**keys, rsm=found.rsm, rdq=found.rdq).surface.correlation_length
+    assert again == pytest.approx(found.correlation_length, rel=0.4)
+
+
+@pytest.mark.parametrize(
+    ("printed", "field"),
+    [
+        ({"rsm": "80 um", "rdq": 0.4}, "rsm"),
+        ({"rsm": "80 um", "sal": "80 um"}, "sal"),
+        ({"rsm": "80 um", "correlation_length": "10 um"}, "correlation_length"),
+        ({"rsm": "80 mm"}, "rsm"),
+        ({"rdq": 0.05, "roughness_rms_1": 0.0}, "rdq"),
+    ],
+)
+def test_printed_numbers_that_contradict_are_refused(printed: dict[str, Any], field: str) -> None:
+    keys: dict[str, Any] = PRINTED_OF | {"speed_entrainment": "5 m/s", "roughness_rms_1": 0.5e-6}
+    with pytest.raises(InputError) as refused:
+        Contact(**keys | printed)
+    assert refused.value.field == field

@@ -69,7 +69,7 @@ def run(*command: str | Path) -> str:
     return ended.stdout
 
 
-def wait(what: Callable[[], bool], seconds: float = 150.0) -> None:
+def wait(what: Callable[[], bool], seconds: float = 600.0) -> None:
     end = time.monotonic() + seconds
     while not what():
         assert time.monotonic() < end, "not in time"
