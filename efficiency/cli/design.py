@@ -69,7 +69,9 @@ def blank(
     print_json(pair.to_dict()) if json_output else pair.show()
 
 
+@with_groups
 def settings(
+    *,
     targets: Annotated[
         str,
         typer.Argument(
@@ -77,6 +79,24 @@ def settings(
         ),
     ],
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the design file here.")] = None,
+    sized: Annotated[
+        bool,
+        typer.Option(
+            "--sized",
+            help="First size crowning and edge relief for the torque: edges carry under 0.5 % in a box of "
+            "misalignments. The targets are written beside the design.",
+        ),
+    ] = False,
+    torque: Annotated[str | None, advanced(help="Pinion torque for --sized; default: that of the targets.")] = None,
+    box: Annotated[
+        dict[str, Any],
+        OptionGroup(
+            {
+                name: text_option(f"Half width of {name} for --sized; default {default}.", name=f"--{name}")
+                for name, default in (("E", "0.05 mm"), ("P", "0.05 mm"), ("G", "none"))
+            }
+        ),
+    ],
     json_output: JsonOption = False,
 ) -> None:
     """Machine settings of both members from a blank, a cutter and contact targets: a complete design file.
@@ -84,9 +104,21 @@ def settings(
     Exit code 1: a residual stays above 3 um rms, a cut tooth is pointed, or its working flank undercut; the design is
     written all the same.
     """
-    result = efficiency.settings(targets)
+    # loading them would double the time of --help
+    from efficiency.machine_settings.design_file import targets_text
+    from efficiency.machine_settings.inputs import load_targets, targets_beside
+
+    start = load_targets(targets)
+    if sized:
+        from efficiency.optimisation.load_sizing import BOX, sized_for_load
+
+        with working("load sizing", "nothing is kept"):
+            start = sized_for_load(start, torque, {**BOX, **box}).targets
+    result = efficiency.settings(start)
     if output is not None:
         write_text(output, result.text)
+        if sized:
+            write_text(targets_beside(output), targets_text(start, f"Targets that {output.name} was made from."))
     print_json(result.to_dict()) if json_output else result.show()
     if output is not None and not json_output:
         print(f"design: {output}")

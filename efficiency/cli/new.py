@@ -23,7 +23,7 @@ _KINDS = {
     "contact": ("One lubricated contact.", "mixed-ehl solve {file}"),
     "plan": ("The contacts a friction formula is made from.", "mixed-ehl sweep {file} --estimate"),
     "design": ("A gear pair with the flanks of a shipped one.", "mixed-ehl gear {file} --friction 75w90"),
-    "targets": ("A gear pair of your own, from its blank.", "mixed-ehl settings {file} -o design.toml"),
+    "targets": ("A gear pair of your own, from its blank.", "mixed-ehl settings {file} --sized -o design.toml"),
     "duty": ("A duty cycle (CSV).", "mixed-ehl duty fm_spiral_bevel_14x39 {file} --friction 75w90"),
 }
 _FINISH = ("finish", "A finish card of a measured trace or map.", 'finish = "{file}" in [surface], [pinion] or [gear]')

@@ -212,8 +212,8 @@ def _section(
     outlines: Sequence[FloatArray], base: FloatArray, counts: Counts
 ) -> tuple[FloatArray, IntArray, NDArray[np.bool_], FloatArray, tuple[IntArray, IntArray], list[IntArray], IntArray]:
     """Nodes (m, 2, k) of the flattened sections, elements (e, 9) and what is known of them."""
-    low, _high = 2 * counts.low, 2 * counts.high
-    inner = [_layer(line, *pair, counts) for line, pair in zip(outlines, (outlines, outlines[::-1]), strict=True)]
+    low = 2 * counts.low
+    inner = [_layer(line, other, counts) for line, other in zip(outlines, outlines[::-1], strict=True)]
     layers = 2 * counts.layer + 1
     thick = np.concatenate([np.linspace(0.0, _OUTER, layers // 2 + 1), np.linspace(_OUTER, 1.0, layers // 2 + 1)[1:]])
     blocks: list[FloatArray] = []
@@ -247,23 +247,16 @@ def _section(
     )
     nodes = np.empty((number.max() + 1, 2, base.size))
     nodes[number] = points
-    start, elements, rim, owner = 0, [], [], []
-    lattices = []
+    start, elements, rim = 0, [], []
+    lattices: list[IntArray] = []
     for k, block in enumerate(blocks):
-        lattice = number[start : start + block.shape[0] * block.shape[1]].reshape(block.shape[:2])
+        rows, columns = block.shape[:2]
+        lattice: IntArray = number[start : start + rows * columns].reshape(rows, columns)
         start += lattice.size
         lattices.append(lattice)
-        own = np.stack(
-            [
-                lattice[i : lattice.shape[0] - 2 + i : 2, j : lattice.shape[1] - 2 + j : 2]
-                for i in range(3)
-                for j in range(3)
-            ],
-            axis=-1,
-        )
-        elements.append(own.reshape(-1, 9))
+        own = [lattice[i : rows - 2 + i : 2, j : columns - 2 + j : 2].ravel() for i in range(3) for j in range(3)]
+        elements.append(np.stack(own, axis=-1))
         rim.append(np.full(len(elements[-1]), k > 2))
-        owner.append(own.shape[:2])
     count = counts.layer
     one = np.arange((counts.low + counts.high) * count).reshape(-1, count)
     surface = one[:, 0], one[:, 0] + one.size
@@ -275,10 +268,10 @@ def _section(
     return nodes, whole, np.concatenate(rim), places, surface, cuts, bottom
 
 
-def _layer(line: FloatArray, own: FloatArray, other: FloatArray, counts: Counts) -> FloatArray:
-    """Inner side (n, 2, k) of the layers next to one side of the outline."""
+def _layer(line: FloatArray, other: FloatArray, counts: Counts) -> FloatArray:
+    """Inner side (n, 2, k) of the layers next to one side of the outline; `other` is the other side."""
     low = 2 * counts.low
-    inwards = np.sign(other[-1, 0] - own[-1, 0])
+    inwards = np.sign(other[-1, 0] - line[-1, 0])
     tangent = np.gradient(line, axis=0)
     angle = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0] * inwards), axis=0) - 0.5 * np.pi
     # straight down in the middle of the slot and never out of the pitch, level at the tip
@@ -289,7 +282,7 @@ def _layer(line: FloatArray, own: FloatArray, other: FloatArray, counts: Counts)
     angle = angle * (1.0 - blend)
     for _ in range(3):
         angle[1:-1] = 0.25 * angle[:-2] + 0.5 * angle[1:-1] + 0.25 * angle[2:]
-    chord = np.abs(own[:, 0] - other[:, 0])
+    chord = np.abs(line[:, 0] - other[:, 0])
     root, tip = _LAYER * chord[low], np.minimum(_LAYER * chord[low], _LAYER_TIP * chord[-1])
     depth = root + (tip - root) * np.clip((place - low) / (len(line) - 1 - low), 0.0, 1.0)
     return np.asarray(line + depth[:, None] * np.stack([inwards * np.cos(angle), np.sin(angle)], axis=1))
@@ -339,7 +332,7 @@ def _shares(curve: FloatArray, length: FloatArray, counts: Counts) -> FloatArray
     half = max(int(np.argmax(away > min(0.5 * away[-1], 0.25 * np.pi))), _FINE // 20)
     share = np.concatenate([[0.0], np.cumsum(1.0 / bend.size + _BEND * bend / bend.sum())])
     low, high = np.linspace(0.0, share[half], counts.low + 1), np.linspace(share[half], share[-1], counts.high + 1)
-    return np.interp(np.concatenate([low, high[1:]]), share, even)
+    return np.asarray(np.interp(np.concatenate([low, high[1:]]), share, even))
 
 
 def _curves(flanks: GearFlanks, member: Member, grid: ToothGrid, module: float) -> tuple[list[list[FloatArray]], str]:

@@ -167,7 +167,8 @@ def root_tooth(
         for k, surface in read.items()
     }
     places = read[side].sorted(read[side].places)
-    u, height = grid.blank.coordinates(np.hypot(places[..., 0], places[..., 1]), places[..., 2])
+    found = grid.blank.coordinates(np.hypot(places[..., 0], places[..., 1]), places[..., 2])
+    u, height = (np.asarray(x, float) for x in found)
     station = u.mean(axis=1) - grid.u[0, 0]
     low = 2 * counts.low
     outline = mesh.outlines[side]
