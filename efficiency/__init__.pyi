@@ -1,4 +1,5 @@
 from efficiency.app import serve_app as serve_app
+from efficiency.axle.axle import Axle as Axle
 from efficiency.blanks.pair import pair_blank
 from efficiency.conditions.duty import DutyCycle as DutyCycle
 from efficiency.conditions.grid import Grid as Grid

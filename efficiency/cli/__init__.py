@@ -11,7 +11,7 @@ import efficiency
 import ehl.cli
 import regression.cli
 import regression.cli.calibration
-from efficiency.cli import design, gear, loss_map, new, optimise
+from efficiency.cli import axle, design, gear, loss_map, new, optimise
 from ehl import __version__
 from ehl.common.console import PROGRAM, App, JsonOption, print_json, run
 
@@ -45,6 +45,7 @@ for commands_of in (
     gear,
     design,
     loss_map,
+    axle,
     new,
     optimise,
 ):

@@ -30,9 +30,12 @@ FloatArray = NDArray[np.float64]
 
 HOUR = 3600.0
 _MAX_TORQUE, _MAX_SPEED = (float(OPERATION_LIMITS[name].le or 1e6) for name in ("torque", "speed"))
-COLUMNS: dict[str, ValueRange | None] = {
+SIGNED = {
     "torque": ValueRange("N*m", ge=-_MAX_TORQUE, le=_MAX_TORQUE, hint="Below zero on the coast side."),
     "speed": ValueRange("rad/s", ge=-_MAX_SPEED, le=_MAX_SPEED, hint="Below zero in reverse."),
+}
+COLUMNS: dict[str, ValueRange | None] = {
+    **SIGNED,
     "temperature": OPERATION_LIMITS["temperature"],
     "hours": ValueRange("h", ge=0.0),
 }
@@ -94,6 +97,7 @@ def read_duty(
     tyre_radius: float | str | None = None,
     ratio: float | None = None,
     temperature: float | str | None = None,
+    unloaded: bool = False,
 ) -> tuple[DutyRow, ...]:
     """A duty cycle: CSV or XLSX with the columns torque, speed, temperature and hours, each with its unit.
 
@@ -111,6 +115,8 @@ def read_duty(
         Revolutions of the pinion per revolution of the wheels, for `vehicle_speed` and `wheel_torque`.
     temperature : float or str, optional
         Of the oil where the file has none [K].
+    unloaded : bool
+        Keep rows without torque, in which an axle drags.
 
     Raises
     ------
@@ -140,7 +146,7 @@ def read_duty(
         if name not in columns:
             raise InputError(f"{path.name}, column {name}", None, f"columns {', '.join(COLUMNS)}")
     rows = [DutyRow(*(float(x) for x in row)) for row in zip(*(columns[name] for name in COLUMNS), strict=True)]
-    loaded = tuple(row for row in rows if row.torque * row.speed != 0.0 and row.hours > 0.0)
+    loaded = tuple(row for row in rows if (unloaded or row.torque != 0.0) and row.speed != 0.0 and row.hours > 0.0)
     if not loaded:
         raise InputError(path.name, f"{len(rows)} rows", "at least one row with torque, speed and hours")
     return loaded

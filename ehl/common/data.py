@@ -34,7 +34,8 @@ def shipped(kind: str) -> tuple[str, ...]:
     Parameters
     ----------
     kind : str
-        "oils", "materials", "finishes", "additives", "designs", "blanks", "targets", "plans", "formulas" or "datasets".
+        "oils", "materials", "finishes", "additives", "designs", "axles", "blanks", "targets", "plans", "formulas" or
+        "datasets".
 
     Returns
     -------
@@ -53,7 +54,7 @@ def shipped(kind: str) -> tuple[str, ...]:
     """
     suffixes = {"formulas": ".json", "datasets": ".h5"}
     surfaces = ("materials", "finishes", "additives")
-    kinds = ("oils", *surfaces, "designs", "blanks", "targets", "plans", "formulas", "datasets")
+    kinds = ("oils", *surfaces, "designs", "axles", "blanks", "targets", "plans", "formulas", "datasets")
     if kind not in kinds:
         raise InputError("kind", kind, "one of " + ", ".join(kinds))
     return data_names(kind, suffixes.get(kind, ".toml"))

@@ -46,6 +46,7 @@ KINDS = {
         'mixed-ehl blank FILE, and blank = "FILE" in targets',
     ),
     "targets": Kind("a targets file", (("targets",), ("cutting",), ("blank", "operation")), "mixed-ehl settings FILE"),
+    "axle": Kind("an axle", (("pinion_shaft",), ("gear_shaft",)), "mixed-ehl axle FILE"),
     "design": Kind("a design", (("assembly",), ("pinion", "gear")), "mixed-ehl gear FILE"),
 }  # fmt: skip
 _NEW = ("oil", "contact", "plan", "design", "targets")

@@ -1,0 +1,171 @@
+"""Axle file: a pair, the bearings and seals of both shafts, oil sump, housing, methods."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import model_validator
+
+from efficiency.axle.bearings import BearingInput, Length, Place
+from ehl.common.data import named_file
+from ehl.common.errors import InputError
+from ehl.common.units import KELVIN, ValueRange
+from ehl.common.validation import InputModel, Name, read_toml, validate
+from ehl.fluid.viscosity import Temperature
+
+FloatArray = NDArray[np.float64]
+
+Coefficient = Annotated[float, ValueRange("W/(m^2*K)", gt=0.0, le=1e5)]
+
+
+class SealInput(InputModel):
+    """A radial shaft seal; diameter of the shaft [m]."""
+
+    diameter: Length
+
+
+class ShaftInput(InputModel):
+    """One of the two shafts.
+
+    Attributes
+    ----------
+    height : float
+        Of its axis above that of the gear [m].
+    preload : float
+        Axial, of its two bearings against each other, without load [N].
+    bearings : tuple of BearingInput
+        Two at least, at different positions.
+    seals : tuple of SealInput
+    """
+
+    height: Place = 0.0
+    preload: Annotated[float, ValueRange("N", ge=0.0, le=1e7)] = 0.0
+    bearings: tuple[BearingInput, ...]
+    seals: tuple[SealInput, ...] = ()
+
+    @model_validator(mode="after")
+    def _held(self) -> Self:
+        if len({bearing.position for bearing in self.bearings}) < 2:
+            raise InputError("bearings", len(self.bearings), "at least two bearings at different positions")
+        thrusts = sorted(bearing.thrust for bearing in self.bearings if bearing.thrust != "none")
+        if thrusts not in (["both"], ["inwards", "outwards"]):
+            allowed = "one bearing with thrust = 'both', or one 'inwards' and one 'outwards'"
+            raise InputError("bearings.thrust", ", ".join(thrusts) or None, allowed)
+        if self.preload and thrusts == ["both"]:
+            raise InputError("preload", f"{self.preload:g} N", "0 N where one bearing takes both directions")
+        return self
+
+    def loads(self, wrench: FloatArray) -> list[tuple[float, float]]:
+        """Radial and axial load of each bearing [N] under a force and moment (6,) at the origin of the axis.
+
+        Radial: statics of the shaft; with more than two bearings that of a rigid shaft on equal springs (ours). Axial:
+        ``F_out - F_in = K``; neither below the force that the radial load of a tapered roller bearing needs,
+        ``0.5 Fr/Y`` (SKF catalogue), nor below the preload of equal springs, ``F_0 +- K/2``.
+        """
+        places = np.array([[1.0, bearing.position] for bearing in self.bearings]).T
+        along_x = np.linalg.lstsq(places, -np.array([wrench[0], wrench[4]]), rcond=None)[0]
+        along_y = np.linalg.lstsq(places, np.array([-wrench[1], wrench[3]]), rcond=None)[0]
+        radial = np.hypot(along_x, along_y)
+        pushed = float(wrench[2])
+        induced = {
+            b.thrust: 0.5 * float(r) / (b.axial_factor or math.inf) for b, r in zip(self.bearings, radial, strict=True)
+        }
+        inwards = max(
+            induced.get("inwards", 0.0), induced.get("outwards", 0.0) - pushed, self.preload - 0.5 * pushed, -pushed
+        )
+        axial = {"both": abs(pushed), "inwards": inwards, "outwards": inwards + pushed, "none": 0.0}
+        return [(float(r), axial[b.thrust]) for b, r in zip(self.bearings, radial, strict=True)]
+
+
+class SumpInput(InputModel):
+    """Oil sump.
+
+    Attributes
+    ----------
+    oil_level : float
+        Height of the oil at rest above the axis of the gear, below zero under it [m].
+    volume : float
+        Of the oil [m^3].
+    """
+
+    oil_level: Place
+    volume: Annotated[float, ValueRange("m^3", gt=0.0, le=1.0)]
+
+
+class HousingInput(InputModel):
+    """Heat that leaves the oil through the housing and a cooler.
+
+    Attributes
+    ----------
+    area : float
+        Outer surface [m^2].
+    heat_transfer, oil_heat_transfer : float
+        Coefficient to the air, and from the oil to the housing; the latter 200 W/(m^2 K) as of ISO/TR 14179-2.
+    air_temperature : float
+        [K].
+    cooler_conductance : float
+        Heat to the coolant over its temperature difference to the oil [W/K].
+    coolant_temperature : float
+        [K].
+    """
+
+    area: Annotated[float, ValueRange("m^2", gt=0.0, le=100.0)]
+    heat_transfer: Coefficient
+    oil_heat_transfer: Coefficient = 200.0
+    air_temperature: Temperature = 20.0 + KELVIN
+    cooler_conductance: Annotated[float, ValueRange("W/K", ge=0.0, le=1e6)] = 0.0
+    coolant_temperature: Temperature = 60.0 + KELVIN
+
+    def removed(self, temperature: float) -> tuple[float, float, float]:
+        """Heat through housing and cooler [W], and temperature of the housing [K], at an oil temperature [K]."""
+        inside, outside = self.oil_heat_transfer, self.heat_transfer
+        flux = (temperature - self.air_temperature) * inside * outside / (inside + outside)
+        cooler = self.cooler_conductance * (temperature - self.coolant_temperature)
+        return flux * self.area, cooler, temperature - flux / inside
+
+
+class MethodsInput(InputModel):
+    """Which method gives each loss."""
+
+    bearings: Literal["skf", "iso_14179_2"] = "skf"
+    seals: Literal["iso_14179_2", "linke"] = "linke"
+    churning: Literal["changenet_velex", "iso_14179_2"] = "changenet_velex"
+
+
+class AxleInput(InputModel):
+    """Content of an axle file.
+
+    Attributes
+    ----------
+    name, source : str
+        What it is called and where its figures come from.
+    pair : str
+        Design of the gear pair: name of a shipped one, or path from the folder of the axle file.
+    pinion_shaft, gear_shaft : ShaftInput
+    sump : SumpInput
+    housing : HousingInput
+    methods : MethodsInput
+    """
+
+    name: Name
+    source: str = ""
+    pair: str
+    pinion_shaft: ShaftInput
+    gear_shaft: ShaftInput
+    sump: SumpInput
+    housing: HousingInput
+    methods: MethodsInput = MethodsInput()
+
+
+def load_axle(name: str | Path) -> AxleInput:
+    """Read and check an axle file, or a shipped axle by its name; the design's path is counted from its folder."""
+    path = named_file("axle", "axles", name)
+    content = read_toml(path, "axle")
+    beside = path.parent / str(content.get("pair", ""))
+    if beside.is_file():
+        content["pair"] = str(beside)
+    return validate(AxleInput, content, path.name)

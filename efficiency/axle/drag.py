@@ -1,0 +1,126 @@
+"""Losses of seals and of gears in oil and air: radial shaft seals, churning, windage."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ehl.fluid.oil import Oil
+from ehl.fluid.viscosity import KELVIN
+
+GRAVITY = 9.80665  # [m/s^2]
+AIR_DENSITY, AIR_VISCOSITY = 1.2, 1.5e-5  # at 20 degC [kg/m^3], [m^2/s]
+# Reynolds numbers between which both regimes of Changenet and Velex are mixed
+_VISCOUS, _INERTIAL = 6000.0, 9000.0
+
+
+@dataclass(frozen=True)
+class Wheel:
+    """A gear as the churning formulas take it; of a bevel gear the outer pitch diameter (ours)."""
+
+    teeth: int
+    radius: float  # pitch radius, of a bevel gear at the heel [m]
+    radius_tip: float  # greatest radius [m]
+    face_width: float  # [m]
+    tooth_height: float  # [m]
+    pressure_angle: float  # [rad]
+    helix_angle: float  # [rad]
+
+
+def iso_14179_2_seal(diameter: float, speed: float, oil: Oil, temperature: float) -> float:
+    """Loss of a radial shaft seal by ISO/TR 14179-2 [W]: ``7.69e-6 d^2 n``, d in mm, n in rpm.
+
+    Read in a public program that names the report; range: one lip, no pressure, any oil and temperature.
+    """
+    return 7.69e-6 * (1e3 * diameter) ** 2 * abs(speed) * 30.0 / math.pi
+
+
+def linke_seal(diameter: float, speed: float, oil: Oil, temperature: float) -> float:
+    """Loss of a radial shaft seal after Linke [W]: ``(145 - 1.6 T + 350 lg lg(nu_40 + 0.8)) d^2 n 1e-7``.
+
+    T in degC, nu_40 in mm^2/s, d in mm, n in rpm (Linke, Stirnradverzahnung); range: mineral and synthetic gear oils
+    up to about 120 degC, beyond which the formula falls to zero.
+    """
+    nu40 = 1e6 * float(oil.viscosity_kinematic(40.0 + KELVIN))
+    bracket = 145.0 - 1.6 * (temperature - KELVIN) + 350.0 * math.log10(math.log10(nu40 + 0.8))
+    return max(bracket, 0.0) * 1e-7 * (1e3 * diameter) ** 2 * abs(speed) * 30.0 / math.pi
+
+
+SEAL_METHODS: dict[str, Callable[[float, float, Oil, float], float]] = {
+    "iso_14179_2": iso_14179_2_seal,
+    "linke": linke_seal,
+}
+
+
+def changenet_velex_torque(
+    wheel: Wheel, depth: float, speed: float, viscosity: float, density: float, volume: float
+) -> float:
+    """Churning torque of a gear in an oil bath after Changenet and Velex (J. Mech. Des. 129, 2007) [N m].
+
+    ``T = rho omega^2 R^3 S C/2``, S the wetted surface; with ``Re = omega R b/nu``, ``Fr = omega^2 R/g``, ``D = 2 R``:
+    below Re = 6000 ``C = 1.366 (h/D)^0.45 (V/D^3)^0.1 Fr^-0.6 Re^-0.21``, above 9000 ``C = 3.644 (h/D)^0.1
+    (V/D^3)^-0.35 Fr^-0.88 (b/D)^0.85``, linear between. Fitted to single spur and helical gears at low and medium
+    speed; the two formulas for high speed are not in it, nor the direction of the flow from one gear onto the other.
+
+    Parameters
+    ----------
+    wheel : Wheel
+        The gear.
+    depth : float
+        h, how far its tip circle dips [m].
+    speed : float
+        [rad/s].
+    viscosity, density : float
+        Kinematic [m^2/s]; [kg/m^3].
+    volume : float
+        V of the oil [m^3].
+    """
+    omega, R, b = abs(speed), wheel.radius, wheel.face_width
+    h = min(depth, 2.0 * R)
+    if h <= 0.0 or omega == 0.0:
+        return 0.0
+    angle = math.acos(1.0 - h / R)
+    flanks = 2.0 * wheel.teeth * angle * wheel.tooth_height * b
+    wetted = R**2 * (2.0 * angle - math.sin(2.0 * angle)) + 2.0 * R * b * angle
+    wetted += flanks / (math.pi * math.cos(wheel.pressure_angle) * math.cos(wheel.helix_angle))
+    reynolds, froude, D = omega * R * b / viscosity, omega**2 * R / GRAVITY, 2.0 * R
+    viscous = 1.366 * (h / D) ** 0.45 * (volume / D**3) ** 0.1 * froude**-0.6 * reynolds**-0.21
+    inertial = 3.644 * (h / D) ** 0.1 * (volume / D**3) ** -0.35 * froude**-0.88 * (b / D) ** 0.85
+    share = min(max((reynolds - _VISCOUS) / (_INERTIAL - _VISCOUS), 0.0), 1.0)
+    return 0.5 * density * omega**2 * R**3 * wetted * ((1.0 - share) * viscous + share * inertial)
+
+
+def iso_14179_2_torque(
+    wheel: Wheel, depth: float, speed: float, viscosity: float, density: float, volume: float
+) -> float:
+    """Hydraulic loss torque of a dipping gear by ISO/TR 14179-2 after Mauz [N m].
+
+    ``T = C_Sp C_1 exp(C_2 v/v_0)``, ``C_1 = 0.063 h/h_0 + 0.0128 (b/b_0)^3``, ``C_2 = h/(80 h_0) + 0.2``, with
+    h_0 = b_0 = 10 mm and v_0 = 10 m/s; the factor C_Sp of oil splashed onto the mesh is taken as 1 (ours). Viscosity
+    and density are not in it: fitted to mineral oils at running temperature. Without oil, and at rest, it is taken as
+    zero (ours).
+    """
+    if depth <= 0.0 or speed == 0.0:
+        return 0.0
+    h, b = min(depth, 2.0 * wheel.radius_tip) / 0.01, wheel.face_width / 0.01
+    return (0.063 * h + 0.0128 * b**3) * math.exp((h / 80.0 + 0.2) * abs(speed) * wheel.radius / 10.0)
+
+
+CHURNING_METHODS: dict[str, Callable[[Wheel, float, float, float, float, float], float]] = {
+    "changenet_velex": changenet_velex_torque,
+    "iso_14179_2": iso_14179_2_torque,
+}
+
+
+def windage_torque(radius: float, speed: float) -> float:
+    """Torque of a smooth disc in air, both sides (von Karman 1921; Schlichting, Boundary-layer theory) [N m].
+
+    ``T = rho omega^2 R^5 C/2``, C = 3.87 Re^-0.5 or, where it is greater, 0.146 Re^-0.2, ``Re = omega R^2/nu``. Teeth
+    are left out: a lower bound.
+    """
+    omega = abs(speed)
+    if omega == 0.0:
+        return 0.0
+    reynolds = omega * radius**2 / AIR_VISCOSITY
+    return 0.5 * AIR_DENSITY * omega**2 * radius**5 * max(3.87 * reynolds**-0.5, 0.146 * reynolds**-0.2)

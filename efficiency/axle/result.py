@@ -1,0 +1,201 @@
+"""Losses of an axle at one or many operating points, split by source."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from efficiency.conditions.duty import HOUR
+from efficiency.conditions.grid import count_reasons
+from efficiency.loss.efficiency_result import pair_notes
+from efficiency.vehicle.loss_map import LossMap, LossPoint, LossTable
+from ehl.common.errors import InputError
+from ehl.common.numbers import finite_or_none
+from ehl.common.quantities import quantity
+from ehl.common.sections import Head, Item, MainResult, Medium, Notes, Section, Text
+from ehl.common.table import Table
+from regression.friction.published_registry import model_label
+
+FloatArray = NDArray[np.float64]
+
+OUTSIDE = (
+    "Outside the model: differential, half shafts, wheel hubs and their bearings, splash from gear to gear and onto "
+    "bearings, squeezing of oil in the mesh, forces other than those of the mesh, the oil level in motion."
+)
+_ENERGIES = ("loss_total", "loss_mesh", "loss_bearings", "loss_seals", "loss_churning", "loss_windage")
+
+
+@dataclass(frozen=True)
+class AxlePoint:
+    """Losses at one operating point.
+
+    Attributes
+    ----------
+    torque, speed, temperature, temperature_housing, hours : float
+        Of the pinion, signed; of oil and housing; duration in a duty cycle.
+    loss_total, loss_total_lower, loss_total_upper : float
+        All losses, and the ends of their 90 % interval; by source in `loss_mesh`...
+    axle_power_input, axle_power_output, axle_efficiency : float
+        The output is below zero where the losses exceed the power of the pinion.
+    heat_housing, heat_cooler, heat_stored : float
+        What leaves the oil, and what warms the axle.
+    outside_range_share : float
+        Share of the sliding power outside the range of the friction model.
+    """
+
+    torque: float
+    speed: float
+    temperature: float
+    temperature_housing: float
+    hours: float
+    loss_total: float
+    loss_total_lower: float
+    loss_total_upper: float
+    loss_mesh: float
+    loss_bearings: float
+    loss_seals: float
+    loss_churning: float
+    loss_windage: float
+    axle_power_input: float
+    axle_power_output: float
+    axle_efficiency: float
+    heat_housing: float
+    heat_cooler: float
+    heat_stored: float
+    outside_range_share: float
+    status: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class BearingLoss:
+    """Load, moment [N m] and loss [W] of one bearing; `parts` of the moment by name."""
+
+    shaft: str
+    bearing: str
+    radial_load: float
+    axial_load: float
+    moment: float
+    loss: float
+    parts: dict[str, float]
+
+
+@dataclass(frozen=True, repr=False)
+class AxleResult(LossTable):
+    """Losses of an axle.
+
+    Parameters
+    ----------
+    kind : {"point", "map", "duty"}
+        What was computed.
+    axle, source, design, friction_model, oil : str
+    methods : dict
+        Method of bearings, seals, churning.
+    points : tuple of AxlePoint
+        Of a map by temperature, then speed, then torque.
+    bearings : tuple of BearingLoss
+        Of a single point.
+    said : tuple of (str, str)
+        Point and note.
+    """
+
+    kind: Literal["point", "map", "duty"]
+    axle: str
+    source: str
+    design: str
+    friction_model: str
+    oil: str
+    methods: dict[str, str]
+    points: tuple[AxlePoint, ...] = field(repr=False)
+    bearings: tuple[BearingLoss, ...] = field(default=(), repr=False)
+    said: tuple[tuple[str, str], ...] = field(default=(), repr=False)
+
+    def values(self, name: str = "loss_total") -> FloatArray:
+        """One figure of all points."""
+        return np.array([getattr(point, name) for point in self.points])
+
+    def energy(self, name: str = "loss_total") -> float:
+        """Power of a duty cycle summed over its time [J]."""
+        return math.fsum(getattr(point, name) * HOUR * point.hours for point in self.points)
+
+    @property
+    def status(self) -> Literal["converged", "failed"]:
+        """``failed`` if any point failed."""
+        return "failed" if self.reason else "converged"
+
+    @property
+    def reason(self) -> str:
+        """How many points failed for which reason."""
+        return count_reasons([point.reason for point in self.points], "points")
+
+    def loss_map(self, temperature: float | None = None) -> LossMap:
+        """The points of a map at one oil temperature [K], the first if not given, for `LossMap.to_vecto`."""
+        kelvin = self.points[0].temperature if temperature is None else temperature
+        points = [point for point in self.points if point.temperature == kelvin]
+        if self.kind != "map" or not points:
+            raise InputError("loss_map", f"{self.kind}, {kelvin:g} K", "a map, and a temperature of it")
+        rows = []
+        for p in points:
+            total, mesh = p.loss_total / p.speed, p.loss_mesh / p.speed
+            figures = (p.torque, p.speed, total, mesh, total - mesh, p.outside_range_share)
+            rows.append(LossPoint(*figures, p.status, p.reason))
+        said = (("", f"bearings and drag: axle {self.axle}, {self._methods}"), *self.said)
+        return LossMap(self.design, self.friction_model, self.oil, kelvin, tuple(rows), said)
+
+    def table(self) -> Table:
+        """One row per point."""
+        rows = [asdict(point) for point in self.points]
+        if self.kind != "duty":
+            rows = [{name: value for name, value in row.items() if name != "hours"} for row in rows]
+        return Table.from_records(rows, title=self._title, name="axle", vertical=self.kind == "point")
+
+    def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
+        """Loss with its interval, its split by source, bearings, notes, what is outside."""
+        tables = [self.table(), *([self._bearing_table()] if self.bearings else [])]
+        if medium == "files":
+            return [Section("", [Head(self._title), *tables])]
+        head: list[Item] = [Head(self._title, self.source)]
+        if self.kind == "point":
+            value, low, high = (
+                quantity("loss_total").text(getattr(self.points[0], name))
+                for name in ("loss_total", "loss_total_lower", "loss_total_upper")
+            )
+            head.append(MainResult(value, "loss of the axle", [(f"{low} to {high}", "90 % interval")]))
+        if self.kind == "duty":
+            parts = ", ".join(f"{name[5:]} {self.energy(name) / 3.6e6:.4g}" for name in _ENERGIES)
+            head.append(Text(f"Energy lost [kWh]: {parts}."))
+        said = Notes(pair_notes(self.said), len(self.points))
+        method = Text(f"Methods: {self._methods}; the intervals of these methods are ours.")
+        return [Section("", [*head, *tables, said, method, Text(OUTSIDE)])]
+
+    @property
+    def _title(self) -> str:
+        friction = f", friction: {model_label(self.friction_model)}" if self.friction_model else ""
+        return f"Axle {self.axle}: {self.design}, {self.oil}{friction}"
+
+    @property
+    def _methods(self) -> str:
+        return ", ".join(f"{name} {method}" for name, method in self.methods.items())
+
+    def _bearing_table(self) -> Table:
+        rows = []
+        for row in map(asdict, self.bearings):
+            parts = row.pop("parts")
+            rows.append(row | {f"moment, {name}": value for name, value in parts.items()})
+        return Table.from_records(rows, title="Bearings: loads [N], moments [N m], losses [W].", name="bearings")
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON; not-a-number becomes None."""
+        names = ("kind", "axle", "design", "friction_model", "oil", "methods", "status", "reason")
+        about = {name: getattr(self, name) for name in names}
+        if self.kind == "duty":
+            about["energy"] = finite_or_none({name: self.energy(name) for name in _ENERGIES})
+        arrays = {"points": finite_or_none(self.points), "bearings": finite_or_none(self.bearings)}
+        return {**about, **arrays, "notes": list(self.notes), "outside": OUTSIDE}
+
+    def __repr__(self) -> str:
+        return f"AxleResult({self.axle}, {self.kind}: {len(self.points)} points, {self.status})"

@@ -1,0 +1,94 @@
+"""The command `axle`: losses of a whole axle."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, cast
+
+import typer
+
+import efficiency
+from efficiency.cli.options import (
+    JsonOption,
+    OptionGroup,
+    PointOptions,
+    ReportOption,
+    TableOptions,
+    check_files,
+    one_of,
+    present,
+    text_option,
+    with_groups,
+)
+from ehl import InputError
+from ehl.common.console import GEAR, App, check_outputs, given, is_list, names_of, working
+
+_AxleArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="AXLE", help="An axle file, or the name of a shipped one.", autocompletion=names_of("axles")
+    ),
+]
+_MethodOptions = Annotated[
+    dict[str, Any],
+    OptionGroup(
+        {
+            "bearings": text_option("Method: skf or iso_14179_2."),
+            "seals": text_option("Method: linke or iso_14179_2."),
+            "churning": text_option("Method: changenet_velex or iso_14179_2."),
+        }
+    ),
+]
+
+
+@with_groups
+def axle(
+    *,
+    axle: _AxleArgument,
+    point: PointOptions,
+    friction: Annotated[str | None, typer.Option(help="Friction model, as of `gear`.")] = None,
+    duty: Annotated[Path | None, typer.Option(help="Duty cycle, CSV or XLSX, in place of torque and speed.")] = None,
+    vecto: Annotated[Path | None, typer.Option(help="Write the loss map of the axle for VECTO (.vtlm).")] = None,
+    test: Annotated[str | None, typer.Option(help="Test points of 40 CFR 1037.560: single or tandem.")] = None,
+    methods: _MethodOptions,
+    report: ReportOption = None,
+    json_output: JsonOption = False,
+    files: TableOptions,
+) -> None:
+    """Losses of a whole axle: mesh, bearings, seals, churning; at a point, over lists, a duty cycle or the 1037 test.
+
+    The oil temperature "balance" is that at which housing and cooler remove the loss.
+    """
+    check_outputs({"vecto": vecto}, vecto=".vtlm")
+    files = files | given({"report": report})
+    check_files(files)
+    application = one_of("test", test, "single", "tandem")
+    of_map = any(is_list(point.get(name, "")) for name in ("torque", "speed", "temperature"))
+    if vecto is not None and not of_map:
+        raise InputError("vecto", str(vecto), "given together with lists of --torque and --speed")
+    with working("axle losses"):
+        found = _solve(efficiency.Axle(axle, methods=methods), point, of_map, friction, duty, application)
+    if vecto is not None and found.status == "converged":
+        found.loss_map().to_vecto(vecto)
+    present(found, json_output, **files)
+
+
+def _solve(axle: efficiency.Axle, point: Any, of_map: bool, friction: Any, duty: Path | None, application: Any) -> Any:
+    if duty is not None or application is not None:
+        for name in ("torque", "speed"):
+            if name in point:
+                raise InputError(name, point[name], "nothing together with --duty or --test")
+        if duty is not None:
+            return axle.duty(duty, friction, **point)
+        return axle.axle_test(cast("Any", application), friction, **point)
+    if of_map:
+        for name in ("torque", "speed"):
+            if name not in point:
+                raise InputError(name, None, "given where another one is a list")
+        return axle.map(point.pop("torque"), point.pop("speed"), friction=friction, **point)
+    return axle.at(friction=friction, **point)
+
+
+def register(app: App) -> None:
+    """Add the command to the application."""
+    app.command("axle", rich_help_panel=GEAR)(axle)
