@@ -157,7 +157,7 @@ class Axle:
         temperature : float or str, optional
             Of the oil [K], or ``"balance"``: that at which housing and cooler remove the loss.
         friction : FrictionModel or str, optional
-            Friction model or its name.
+            Friction model or its name; that of the oil if not given.
 
         Raises
         ------
@@ -201,7 +201,7 @@ class Axle:
         self, side: Side, axes: tuple[list[float], ...], friction: Friction | None
     ) -> dict[tuple[float, ...], _MeshLoss]:
         """Mesh losses of one side over torque, speed, temperature; the interval from that at the ends of the axes."""
-        mesh, held = self._mesh(side), {"driver": "pinion" if side == "drive" else "gear", **_given(friction)}
+        mesh, held = self._mesh(side), {"driver": "pinion" if side == "drive" else "gear", "friction": friction}
         few = [sorted({values[0], values[-1]}) for values in axes]
         names = ("torque", "speed", "temperature")
         coarse = mesh.over(**dict(zip(names, few, strict=True)), interval=True, **held)
@@ -257,7 +257,7 @@ class Axle:
         """Power loss at the test points of 40 CFR 1037.560; `options` as of `GearPair.axle_test`."""
         own = self.pair.design.operation.temperature
         kelvin = float(checked("temperature", own if temperature is None else temperature))
-        held = {"temperature": kelvin, "axle": _LossesBeside(self, kelvin), "grid": self._grid, **_given(friction)}
+        held = {"temperature": kelvin, "axle": _LossesBeside(self, kelvin), "grid": self._grid, "friction": friction}
         return self.pair.axle_test(application, **held, **options)
 
     def losses_beside(
@@ -307,7 +307,7 @@ class Axle:
             return _MeshLoss()
 
         def solve(condition: Condition) -> EfficiencyResult:
-            return self.pair.at(grid=self._grid, many=many, **condition, **_given(friction))
+            return self.pair.at(grid=self._grid, many=many, **condition, friction=friction)
 
         point = solve_points([row.condition], solve, interval=interval)[0]
         if not interval or point.result is None or point.reason:
@@ -450,11 +450,6 @@ def shaft_wrench(load: LoadDistribution, axis: Axis, sign: float) -> FloatArray:
     first = first / np.linalg.norm(first)
     frame = np.array([first, np.cross(along, first), along])
     return np.concatenate([frame @ force, frame @ moment])
-
-
-def _given(friction: Friction | None) -> dict[str, Any]:
-    """The friction model where one is chosen; else the default of the mesh."""
-    return {} if friction is None else {"friction": friction}
 
 
 def _signed(name: str, value: Value) -> float:

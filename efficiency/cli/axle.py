@@ -9,6 +9,7 @@ import typer
 
 import efficiency
 from efficiency.cli.options import (
+    FrictionOption,
     JsonOption,
     OptionGroup,
     PointOptions,
@@ -46,7 +47,7 @@ def axle(
     *,
     axle: _AxleArgument,
     point: PointOptions,
-    friction: Annotated[str | None, typer.Option(help="Friction model, as of `gear`.")] = None,
+    friction: FrictionOption = None,
     duty: Annotated[Path | None, typer.Option(help="Duty cycle, CSV or XLSX, in place of torque and speed.")] = None,
     vecto: Annotated[Path | None, typer.Option(help="Write the loss map of the axle for VECTO (.vtlm).")] = None,
     test: Annotated[str | None, typer.Option(help="Test points of 40 CFR 1037.560: single or tandem.")] = None,

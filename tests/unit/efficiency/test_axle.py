@@ -1,0 +1,193 @@
+"""A whole axle: forces from the mesh, power and heat balance, intervals, maps, duty cycles, files for vehicles."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import efficiency
+from efficiency.axle.axle import SCATTER, Axle
+from efficiency.axle.axle_input import AxleInput, load_axle
+from efficiency.axle.result import AxlePoint, AxleResult
+from efficiency.conditions.duty import DutyRow
+from ehl.common.errors import ConvergenceError, InputError
+
+TRUCK, EAXLE, GRID, MODEL = "truck_hypoid", "eaxle_helical", (4, 9), "constant:0.05"
+SOURCES = ("loss_mesh", "loss_bearings", "loss_seals", "loss_churning", "loss_windage")
+
+
+@cache
+def axle(name: str = TRUCK, **methods: str) -> Axle:
+    return efficiency.Axle(name, grid=GRID, methods=methods)
+
+
+@cache
+def point(torque: float = 200.0, speed: float = 157.0, temperature: Any = 353.15, name: str = TRUCK) -> AxlePoint:
+    return axle(name).at(torque, speed, temperature, MODEL).points[0]
+
+
+def changed(name: str = TRUCK, **parts: dict[str, Any]) -> Axle:
+    """The axle with other values in its tables."""
+    content = load_axle(name).model_dump()
+    for table, values in parts.items():
+        content[table] |= values
+    return Axle(AxleInput.model_validate(content), grid=GRID)
+
+
+@pytest.mark.parametrize("name", [TRUCK, EAXLE])
+@pytest.mark.parametrize("side", ["drive", "coast"])
+def test_forces_of_the_mesh_balance_the_torques(name: str, side: Any) -> None:
+    """Forces on both shafts are opposite; their moments about the axes are the torques."""
+    pinion, gear = axle(name)._wrench(side, 150.0)
+    assert np.linalg.norm(pinion[:3]) == pytest.approx(np.linalg.norm(gear[:3]), rel=1e-9)
+    assert abs(pinion[5]) == pytest.approx(150.0, rel=1e-4)
+    assert abs(gear[5]) == pytest.approx(150.0 / axle(name).pair.design.ratio, rel=2e-3)
+
+
+def test_forces_of_a_helical_pair_by_hand() -> None:
+    """Tangential T/r, axial tan(beta) of it, radial tan(alpha_wt) of it."""
+    pinion, _ = axle(EAXLE)._wrench("drive", 150.0)
+    pair = axle(EAXLE).pair.design.involute  # type: ignore[attr-defined]
+    tangential = 150.0 / (pair.base[0] / math.cos(pair.working_angle))
+    helix = math.atan(math.tan(pair.base_helix) / math.cos(pair.working_angle))
+    assert abs(pinion[2]) == pytest.approx(tangential * math.tan(helix), rel=1e-3)
+    across = math.hypot(pinion[0], pinion[1])
+    assert across == pytest.approx(tangential / math.cos(pair.working_angle), rel=1e-3)
+
+
+@pytest.mark.parametrize(("torque", "speed"), [(200.0, 157.0), (-100.0, 157.0), (0.0, 157.0), (-200.0, -50.0)])
+@pytest.mark.parametrize("name", [TRUCK, EAXLE])
+def test_power_and_heat_balance(name: str, torque: float, speed: float) -> None:
+    found = point(torque, speed, name=name)
+    scale = max(abs(torque * speed), found.loss_total)
+    assert found.axle_power_input - found.axle_power_output == pytest.approx(found.loss_total, abs=1e-12 * scale)
+    assert math.fsum(getattr(found, name) for name in SOURCES) == pytest.approx(found.loss_total, rel=1e-12)
+    heat = found.heat_housing + found.heat_cooler + found.heat_stored
+    assert heat == pytest.approx(found.loss_total, abs=1e-12 * (abs(found.heat_housing) + scale))
+    assert abs(torque * speed) in (found.axle_power_input, found.axle_power_output, -found.axle_power_output)
+    assert found.loss_total_lower < found.loss_total < found.loss_total_upper
+
+
+def test_drag_without_torque() -> None:
+    """An axle that turns without torque loses power, in the bearings by their preload."""
+    assert point(0.0).loss_mesh == 0.0
+    assert point(0.0).loss_total > 50.0
+    loose = changed(pinion_shaft={"preload": 0.0}, gear_shaft={"preload": 0.0}).at(0.0, 157.0, 353.15).points[0]
+    assert 0.0 < loose.loss_bearings < 0.5 * point(0.0).loss_bearings
+
+
+def test_limits() -> None:
+    still = point(200.0, 0.0)
+    assert still.loss_total == 0.0
+    assert math.isnan(still.axle_efficiency)
+    dry = changed(sump={"oil_level": -1.0}).at(0.0, 157.0, 353.15).points[0]
+    assert dry.loss_churning == 0.0
+    assert dry.loss_bearings < point(0.0).loss_bearings
+    cold, warm = axle().at(0.0, 157.0, 233.15, MODEL), point(0.0)
+    assert cold.points[0].loss_total > 3.0 * warm.loss_total
+    assert any("its range ends at" in note for note in cold.notes)
+
+
+def test_methods_can_be_chosen() -> None:
+    other = axle(bearings="iso_14179_2", seals="iso_14179_2", churning="iso_14179_2").at(200.0, 157.0, 353.15, MODEL)
+    found = other.points[0]
+    assert found.loss_mesh == point().loss_mesh
+    for name in SOURCES[1:4]:
+        assert getattr(found, name) != getattr(point(), name)
+        assert 0.1 < getattr(found, name) / getattr(point(), name) < 10.0
+    assert set(other.bearings[0].parts) == {"load", "no load"}
+
+
+def test_interval_covers_nine_of_ten() -> None:
+    """Losses drawn from the stated scatter of each source fall into the interval of their sum."""
+    found, rng = point(0.0), np.random.default_rng(3)
+    scatter = {"loss_bearings": "skf", "loss_seals": "seals", "loss_churning": "churning", "loss_windage": "windage"}
+    drawn = sum(getattr(found, name) * np.exp(SCATTER[sd] * rng.normal(size=20000)) for name, sd in scatter.items())
+    inside = np.mean((drawn > found.loss_total_lower) & (drawn < found.loss_total_upper))
+    assert 0.86 < inside < 0.94
+
+
+def test_temperature_at_which_heat_balances() -> None:
+    balanced = point(200.0, 157.0, "balance")
+    assert 300.0 < balanced.temperature < 440.0
+    assert abs(balanced.heat_stored) < 1e-4 * balanced.loss_total
+    cooled = changed(housing={"cooler_conductance": 100.0, "coolant_temperature": 313.15})
+    assert cooled.at(200.0, 157.0, "balance", MODEL).points[0].temperature < balanced.temperature - 10.0
+    with pytest.raises(ConvergenceError, match="no_heat_balance"):
+        changed(housing={"area": 0.01}).at(200.0, 157.0, "balance", MODEL)
+
+
+@cache
+def map_of_axle() -> AxleResult:
+    return axle().map([-150.0, 0.0, 60.0, 200.0], [50.0, 157.0], [313.15, 353.15], MODEL)
+
+
+def test_map_has_the_losses_of_points() -> None:
+    points = {(p.torque, p.speed, p.temperature): p for p in map_of_axle().points}
+    assert len(points) == 16
+    for torque in (-150.0, 0.0, 200.0):
+        single, of_map = point(torque), points[torque, 157.0, 353.15]
+        assert of_map.loss_total == pytest.approx(single.loss_total, rel=2e-3)
+        assert of_map.loss_total_upper == pytest.approx(single.loss_total_upper, rel=2e-2)
+    assert map_of_axle().values("loss_total").min() > 0.0
+
+
+def test_interpolated_bearing_loads_are_near_the_exact_ones() -> None:
+    row = DutyRow(120.0, 157.0, 353.15, 0.0)
+    exact, near = (axle().losses_beside(row, many=many)[0]["bearings"] for many in (False, True))
+    assert near == pytest.approx(exact, rel=5e-3)
+
+
+def test_files_for_vehicle_simulation(tmp_path: Path) -> None:
+    found = map_of_axle().loss_map(353.15)
+    assert found.shape == (2, 4)
+    assert found.values() == pytest.approx(found.values("torque_loss_mesh") + found.values("torque_loss_axle"))
+    assert found.values("torque_loss_axle").min() > 0.0
+    lines = found.to_vecto(tmp_path / "axle.vtlm").read_text().splitlines()
+    assert len(lines) == 1 + 3 * 4
+    with pytest.raises(InputError):
+        map_of_axle().loss_map(400.0)
+    test = axle().axle_test("tandem", MODEL, temperature=353.15, torque_max="500 N m", revolutions_per_mile=150.0)
+    idle = next(row for row in test.rows if row.torque_output == 0.0)
+    drag = axle().at(0.0, idle.speed_wheel * test.ratio, 353.15, MODEL).points[0].loss_total
+    # at no output the pinion carries the drag, which loads mesh and bearings a little
+    assert drag < idle.power_loss < 1.15 * drag
+
+
+def test_duty_cycle_counts_rows_without_torque(tmp_path: Path) -> None:
+    path = tmp_path / "duty.csv"
+    path.write_text("torque [N m],speed [rad/s],temperature [K],hours\n200,157,353.15,1\n0,157,353.15,2\n")
+    found = axle().duty(path, MODEL)
+    assert len(found.points) == 2
+    by_hand = 3600.0 * (found.points[0].loss_total + 2.0 * point(0.0).loss_total)
+    assert found.energy() == pytest.approx(by_hand, rel=1e-9)
+    assert found.points[0].loss_total == pytest.approx(point().loss_total, rel=1e-3)
+
+
+def test_failed_mesh_is_a_failed_point() -> None:
+    found = axle().at(1e5, 157.0, 353.15, MODEL)
+    assert found.status == "failed"
+    assert math.isnan(found.points[0].loss_total)
+    with pytest.raises(ConvergenceError):
+        replace(found, kind="map").loss_map().to_vecto("none.vtlm")
+
+
+def test_command(mixed_ehl: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(efficiency, "Axle", lambda name, **given: Axle(name, grid=GRID, **given))
+    at = ("--torque", "200 N m", "--speed", "1500 rpm", "--temperature", "80 degC", "--friction", MODEL)
+    found = json.loads(mixed_ehl("axle", TRUCK, *at, "--json").out)
+    assert found["status"] == "converged"
+    assert [bearing["bearing"] for bearing in found["bearings"]] == ["head", "tail", "back", "front"]
+    assert "differential" in found["outside"]
+    outcome = mixed_ehl("axle", TRUCK, *at, "--report", tmp_path / "axle.html", "--seals", "iso_14179_2")
+    assert outcome.code == 0, outcome.err
+    assert "90 % interval" in outcome.out
+    assert (tmp_path / "axle.html").stat().st_size > 1000
