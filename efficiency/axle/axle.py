@@ -246,6 +246,7 @@ class Axle:
             rows = tuple(duty)
         return self._result("duty", rows, [self._mesh_loss(row, friction, many=True) for row in rows])
 
+    @one_thread
     def axle_test(
         self,
         application: Literal["single", "tandem"] = "single",
@@ -260,6 +261,7 @@ class Axle:
         held = {"temperature": kelvin, "axle": _LossesBeside(self, kelvin), "grid": self._grid, "friction": friction}
         return self.pair.axle_test(application, **held, **options)
 
+    @one_thread
     def losses_beside(
         self, row: DutyRow, *, many: bool = False
     ) -> tuple[dict[str, float], tuple[BearingLoss, ...], list[str]]:

@@ -9,6 +9,8 @@ from collections.abc import Iterator
 import pytest
 from pydantic import BaseModel
 
+from efficiency.axle.axle_input import AxleInput
+from efficiency.axle.result import AxlePoint
 from efficiency.blanks.inputs import PairBlankInput
 from efficiency.design.design import Design
 from efficiency.geometry.misalignment import MisalignmentPoint, MisalignmentStudy
@@ -53,7 +55,7 @@ def keys(model: type[BaseModel], seen: set[type[BaseModel]]) -> Iterator[str]:
 
 
 @pytest.mark.parametrize(
-    "model", [Contact, Oil, Material, Plan, Design, PairBlankInput, SettingsInput, Formula, CalibrationSetup]
+    "model", [Contact, Oil, Material, Plan, Design, AxleInput, PairBlankInput, SettingsInput, Formula, CalibrationSetup]
 )
 def test_every_key_of_an_input_is_listed(model: type[BaseModel]) -> None:
     assert set(keys(model, set())) <= NAMES
@@ -65,7 +67,7 @@ def test_every_key_of_an_input_is_listed(model: type[BaseModel]) -> None:
         ContactResult, ContactState, EfficiencyResult, Comparison, ComparisonRow,
         PairGeometry, SideGeometry, FlankSummary, MisalignmentPoint, MisalignmentStudy,
         Calibration, ParameterEstimate,
-        Study, StudyPoint, LossPoint, AxleTestRow,
+        Study, StudyPoint, LossPoint, AxleTestRow, AxlePoint,
     ],
 )  # fmt: skip
 def test_every_result_is_listed(record: type) -> None:

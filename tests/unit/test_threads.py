@@ -25,6 +25,7 @@ from ehl.common.threads import single_thread
 SEVERAL = 3
 DESIGN, TARGETS = "fm_spiral_bevel_14x39", "fh_spiral_bevel_12x37"
 PAIR = efficiency.load(DESIGN)
+AXLE = efficiency.Axle("truck_hypoid", grid=(4, 9))
 MODEL = "xu_kahraman_2007"
 POINT = {"pressure_hertz": 1e9, "radius_equivalent": 0.01, "effective_modulus": 226e9, "speed_entrainment": 5.0}
 POINT |= {"slide_to_roll": 0.2, "temperature_oil": 363.15}
@@ -128,6 +129,11 @@ COMPUTATIONS: dict[str, tuple[Callable[[], Any], Callable[[Any], Any], str]] = {
         lambda p: p.axle_test("tandem", MODEL, **GRID),
         "efficiency.mesh.solve_balanced",
     ),
+    "Axle.at": (lambda: AXLE, lambda a: a.at(200.0, 150.0, 353.15, MODEL), "efficiency.mesh.solve_balanced"),
+    "Axle.map": (lambda: AXLE, lambda a: a.map(200.0, 150.0, 353.15, MODEL), "efficiency.mesh.solve_balanced"),
+    "Axle.duty": (lambda: AXLE, lambda a: a.duty(DUTY, MODEL), "efficiency.mesh.solve_balanced"),
+    "Axle.axle_test": (lambda: AXLE, lambda a: a.axle_test("tandem", MODEL), "efficiency.mesh.solve_balanced"),
+    "Axle.losses_beside": (lambda: AXLE, lambda a: a.losses_beside(DUTY[0]), "efficiency.axle.axle.windage_torque"),
     "GearPair.compare": (lambda: PAIR, lambda p: p.compare([MODEL], **GRID), "efficiency.mesh.compare_models"),
     "GearPair.geometry": (lambda: PAIR, lambda p: p.geometry(), "efficiency.geometry.pair_geometry.flank_pair"),
     "GearPair.misalignment": (
@@ -200,7 +206,13 @@ def test_one_thread_inside_and_those_of_the_caller_after(
 
 
 def test_every_public_computation_is_in_the_table() -> None:
-    classes = (efficiency.GearPair, efficiency.Mesh, efficiency.LoadedMesh, efficiency.EfficiencyResult)
+    classes = (
+        efficiency.Axle,
+        efficiency.GearPair,
+        efficiency.Mesh,
+        efficiency.LoadedMesh,
+        efficiency.EfficiencyResult,
+    )
     public = {
         name
         for package in (ehl, regression, efficiency)

@@ -39,7 +39,9 @@ def changed(name: str = TRUCK, **parts: dict[str, Any]) -> Axle:
     content = load_axle(name).model_dump()
     for table, values in parts.items():
         content[table] |= values
-    return Axle(AxleInput.model_validate(content), grid=GRID)
+    made = Axle(AxleInput.model_validate(content), grid=GRID)
+    made.pair = axle(name).pair  # its meshes are known
+    return made
 
 
 @pytest.mark.parametrize("name", [TRUCK, EAXLE])
@@ -164,7 +166,7 @@ def test_files_for_vehicle_simulation(tmp_path: Path) -> None:
 
 def test_duty_cycle_counts_rows_without_torque(tmp_path: Path) -> None:
     path = tmp_path / "duty.csv"
-    path.write_text("torque [N m],speed [rad/s],temperature [K],hours\n200,157,353.15,1\n0,157,353.15,2\n")
+    path.write_text("torque [N m],speed [rad/s],temperature [K],hours [h]\n200,157,353.15,1\n0,157,353.15,2\n")
     found = axle().duty(path, MODEL)
     assert len(found.points) == 2
     by_hand = 3600.0 * (found.points[0].loss_total + 2.0 * point(0.0).loss_total)
