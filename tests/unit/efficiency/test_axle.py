@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -178,8 +177,7 @@ def test_failed_mesh_is_a_failed_point() -> None:
     found = axle().at(1e5, 157.0, 353.15, MODEL)
     assert found.status == "failed"
     assert math.isnan(found.points[0].loss_total)
-    with pytest.raises(ConvergenceError):
-        replace(found, kind="map").loss_map().to_vecto("none.vtlm")
+    assert found.reason
 
 
 def test_command(mixed_ehl: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
