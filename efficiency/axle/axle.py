@@ -24,6 +24,7 @@ from efficiency.conditions.grid import Condition, GridPoint, solve_points
 from efficiency.contact.assembly import Axis
 from efficiency.contact.gear_flanks import Side
 from efficiency.cylindrical_gears.design import CylindricalDesign
+from efficiency.design.design import PairDesign
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.ltca.load_distribution import LoadDistribution
 from efficiency.mesh import LoadedMesh
@@ -123,7 +124,8 @@ class Axle:
     @cached_property
     def wheels(self) -> tuple[Wheel, Wheel]:
         """Pinion and gear as the churning formulas take them."""
-        design, pitch = self.pair.design, self._mesh("drive").pitch
+        design: PairDesign = self.pair.design
+        pitch = self._mesh("drive").pitch
         angles = pitch.spiral_angle_pinion, pitch.spiral_angle_gear
         if isinstance(design, CylindricalDesign):
             pair, wide = design.involute, design.face_width
@@ -209,7 +211,9 @@ class Axle:
         for name in ("efficiency_upper", "efficiency_lower"):
             ends = np.log((1.0 - coarse.values(name)) / (1.0 - coarse.values()))
             for axis, (some, every) in enumerate(zip(few, axes, strict=True)):
-                ends = np.apply_along_axis(lambda line, x=every, at=some: np.interp(x, at, line), axis, ends)
+                moved = np.moveaxis(ends, axis, -1)
+                lines = [np.interp(every, some, line) for line in moved.reshape(-1, len(some))]
+                ends = np.moveaxis(np.reshape(lines, (*moved.shape[:-1], len(every))), -1, axis)
             spread.append(np.exp(ends).ravel())
         grid = mesh.map(**dict(zip(names, axes, strict=True)), **held)
         model = coarse.results[0].friction_model if coarse.results else ""
@@ -258,7 +262,12 @@ class Axle:
         """Power loss at the test points of 40 CFR 1037.560; `options` as of `GearPair.axle_test`."""
         own = self.pair.design.operation.temperature
         kelvin = float(checked("temperature", own if temperature is None else temperature))
-        held = {"temperature": kelvin, "axle": _LossesBeside(self, kelvin), "grid": self._grid, "friction": friction}
+        held: dict[str, Any] = {
+            "temperature": kelvin,
+            "axle": _LossesBeside(self, kelvin),
+            "grid": self._grid,
+            "friction": friction,
+        }
         return self.pair.axle_test(application, **held, **options)
 
     @one_thread

@@ -187,7 +187,7 @@ def skf_seal_moment(bearing: BearingInput) -> float:
     if bearing.seal_diameter is None:
         return 0.0
     k1, beta, k2 = bearing.seal_constants
-    return 1e-3 * (k1 * (1e3 * bearing.seal_diameter) ** beta + k2)
+    return float(1e-3 * (k1 * (1e3 * bearing.seal_diameter) ** beta + k2))
 
 
 def skf_drag_moment(bearing: BearingInput, at: BearingState) -> float:
@@ -206,8 +206,9 @@ def skf_drag_moment(bearing: BearingInput, at: BearingState) -> float:
         length = 5.0 * _K_L[bearing.type] * 1e3 * bearing.width / dm
         shape = 2.789e-10 * length**3 - 2.786e-4 * length**2 + 0.0195 * length + 0.6439
         volume = 4.0 * float(np.interp(level, _LEVEL, _DRAG_ROLLER)) * _K_L[bearing.type] * shape
-        return 1e-3 * (volume * k_z * slim * 1e-12 * 1e3 * bearing.width * dm**4 * n**2 + viscous)
-    return 1e-3 * (0.4 * float(np.interp(level, _LEVEL, _DRAG_BALL)) * k_z * slim * 1e-12 * dm**5 * n**2 + viscous)
+        return float(1e-3 * (volume * k_z * slim * 1e-9 * bearing.width * dm**4 * n**2 + viscous))
+    volume = 0.4 * float(np.interp(level, _LEVEL, _DRAG_BALL))
+    return float(1e-3 * (volume * k_z * slim * 1e-12 * dm**5 * n**2 + viscous))
 
 
 def palmgren_moment(bearing: BearingInput, at: BearingState) -> Moments:

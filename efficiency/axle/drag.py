@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from ehl.common.units import KELVIN
 from ehl.fluid.oil import Oil
-from ehl.fluid.viscosity import KELVIN
 
 GRAVITY = 9.80665  # [m/s^2]
 AIR_DENSITY, AIR_VISCOSITY = 1.2, 1.5e-5  # at 20 degC [kg/m^3], [m^2/s]
@@ -88,7 +88,7 @@ def changenet_velex_torque(
     viscous = 1.366 * (h / D) ** 0.45 * (volume / D**3) ** 0.1 * froude**-0.6 * reynolds**-0.21
     inertial = 3.644 * (h / D) ** 0.1 * (volume / D**3) ** -0.35 * froude**-0.88 * (b / D) ** 0.85
     share = min(max((reynolds - _VISCOUS) / (_INERTIAL - _VISCOUS), 0.0), 1.0)
-    return 0.5 * density * omega**2 * R**3 * wetted * ((1.0 - share) * viscous + share * inertial)
+    return float(0.5 * density * omega**2 * R**3 * wetted * ((1.0 - share) * viscous + share * inertial))
 
 
 def iso_14179_2_torque(
@@ -123,4 +123,4 @@ def windage_torque(radius: float, speed: float) -> float:
     if omega == 0.0:
         return 0.0
     reynolds = omega * radius**2 / AIR_VISCOSITY
-    return 0.5 * AIR_DENSITY * omega**2 * radius**5 * max(3.87 * reynolds**-0.5, 0.146 * reynolds**-0.2)
+    return float(0.5 * AIR_DENSITY * omega**2 * radius**5 * max(3.87 * reynolds**-0.5, 0.146 * reynolds**-0.2))
