@@ -475,7 +475,7 @@ class LoadedMesh:
         pitch = self.mesh.pitch
         spirals = pitch.spiral_angle_pinion, pitch.spiral_angle_gear
         cones = pitch.pitch_angle_pinion, pitch.pitch_angle_gear
-        distances = [r / math.sin(c) for r, c in zip((pitch.radius_pinion, pitch.radius_gear), cones, strict=True)]
+        distances = pitch.radius_pinion / math.sin(cones[0]), pitch.radius_gear / math.sin(cones[1])
         limit = limit_pressure_angle(*cones, *distances, *spirals, spirals[0] - spirals[1])
         effective = pitch.pressure_angle - (limit if self.mesh.side == "drive" else -limit)
         return hypoid_factor(*spirals, pitch.pressure_angle, effective)
