@@ -209,7 +209,7 @@ _LINE = 128
 
 def number_rows(rows: Sequence[Sequence[float]], indent: str, ends: str = "{}", kind: str = "") -> str:
     """Rows of numbers, each between two brackets, as many numbers on a line as it holds; `kind` follows each."""
-    left, right = ends or ("", "")
+    left, right = (ends[0], ends[1]) if ends else ("", "")
     parts = [part for row in rows for part in (left, *(f"{number!r}{kind}," for number in row), right)]
     text = "\0".join(parts).replace(f",\0{right}", right or ",").replace(f"{left}\0", left)
     lines, line = [], indent

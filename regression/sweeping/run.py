@@ -355,10 +355,11 @@ def slurm_script(
     cap = time_cap if isinstance(time_cap, str) else f"{time_cap:g} s"
     _time_cap(cap)
     options += ["--time-cap", cap, "--retries", str(retries), *(["--retry-failed"] if retry_failed else [])]
-    targets = {name: None if path is None else str(path) for name, path in (("merge", merge), ("fit", fit))}
-    jobs = DEFAULT_JOBS if jobs is None else jobs
-    kept = {"sbatch": sbatch, "container": container, "kernels": formula is None}
-    return job_script(str(plan), str(folder), tasks, options, jobs, **kept, **targets)
+    merged, fitted = (None if path is None else str(path) for path in (merge, fit))
+    return job_script(
+        str(plan), str(folder), tasks, options, DEFAULT_JOBS if jobs is None else jobs, sbatch=sbatch,
+        container=container, merge=merged, fit=fitted, kernels=formula is None,
+    )  # fmt: skip
 
 
 def _check_formula(formula: str | None) -> None:

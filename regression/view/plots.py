@@ -16,7 +16,7 @@ from regression.fitting.cross_validation import held_out_friction
 from regression.fitting.noise import BANDS
 from regression.fitting.rows import boundary_friction_of, computed_friction, fitted_rows
 from regression.friction.conditions import Array
-from regression.friction.fitted import FittedFormula
+from regression.friction.fitted import FittedFormula, friction_of_form
 from regression.view.tables import region_text
 
 if TYPE_CHECKING:
@@ -54,8 +54,8 @@ def checked_rows(dataset: Dataset) -> pd.DataFrame:
 
 def friction_of_rows(formula: FittedFormula, frame: pd.DataFrame) -> Array:
     """What a formula gives for rows of a dataset, with the boundary friction of each."""
-    mu, _ = formula.friction(columns(frame), boundary_friction_of(frame))
-    return mu
+    values = columns(frame)
+    return friction_of_form(formula.form, formula.coefficients, formula.network, values, boundary_friction_of(frame))[0]
 
 
 def plot_regimes(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Figure:
