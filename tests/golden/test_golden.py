@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import efficiency
 from ehl.contact import Contact
+from ehl.state import ContactState
+from regression.formula import Formula, shipped_formulas
 
 HERE = Path(__file__).resolve().parent
 EXAMPLES = HERE.parents[1] / "docs" / "examples"
@@ -30,11 +34,33 @@ def gear_figures(friction: str) -> dict[str, float]:
     return {key: result[key] for key in keep}
 
 
+def formula_figures(name: str) -> dict[str, float]:
+    """Friction and upper end of the interval at a dozen points, from thick to thin films, hot and cold."""
+    steps = np.arange(12)
+    state = ContactState.of(
+        pressure_hertz=0.4e9 + 0.1e9 * steps,
+        radius_equivalent=0.006 + 0.003 * ((5 * steps) % 12),
+        effective_modulus=226e9,
+        speed_entrainment=0.2 * 1.5 ** ((7 * steps) % 12),
+        slide_to_roll=0.02 * 1.4 ** ((5 * steps + 3) % 12),
+        speed_sliding_lengthwise=0.3 * (steps % 4),
+        temperature_oil=313.15 + 20.0 * (steps % 5),
+        roughness_rms_1=0.1e-6 * (1 + steps % 5),
+        roughness_rms_2=0.2e-6,
+    )
+    value = Formula.load(name).mu(state)
+    pairs = zip(np.ravel(value.mu), np.ravel(value.upper), strict=True)
+    return {
+        f"{word} {k}": float(x) for k, both in enumerate(pairs) for word, x in zip(("mu", "upper"), both, strict=True)
+    }
+
+
 CASES: dict[str, Callable[[], dict[str, float]]] = {
     "contact": lambda: contact_figures("contact.toml"),
     "contact_by_numbers": lambda: contact_figures("contact_by_numbers.toml"),
     "gear_constant": lambda: gear_figures("constant:0.05"),
     "gear_xu_kahraman_2007": lambda: gear_figures("xu_kahraman_2007"),
+    **{f"formula_{name}": partial(formula_figures, name) for name in shipped_formulas()},
 }
 
 
