@@ -225,7 +225,7 @@ def _at_bounds(found: Optimisation) -> list[str]:
     if found.best is None:
         return []
     values = found.best.point.variables
-    names = [f"{v.name} ({bound})" for v in found.problem.variables if (bound := v.at_bound(values[v.name]))]
+    names = [f"{v.quantity.label} ({bound})" for v in found.problem.variables if (bound := v.at_bound(values[v.name]))]
     return (
         [f"at a bound in the best point: {', '.join(names)}; wider bounds with --vary may find more"] if names else []
     )

@@ -175,7 +175,7 @@ def test_contours_hold_the_map(grid: Grid) -> None:
 
 def test_another_oil_and_what_lies_outside_the_range_are_said(geared: Meshed, tmp_path: Path) -> None:
     mesh, rough = geared[1], {"roughness_rms_pinion": 0.4e-6, "roughness_rms_gear": 0.3e-6, "oil": "fva3"}
-    grid = mesh.map(friction_model("75w90"), [300.0], [10.0, 125.0], [363.15], strength=True, **rough)
+    grid = mesh.map(friction_model("75w90"), [300.0], [0.5, 125.0], [363.15], strength=True, **rough)
     shares = [point.outside_range_share for point in grid.results]
     assert shares[0] > shares[1]
     [table] = efficiency_grids(grid)
