@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
@@ -31,7 +31,7 @@ from efficiency.mesh import LoadedMesh
 from efficiency.pairs import load
 from efficiency.vehicle.axle_test import AxleTest
 from efficiency.vehicle.loss_map import signed_axes
-from ehl.common.errors import ConvergenceError
+from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.threads import one_thread
 from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
@@ -320,7 +320,13 @@ class Axle:
         def solve(condition: Condition) -> EfficiencyResult:
             return self.pair.at(grid=self._grid, many=many, **condition, friction=friction)
 
-        point = solve_points([row.condition], solve, interval=interval)[0]
+        try:
+            point = solve_points([row.condition], solve, interval=interval)[0]
+        except InputError:  # inputs of the interval beyond the temperatures of oils; another error comes again
+            if not interval:
+                raise
+            found = self._mesh_loss(row, friction, many=many, interval=False)
+            return replace(found, notes=(*found.notes, "the interval of the mesh loss is not known so near 200 degC"))
         if not interval or point.result is None or point.reason:
             return _MeshLoss.of(point, (1.0, 1.0), "")
         names, lost = ("efficiency_upper", "efficiency_lower"), 1.0 - point.result.efficiency

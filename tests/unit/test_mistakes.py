@@ -257,7 +257,7 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
     "axle": (("axle", "truck_hypoid"), {}, [
         ("--torque", "100"), ("--speed", "500 N m"), ("--temperature", "balanced"), ("--temperature", "900 degC"),
         ("--friction", "75w9"), ("--bearings", "skv"), ("--seals", "lip"), ("--churning", "iso"), ("--duty", "no.csv"),
-        ("--test", "triple"), ("--vecto", "x.csv"), ("--vecto", "x.vtlm"), ("--torque", "1, 2 N m"),
+        ("--test", "triple"), ("--vecto", "x.csv"), ("--vecto", "x.vtlm"),
     ]),
     "misalignment": (("misalignment", PAIR), {"--E": "0, 0.1 mm"}, [
         ("--E", "0.1"), ("--P", "1 deg"), ("--shaft-angle-error", "1 mm"), ("--side", "up"), ("--E", "0:0.1 mm"),

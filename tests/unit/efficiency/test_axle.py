@@ -97,6 +97,13 @@ def test_limits() -> None:
     assert any("its range ends at" in note for note in cold.notes)
 
 
+def test_hot_oil_has_a_loss_without_interval_of_the_mesh() -> None:
+    found = axle().at(200.0, 400.0, 465.0, "75w90")
+    assert found.status == "converged"
+    assert found.points[0].loss_total_lower < found.points[0].loss_total
+    assert any("interval of the mesh loss" in note for note in found.notes)
+
+
 def test_methods_can_be_chosen() -> None:
     other = axle(bearings="iso_14179_2", seals="iso_14179_2", churning="iso_14179_2").at(200.0, 157.0, 353.15, MODEL)
     found = other.points[0]
