@@ -41,7 +41,7 @@ FloatArray = NDArray[np.float64]
 
 BALANCE = "balance"
 # standard deviation of ln(loss) of the methods, and the factor to the ends of a 90 % interval (ours)
-SCATTER = {"skf": 0.25, "palmgren": 0.35, "seals": 0.3, "churning": 0.5, "windage": 0.7}
+SCATTER = {"skf": 0.25, "palmgren": 0.35, "seals": 0.3, "churning": 0.8, "windage": 0.7}
 _NINETY = 1.645
 _CLOSE = 1e-9  # [K] of the temperature at which heat balances
 

@@ -191,9 +191,13 @@ def skf_seal_moment(bearing: BearingInput) -> float:
 
 
 def skf_drag_moment(bearing: BearingInput, at: BearingState) -> float:
-    """Moment of drag losses in an oil bath [N m]; range: nu <= 500 mm^2/s, 250 mm^2/s above half the bearing."""
+    """Moment of drag losses in an oil bath [N m]; range: nu <= 500 mm^2/s, 250 mm^2/s above half the bearing.
+
+    Thicker oil is taken at the end of the range (ours), with a note: the equation grows with nu^1.4.
+    """
     d, D, dm = 1e3 * bearing.bore, 1e3 * bearing.outside_diameter, 1e3 * bearing.mean_diameter
-    n, nu, depth = _rpm(at.speed), 1e6 * at.viscosity, min(1e3 * at.oil_depth, 1.2 * dm)
+    n, depth = _rpm(at.speed), min(1e3 * at.oil_depth, 1.2 * dm)
+    nu = 1e6 * min(at.viscosity, drag_range(bearing, at.oil_depth))
     if depth <= 0.0 or n == 0.0:
         return 0.0
     k_z, slim = _K_Z[bearing.type], (D + d) / (D - d)
@@ -232,12 +236,18 @@ BEARING_METHODS: dict[str, Callable[[BearingInput, BearingState], Moments]] = {
 }
 
 
+def drag_range(bearing: BearingInput, oil_depth: float) -> float:
+    """Greatest viscosity of the SKF drag equation [m^2/s]."""
+    return 500e-6 if oil_depth <= 0.5 * bearing.outside_diameter else 250e-6
+
+
 def bearing_limits(method: str, bearing: BearingInput, at: BearingState) -> list[str]:
     """Notes where a bearing leaves the range of its method."""
-    most = 500e-6 if at.oil_depth <= 0.5 * bearing.outside_diameter else 250e-6
+    most = drag_range(bearing, at.oil_depth)
     if method != "skf" or at.oil_depth <= 0.0 or at.viscosity <= most:
         return []
-    return [f"drag of bearing {bearing.name}: {1e6 * at.viscosity:.4g} cSt, its range ends at {1e6 * most:.0f} cSt"]
+    seen, end = 1e6 * at.viscosity, 1e6 * most
+    return [f"drag of bearing {bearing.name}: {seen:.4g} cSt, taken at {end:.0f} cSt where its range ends"]
 
 
 def _rpm(speed: float) -> float:

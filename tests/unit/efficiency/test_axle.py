@@ -93,8 +93,8 @@ def test_limits() -> None:
     assert dry.loss_churning == 0.0
     assert dry.loss_bearings < point(0.0).loss_bearings
     cold, warm = axle().at(0.0, 157.0, 233.15, MODEL), point(0.0)
-    assert cold.points[0].loss_total > 3.0 * warm.loss_total
-    assert any("its range ends at" in note for note in cold.notes)
+    assert 3.0 < cold.points[0].loss_total / warm.loss_total < 100.0
+    assert any("where its range ends" in note for note in cold.notes)
 
 
 def test_hot_oil_has_a_loss_without_interval_of_the_mesh() -> None:
