@@ -127,13 +127,17 @@ def test_friction_is_even_in_sliding_and_vanishes_with_it(ratio: float, family: 
     assert np.isfinite(mu).all()
 
 
-def test_friction_is_continuous_and_linear_below_the_least_sliding() -> None:
-    least = 0.02
-    points = state(slide_to_roll=np.array([0.25, 0.5, 1.0, 1.0 + 1e-9]) * least)
-    value = FORMULAS["xu"].evaluate(conditions_of(points, OIL))
-    np.testing.assert_allclose(value.mu[:3] / value.mu[2], [0.25, 0.5, 1.0], rtol=1e-12)
-    assert value.mu[3] == pytest.approx(value.mu[2], rel=1e-6)
-    assert (value.flag == FrictionFlag.OUTSIDE_RANGE).tolist() == [True, True, False, False]
+def test_friction_falls_to_zero_with_a_continuous_slope_below_the_least_sliding() -> None:
+    """Proportional to sliding near zero, rising up to the least sliding of the data, and without a bend there."""
+    least, step = 0.02, 1e-4
+    part = np.array([0.0, 1e-6, 2e-6, 0.25, 0.5, 1.0 - step, 1.0, 1.0 + step])
+    value = FORMULAS["xu"].evaluate(conditions_of(state(slide_to_roll=part * least), OIL))
+    assert value.mu[0] == 0.0
+    assert value.mu[2] == pytest.approx(2.0 * value.mu[1], rel=1e-5)
+    assert (np.diff(value.mu[:7]) > 0.0).all()
+    before, after = np.diff(value.mu[5:]) / step
+    assert before == pytest.approx(after, abs=1e-3 * value.mu[6])
+    assert (value.flag[[3, 4, 6, 7]] == FrictionFlag.OUTSIDE_RANGE).tolist() == [True, True, False, False]
 
 
 @settings(max_examples=30, deadline=None)
@@ -255,10 +259,10 @@ def test_smooth_contacts_are_within_the_range_and_what_is_outside_is_named() -> 
     assert smooth.flag < FrictionFlag.OUTSIDE_RANGE
     # the steady solver on this smooth contact
     assert smooth.lower < 0.01679 < smooth.upper
-    far = point | {"pressure_hertz": "3 GPa", "speed_entrainment": "0.05 m/s", "roughness_rms": "4 um"}
+    far = point | {"pressure_hertz": "3 GPa", "speed_entrainment": "0.02 m/s", "roughness_rms": "4 um"}
     note = model.range_note(**far)
     assert "Hertz pressure 3 GPa (at most 2.5 GPa)" in note
-    assert "entrainment speed 0.05 m/s (at least 0.1 m/s)" in note
+    assert f"entrainment speed 0.02 m/s (at least {model.ranges['speed_entrainment'][0]:g} m/s)" in note
     assert "composite Rq 4 um (at most 2.5 um)" in note
     assert model.mu(**far).flag == FrictionFlag.OUTSIDE_RANGE
 
@@ -268,7 +272,8 @@ def test_marks_across_the_motion_rub_less_than_marks_along_it(name: str) -> None
     model = friction_model(name)
     assert isinstance(model, Formula)
     assert model.uses_texture
-    assert model.ranges["peklenik_number"] == pytest.approx((0.35, 9.0), rel=5e-3)
+    low, high = model.ranges["peklenik_number"]
+    assert 0.35 <= low < 0.36 < 8.9 < high <= 9.0  # 0.35 to 9 in the plan
     point = {
         "pressure_hertz": "1 GPa", "radius_equivalent": "15 mm", "speed_entrainment": "2 m/s", "slide_to_roll": 0.4,
         "temperature_oil": "100 degC", "roughness_rms": "0.4 um",
@@ -293,7 +298,8 @@ def test_points_never_fitted_are_met_as_their_table_says() -> None:
     assert model.unseen.count == len(means) == 64
     error = np.abs(model.evaluate(columns(first)).mu / means.to_numpy() - 1.0)
     assert model.unseen.mape == pytest.approx(error.mean(), rel=1e-3)
-    assert [band.count for band in model.unseen_bands] == [34, 10, 10, 10]
+    counts, _ = np.histogram(first["film_ratio_formula"], [0.0, 0.5, 1.0, 2.0, np.inf])
+    assert [band.count for band in model.unseen_bands] == counts.tolist()
     # contacts along gear meshes too are means over their profiles
     assert model.paths is not None
     assert (model.paths.count, len(load_dataset("gear_75w90_paths"))) == (200, 200)
