@@ -11,6 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ehl.common.errors import InputError
+from ehl.common.threads import one_thread
 from regression.friction.conditions import GROUPS, Array
 from regression.friction.network import DIGITS, FILM_POWER, INPUTS, Network, parts_of_form, squashed
 
@@ -24,6 +25,7 @@ _PARTS_WEIGHT = 0.5
 MAX_ERROR = 0.25  # stated error of mu up to which a case is learnt from
 
 
+@one_thread
 def train(
     table: Mapping[str, Array],
     form: tuple[Array, Array],
