@@ -9,6 +9,7 @@ from efficiency.machine_settings.correction import machine_corrections as machin
 from efficiency.machine_settings.solve import machine_settings
 from efficiency.mesh import LoadedMesh as LoadedMesh
 from efficiency.mesh import Mesh as Mesh
+from efficiency.optimisation.load_sizing import sized_for_load as sized_for_load
 from efficiency.optimisation.optimise import optimise as optimise
 from efficiency.output.design_import import design_from_sheet
 from efficiency.pair import GearPair as GearPair

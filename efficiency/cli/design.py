@@ -104,21 +104,15 @@ def settings(
     Exit code 1: a residual stays above 3 um rms, a cut tooth is pointed, or its working flank undercut; the design is
     written all the same.
     """
-    # loading them would double the time of --help
-    from efficiency.machine_settings.design_file import targets_text
-    from efficiency.machine_settings.inputs import load_targets, targets_beside
-
-    start = load_targets(targets)
+    sizing = None
     if sized:
-        from efficiency.optimisation.load_sizing import BOX, sized_for_load
-
         with working("load sizing", "nothing is kept"):
-            start = sized_for_load(start, torque, {**BOX, **box}).targets
-    result = efficiency.settings(start)
+            sizing = efficiency.sized_for_load(targets, torque, box)
+    result = efficiency.settings(targets if sizing is None else sizing.targets)
     if output is not None:
         write_text(output, result.text)
-        if sized:
-            write_text(targets_beside(output), targets_text(start, f"Targets that {output.name} was made from."))
+        if sizing is not None:
+            sizing.write_beside(output)
     print_json(result.to_dict()) if json_output else result.show()
     if output is not None and not json_output:
         print(f"design: {output}")

@@ -11,15 +11,24 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
+from pathlib import Path
 
 from efficiency.conditions.conditions import checked
 from efficiency.contact.gear_flanks import MEMBERS
 from efficiency.contact.relief import EdgeRelief
 from efficiency.ltca.limits import edge_load
-from efficiency.machine_settings.inputs import FlankTarget, MemberTargets, SettingsInput
+from efficiency.machine_settings.design_file import targets_text
+from efficiency.machine_settings.inputs import (
+    FlankTarget,
+    MemberTargets,
+    SettingsInput,
+    load_targets,
+    targets_beside,
+)
 from efficiency.machine_settings.solve import machine_settings
 from efficiency.pair import GearPair
 from ehl.common.errors import ConvergenceError
+from ehl.common.files import write_file
 from ehl.common.progress import report_progress
 from ehl.common.threads import one_thread
 from ehl.common.units import parse_quantity
@@ -50,28 +59,38 @@ class LoadSizing:
     targets: SettingsInput
     shares: tuple[float, ...]
 
+    def write_beside(self, design: Path) -> Path:
+        """Write the targets beside the design file that is made from them; returns their file."""
+        path = targets_beside(design)
+        write_file(path, targets_text(self.targets, f"Targets that {design.name} was made from."))
+        return path
+
 
 @one_thread
 def sized_for_load(
-    targets: SettingsInput, torque: float | str | None = None, misalignment: Mapping[str, float | str] | None = None
+    targets: SettingsInput | str | Path,
+    torque: float | str | None = None,
+    misalignment: Mapping[str, float | str] | None = None,
 ) -> LoadSizing:
     """Crowning and relief such that the edges carry less than `EDGE_LIMIT` of a torque.
 
     Parameters
     ----------
-    targets : SettingsInput
-        Where it starts; their own relief is kept where it is enough.
+    targets : SettingsInput, str or Path
+        Where it starts, a file or the name of shipped targets; their own relief is kept where it is enough.
     torque : float or str, optional
         Of the pinion on the drive side [N m]; that of the targets if not given.
     misalignment : mapping, optional
-        Half widths of the box of E, P, G [m]; `BOX` if not given.
+        Half widths of the box of E, P, G [m]; those of `BOX` where not given.
 
     Raises
     ------
     ConvergenceError
         The limit is not met (`edges_carry`), or a step has no settings or no load distribution.
     """
-    box = {n: parse_quantity(v, "m", field=n) for n, v in (misalignment or BOX).items()}
+    if not isinstance(targets, SettingsInput):
+        targets = load_targets(targets)
+    box = {n: parse_quantity(v, "m", field=n) for n, v in {**BOX, **(misalignment or {})}.items()}
     corners = [dict(zip(box, signs, strict=True)) for signs in product((-1.0, 1.0), repeat=len(box))]
     states: list[dict[str, float]] = [{}, *({n: sign * box[n] for n, sign in corner.items()} for corner in corners)]
     torque = targets.operation.torque if torque is None else checked("torque", torque)
