@@ -55,7 +55,7 @@ class Formula(FittedFormula, Reportable):
     >>> formula = regression.Formula.load("75w90")
     >>> point = {"pressure_hertz": "1.2 GPa", "radius_equivalent": "15 mm", "speed_entrainment": "5 m/s"}
     >>> formula.mu(**point, slide_to_roll=0.2, temperature="90 degC", roughness_rms="0.4 um")
-    mu = 0.05662 (0.04433 to 0.07232), ok
+    mu = 0.05934 (0.05442 to 0.0647), ok
     """
 
     _record: FitRecord | None = PrivateAttr(None)

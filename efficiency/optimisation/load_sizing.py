@@ -83,10 +83,19 @@ def sized_for_load(
     misalignment : mapping, optional
         Half widths of the box of E, P, G [m]; those of `BOX` where not given.
 
+    Returns
+    -------
+    LoadSizing
+
     Raises
     ------
     ConvergenceError
         The limit is not met (`edges_carry`), or a step has no settings or no load distribution.
+
+    Examples
+    --------
+    >>> sizing = efficiency.sized_for_load("targets.toml", "300 N m", {"E": "0.1 mm"})  # doctest: +SKIP
+    >>> design = efficiency.settings(sizing.targets)  # doctest: +SKIP
     """
     if not isinstance(targets, SettingsInput):
         targets = load_targets(targets)
