@@ -420,7 +420,8 @@ def coefficient_table(best: FittedFormula) -> Table:
 def _formula(best: FittedFormula) -> Section:
     blocks: list[Item] = [Code(best.equation), coefficient_table(best)]
     if network := best.network:
-        inputs = ", ".join(network.variables)
+        known = quantities()
+        inputs = ", ".join(known[name].label if name in known else name.replace("_", " ") for name in network.variables)
         text = f"X/(1 - X) and F/(1 - X)^1.5 times the exponential of {len(network.members)} networks of two layers of"
         blocks.insert(1, Text(f"{text} {network.units} units in the mean; inputs: {inputs}."))
     return Section("The formula", [Folded(f"Equation and coefficients of {best.label}", blocks)])
