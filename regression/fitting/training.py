@@ -1,4 +1,4 @@
-"""Training of the networks that correct a form: mu and both of its parts at once, with the error of each case.
+"""Training of the neural networks that correct a form: mu and both of its parts at once, with the error of each case.
 
 The loss of a case is soft: it grows linearly beyond one standard deviation. The gradient is exact (backpropagation) and
 the search is L-BFGS; every network of the ensemble starts from other random weights.

@@ -48,7 +48,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     # the formula
     "Sobol": ("regression",),
     "cross-validation": ("regression/fitting",),
-    "Gaussian process": ("regression",),
+    "neural networks": ("regression/friction", "regression/fitting"),
     "conformal": ("regression",),
     "convex hull": ("regression",),
     # the gear pair

@@ -73,12 +73,12 @@ COMPUTATIONS: dict[str, tuple[Callable[[], Any], Callable[[Any], Any], str]] = {
     "Formula.mu": (
         lambda: regression.friction_model("75w90"),
         lambda f: f.mu(STATE, oil="75w90"),
-        "regression.friction.fitted.corrected_form",
+        "regression.friction.fitted.friction_of_form",
     ),
     "Formula.uncertainty": (
         lambda: regression.friction_model("75w90"),
         lambda f: f.uncertainty(STATE, oil="75w90"),
-        "regression.friction.fitted.corrected_form",
+        "regression.friction.fitted.friction_of_form",
     ),
     "fit": (lambda: "gear_fva3", lambda d: regression.fit(d, "power_law"), "regression.fitting.fit.fit_form"),
     "sweep": (
