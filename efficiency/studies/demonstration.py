@@ -125,7 +125,7 @@ def run_demo(folder: Path | str, jobs: int | None = None, progress: ProgressCall
     with progress_to(progress):
         report_progress("formulas", 0, 1)
         formulas = fit(dataset).candidates
-        paths = [folder / f"formula_{formula.family}.json" for formula in formulas]
+        paths = [folder / f"formula_{formula.label}.json" for formula in formulas]
         for formula, path in zip(formulas, paths, strict=True):
             formula.save(path)
         report_progress("formulas", 1, 1)

@@ -45,7 +45,7 @@ def _summary(result: DemoResult) -> Section:
     tiles = [
         (f"{percent(constant.efficiency, 2)} %", "with a constant mu of 0.05"),
         (f"{gear.power_loss:.0f} W", f"friction loss of {gear.power_input / 1e3:.1f} kW"),
-        (f"{100 * best.validation.mape:.1f} %", f"mean error of the formula ({best.family}) on held-out contacts"),
+        (f"{100 * best.validation.mape:.1f} %", f"mean error of the formula ({best.label}) on held-out contacts"),
         (f"{result.run.reports[0].total - result.run.unanswered}", "contacts solved"),
     ]
     point = operating_point(result.comparison)

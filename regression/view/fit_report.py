@@ -246,7 +246,7 @@ def _notes(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterable[
     if collinear := [term for term, value in best.variance_inflation.items() if value > 10.0]:
         text = f"{len(collinear)} of {len(best.coefficients)} coefficients cannot be told from others: do not read them"
         found.append(Note("for information", f"{text} as physics"))
-    if missing := sorted(set(tried) - {formula.family for formula in formulas}):
+    if missing := sorted(set(tried) - {formula.label for formula in formulas}):
         found.append(Note("for information", f"could not be fitted to these data: {', '.join(missing)}"))
     return sorted(found, key=lambda note: GRADES.index(note.grade))
 

@@ -30,7 +30,7 @@ def family_table(formulas: Sequence[FittedFormula], tried: Iterable[str] = ()) -
         rows.append((formula.label, terms, v.r2_log, v.r2, *(getattr(v, name) for name in _ERRORS)))
     columns = ("family", "terms", Column("r2_log", label="R² ln µ"), Column("r2", label="R² µ"), *_ERRORS)
     title = "Fitted formulas: errors of held-out cases, whole (p, R) cells left out at a time"
-    missing = sorted(set(tried) - {formula.family for formula in formulas})
+    missing = sorted(set(tried) - {formula.label for formula in formulas})
     notes = [f"{name} could not be fitted to these data; --family {name} says why" for name in missing]
     return Table(columns, rows, title=title, notes=notes, highlight=0)
 
