@@ -103,6 +103,11 @@ COMPUTATIONS: dict[str, tuple[Callable[[], Any], Callable[[Any], Any], str]] = {
         lambda d: efficiency.machine_corrections(d, ["none.csv"]),
         "efficiency.machine_settings.correction.read_point_grid",
     ),
+    "sized_for_load": (
+        lambda: TARGETS,
+        efficiency.sized_for_load,
+        "efficiency.optimisation.load_sizing.machine_settings",
+    ),
     "optimise": (lambda: TARGETS, efficiency.optimise, "efficiency.optimisation.optimise.make_problem"),
     "study": (
         lambda: DESIGN,
