@@ -264,14 +264,14 @@ class Axle:
         kelvin = float(checked("temperature", own if temperature is None else temperature))
         held: dict[str, Any] = {
             "temperature": kelvin,
-            "axle": _LossesBeside(self, kelvin),
+            "axle": _OtherLosses(self, kelvin),
             "grid": self._grid,
             "friction": friction,
         }
         return self.pair.axle_test(application, **held, **options)
 
     @one_thread
-    def losses_beside(
+    def losses_without_mesh(
         self, row: DutyRow, *, many: bool = False
     ) -> tuple[dict[str, float], tuple[BearingLoss, ...], list[str]]:
         """Losses by source without that of the mesh [W], those of each bearing, and notes, at an operating point.
@@ -342,7 +342,9 @@ class Axle:
             if mesh.reason:
                 raise ConvergenceError(mesh.reason, mesh.notes[0] if mesh.notes else "")
             return (
-                mesh.loss + math.fsum(self.losses_beside(row)[0].values()) - sum(self.input.housing.removed(kelvin)[:2])
+                mesh.loss
+                + math.fsum(self.losses_without_mesh(row)[0].values())
+                - sum(self.input.housing.removed(kelvin)[:2])
             )
 
         low, high = TEMPERATURE_RANGE
@@ -385,21 +387,21 @@ class Axle:
         for row, mesh in zip(rows, meshes, strict=True):
             where = f"{row.torque:.4g} N m, {row.speed * 30.0 / math.pi:.4g} rpm, {row.temperature - 273.15:.4g} degC"
             try:
-                beside, bearings, notes = self.losses_beside(row, many=kind == "map")
+                others, bearings, notes = self.losses_without_mesh(row, many=kind == "map")
             except ConvergenceError as error:
-                beside, notes = dict.fromkeys(("bearings", "seals", "churning", "windage"), math.nan), []
+                others, notes = dict.fromkeys(("bearings", "seals", "churning", "windage"), math.nan), []
                 mesh = _MeshLoss.failed(error.reason, (error.detail,))
-            points.append(self._point(row, mesh, beside))
+            points.append(self._point(row, mesh, others))
             said += [(where, note) for note in (*mesh.notes, *notes)]
         model = next((mesh.model for mesh in meshes if mesh.model), "")
         shown = bearings if kind == "point" else ()
         about = self.name, self.input.source, self.pair.name, model, self._oil.name
         return AxleResult(kind, *about, dict(self.methods), tuple(points), shown, tuple(said))
 
-    def _point(self, row: DutyRow, mesh: _MeshLoss, beside: Mapping[str, float]) -> AxlePoint:
-        total = math.fsum((mesh.loss, *beside.values()))
+    def _point(self, row: DutyRow, mesh: _MeshLoss, others: Mapping[str, float]) -> AxlePoint:
+        total = math.fsum((mesh.loss, *others.values()))
         down, up = [mesh.loss - mesh.lower], [mesh.upper - mesh.loss]
-        for name, loss in beside.items():
+        for name, loss in others.items():
             scatter = name
             if name == "bearings":
                 scatter = "skf" if self.methods.bearings == "skf" else "palmgren"
@@ -415,7 +417,7 @@ class Axle:
         efficiency = max(given_out, 0.0) / put_in if put_in > 0.0 else math.nan
         at = {"torque": row.torque, "speed": row.speed, "temperature": row.temperature, "hours": row.hours}
         heat = {"heat_housing": housing, "heat_cooler": cooler, "heat_stored": total - housing - cooler}
-        split = {f"loss_{name}": loss for name, loss in {"mesh": mesh.loss, **beside}.items()}
+        split = {f"loss_{name}": loss for name, loss in {"mesh": mesh.loss, **others}.items()}
         return AxlePoint(
             **at,
             temperature_housing=wall,
@@ -434,8 +436,8 @@ class Axle:
 
 
 @dataclass(frozen=True)
-class _LossesBeside:
-    """Losses of an axle beside its mesh at an oil temperature, for `GearPair.axle_test`."""
+class _OtherLosses:
+    """Losses of an axle without its mesh at an oil temperature, for `GearPair.axle_test`."""
 
     axle: Axle
     temperature: float
@@ -448,7 +450,9 @@ class _LossesBeside:
 
     def torque_loss(self, torque: float, speed: float) -> float:
         """At a signed pinion torque [N m] and a pinion speed above zero [rad/s], [N m]."""
-        losses = self.axle.losses_beside(DutyRow(float(torque), float(speed), self.temperature, 0.0), many=True)[0]
+        losses = self.axle.losses_without_mesh(DutyRow(float(torque), float(speed), self.temperature, 0.0), many=True)[
+            0
+        ]
         return math.fsum(losses.values()) / float(speed)
 
 

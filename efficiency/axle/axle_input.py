@@ -165,7 +165,7 @@ def load_axle(name: str | Path) -> AxleInput:
     """Read and check an axle file, or a shipped axle by its name; the design's path is counted from its folder."""
     path = named_file("axle", "axles", name)
     content = read_toml(path, "axle")
-    beside = path.parent / str(content.get("pair", ""))
-    if beside.is_file():
-        content["pair"] = str(beside)
+    given = path.parent / str(content.get("pair", ""))
+    if given.is_file():
+        content["pair"] = str(given)
     return validate(AxleInput, content, path.name)

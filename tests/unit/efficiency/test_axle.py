@@ -150,7 +150,7 @@ def test_map_has_the_losses_of_points() -> None:
 
 def test_interpolated_bearing_loads_are_near_the_exact_ones() -> None:
     row = DutyRow(120.0, 157.0, 353.15, 0.0)
-    exact, near = (axle().losses_beside(row, many=many)[0]["bearings"] for many in (False, True))
+    exact, near = (axle().losses_without_mesh(row, many=many)[0]["bearings"] for many in (False, True))
     assert near == pytest.approx(exact, rel=5e-3)
 
 
