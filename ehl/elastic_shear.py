@@ -73,27 +73,14 @@ def counted(share: float) -> float:
 
 @dataclass(frozen=True)
 class ElasticShear:
-    """What the elastic part does to the friction of a smooth film.
+    """What the elastic part does to the friction of a smooth film."""
 
-    Parameters
-    ----------
-    estimate : float
-        Its share of mu, estimated from above [-].
-    left_out : float
-        Of that what was not counted, because it is small [-].
-    ratio : float
-        mu with it over mu without it [-].
-    error : float
-        What the march, of first order, leaves in mu: half as much again as its change from steps twice as long [-].
-    stress : ndarray, shape (n,)
-        Shear stress on the nodes of the film [Pa].
-    """
-
-    estimate: float
-    left_out: float
-    ratio: float
+    estimate: float  # its share of mu, estimated from above [-]
+    left_out: float  # of that what was not counted, because it is small [-]
+    ratio: float  # mu with it over mu without it [-]
+    # what the march, of first order, leaves in mu: half as much again as its change from steps twice as long [-]
     error: float
-    stress: Array
+    stress: Array  # shear stress on the nodes of the film [Pa]; shape (n,)
 
     def notes(self) -> tuple[str, ...]:
         """What it did to the friction; nothing where it did not count."""

@@ -66,30 +66,14 @@ def hertz_load(pressure_hertz: Values, radius_equivalent: Values, effective_modu
 
 @dataclass(frozen=True)
 class LineContact:
-    """Two bodies in line contact; x is normal to the contact line, y along it.
+    """Two bodies in line contact; x is normal to the contact line, y along it."""
 
-    Parameters
-    ----------
-    radius_equivalent : float
-        Radius R of the equivalent cylinder on a plane [m].
-    effective_modulus : float
-        E' with 2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa].
-    load_per_length : float
-        w' [N/m].
-    speed_entrainment : float
-        u_r = (u1 + u2)/2 along x [m/s]; positive.
-    slide_to_roll : float
-        (u1 - u2)/u_r, signed [-].
-    speed_sliding_lengthwise : float
-        Sliding along y [m/s].
-    """
-
-    radius_equivalent: float
-    effective_modulus: float
-    load_per_length: float
-    speed_entrainment: float
-    slide_to_roll: float = 0.0
-    speed_sliding_lengthwise: float = 0.0
+    radius_equivalent: float  # radius R of the equivalent cylinder on a plane [m]
+    effective_modulus: float  # E' with 2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa]
+    load_per_length: float  # w' [N/m]
+    speed_entrainment: float  # u_r = (u1 + u2)/2 along x [m/s]; positive
+    slide_to_roll: float = 0.0  # (u1 - u2)/u_r, signed [-]
+    speed_sliding_lengthwise: float = 0.0  # sliding along y [m/s]
 
     @classmethod
     def from_pressure(

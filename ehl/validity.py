@@ -48,22 +48,13 @@ CONDUCTION_ERROR = ((0.5, 1.0, 2.0, 5.0, 50.0), (0.22, 0.14, 0.08, 0.04, 0.006))
 
 @dataclass(frozen=True)
 class Limit:
-    """A limit of the model that a result touches.
+    """A limit of the model that a result touches."""
 
-    Parameters
-    ----------
-    note : str
-        A sentence for the user; empty where the effect is too small for one.
-    friction, film : float
-        Its part of the errors of mu and film, relative [-].
-    decisive : bool
-        Whether it alone leaves a result unsettled.
-    """
-
-    note: str
+    note: str  # a sentence for the user; empty where the effect is too small for one
+    # its part of the errors of mu and film, relative [-]
     friction: float = 0.0
     film: float = 0.0
-    decisive: bool = False
+    decisive: bool = False  # whether it alone leaves a result unsettled
 
 
 def checked(result: ContactResult, problem: ContactProblem, *, rounds_left: bool = False) -> ContactResult:

@@ -35,24 +35,12 @@ _WORDS = {SMOOTH: "smooth contacts", ROUGH: "rough contacts"}
 
 @dataclass(frozen=True)
 class Warmup(TableResult):
-    """What is compiled now.
+    """What is compiled now."""
 
-    Parameters
-    ----------
-    kinds : tuple of str
-        smooth, rough: the contacts whose kernels are ready.
-    compiled : dict
-        Kernels compiled by this call, by kind; the others were on disk.
-    seconds_cpu : dict
-        Processor time of compiling, by kind [s].
-    seconds : float
-        Wall time of the call, its solutions included [s].
-    """
-
-    kinds: tuple[str, ...]
-    compiled: dict[str, int]
-    seconds_cpu: dict[str, float]
-    seconds: float
+    kinds: tuple[str, ...]  # smooth, rough: the contacts whose kernels are ready
+    compiled: dict[str, int]  # kernels compiled by this call, by kind; the others were on disk
+    seconds_cpu: dict[str, float]  # processor time of compiling, by kind [s]
+    seconds: float  # wall time of the call, its solutions included [s]
 
     def table(self) -> Table:
         """One row per kind of contact."""

@@ -73,32 +73,21 @@ _LONGEST = 40  # characters of a field
 
 @dataclass(frozen=True)
 class Scene:
-    """What a user has set; empty texts stand for what the design says.
+    """What a user has set; empty texts stand for what the design says."""
 
-    Parameters
-    ----------
-    design : str
-        Shipped design, or the file the program was started with.
-    side, oil, friction : str
-    finish : str
-        Of `FINISHES`.
-    torque, speed, temperature, roughness_rms_pinion, roughness_rms_gear, peklenik_number : str
-        Numbers in N m, rpm, degC, um, um, 1.
-    E, P, G, shaft_angle_error : str
-        Misalignment in mm, shaft_angle_error in deg.
-    """
-
-    design: str
+    design: str  # shipped design, or the file the program was started with
     side: str = "drive"
     oil: str = ""
     friction: str = ""
-    finish: str = ""
+    finish: str = ""  # of `FINISHES`
+    # numbers in N m, rpm, degC, um, um, 1
     torque: str = ""
     speed: str = ""
     temperature: str = ""
     roughness_rms_pinion: str = ""
     roughness_rms_gear: str = ""
     peklenik_number: str = ""
+    # misalignment in mm, shaft_angle_error in deg
     E: str = ""
     P: str = ""
     G: str = ""
@@ -192,15 +181,9 @@ class SceneAnswer:
 
 @dataclass
 class Bench:
-    """Pairs, meshes and loads kept between evaluations.
+    """Pairs, meshes and loads kept between evaluations."""
 
-    Parameters
-    ----------
-    given : Path, optional
-        Design file of the command line: the only file that is opened.
-    """
-
-    given: Path | None = None
+    given: Path | None = None  # design file of the command line: the only file that is opened
     _pairs: dict[str, GearPair] = field(default_factory=dict, repr=False)
     _loads: dict[tuple[str, ...], LoadedMesh] = field(default_factory=dict, repr=False)
 

@@ -29,22 +29,12 @@ class SealInput(InputModel):
 
 
 class ShaftInput(InputModel):
-    """One of the two shafts.
+    """One of the two shafts."""
 
-    Attributes
-    ----------
-    height : float
-        Of its axis above that of the gear [m].
-    preload : float
-        Axial, of its two bearings against each other, without load [N].
-    bearings : tuple of BearingInput
-        Two at least, at different positions.
-    seals : tuple of SealInput
-    """
-
-    height: Place = 0.0
+    height: Place = 0.0  # of its axis above that of the gear [m]
+    # axial, of its two bearings against each other, without load [N]
     preload: Annotated[float, ValueRange("N", ge=0.0, le=1e7)] = 0.0
-    bearings: tuple[BearingInput, ...]
+    bearings: tuple[BearingInput, ...]  # two at least, at different positions
     seals: tuple[SealInput, ...] = ()
 
     @model_validator(mode="after")
@@ -82,43 +72,23 @@ class ShaftInput(InputModel):
 
 
 class SumpInput(InputModel):
-    """Oil sump.
+    """Oil sump."""
 
-    Attributes
-    ----------
-    oil_level : float
-        Height of the oil at rest above the axis of the gear, below zero under it [m].
-    volume : float
-        Of the oil [m^3].
-    """
-
-    oil_level: Place
-    volume: Annotated[float, ValueRange("m^3", gt=0.0, le=1.0)]
+    oil_level: Place  # height of the oil at rest above the axis of the gear, below zero under it [m]
+    volume: Annotated[float, ValueRange("m^3", gt=0.0, le=1.0)]  # of the oil [m^3]
 
 
 class HousingInput(InputModel):
-    """Heat that leaves the oil through the housing and a cooler.
+    """Heat that leaves the oil through the housing and a cooler."""
 
-    Attributes
-    ----------
-    area : float
-        Outer surface [m^2].
-    heat_transfer, oil_heat_transfer : float
-        Coefficient to the air, and from the oil to the housing; the latter 200 W/(m^2 K) as of ISO/TR 14179-2.
-    air_temperature : float
-        [K].
-    cooler_conductance : float
-        Heat to the coolant over its temperature difference to the oil [W/K].
-    coolant_temperature : float
-        [K].
-    """
-
-    area: Annotated[float, ValueRange("m^2", gt=0.0, le=100.0)]
+    area: Annotated[float, ValueRange("m^2", gt=0.0, le=100.0)]  # outer surface [m^2]
+    # coefficient to the air, and from the oil to the housing; the latter 200 W/(m^2 K) as of ISO/TR 14179-2
     heat_transfer: Coefficient
     oil_heat_transfer: Coefficient = 200.0
-    air_temperature: Temperature = 20.0 + KELVIN
+    air_temperature: Temperature = 20.0 + KELVIN  # [K]
+    # heat to the coolant over its temperature difference to the oil [W/K]
     cooler_conductance: Annotated[float, ValueRange("W/K", ge=0.0, le=1e6)] = 0.0
-    coolant_temperature: Temperature = 60.0 + KELVIN
+    coolant_temperature: Temperature = 60.0 + KELVIN  # [K]
 
     def removed(self, temperature: float) -> tuple[float, float, float]:
         """Heat through housing and cooler [W], and temperature of the housing [K], at an oil temperature [K]."""
@@ -137,23 +107,12 @@ class MethodsInput(InputModel):
 
 
 class AxleInput(InputModel):
-    """Content of an axle file.
+    """Content of an axle file."""
 
-    Attributes
-    ----------
-    name, source : str
-        What it is called and where its figures come from.
-    pair : str
-        Design of the gear pair: name of a shipped one, or path from the folder of the axle file.
-    pinion_shaft, gear_shaft : ShaftInput
-    sump : SumpInput
-    housing : HousingInput
-    methods : MethodsInput
-    """
-
+    # what it is called and where its figures come from
     name: Name
     source: str = ""
-    pair: str
+    pair: str  # design of the gear pair: name of a shipped one, or path from the folder of the axle file
     pinion_shaft: ShaftInput
     gear_shaft: ShaftInput
     sump: SumpInput

@@ -56,48 +56,29 @@ def skf_series() -> dict[str, dict[str, tuple[float, ...]]]:
 
 
 class BearingInput(InputModel):
-    """A rolling bearing of the axle.
+    """A rolling bearing of the axle."""
 
-    Attributes
-    ----------
-    name : str
-        What it is called.
-    type : {"tapered_roller", "cylindrical_roller", "deep_groove_ball"}
-    series : str
-        Of the SKF constants: 302, 322B...; "other" of a tapered roller bearing without a row of its own.
-    position : float
-        Where its load acts on the shaft (of a tapered roller bearing the pressure centre): from the crossing point of
-        the axes along the axis, positive towards the teeth; of a cylindrical pair from the middle of the face [m].
-    thrust : {"outwards", "inwards", "both", "none"}
-        Axial forces of the shaft it takes: those away from that point along positive positions, against them, both.
-    bore, outside_diameter, width : float
-        [m].
-    axial_factor : float
-        Y of a tapered roller bearing [-].
-    static_load_rating : float
-        C0 of a ball bearing [N].
-    oil_depth : float, optional
-        Of the oil over the lowest point of its outer raceway, where a channel feeds it; by the level of the sump where
-        not given [m].
-    seal_diameter : float, optional
-        Of the counterface of its own contact seals [m], with their constants (K_S1, beta, K_S2) of the SKF model.
-    f0, f1 : float, optional
-        Factors of the Palmgren form in place of those of the type [-].
-    """
-
-    name: Name
+    name: Name  # what it is called
     type: Literal["tapered_roller", "cylindrical_roller", "deep_groove_ball"]
-    series: str
+    series: str  # of the SKF constants: 302, 322B...; "other" of a tapered roller bearing without a row of its own
+    # where its load acts on the shaft (of a tapered roller bearing the pressure centre): from the crossing point of the
+    # axes along the axis, positive towards the teeth; of a cylindrical pair from the middle of the face [m]
     position: Place
+    # axial forces of the shaft it takes: those away from that point along positive positions, against them, both
     thrust: Literal["outwards", "inwards", "both", "none"] = "none"
+    # [m]
     bore: Length
     outside_diameter: Length
     width: Length
-    axial_factor: Annotated[float, ValueRange("", ge=0.0, le=5.0)] = 0.0
-    static_load_rating: Annotated[float, ValueRange("N", ge=0.0, le=1e8)] = 0.0
+    axial_factor: Annotated[float, ValueRange("", ge=0.0, le=5.0)] = 0.0  # Y of a tapered roller bearing [-]
+    static_load_rating: Annotated[float, ValueRange("N", ge=0.0, le=1e8)] = 0.0  # C0 of a ball bearing [N]
+    # of the oil over the lowest point of its outer raceway, where a channel feeds it; by the level of the sump where
+    # not given [m]
     oil_depth: Annotated[float, ValueRange("m", ge=0.0, le=3.0)] | None = None
+    # of the counterface of its own contact seals [m], with their constants (K_S1, beta, K_S2) of the SKF model
     seal_diameter: Length | None = None
     seal_constants: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    # factors of the Palmgren form in place of those of the type [-]
     f0: Annotated[float, ValueRange("", gt=0.0, le=50.0)] | None = None
     f1: Annotated[float, ValueRange("", gt=0.0, le=0.1)] | None = None
 

@@ -31,27 +31,15 @@ _ENERGIES = ("loss_total", "loss_mesh", "loss_bearings", "loss_seals", "loss_chu
 
 @dataclass(frozen=True)
 class AxlePoint:
-    """Losses at one operating point.
+    """Losses at one operating point."""
 
-    Attributes
-    ----------
-    torque, speed, temperature, temperature_housing, hours : float
-        Of the pinion, signed; of oil and housing; duration in a duty cycle.
-    loss_total, loss_total_lower, loss_total_upper : float
-        All losses, and the ends of their 90 % interval; by source in `loss_mesh`...
-    axle_power_input, axle_power_output, axle_efficiency : float
-        The output is below zero where the losses exceed the power of the pinion.
-    heat_housing, heat_cooler, heat_stored : float
-        What leaves the oil, and what warms the axle.
-    outside_range_share : float
-        Share of the sliding power outside the range of the friction model.
-    """
-
+    # of the pinion, signed; of oil and housing; duration in a duty cycle
     torque: float
     speed: float
     temperature: float
     temperature_housing: float
     hours: float
+    # all losses, and the ends of their 90 % interval; by source in `loss_mesh`...
     loss_total: float
     loss_total_lower: float
     loss_total_upper: float
@@ -60,13 +48,15 @@ class AxlePoint:
     loss_seals: float
     loss_churning: float
     loss_windage: float
+    # the output is below zero where the losses exceed the power of the pinion
     axle_power_input: float
     axle_power_output: float
     axle_efficiency: float
+    # what leaves the oil, and what warms the axle
     heat_housing: float
     heat_cooler: float
     heat_stored: float
-    outside_range_share: float
+    outside_range_share: float  # share of the sliding power outside the range of the friction model
     status: str
     reason: str
 
@@ -86,22 +76,7 @@ class BearingLoss:
 
 @dataclass(frozen=True, repr=False)
 class AxleResult(LossTable):
-    """Losses of an axle.
-
-    Parameters
-    ----------
-    kind : {"point", "map", "duty"}
-        What was computed.
-    axle, source, design, friction_model, oil : str
-    methods : dict
-        Method of bearings, seals, churning.
-    points : tuple of AxlePoint
-        Of a map by temperature, then speed, then torque.
-    bearings : tuple of BearingLoss
-        Of a single point.
-    said : tuple of (str, str)
-        Point and note.
-    """
+    """Losses of an axle."""
 
     kind: Literal["point", "map", "duty"]
     axle: str
@@ -109,10 +84,10 @@ class AxleResult(LossTable):
     design: str
     friction_model: str
     oil: str
-    methods: dict[str, str]
-    points: tuple[AxlePoint, ...] = field(repr=False)
-    bearings: tuple[BearingLoss, ...] = field(default=(), repr=False)
-    said: tuple[tuple[str, str], ...] = field(default=(), repr=False)
+    methods: dict[str, str]  # method of bearings, seals, churning
+    points: tuple[AxlePoint, ...] = field(repr=False)  # of a map by temperature, then speed, then torque
+    bearings: tuple[BearingLoss, ...] = field(default=(), repr=False)  # of a single point
+    said: tuple[tuple[str, str], ...] = field(default=(), repr=False)  # point and note
 
     def values(self, name: str = "loss_total") -> FloatArray:
         """One figure of all points."""

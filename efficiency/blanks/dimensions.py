@@ -21,25 +21,14 @@ from ehl.common.errors import InputError
 
 @dataclass(frozen=True)
 class Placement:
-    """Where cones and calculation point lie, Formulae (113) to (115), (129) to (131).
+    """Where cones and calculation point lie, Formulae (113) to (115), (129) to (131)."""
 
-    Attributes
-    ----------
-    zeta_m, zeta_mp : float
-        Offset angle of the pinion in the axial plane and in the pitch plane.
-    offset_in_plane : float
-        a_p, offset in the pitch plane [m].
-    crossing_to_point : (float, float)
-        t_zm1, t_zm2 [m], crossing point to calculation point along the axis.
-    pitch_apex : (float, float)
-        t_z1, t_z2 [m], pitch apex beyond the crossing point.
-    """
-
+    # offset angle of the pinion in the axial plane and in the pitch plane
     zeta_m: float
     zeta_mp: float
-    offset_in_plane: float
-    crossing_to_point: tuple[float, float]
-    pitch_apex: tuple[float, float]
+    offset_in_plane: float  # a_p, offset in the pitch plane [m]
+    crossing_to_point: tuple[float, float]  # t_zm1, t_zm2 [m], crossing point to calculation point along the axis
+    pitch_apex: tuple[float, float]  # t_z1, t_z2 [m], pitch apex beyond the crossing point
 
 
 def placement(inputs: PairBlankInput, cones: PitchCones) -> Placement:
@@ -64,26 +53,18 @@ def placement(inputs: PairBlankInput, cones: PitchCones) -> Placement:
 
 @dataclass(frozen=True)
 class FaceAndRoot:
-    """Face and root cones, Formulae (140) to (153).
+    """Face and root cones, Formulae (140) to (153)."""
 
-    Attributes
-    ----------
-    zeta_root, zeta_face : float
-        zeta_R, zeta_o, offset angles of the pinion in the root plane and the face plane of the gear.
-    face_angle, root_angle : (float, float)
-        delta_a, delta_f of pinion and gear.
-    addendum_angle, dedendum_angle : (float, float)
-        theta_a, theta_f.
-    face_apex, root_apex : (float, float)
-        t_zF, t_zR [m], apexes beyond the crossing point.
-    """
-
+    # zeta_R, zeta_o, offset angles of the pinion in the root plane and the face plane of the gear
     zeta_root: float
     zeta_face: float
+    # delta_a, delta_f of pinion and gear
     face_angle: tuple[float, float]
     root_angle: tuple[float, float]
+    # theta_a, theta_f
     addendum_angle: tuple[float, float]
     dedendum_angle: tuple[float, float]
+    # t_zF, t_zR [m], apexes beyond the crossing point
     face_apex: tuple[float, float]
     root_apex: tuple[float, float]
 
@@ -142,19 +123,12 @@ def face_and_root(
 
 @dataclass(frozen=True)
 class FaceWidths:
-    """Face widths, Formulae (127), (128), (154) to (173): outside and inside the calculation point [m].
+    """Face widths, Formulae (127), (128), (154) to (173): outside and inside the calculation point [m]."""
 
-    Attributes
-    ----------
-    outside, inside : (float, float)
-        b_e, b_i of pinion and gear.
-    in_pitch_plane : float
-        b_p1, face of the pinion in the pitch plane.
-    """
-
+    # b_e, b_i of pinion and gear
     outside: tuple[float, float]
     inside: tuple[float, float]
-    in_pitch_plane: float
+    in_pitch_plane: float  # b_p1, face of the pinion in the pitch plane
 
 
 def face_widths(
@@ -235,29 +209,17 @@ def _pinion_face_method_1(
 
 @dataclass(frozen=True)
 class Thickness:
-    """Mean tooth thickness, Formulae (201) to (215).
+    """Mean tooth thickness, Formulae (201) to (215)."""
 
-    Attributes
-    ----------
-    coefficient : (float, float)
-        x_sm1, x_sm2, thickness modification with backlash.
-    normal, transverse : (float, float)
-        s_mn, s_mt [m].
-    normal_diameter : (float, float)
-        d_mn [m], diameter of the tooth's curvature in the normal section.
-    chordal, chordal_addendum : (float, float)
-        s_mnc, h_amc [m].
-    backlash_normal : float
-        j_mn [m], mean normal backlash, measured square to the flanks.
-    """
-
-    coefficient: tuple[float, float]
+    coefficient: tuple[float, float]  # x_sm1, x_sm2, thickness modification with backlash
+    # s_mn, s_mt [m]
     normal: tuple[float, float]
     transverse: tuple[float, float]
-    normal_diameter: tuple[float, float]
+    normal_diameter: tuple[float, float]  # d_mn [m], diameter of the tooth's curvature in the normal section
+    # s_mnc, h_amc [m]
     chordal: tuple[float, float]
     chordal_addendum: tuple[float, float]
-    backlash_normal: float
+    backlash_normal: float  # j_mn [m], mean normal backlash, measured square to the flanks
 
 
 def thickness(

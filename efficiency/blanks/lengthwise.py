@@ -20,24 +20,12 @@ SPIRAL_AT_THE_ENDS = radians(75.0)
 
 @dataclass(frozen=True)
 class Trace:
-    """Tooth trace of the gear.
+    """Tooth trace of the gear."""
 
-    Attributes
-    ----------
-    cutter_radius : float
-        r_c0 [m].
-    lead : float
-        nu, lead angle of the cutter; 0 for a face mill.
-    centre_distance : float
-        rho_P0 [m], gear apex to cutter centre.
-    base_radius : float
-        rho_b [m], base circle of the epicycloid; rho_P0 for a face mill.
-    """
-
-    cutter_radius: float
-    lead: float
-    centre_distance: float
-    base_radius: float
+    cutter_radius: float  # r_c0 [m]
+    lead: float  # nu, lead angle of the cutter; 0 for a face mill
+    centre_distance: float  # rho_P0 [m], gear apex to cutter centre
+    base_radius: float  # rho_b [m], base circle of the epicycloid; rho_P0 for a face mill
 
     def reaches(self, cone: float) -> bool:
         """Whether the cutter cuts through cone distance R [m] at all."""

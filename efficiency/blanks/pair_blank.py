@@ -15,31 +15,16 @@ from ehl.common.pages import Reportable
 
 @dataclass(frozen=True)
 class BlankWarning:
-    """Something a designer should look at.
+    """Something a designer should look at."""
 
-    Attributes
-    ----------
-    kind : str
-        One of `efficiency.blanks.checks.KINDS`.
-    place : str
-        Member and place, or what is measured.
-    value, limit : float
-        In `unit`; the warning says on which side of the limit the value should be.
-    unit : str
-        mm, deg or empty.
-    side : str
-        "at least" or "at most".
-    remedy : str
-        What to change.
-    """
-
-    kind: str
-    place: str
+    kind: str  # one of `efficiency.blanks.checks.KINDS`
+    place: str  # member and place, or what is measured
+    # in `unit`; the warning says on which side of the limit the value should be
     value: float
     limit: float
-    unit: str
-    side: str
-    remedy: str
+    unit: str  # mm, deg or empty
+    side: str  # "at least" or "at most"
+    remedy: str  # what to change
 
     def __str__(self) -> str:
         unit = f" {self.unit}" if self.unit else ""
@@ -51,98 +36,68 @@ class BlankWarning:
 
 @dataclass(frozen=True)
 class MemberBlank:
-    """Blank of one member: lengths in m, angles in rad; outer is the heel, inner the toe, mean the calculation point.
+    """Blank of one member: lengths [m], angles [rad]; outer is the heel, inner the toe, mean the calculation point."""
 
-    Attributes
-    ----------
-    teeth : int
-        z.
-    hand : str
-        Hand of spiral.
-    pitch_angle, face_angle, root_angle : float
-        delta, delta_a, delta_f.
-    addendum_angle, dedendum_angle : float
-        theta_a, theta_f.
-    outer_cone_distance, mean_cone_distance, inner_cone_distance : float
-        R_e, R_m, R_i.
-    face_width, face_width_outside, face_width_inside : float
-        b, and b_e, b_i from the calculation point.
-    outer_diameter, mean_diameter, inner_diameter : float
-        d_e, d_m, d_i of the pitch cone.
-    outer_tip_diameter, inner_tip_diameter : float
-        d_ae, d_ai.
-    outer_root_diameter, inner_root_diameter : float
-        d_fe, d_fi.
-    outer_addendum, mean_addendum, inner_addendum : float
-        h_ae, h_am, h_ai.
-    outer_dedendum, mean_dedendum, inner_dedendum : float
-        h_fe, h_fm, h_fi.
-    outer_whole_depth, mean_whole_depth, inner_whole_depth : float
-        h_e, h_m, h_i, square to the pitch cone.
-    outer_spiral_angle, mean_spiral_angle, inner_spiral_angle : float
-        beta_e, beta_m, beta_i.
-    thickness_coefficient : float
-        x_sm.
-    mean_normal_thickness, mean_transverse_thickness : float
-        s_mn, s_mt, circular, at the pitch cone.
-    mean_normal_diameter : float
-        d_mn.
-    mean_chordal_thickness, mean_chordal_addendum : float
-        s_mnc, h_amc.
-    crossing_to_mean_point : float
-        t_zm, along the axis.
-    pitch_apex_beyond_crossing, face_apex_beyond_crossing, root_apex_beyond_crossing : float
-        t_z, t_zF, t_zR.
-    crossing_to_crown, crossing_to_front_crown : float
-        t_xo, t_xi.
-    slot_width, normal_thickness, top_land : (float, float, float)
-        W, s_n, s_an at toe, mean point and heel (AGMA 929, generated teeth).
-    """
-
-    teeth: int
-    hand: Hand
+    teeth: int  # z
+    hand: Hand  # hand of spiral
+    # delta, delta_a, delta_f
     pitch_angle: float
     face_angle: float
     root_angle: float
+    # theta_a, theta_f
     addendum_angle: float
     dedendum_angle: float
+    # R_e, R_m, R_i
     outer_cone_distance: float
     mean_cone_distance: float
     inner_cone_distance: float
+    # b, and b_e, b_i from the calculation point
     face_width: float
     face_width_outside: float
     face_width_inside: float
+    # d_e, d_m, d_i of the pitch cone
     outer_diameter: float
     mean_diameter: float
     inner_diameter: float
+    # d_ae, d_ai
     outer_tip_diameter: float
     inner_tip_diameter: float
+    # d_fe, d_fi
     outer_root_diameter: float
     inner_root_diameter: float
+    # h_ae, h_am, h_ai
     outer_addendum: float
     mean_addendum: float
     inner_addendum: float
+    # h_fe, h_fm, h_fi
     outer_dedendum: float
     mean_dedendum: float
     inner_dedendum: float
+    # h_e, h_m, h_i, square to the pitch cone
     outer_whole_depth: float
     mean_whole_depth: float
     inner_whole_depth: float
+    # beta_e, beta_m, beta_i
     outer_spiral_angle: float
     mean_spiral_angle: float
     inner_spiral_angle: float
-    thickness_coefficient: float
+    thickness_coefficient: float  # x_sm
+    # s_mn, s_mt, circular, at the pitch cone
     mean_normal_thickness: float
     mean_transverse_thickness: float
-    mean_normal_diameter: float
+    mean_normal_diameter: float  # d_mn
+    # s_mnc, h_amc
     mean_chordal_thickness: float
     mean_chordal_addendum: float
-    crossing_to_mean_point: float
+    crossing_to_mean_point: float  # t_zm, along the axis
+    # t_z, t_zF, t_zR
     pitch_apex_beyond_crossing: float
     face_apex_beyond_crossing: float
     root_apex_beyond_crossing: float
+    # t_xo, t_xi
     crossing_to_crown: float
     crossing_to_front_crown: float
+    # W, s_n, s_an at toe, mean point and heel (AGMA 929, generated teeth)
     slot_width: Three
     normal_thickness: Three
     top_land: Three
@@ -175,68 +130,7 @@ class MemberBlank:
 
 @dataclass(frozen=True, repr=False)
 class PairBlank(Reportable):
-    """Blank of a pair: lengths in m, angles in rad.
-
-    Attributes
-    ----------
-    name, method, process, gear_cutting : str, int, str, str
-        As in the blank file.
-    pinion, gear : MemberBlank
-        Both members.
-    ratio : float
-        u = z_2/z_1.
-    shaft_angle, hypoid_offset : float
-        Sigma, a.
-    cutter_radius : float
-        r_c0.
-    blade_groups : int or None
-        z_0; None for a face mill.
-    module_normal : float
-        m_mn, mean normal module.
-    module_outer : float
-        m_et2, outer transverse module of the gear.
-    offset_angle, offset_angle_pitch_plane : float
-        zeta_m, zeta_mp.
-    offset_angle_root_plane, offset_angle_face_plane : float
-        zeta_R, zeta_o.
-    offset_pitch_plane : float
-        a_p.
-    limit_pressure_angle : float
-        alpha_lim.
-    pressure_angle_drive, pressure_angle_coast : float
-        alpha_nD, alpha_nC, generated.
-    effective_pressure_angle_drive, effective_pressure_angle_coast : float
-        alpha_eD, alpha_eC.
-    profile_shift, addendum_factor, dedendum_factor, thickness_modification : float
-        x_hm1, k_hap, k_hfp, x_smn.
-    working_depth, clearance : float
-        h_mw, c.
-    whole_depth_pinion : float
-        h_t1, outer whole depth of the pinion square to its root cone.
-    face_width_factor : float
-        c_be2.
-    face_width_pinion_pitch_plane : float
-        b_p1.
-    cutter_lead_angle : float
-        nu; 0 for a face mill.
-    crown_to_cutter, epicycloid_base_radius : float
-        rho_P0, rho_b; equal for a face mill.
-    backlash_normal : float
-        j_mn, mean normal backlash.
-    taper : str
-        Depth taper that was used.
-    virtual_drive, virtual_coast : VirtualGears
-        Virtual cylindrical gears of both flanks.
-    undercut : tuple of UndercutLimit
-        Limits of x_hm1.
-    trials, closure, tangency_error : int, float, float
-        Trials of the method; what its condition leaves; by how much the spiral angle of the pinion misses that of
-        exactly touching cones.
-    defaults : tuple of str
-        Recommended values that were taken.
-    warnings : tuple of BlankWarning
-        What a designer should look at.
-    """
+    """Blank of a pair: lengths in m, angles in rad."""
 
     presenter = "efficiency.blanks.report:blank"
 
@@ -246,45 +140,56 @@ class PairBlank(Reportable):
     gear_cutting: str
     pinion: MemberBlank
     gear: MemberBlank
-    ratio: float
+    ratio: float  # u = z_2/z_1
+    # Sigma, a
     shaft_angle: float
     hypoid_offset: float
-    cutter_radius: float
-    blade_groups: int | None
-    module_normal: float
-    module_outer: float
+    cutter_radius: float  # r_c0
+    blade_groups: int | None  # z_0; None for a face mill
+    module_normal: float  # m_mn, mean normal module
+    module_outer: float  # m_et2, outer transverse module of the gear
+    # zeta_m, zeta_mp
     offset_angle: float
     offset_angle_pitch_plane: float
+    # zeta_R, zeta_o
     offset_angle_root_plane: float
     offset_angle_face_plane: float
-    offset_pitch_plane: float
-    limit_pressure_angle: float
+    offset_pitch_plane: float  # a_p
+    limit_pressure_angle: float  # alpha_lim
+    # alpha_nD, alpha_nC, generated
     pressure_angle_drive: float
     pressure_angle_coast: float
+    # alpha_eD, alpha_eC
     effective_pressure_angle_drive: float
     effective_pressure_angle_coast: float
+    # x_hm1, k_hap, k_hfp, x_smn
     profile_shift: float
     addendum_factor: float
     dedendum_factor: float
     thickness_modification: float
+    # h_mw, c
     working_depth: float
     clearance: float
-    whole_depth_pinion: float
-    face_width_factor: float
-    face_width_pinion_pitch_plane: float
-    cutter_lead_angle: float
+    whole_depth_pinion: float  # h_t1, outer whole depth of the pinion square to its root cone
+    face_width_factor: float  # c_be2
+    face_width_pinion_pitch_plane: float  # b_p1
+    cutter_lead_angle: float  # nu; 0 for a face mill
+    # rho_P0, rho_b; equal for a face mill
     crown_to_cutter: float
     epicycloid_base_radius: float
-    backlash_normal: float
-    taper: str
+    backlash_normal: float  # j_mn, mean normal backlash
+    taper: str  # depth taper that was used
+    # virtual cylindrical gears of both flanks
     virtual_drive: VirtualGears
     virtual_coast: VirtualGears
-    undercut: tuple[UndercutLimit, ...]
+    undercut: tuple[UndercutLimit, ...]  # limits of x_hm1
+    # trials of the method; what its condition leaves; by how much the spiral angle of the pinion misses that of exactly
+    # touching cones
     trials: int
     closure: float
     tangency_error: float
-    defaults: tuple[str, ...]
-    warnings: tuple[BlankWarning, ...] = ()
+    defaults: tuple[str, ...]  # recommended values that were taken
+    warnings: tuple[BlankWarning, ...] = ()  # what a designer should look at
 
     def __repr__(self) -> str:
         return (

@@ -21,25 +21,14 @@ ADDENDUM_FACTOR_HYPOID = {6: 0.110, 7: 0.130, 8: 0.150}
 
 @dataclass(frozen=True)
 class DepthFactors:
-    """Factors of the basic crown gear, in mean normal modules (data type I).
+    """Factors of the basic crown gear, in mean normal modules (data type I)."""
 
-    Attributes
-    ----------
-    profile_shift : float
-        x_hm1, of the pinion; the gear has its negative.
-    addendum, dedendum : float
-        k_hap, k_hfp.
-    thickness : float
-        x_smn, theoretical thickness modification of the pinion.
-    defaults : tuple of str
-        Recommended values that were taken.
-    """
-
-    profile_shift: float
+    profile_shift: float  # x_hm1, of the pinion; the gear has its negative
+    # k_hap, k_hfp
     addendum: float
     dedendum: float
-    thickness: float
-    defaults: tuple[str, ...] = ()
+    thickness: float  # x_smn, theoretical thickness modification of the pinion
+    defaults: tuple[str, ...] = ()  # recommended values that were taken
 
 
 def factors(inputs: PairBlankInput, cones: PitchCones) -> DepthFactors:

@@ -23,33 +23,21 @@ PITCH_ANGLE_HIGHEST = radians(88.0)
 
 @dataclass(frozen=True)
 class PitchCones:
-    """What all methods have in common: the cones at the calculation point.
+    """What all methods have in common: the cones at the calculation point."""
 
-    Attributes
-    ----------
-    pitch_angle_1, pitch_angle_2 : float
-        delta_1, delta_2.
-    cone_distance_1, cone_distance_2 : float
-        R_m1, R_m2 [m], from the apex to the calculation point.
-    spiral_1, spiral_2 : float
-        beta_m1, beta_m2.
-    face_width_factor : float
-        c_be2, the share of the gear's face width outside the calculation point.
-    trials : int
-        Trials of the method's iteration, 0 where there is none.
-    closure : float
-        What the method's own condition leaves, relative: rho_mbeta/rho_lim - 1 (Method 1), R_m1/R_mcheck - 1 (2),
-        R_mint/R_m1 - 1 (3).
-    """
-
+    # delta_1, delta_2
     pitch_angle_1: float
     pitch_angle_2: float
+    # R_m1, R_m2 [m], from the apex to the calculation point
     cone_distance_1: float
     cone_distance_2: float
+    # beta_m1, beta_m2
     spiral_1: float
     spiral_2: float
-    face_width_factor: float
-    trials: int = 0
+    face_width_factor: float  # c_be2, the share of the gear's face width outside the calculation point
+    trials: int = 0  # trials of the method's iteration, 0 where there is none
+    # what the method's own condition leaves, relative: rho_mbeta/rho_lim - 1 (Method 1), R_m1/R_mcheck - 1 (2),
+    # R_mint/R_m1 - 1 (3)
     closure: float = 0.0
 
     @property
@@ -291,20 +279,11 @@ def gear_cone_method(
 
 @dataclass(frozen=True)
 class CrownGear:
-    """Where the cutter stands over the developed pitch cone of the gear.
+    """Where the cutter stands over the developed pitch cone of the gear."""
 
-    Attributes
-    ----------
-    lead : float
-        nu, lead angle of the cutter; 0 for a face mill.
-    radius : float
-        r_c0 [m].
-    along, across : float
-        Cutter centre from the gear apex [m], along the element through the calculation point and square to it.
-    """
-
-    lead: float
-    radius: float
+    lead: float  # nu, lead angle of the cutter; 0 for a face mill
+    radius: float  # r_c0 [m]
+    # cutter centre from the gear apex [m], along the element through the calculation point and square to it
     along: float
     across: float
 

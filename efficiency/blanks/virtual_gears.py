@@ -18,64 +18,35 @@ EFFECTIVE_FACE = 0.85
 
 @dataclass(frozen=True)
 class VirtualGears:
-    """Virtual cylindrical gears of one flank. Pairs are (pinion, gear); lengths in m.
+    """Virtual cylindrical gears of one flank. Pairs are (pinion, gear); lengths in m."""
 
-    Attributes
-    ----------
-    diameter, tip_diameter, root_diameter, base_diameter : (float, float)
-        d_v, d_va, d_vf, d_vb.
-    centre_distance : float
-        a_v.
-    teeth : (float, float)
-        z_v.
-    helix_angle, base_helix_angle : float
-        beta_v, beta_vb.
-    transverse_pressure_angle : float
-        alpha_vet.
-    transverse_module, base_pitch : float
-        m_vt, p_vet.
-    path_of_contact : float
-        g_valpha.
-    face_width, effective_face_width : float
-        b_v, b_v,eff with `EFFECTIVE_FACE` of the gear's face.
-    contact_ratio_profile : float
-        epsilon_valpha, transverse contact ratio.
-    contact_ratio_profile_normal : float
-        epsilon_valphan = epsilon_valpha/cos^2 beta_vb.
-    contact_ratio_overlap, contact_ratio_overlap_full : float
-        epsilon_vbeta over the effective face width, and over the whole.
-    contact_ratio_total : float
-        epsilon_vgamma = epsilon_valpha + epsilon_vbeta.
-    contact_line_inclination : float
-        beta_B, of the contact line to the pitch line.
-    relative_radius : float
-        rho_rel, equivalent radius of curvature across the contact line.
-    normal_teeth : (float, float)
-        z_vn, virtual teeth in the normal section.
-    """
-
+    # d_v, d_va, d_vf, d_vb
     diameter: tuple[float, float]
     tip_diameter: tuple[float, float]
     root_diameter: tuple[float, float]
     base_diameter: tuple[float, float]
-    centre_distance: float
-    teeth: tuple[float, float]
+    centre_distance: float  # a_v
+    teeth: tuple[float, float]  # z_v
+    # beta_v, beta_vb
     helix_angle: float
     base_helix_angle: float
-    transverse_pressure_angle: float
+    transverse_pressure_angle: float  # alpha_vet
+    # m_vt, p_vet
     transverse_module: float
     base_pitch: float
-    path_of_contact: float
+    path_of_contact: float  # g_valpha
+    # b_v, b_v,eff with `EFFECTIVE_FACE` of the gear's face
     face_width: float
     effective_face_width: float
-    contact_ratio_profile: float
-    contact_ratio_profile_normal: float
+    contact_ratio_profile: float  # epsilon_valpha, transverse contact ratio
+    contact_ratio_profile_normal: float  # epsilon_valphan = epsilon_valpha/cos^2 beta_vb
+    # epsilon_vbeta over the effective face width, and over the whole
     contact_ratio_overlap: float
     contact_ratio_overlap_full: float
-    contact_ratio_total: float
-    contact_line_inclination: float
-    relative_radius: float
-    normal_teeth: tuple[float, float]
+    contact_ratio_total: float  # epsilon_vgamma = epsilon_valpha + epsilon_vbeta
+    contact_line_inclination: float  # beta_B, of the contact line to the pitch line
+    relative_radius: float  # rho_rel, equivalent radius of curvature across the contact line
+    normal_teeth: tuple[float, float]  # z_vn, virtual teeth in the normal section
 
 
 def virtual_gears(

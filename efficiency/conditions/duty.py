@@ -50,24 +50,12 @@ RATIO = ValueRange("", gt=0.0, le=200.0, hint="Revolutions of the pinion per rev
 
 @dataclass(frozen=True)
 class DutyRow:
-    """One operating point of a duty cycle.
+    """One operating point of a duty cycle."""
 
-    Parameters
-    ----------
-    torque : float
-        Of the pinion [N m]; below zero the coast flanks carry it.
-    speed : float
-        Of the pinion [rad/s]; below zero in reverse.
-    temperature : float
-        [K].
-    hours : float
-        How long it lasts [h].
-    """
-
-    torque: float
-    speed: float
-    temperature: float
-    hours: float
+    torque: float  # of the pinion [N m]; below zero the coast flanks carry it
+    speed: float  # of the pinion [rad/s]; below zero in reverse
+    temperature: float  # [K]
+    hours: float  # how long it lasts [h]
 
     @property
     def condition(self) -> dict[str, Any]:
@@ -163,38 +151,25 @@ def _durations(path: Path, time: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class DutyEnergy:
-    """One operating point of the duty cycle.
+    """One operating point of the duty cycle."""
 
-    Attributes
-    ----------
-    side, driver : str
-        Flanks in contact and the member the power comes from.
-    torque, speed, temperature : float
-        Magnitudes [N m], [rad/s]; [K].
-    hours : float
-        Duration [h].
-    efficiency, efficiency_error : float
-        [-].
-    energy_input, energy_output, energy_loss, energy_loss_rolling : float
-        [J]; the rolling loss is not in `energy_loss`.
-    outside_range_share : float
-        Share of the sliding power outside the range of the friction model [-].
-    status, reason : str
-    """
-
+    # flanks in contact and the member the power comes from
     side: str
     driver: Driver
+    # magnitudes [N m], [rad/s]; [K]
     torque: float
     speed: float
     temperature: float
-    hours: float
+    hours: float  # duration [h]
+    # [-]
     efficiency: float
     efficiency_error: float
+    # [J]; the rolling loss is not in `energy_loss`
     energy_input: float
     energy_output: float
     energy_loss: float
     energy_loss_rolling: float
-    outside_range_share: float
+    outside_range_share: float  # share of the sliding power outside the range of the friction model [-]
     status: str
     reason: str
 

@@ -31,30 +31,16 @@ Place = tuple[int, ...]
 
 @dataclass(frozen=True)
 class GridPoint:
-    """One point of a grid.
+    """One point of a grid."""
 
-    Attributes
-    ----------
-    condition : dict
-        Value of each axis, SI units.
-    result : EfficiencyResult or None
-        None where geometry or load could not be computed, and where the point is interpolated.
-    reason : str
-        Why the point failed; empty where it did not.
-    detail : str
-        The same in words, where there is no result.
-    requested : dict
-        Interval by uncertain inputs, worst grade and safety factors, where they were requested.
-    interpolated : dict
-        Figures of a point between solved ones.
-    """
-
-    condition: dict[str, Any]
+    condition: dict[str, Any]  # value of each axis, SI units
+    # None where geometry or load could not be computed, and where the point is interpolated
     result: EfficiencyResult | None = field(repr=False)
-    reason: str = ""
-    detail: str = ""
+    reason: str = ""  # why the point failed; empty where it did not
+    detail: str = ""  # the same in words, where there is no result
+    # interval by uncertain inputs, worst grade and safety factors, where they were requested
     requested: dict[str, str | float] = field(default_factory=dict)
-    interpolated: dict[str, float] = field(default_factory=dict)
+    interpolated: dict[str, float] = field(default_factory=dict)  # figures of a point between solved ones
 
     def figure(self, name: str) -> Any:
         """A figure of the point; nan where the point failed, or where that figure is not interpolated."""

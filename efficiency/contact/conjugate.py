@@ -54,19 +54,12 @@ _FIELDS = (*POSITION, *NORMAL, "relief")
 
 
 class EaseOffTerm(InputModel):
-    """One further term of an ease-off: ``relief length^i depth^j``, both from -1 to 1.
+    """One further term of an ease-off: ``relief length^i depth^j``, both from -1 to 1."""
 
-    Attributes
-    ----------
-    length_power, depth_power : int
-        Powers of length and depth.
-    relief : float
-        Coefficient [m].
-    """
-
+    # powers of length and depth
     length_power: Annotated[int, Field(ge=0, le=8)]
     depth_power: Annotated[int, Field(ge=0, le=8)]
-    relief: Relieved
+    relief: Relieved  # coefficient [m]
 
 
 class EaseOffTarget(InputModel):
@@ -77,34 +70,19 @@ class EaseOffTarget(InputModel):
 
     ``lengthwise_crowning (x - bias y)^2 + profile_crowning y^2 + twist x y + sum c length^i depth^j`` with x and y
     counted from the contact point.
-
-    Attributes
-    ----------
-    lengthwise_crowning : float
-        Relief at toe and heel [m].
-    profile_crowning : float
-        Relief at both ends of the depth [m].
-    bias : float
-        How far the crest of the lengthwise crowning leans towards the heel from the middle of the depth to the tip, in
-        half face widths: it inclines the path of contact [-].
-    twist : float
-        Flank twist: relief at the corners heel-tip and toe-root, the negative at the others [m].
-    contact_face, contact_depth : float
-        Length and depth of the point without relief.
-    terms : tuple of EaseOffTerm
-        Further terms.
-    map : str, optional
-        Path of a CSV file with a table of the ease-off.
     """
 
-    lengthwise_crowning: Relieved = 0.0
-    profile_crowning: Relieved = 0.0
+    lengthwise_crowning: Relieved = 0.0  # relief at toe and heel [m]
+    profile_crowning: Relieved = 0.0  # relief at both ends of the depth [m]
+    # how far the crest of the lengthwise crowning leans towards the heel from the middle of the depth to the tip, in
+    # half face widths: it inclines the path of contact [-]
     bias: Annotated[float, ValueRange("", ge=-5.0, le=5.0)] = 0.0
-    twist: Relieved = 0.0
+    twist: Relieved = 0.0  # flank twist: relief at the corners heel-tip and toe-root, the negative at the others [m]
+    # length and depth of the point without relief
     contact_face: Place = 0.0
     contact_depth: Place = 0.0
-    terms: tuple[EaseOffTerm, ...] = ()
-    map: str | None = None
+    terms: tuple[EaseOffTerm, ...] = ()  # further terms
+    map: str | None = None  # path of a CSV file with a table of the ease-off
 
     @model_validator(mode="after")
     def _readable(self) -> Self:

@@ -55,68 +55,43 @@ class EdgeProximity:
 
 @dataclass(frozen=True)
 class MeshPosition:
-    """All potential contact lines at one pinion angle; one entry per point, lines consecutive.
+    """All potential contact lines at one pinion angle; one entry per point, lines consecutive."""
 
-    Attributes
-    ----------
-    pinion_angle : float
-        Roll of the pinion from the design point in the driving direction [rad].
-    pair : (n,) int array
-        Tooth pair the point belongs to: 0 the reference pair, +1 a pair further along in mesh, -1 one behind.
-    position : (n, 3) array
-        Point in the mesh frame [m].
-    normal : (n, 3) array
-        Unit common normal out of the pinion flank into the gear tooth, the direction of the force
-        on the gear.
-    along, across : (n, 3) arrays
-        Unit tangent of the contact line (y, toe to heel) and the one square to it (x = along cross normal).
-    length : (n,) array
-        Length of contact line the point stands for [m] (quadrature weight; their sum is the line length).
-    gap : (n,) array
-        Separation of the unloaded flanks along the normal [m]; the smallest over all pairs is zero.
-    radius_equivalent : (n,) array
-        Equivalent radius of curvature normal to the contact line [m].
-    lever_pinion, lever_gear : (n,) arrays
-        Arm of a unit normal force about each axis [m], positive: torque = sum(force lever).
-        ``lever_gear/lever_pinion`` is the tooth ratio N2/N1 at every (conjugate) point.
-    sliding_along, sliding_across : (n,) arrays
-        Sliding velocity, pinion minus gear, along y and x per unit pinion speed [m].
-    entrainment : (n,) array
-        Mean surface velocity along x relative to the moving contact line, per unit pinion speed [m], signed:
-        positive where the surfaces move towards +x. sliding_across/entrainment is the slide-to-roll ratio.
-    height_gear, height_pinion : (n,) arrays
-        Distance of the point from the root cone of each member, square to its pitch cone [m].
-    face_gear, face_pinion : (n,) arrays
-        Distance along the pitch cone from the toe of each member [m].
-    transmission_error : float
-        Rotation of the rigid unloaded gear ahead of its place at constant ratio [rad]; zero or negative
-        when it lags behind the design point.
-    edge : EdgeProximity, optional
-        The edges next to the points; None where edges are left out.
-    lay_pinion, lay_gear : (n,) arrays, optional
-        Angle between the marks of the cutter on each flank and the contact line [rad]; 0 where not given.
-    """
-
-    pinion_angle: float
+    pinion_angle: float  # roll of the pinion from the design point in the driving direction [rad]
+    # tooth pair the point belongs to: 0 the reference pair, +1 a pair further along in mesh, -1 one behind
     pair: IntArray
-    position: FloatArray
+    position: FloatArray  # point in the mesh frame [m]
+    # unit common normal out of the pinion flank into the gear tooth, the direction of the force on the gear
     normal: FloatArray
+    # unit tangent of the contact line (y, toe to heel) and the one square to it (x = along cross normal)
     along: FloatArray
     across: FloatArray
+    # length of contact line the point stands for [m] (quadrature weight; their sum is the line length)
     length: FloatArray
-    gap: FloatArray
-    radius_equivalent: FloatArray
+    gap: FloatArray  # separation of the unloaded flanks along the normal [m]; the smallest over all pairs is zero
+    radius_equivalent: FloatArray  # equivalent radius of curvature normal to the contact line [m]
+    # arm of a unit normal force about each axis [m], positive: torque = sum(force lever). ``lever_gear/lever_pinion``
+    # is the tooth ratio N2/N1 at every (conjugate) point.
     lever_pinion: FloatArray
     lever_gear: FloatArray
+    # sliding velocity, pinion minus gear, along y and x per unit pinion speed [m]
     sliding_along: FloatArray
     sliding_across: FloatArray
+    # mean surface velocity along x relative to the moving contact line, per unit pinion speed [m], signed: positive
+    # where the surfaces move towards +x. sliding_across/entrainment is the slide-to-roll ratio.
     entrainment: FloatArray
+    # distance of the point from the root cone of each member, square to its pitch cone [m]
     height_gear: FloatArray
     height_pinion: FloatArray
+    # distance along the pitch cone from the toe of each member [m]
     face_gear: FloatArray
     face_pinion: FloatArray
+    # rotation of the rigid unloaded gear ahead of its place at constant ratio [rad]; zero or negative when it lags
+    # behind the design point
     transmission_error: float
+    # the edges next to the points; None where edges are left out
     edge: EdgeProximity | None = field(default=None, compare=False)
+    # angle between the marks of the cutter on each flank and the contact line [rad]; 0 where not given
     lay_pinion: FloatArray | None = None
     lay_gear: FloatArray | None = None
 

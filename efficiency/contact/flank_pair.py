@@ -36,40 +36,22 @@ _RIM = 0.01
 
 @dataclass(frozen=True)
 class ContactPattern:
-    """Marked part of the flanks; all fields over a grid of the gear flank, (rows, columns), root to tip, toe to heel.
+    """Marked part of the flanks; fields over a grid of the gear flank, (rows, columns), root to tip, toe to heel."""
 
-    Attributes
-    ----------
-    thickness : float
-        Of the marking compound [m].
-    gear_u, gear_height, pinion_u, pinion_height : (rows, columns) arrays
-        Where the points lie on both members: from the mean point along the pitch cone, over that cone [m].
-    separation : (rows, columns) array
-        Least distance of the flanks during the mesh [m].
-    inside : (rows, columns) bool array
-        Where both members have a flank.
-    area_share : float
-        Marked share of the part both flanks have.
-    centre : (float, float)
-        Centroid of the mark on the gear: u [m] and share of its depth.
-    length, width : float
-        Extent along the face and over the depth, as shares of face width and whole depth of the gear.
-    edges : tuple of str
-        Edges that the mark runs into.
-    """
-
-    thickness: float
+    thickness: float  # of the marking compound [m]
+    # where the points lie on both members: from the mean point along the pitch cone, over that cone [m]
     gear_u: FloatArray
     gear_height: FloatArray
     pinion_u: FloatArray
     pinion_height: FloatArray
-    separation: FloatArray
-    inside: BoolArray
-    area_share: float
-    centre: tuple[float, float]
+    separation: FloatArray  # least distance of the flanks during the mesh [m]
+    inside: BoolArray  # where both members have a flank
+    area_share: float  # marked share of the part both flanks have
+    centre: tuple[float, float]  # centroid of the mark on the gear: u [m] and share of its depth
+    # extent along the face and over the depth, as shares of face width and whole depth of the gear
     length: float
     width: float
-    edges: tuple[str, ...]
+    edges: tuple[str, ...]  # edges that the mark runs into
 
     @property
     def marked(self) -> BoolArray:
@@ -115,24 +97,12 @@ def contact_pattern(surface: MeshSurface, mesh: Transmission, thickness: float =
 
 @dataclass(frozen=True)
 class FlankPair:
-    """Tooth contact analysis of one flank pair (drive or coast) in one state of misalignment.
+    """Tooth contact analysis of one flank pair (drive or coast) in one state of misalignment."""
 
-    Attributes
-    ----------
-    flanks : GearFlanks
-        What it was computed from.
-    side : str
-        ``"drive"`` or ``"coast"``: which flank pair is in contact.
-    surface : MeshSurface
-        Both flanks, surface of roll angle, ease-off.
-    transmission : Transmission
-        Unloaded contact path of one tooth pair, transmission error of all.
-    """
-
-    flanks: GearFlanks
-    side: Side
-    surface: MeshSurface
-    transmission: Transmission
+    flanks: GearFlanks  # what it was computed from
+    side: Side  # ``"drive"`` or ``"coast"``: which flank pair is in contact
+    surface: MeshSurface  # both flanks, surface of roll angle, ease-off
+    transmission: Transmission  # unloaded contact path of one tooth pair, transmission error of all
 
     @property
     def name(self) -> str:

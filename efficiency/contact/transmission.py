@@ -36,38 +36,21 @@ _PROPORTION, _SMALL, _LARGEST = 3.0, 5e-4, 0.1
 
 @dataclass(frozen=True)
 class ContactPath:
-    """Contact of one tooth pair without load.
+    """Contact of one tooth pair without load."""
 
-    Attributes
-    ----------
-    pinion_angle : (n,) array
-        Roll of the pinion from the design point in driving direction [rad].
-    transmission_error : (n,) array
-        Gear rotation ahead of its place at constant ratio [rad]; zero at the highest point of the curve.
-    u, height : (n,) arrays
-        Contact point on the gear: distance from its mean point along the pitch cone, height over that cone [m].
-    u_pinion, height_pinion : (n,) arrays
-        The same on the pinion [m].
-    edge : (n,) int array
-        Index in `EDGES` of the edge in contact, -1 where both flanks touch with a common normal.
-    corner : (n,) bool array
-        Where the end of an edge touches, cut off by a second one.
-    settled : (n,) bool array
-        False where no minimum was found: the place is then that of the best sample.
-    expected : (n,) array
-        Transmission error as the ease-off has it, to first order and on a coarse grid [rad].
-    """
-
-    pinion_angle: FloatArray
+    pinion_angle: FloatArray  # roll of the pinion from the design point in driving direction [rad]
+    # gear rotation ahead of its place at constant ratio [rad]; zero at the highest point of the curve
     transmission_error: FloatArray
+    # contact point on the gear: distance from its mean point along the pitch cone, height over that cone [m]
     u: FloatArray
     height: FloatArray
+    # the same on the pinion [m]
     u_pinion: FloatArray
     height_pinion: FloatArray
-    edge: IntArray
-    corner: BoolArray
-    settled: BoolArray
-    expected: FloatArray
+    edge: IntArray  # index in `EDGES` of the edge in contact, -1 where both flanks touch with a common normal
+    corner: BoolArray  # where the end of an edge touches, cut off by a second one
+    settled: BoolArray  # false where no minimum was found: the place is then that of the best sample
+    expected: FloatArray  # transmission error as the ease-off has it, to first order and on a coarse grid [rad]
 
     @property
     def free(self) -> BoolArray:
@@ -82,35 +65,16 @@ class ContactPath:
 
 @dataclass(frozen=True)
 class Transmission:
-    """Unloaded transmission error of a mesh.
+    """Unloaded transmission error of a mesh."""
 
-    Attributes
-    ----------
-    path : ContactPath
-        One tooth pair, from one pitch before its highest point to one behind.
-    pinion_angle : (n,) array
-        One pitch of the mesh in equal steps around the highest point, its end left out [rad].
-    error : (n,) array
-        Transmission error of all pairs there [rad].
-    peak_to_peak : float
-        Range of `error` [rad].
-    harmonics : (10,) array
-        Amplitudes at the first orders of the mesh frequency [rad].
-    edges : tuple of str
-        Edges in contact while their pair carries: edge contact of the unloaded mesh.
-    settled : bool
-        Whether the contact was found wherever a pair carries.
-    interval : (float, float), optional
-        95 % interval of `peak_to_peak` by the uncertainty of measured flanks [rad]; none where both are computed.
-    """
-
-    path: ContactPath
-    pinion_angle: FloatArray
-    error: FloatArray
-    peak_to_peak: float
-    harmonics: FloatArray
-    edges: tuple[str, ...]
-    settled: bool
+    path: ContactPath  # one tooth pair, from one pitch before its highest point to one behind
+    pinion_angle: FloatArray  # one pitch of the mesh in equal steps around the highest point, its end left out [rad]
+    error: FloatArray  # transmission error of all pairs there [rad]
+    peak_to_peak: float  # range of `error` [rad]
+    harmonics: FloatArray  # amplitudes at the first orders of the mesh frequency [rad]
+    edges: tuple[str, ...]  # edges in contact while their pair carries: edge contact of the unloaded mesh
+    settled: bool  # whether the contact was found wherever a pair carries
+    # 95 % interval of `peak_to_peak` by the uncertainty of measured flanks [rad]; none where both are computed
     interval: tuple[float, float] | None = None
 
     @property

@@ -29,32 +29,20 @@ Array = NDArray[np.inexact[Any]]
 
 
 class Blank(InputModel):
-    """Cones of one member in ISO 23509 terms, SI units and rad; the mean point lies in the middle of the face.
+    """Cones of one member in ISO 23509 terms, SI units and rad; the mean point lies in the middle of the face."""
 
-    Attributes
-    ----------
-    teeth : int
-        Number of teeth.
-    pitch_angle : float
-        Pitch cone angle [rad].
-    mean_cone_distance, face_width : float
-        Along the pitch cone [m].
-    mean_addendum, mean_dedendum : float
-        At the mean point, square to the pitch cone [m].
-    addendum_angle, dedendum_angle : float
-        Of face and root cone against the pitch cone [rad].
-    pitch_apex_beyond_crossing : float
-        Distance of the pitch apex beyond the crossing point, away from the heel; 0 for a bevel pair [m].
-    """
-
-    teeth: Annotated[int, Field(ge=3, le=400)]
-    pitch_angle: Annotated[float, ValueRange("rad", gt=0.0, lt=1.5707)]
+    teeth: Annotated[int, Field(ge=3, le=400)]  # number of teeth
+    pitch_angle: Annotated[float, ValueRange("rad", gt=0.0, lt=1.5707)]  # pitch cone angle [rad]
+    # along the pitch cone [m]
     mean_cone_distance: Length
     face_width: Length
+    # at the mean point, square to the pitch cone [m]
     mean_addendum: Depth
     mean_dedendum: Depth
+    # of face and root cone against the pitch cone [rad]
     addendum_angle: TaperAngle
     dedendum_angle: TaperAngle
+    # distance of the pitch apex beyond the crossing point, away from the heel; 0 for a bevel pair [m]
     pitch_apex_beyond_crossing: Shift = 0.0
 
     @model_validator(mode="after")

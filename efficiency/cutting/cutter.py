@@ -25,46 +25,29 @@ EdgePart = Literal["flank", "fillet"]
 
 @dataclass(frozen=True)
 class Blade:
-    """One blade, or one group of equal blades, of a cutter: the numbers of `BladeInput`, which a fit may differentiate.
+    """One blade, or one group of equal blades, of a cutter: numbers of `BladeInput`, which a fit may differentiate."""
 
-    Attributes
-    ----------
-    point_radius : float
-        Radius of the profile at the reference height [m]; with no reference height at the tip plane (profile extended).
-    side : str
-        Flank it cuts: ``"concave"`` (outside blade) or ``"convex"`` (inside blade).
-    curvature : float
-        Of the profile [1/m]; positive turns the edge away from the axis direction with growing distance from the tip.
-    radius_offset : float
-        Shift of the blade square to its cutting direction, outwards [m].
-    groups : int
-        Blade groups of a face-hob head (starts); 0 for a face mill.
-    offset_angle : float
-        Angle of the blade plane against the axial plane [rad]; positive for the head of a right-hand member.
-    phase : float
-        Angle by which the blade is ahead in the head, in the sense of growing cutter angle [rad].
-    rake, hook : float
-        Lean of the edge forward, in the sense of growing cutter angle, per distance from the reference point outwards
-        and into the blade body [rad].
-    part : str
-        Part of the edge that cuts: the profile with its reliefs, ``"flank"``, or the edge radius, ``"fillet"``.
-    """
-
+    # radius of the profile at the reference height [m]; with no reference height at the tip plane (profile extended)
     point_radius: float
     blade_angle: float
-    side: FlankSide
+    side: FlankSide  # flank it cuts: ``"concave"`` (outside blade) or ``"convex"`` (inside blade)
+    # of the profile [1/m]; positive turns the edge away from the axis direction with growing distance from the tip
     curvature: float = 0.0
     reference_height: float = 0.0
     edge_radius: float = 0.0
     toprem: Relief | None = None
     protuberance: Protuberance | None = None
     flankrem: Relief | None = None
-    radius_offset: float = 0.0
-    groups: int = 0
+    radius_offset: float = 0.0  # shift of the blade square to its cutting direction, outwards [m]
+    groups: int = 0  # blade groups of a face-hob head (starts); 0 for a face mill
+    # angle of the blade plane against the axial plane [rad]; positive for the head of a right-hand member
     offset_angle: float = 0.0
-    phase: float = 0.0
+    phase: float = 0.0  # angle by which the blade is ahead in the head, in the sense of growing cutter angle [rad]
+    # lean of the edge forward, in the sense of growing cutter angle, per distance from the reference point outwards and
+    # into the blade body [rad]
     rake: float = 0.0
     hook: float = 0.0
+    # part of the edge that cuts: the profile with its reliefs, ``"flank"``, or the edge radius, ``"fillet"``
     part: EdgePart = "flank"
 
     @property

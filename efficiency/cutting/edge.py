@@ -25,39 +25,21 @@ Scalar = Any
 
 
 class Relief(InputModel):
-    """Toprem or flankrem: part of an edge that leaves the profile on an arc and cuts more than the profile would.
+    """Toprem or flankrem: part of an edge that leaves the profile on an arc and cuts more than the profile would."""
 
-    Attributes
-    ----------
-    height : float
-        Height over the tip plane where the arc starts [m].
-    radius : float
-        Radius of the arc [m].
-    angle : float, optional
-        Angle by which the arc turns the edge, straight on from there [rad]; None: the arc goes on to the end.
-    """
-
-    height: Length
-    radius: Length
+    height: Length  # height over the tip plane where the arc starts [m]
+    radius: Length  # radius of the arc [m]
+    # angle by which the arc turns the edge, straight on from there [rad]; None: the arc goes on to the end
     angle: Annotated[float, ValueRange("rad", gt=0.0, le=0.5)] | None = None
 
 
 class Protuberance(InputModel):
-    """Thickening of the blade below a height: two arcs, then an edge parallel to the profile.
+    """Thickening of the blade below a height: two arcs, then an edge parallel to the profile."""
 
-    Attributes
-    ----------
-    height : float
-        Height over the tip plane where it starts [m].
-    amount : float
-        Distance of the parallel edge from the profile, square to it [m].
-    radius : float
-        Radius of both arcs [m], at least half the amount.
-    """
-
-    height: Length
+    height: Length  # height over the tip plane where it starts [m]
+    # distance of the parallel edge from the profile, square to it [m]
     amount: Annotated[float, ValueRange("m", gt=0.0, le=2e-3)]
-    radius: Length
+    radius: Length  # radius of both arcs [m], at least half the amount
 
     @model_validator(mode="after")
     def _arcs_reach(self) -> Self:
@@ -76,25 +58,14 @@ class Protuberance(InputModel):
 
 @dataclass(frozen=True)
 class Piece:
-    """Arc or straight line through one of its points.
+    """Arc or straight line through one of its points."""
 
-    Attributes
-    ----------
-    s : float
-        Length along the edge at the point [m].
-    xi, eta : float
-        The point [m].
-    angle : float
-        Angle of the edge there [rad].
-    curvature : float
-        Rate at which the angle grows with s [1/m], 0 for a straight line.
-    """
-
-    s: Scalar
+    s: Scalar  # length along the edge at the point [m]
+    # the point [m]
     xi: Scalar
     eta: Scalar
-    angle: Scalar
-    curvature: Scalar
+    angle: Scalar  # angle of the edge there [rad]
+    curvature: Scalar  # rate at which the angle grows with s [1/m], 0 for a straight line
 
     def at(self, s: Scalar) -> tuple[Array, Array, Array, Array]:
         """xi, eta, angle and curvature at lengths s; arcs and lines by the same formula."""
@@ -121,18 +92,10 @@ class Piece:
 
 @dataclass(frozen=True)
 class Edge:
-    """Pieces of an edge in order of s; the first and the last go on without end.
-
-    Attributes
-    ----------
-    pieces : tuple of Piece
-        The pieces.
-    breaks : tuple of float
-        Lengths s where one piece follows the other [m], one less than pieces.
-    """
+    """Pieces of an edge in order of s; the first and the last go on without end."""
 
     pieces: tuple[Piece, ...]
-    breaks: tuple[Scalar, ...] = ()
+    breaks: tuple[Scalar, ...] = ()  # lengths s where one piece follows the other [m], one less than pieces
 
     def at(self, s: Array) -> tuple[Array, Array, Array, Array]:
         """xi, eta, angle and curvature at lengths s."""

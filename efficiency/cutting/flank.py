@@ -28,17 +28,10 @@ _STARTS, _ROLLS = 8, (-0.6, -0.3, 0.3, 0.6)
 
 @dataclass(frozen=True)
 class FlankPoints:
-    """Points of a flank in the work frame of its member.
+    """Points of a flank in the work frame of its member."""
 
-    Attributes
-    ----------
-    parameters : (3, n) array
-        Edge length s [m], cutter angle th [rad], cradle roll phi [rad] of the cutting.
-    position, normal : (3, n) arrays
-        Point [m] and unit normal out of the tooth.
-    """
-
-    parameters: FloatArray
+    parameters: FloatArray  # edge length s [m], cutter angle th [rad], cradle roll phi [rad] of the cutting
+    # point [m] and unit normal out of the tooth
     position: FloatArray
     normal: FloatArray
 
@@ -191,23 +184,12 @@ class Flank(ABC):
 
 @dataclass(frozen=True)
 class CutFlank(Flank):
-    """Flank cut by one blade on one machine setting.
+    """Flank cut by one blade on one machine setting."""
 
-    Attributes
-    ----------
-    blade : Blade
-        Blade of the cutter.
-    machine : MachineSettings
-        Machine settings.
-    blank : Blank
-        Blank of the member.
-    index_zero : float
-        Cutter angle at which the indexing of face hobbing starts [rad]; without effect in face milling.
-    """
-
-    blade: Blade
-    machine: MachineSettings
-    blank: Blank
+    blade: Blade  # blade of the cutter
+    machine: MachineSettings  # machine settings
+    blank: Blank  # blank of the member
+    # cutter angle at which the indexing of face hobbing starts [rad]; without effect in face milling
     index_zero: float = 0.0
     side: FlankSide = field(init=False)
 

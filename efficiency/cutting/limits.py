@@ -29,29 +29,17 @@ _STRIDE = 4
 
 @dataclass(frozen=True)
 class EdgeColumns:
-    """Points cut by m lengths of the edge at k stations.
+    """Points cut by m lengths of the edge at k stations."""
 
-    Attributes
-    ----------
-    parameters : (m, 3, k) array
-        Cutting parameters s, th, phi.
-    position, normal : (m, 3, k) arrays
-        Points in the work frame [m] and unit normals out of the tooth.
-    height : (m, k) array
-        Height over the pitch cone [m].
-    regression : (m, k) array
-        Rate of the equation of meshing along the motion of the contact point that leaves it in place in the work [m];
-        zero on the edge of regression, of one sign on the flank, of the other behind it.
-    found : (m, k) bool array
-        Whether the edge reaches the station.
-    """
-
-    parameters: FloatArray
+    parameters: FloatArray  # cutting parameters s, th, phi
+    # points in the work frame [m] and unit normals out of the tooth
     position: FloatArray
     normal: FloatArray
-    height: FloatArray
+    height: FloatArray  # height over the pitch cone [m]
+    # rate of the equation of meshing along the motion of the contact point that leaves it in place in the work [m];
+    # zero on the edge of regression, of one sign on the flank, of the other behind it
     regression: FloatArray
-    found: BoolArray
+    found: BoolArray  # whether the edge reaches the station
 
 
 def at_length(flank: CutFlank, u: FloatArray, x: FloatArray) -> tuple[FloatArray, BoolArray]:
@@ -143,39 +131,19 @@ _ROWS = 24
 
 @dataclass(frozen=True)
 class FlankLimits:
-    """Limits of a flank at stations along its face.
+    """Limits of a flank at stations along its face."""
 
-    Attributes
-    ----------
-    u : (k,) array
-        Stations: distance from the mean point along the pitch cone, from toe to heel [m].
-    tip : (k,) array
-        Height of the blank's face cone [m]; heights count from the pitch cone, positive towards the tip.
-    start : (k,) array
-        Height where the flank begins: end of the blade's profile, or where the fillet crosses an undercut flank [m].
-    root : (k,) array
-        Height of the cut root: where the blade's tip plane touches [m]; nan where the cutter does not reach.
-    blank_root : (k,) array
-        Height of the blank's root cone [m].
-    undercut : (k,) bool array
-        Where the flank turns back on itself above the end of the profile.
-    regression : (k,) array
-        Height of the edge of regression [m]; nan where there is none.
-    fillet : EdgeColumns
-        Points of the fillet, from the profile to the root line.
-    roll : (float, float)
-        Cradle roll between which flank and fillet are cut [rad].
-    """
-
-    u: FloatArray
-    tip: FloatArray
+    u: FloatArray  # stations: distance from the mean point along the pitch cone, from toe to heel [m]
+    tip: FloatArray  # height of the blank's face cone [m]; heights count from the pitch cone, positive towards the tip
+    # height where the flank begins: end of the blade's profile, or where the fillet crosses an undercut flank [m]
     start: FloatArray
+    # height of the cut root: where the blade's tip plane touches [m]; nan where the cutter does not reach
     root: FloatArray
-    blank_root: FloatArray
-    undercut: BoolArray
-    regression: FloatArray
-    fillet: EdgeColumns
-    roll: tuple[float, float]
+    blank_root: FloatArray  # height of the blank's root cone [m]
+    undercut: BoolArray  # where the flank turns back on itself above the end of the profile
+    regression: FloatArray  # height of the edge of regression [m]; nan where there is none
+    fillet: EdgeColumns  # points of the fillet, from the profile to the root line
+    roll: tuple[float, float]  # cradle roll between which flank and fillet are cut [rad]
 
     @property
     def undercut_depth(self) -> FloatArray:

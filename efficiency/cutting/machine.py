@@ -30,32 +30,18 @@ LENGTH_STEP, ANGLE_STEP = 1e-4, 1e-3
 
 @dataclass(frozen=True)
 class Generation:
-    """How the profile of a flank comes about.
+    """How the profile of a flank comes about."""
 
-    Attributes
-    ----------
-    name : str
-        In files.
-    label : str
-        In a sentence.
-    words : tuple of str
-        In setting sheets.
-    rolls : bool
-        Whether cradle and work roll, so that the flank is the envelope of the tool: it obeys the equation of meshing,
-        may be undercut, and its root is cut deepest at one roll.
-    first_order, second_order : tuple of (str, float)
-        Settings of a machine correction next to those of every machine, with their natural steps.
-    correction_note : str
-        What a correction leaves open.
-    """
-
-    name: str
-    label: str
-    words: tuple[str, ...]
+    name: str  # in files
+    label: str  # in a sentence
+    words: tuple[str, ...]  # in setting sheets
+    # whether cradle and work roll, so that the flank is the envelope of the tool: it obeys the equation of meshing, may
+    # be undercut, and its root is cut deepest at one roll
     rolls: bool
+    # settings of a machine correction next to those of every machine, with their natural steps
     first_order: tuple[tuple[str, float], ...]
     second_order: tuple[tuple[str, float], ...] = ()
-    correction_note: str = ""
+    correction_note: str = ""  # what a correction leaves open
 
 
 GENERATED = Generation(
@@ -167,28 +153,16 @@ class MachineSettings:
 
 
 class MachineInput(InputModel):
-    """Table `machine` of a flank: settings that all machines share.
-
-    Attributes
-    ----------
-    radial_setting : float
-        Cutter centre from the cradle axis [m].
-    cradle_angle : float
-        Of the cutter centre around the cradle axis; positive for a right-hand member [rad].
-    machine_root_angle : float
-        Of the work axis to the machine plane [rad].
-    tilt, swivel : float
-        Of the cutter axis [rad].
-    blank_offset, sliding_base, machine_centre_to_back : float
-        Position of the work [m].
-    """
+    """Table `machine` of a flank: settings that all machines share."""
 
     process: str
-    radial_setting: Length
-    cradle_angle: Turn
-    machine_root_angle: Turn
+    radial_setting: Length  # cutter centre from the cradle axis [m]
+    cradle_angle: Turn  # of the cutter centre around the cradle axis; positive for a right-hand member [rad]
+    machine_root_angle: Turn  # of the work axis to the machine plane [rad]
+    # of the cutter axis [rad]
     tilt: Turn = 0.0
     swivel: Turn = 0.0
+    # position of the work [m]
     blank_offset: Shift = 0.0
     sliding_base: Shift = 0.0
     machine_centre_to_back: Shift = 0.0
@@ -200,30 +174,21 @@ class MachineInput(InputModel):
 
 
 class GeneratedMachine(MachineInput):
-    """Settings of a generated flank by their trade names; see also `MachineInput`.
-
-    Attributes
-    ----------
-    roll_ratio : float
-        Rotation of the work over that of the cradle [-].
-    modified_roll_2c, modified_roll_6d, modified_roll_24e, modified_roll_120f, modified_roll_720g : float
-        Coefficients of modified roll by their trade names [-].
-    helical_motion_1, helical_motion_2, helical_motion_3 : float
-        Derivatives of the sliding base by the cradle roll [m/rad^n].
-    vertical_motion_1, vertical_motion_2, vertical_motion_3 : float
-        Derivatives of the vertical position by the cradle roll [m/rad^n].
-    """
+    """Settings of a generated flank by their trade names; see also `MachineInput`."""
 
     process: Literal["generated"] = "generated"
-    roll_ratio: Annotated[float, ValueRange("", gt=0.0, le=100.0)]
+    roll_ratio: Annotated[float, ValueRange("", gt=0.0, le=100.0)]  # rotation of the work over that of the cradle [-]
+    # coefficients of modified roll by their trade names [-]
     modified_roll_2c: Annotated[float, ValueRange("", ge=-1.0, le=1.0)] = 0.0
     modified_roll_6d: Annotated[float, ValueRange("", ge=-10.0, le=10.0)] = 0.0
     modified_roll_24e: Annotated[float, ValueRange("", ge=-100.0, le=100.0)] = 0.0
     modified_roll_120f: Annotated[float, ValueRange("", ge=-1000.0, le=1000.0)] = 0.0
     modified_roll_720g: Annotated[float, ValueRange("", ge=-10000.0, le=10000.0)] = 0.0
+    # derivatives of the sliding base by the cradle roll [m/rad^n]
     helical_motion_1: Shift = 0.0
     helical_motion_2: Shift = 0.0
     helical_motion_3: Shift = 0.0
+    # derivatives of the vertical position by the cradle roll [m/rad^n]
     vertical_motion_1: Shift = 0.0
     vertical_motion_2: Shift = 0.0
     vertical_motion_3: Shift = 0.0
@@ -253,24 +218,13 @@ def machine_table(machine: MachineSettings) -> dict[str, str | float]:
 
 @dataclass(frozen=True)
 class Pose:
-    """Machine at given cradle rolls.
-
-    Attributes
-    ----------
-    machine : MachineSettings
-        The settings.
-    roll : (n,) array
-        Cradle roll [rad].
-    shift : tuple of three (3, n) arrays
-        From the machine to the work origin: offset and sliding base, and their derivatives by the cradle roll [m].
-    work : tuple of three (n,) arrays
-        Generating rotation of the work, and its derivatives by the cradle roll [rad].
-    """
+    """Machine at given cradle rolls."""
 
     machine: MachineSettings
-    roll: Array
+    roll: Array  # cradle roll [rad]
+    # from the machine to the work origin: offset and sliding base, and their derivatives by the cradle roll [m]
     shift: tuple[Array, ...]
-    work: tuple[Array, ...]
+    work: tuple[Array, ...]  # generating rotation of the work, and its derivatives by the cradle roll [rad]
 
     def direct(self, vector: Array) -> Array:
         """Directions (3, n) or (3, k, n) from the cutter to the machine frame."""

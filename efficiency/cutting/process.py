@@ -46,26 +46,13 @@ CUTTER_UNIFORM = 1.5  # largest for face-milled uniform depth, from the same
 
 
 class BladeInput(InputModel):
-    """Edge of one blade: straight or an arc, with edge radius and reliefs tangent to it.
+    """Edge of one blade: straight or an arc, with edge radius and reliefs tangent to it."""
 
-    Attributes
-    ----------
-    blade_angle : float
-        Of the edge to the cutter axis at the reference height [rad].
-    blade_curvature : float
-        There [1/m]; 0 for a straight edge.
-    reference_height : float
-        Over the blade tip [m]; 0 is the tip plane.
-    edge_radius : float
-        At the blade tip [m].
-    toprem, protuberance, flankrem : optional
-        Reliefs of the profile.
-    """
-
-    blade_angle: BladeAngle
-    blade_curvature: Curvature = 0.0
-    reference_height: Depth = 0.0
-    edge_radius: Depth = 0.0
+    blade_angle: BladeAngle  # of the edge to the cutter axis at the reference height [rad]
+    blade_curvature: Curvature = 0.0  # there [1/m]; 0 for a straight edge
+    reference_height: Depth = 0.0  # over the blade tip [m]; 0 is the tip plane
+    edge_radius: Depth = 0.0  # at the blade tip [m]
+    # reliefs of the profile
     toprem: Relief | None = None
     protuberance: Protuberance | None = None
     flankrem: Relief | None = None
@@ -196,18 +183,11 @@ class CuttingProcess(ABC):
 
 
 class FaceMillingCutter(BladeInput):
-    """One blade of a face mill; see also `BladeInput`.
-
-    Attributes
-    ----------
-    point_radius : float, optional
-        Radius of the (extended) profile at the tip plane [m].
-    cutter_radius, point_width : float, optional
-        In its place: mean radius and distance of the blades of a spread-blade cutter [m].
-    """
+    """One blade of a face mill; see also `BladeInput`."""
 
     type: Literal["face_milling"] = "face_milling"
-    point_radius: Length | None = None
+    point_radius: Length | None = None  # radius of the (extended) profile at the tip plane [m]
+    # in its place: mean radius and distance of the blades of a spread-blade cutter [m]
     cutter_radius: Length | None = None
     point_width: Depth | None = None
 
@@ -287,30 +267,17 @@ class FaceMilling(CuttingProcess):
 
 
 class FaceHobbingCutter(BladeInput):
-    """One blade of each group of a face-hobbing head; see also `BladeInput`.
-
-    Attributes
-    ----------
-    cutter_radius : float
-        Radius of the profile at the reference height [m].
-    blade_groups : int
-        Of the head.
-    blade_offset_angle : float
-        Of the plane of the profile to the axial plane, at the cutter radius [rad].
-    radius_offset : float
-        Moves the profile outwards, square to the cutting direction [m].
-    blade_phase : float
-        Position of the blade around the cutter axis [rad].
-    rake_angle, hook_angle : float
-        Of the front face [rad].
-    """
+    """One blade of each group of a face-hobbing head; see also `BladeInput`."""
 
     type: Literal["face_hobbing"]
-    cutter_radius: Length
-    blade_groups: Annotated[int, Field(ge=1, le=60)]
+    cutter_radius: Length  # radius of the profile at the reference height [m]
+    blade_groups: Annotated[int, Field(ge=1, le=60)]  # of the head
+    # of the plane of the profile to the axial plane, at the cutter radius [rad]
     blade_offset_angle: Annotated[float, ValueRange("rad", ge=0.0, lt=1.2)]
+    # moves the profile outwards, square to the cutting direction [m]
     radius_offset: Annotated[float, ValueRange("m", ge=-0.05, le=0.05)] = 0.0
-    blade_phase: Turn = 0.0
+    blade_phase: Turn = 0.0  # position of the blade around the cutter axis [rad]
+    # of the front face [rad]
     rake_angle: RakeAngle = 0.0
     hook_angle: RakeAngle = 0.0
 

@@ -136,21 +136,12 @@ _UNITS = {"inch": "in", "in": "in", "mm": "mm", "metric": "mm"}
 
 @dataclass(frozen=True)
 class Summary:
-    """Tables of a design file read from a summary.
+    """Tables of a design file read from a summary."""
 
-    Attributes
-    ----------
-    tables : dict
-        Nested tables ``pinion`` and ``gear`` with ``blank``, ``cutter``, ``machine``, ``concave``, ``convex``.
-    unread : tuple of str
-        Lines whose label is not known, as written.
-    left_out : tuple of str
-        Zeros of settings that the machine of a member does not have.
-    """
-
+    # nested tables ``pinion`` and ``gear`` with ``blank``, ``cutter``, ``machine``, ``concave``, ``convex``
     tables: dict[str, Any]
-    unread: tuple[str, ...]
-    left_out: tuple[str, ...] = ()
+    unread: tuple[str, ...]  # lines whose label is not known, as written
+    left_out: tuple[str, ...] = ()  # zeros of settings that the machine of a member does not have
 
     def toml(self) -> str:
         """The tables as text of a design file; lines that were not read stand at the end as comments."""

@@ -30,32 +30,18 @@ _EDGE_ROUNDING = 0.05
 
 
 class CylindricalMember(MemberSurface):
-    """One member of a cylindrical pair.
-
-    Attributes
-    ----------
-    teeth : int
-    profile_shift : float
-        x of the basic rack [-].
-    addendum_factor, dedendum_factor : float
-        Of the basic rack over the module [-].
-    tip_diameter : float, optional
-        [m]; from addendum, profile shift and centre distance where not given.
-    tip_relief : float
-        Material taken off at the tip, square to the flank [m].
-    tip_relief_length : float
-        Along the path of contact, from the tip down [m]; the relief grows linearly along it.
-    material, finish, finish_state, roughness_rms
-        As of a bevel member.
-    """
+    """One member of a cylindrical pair."""
 
     teeth: Annotated[int, Field(ge=5, le=400)]
-    profile_shift: Annotated[float, ValueRange("", ge=-2.0, le=3.0)] = 0.0
+    profile_shift: Annotated[float, ValueRange("", ge=-2.0, le=3.0)] = 0.0  # x of the basic rack [-]
+    # of the basic rack over the module [-]
     addendum_factor: Factor = 1.0
     dedendum_factor: Factor = 1.25
-    tip_diameter: Length | None = None
-    tip_relief: Depth = 0.0
+    tip_diameter: Length | None = None  # [m]; from addendum, profile shift and centre distance where not given
+    tip_relief: Depth = 0.0  # material taken off at the tip, square to the flank [m]
+    # along the path of contact, from the tip down [m]; the relief grows linearly along it
     tip_relief_length: Depth = 0.0
+    # as of a bevel member
     material: str = "steel"
     finish: str | None = None
     finish_state: State = "run_in"
@@ -70,41 +56,21 @@ class CylindricalMember(MemberSurface):
 
 
 class CylindricalDesign(PairDesign):
-    """A cylindrical pair: the content of a design file with `kind = "cylindrical"`.
-
-    Attributes
-    ----------
-    kind : "cylindrical"
-    name, source : str
-        What it is called and where it comes from.
-    module_normal : float
-        m_n [m].
-    pressure_angle_normal, helix_angle : float
-        Normal, and at the reference cylinder [rad]; helix 0 is a spur pair.
-    face_width : float
-        In common [m].
-    centre_distance : float, optional
-        [m]; without backlash where not given.
-    load_share : {"elastic", "rigid"}
-        Teeth that bend, or lines of contact that share the load by their length.
-    edge_rounding : float, optional
-        Radius of the tip edges [m].
-    pinion, gear : CylindricalMember
-    operation : OperatingPoint
-    surface : FlankSurfaceInput
-    uncertainty : UncertaintyInput
-    """
+    """A cylindrical pair: the content of a design file with `kind = "cylindrical"`."""
 
     kind: Literal["cylindrical"] = "cylindrical"
+    # what it is called and where it comes from
     name: Name
     source: str = ""
-    module_normal: Annotated[float, ValueRange("m", ge=1e-4, le=0.1)]
+    module_normal: Annotated[float, ValueRange("m", ge=1e-4, le=0.1)]  # m_n [m]
+    # normal, and at the reference cylinder [rad]; helix 0 is a spur pair
     pressure_angle_normal: Annotated[float, ValueRange("rad", ge=0.2, le=0.6)] = math.radians(20.0)
     helix_angle: Annotated[float, ValueRange("rad", ge=0.0, le=0.8)] = 0.0
-    face_width: Length
-    centre_distance: Length | None = None
+    face_width: Length  # in common [m]
+    centre_distance: Length | None = None  # [m]; without backlash where not given
+    # teeth that bend, or lines of contact that share the load by their length
     load_share: Literal["elastic", "rigid"] = "elastic"
-    edge_rounding: EdgeRounding | None = None
+    edge_rounding: EdgeRounding | None = None  # radius of the tip edges [m]
     pinion: CylindricalMember
     gear: CylindricalMember
     operation: OperatingPoint

@@ -38,25 +38,6 @@ def involute_angle(value: float) -> float:
 class InvolutePair:
     """An external pair; lengths in m, angles in rad, (pinion, gear) where there are two.
 
-    Parameters
-    ----------
-    teeth : tuple of int
-    module : float
-        Normal module m_n.
-    pressure_angle : float
-        Normal, of the basic rack.
-    helix_angle : float
-        At the reference cylinder; 0 for spur gears.
-    profile_shift : tuple of float
-        x [-].
-    face_width : float
-    centre_distance : float, optional
-        Without backlash where not given.
-    addendum, dedendum : tuple of float
-        Of the basic rack over the module [-].
-    tip_diameter : tuple of float or None
-        In place of that of addendum, profile shift and the tip shortening that keeps the clearance.
-
     Examples
     --------
     >>> pair = InvolutePair((16, 24), 4.5e-3, math.radians(20.0), 0.0, (0.1817, 0.1715), 14e-3)
@@ -65,14 +46,16 @@ class InvolutePair:
     """
 
     teeth: tuple[int, int]
-    module: float
-    pressure_angle: float
-    helix_angle: float
-    profile_shift: tuple[float, float]
+    module: float  # normal module m_n
+    pressure_angle: float  # normal, of the basic rack
+    helix_angle: float  # at the reference cylinder; 0 for spur gears
+    profile_shift: tuple[float, float]  # x [-]
     face_width: float
-    centre_distance: float | None = None
+    centre_distance: float | None = None  # without backlash where not given
+    # of the basic rack over the module [-]
     addendum: tuple[float, float] = (1.0, 1.0)
     dedendum: tuple[float, float] = (1.25, 1.25)
+    # in place of that of addendum, profile shift and the tip shortening that keeps the clearance
     tip_diameter: tuple[float | None, float | None] = (None, None)
 
     @cached_property

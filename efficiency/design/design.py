@@ -52,21 +52,14 @@ class BodyInput(InputModel):
     """Body under the teeth: from the root cone down to its base, between the end faces of the teeth.
 
     The base is the seat of a ring gear, the bore or core of a pinion.
-
-    Attributes
-    ----------
-    rim_thickness : float, optional
-        Distance of the base from the root cone, square to the pitch cone [m]; by default 1.2 whole depths, at most half
-        the way to the axis.
-    held : tuple of {"base", "toe", "heel"}
-        Surfaces that do not move against the shaft.
-    youngs_modulus : float, optional
-        Of the body [Pa]; that of the teeth by default. A very large one makes the body rigid, a small one stands for a
-        web.
     """
 
+    # distance of the base from the root cone, square to the pitch cone [m]; by default 1.2 whole depths, at most half
+    # the way to the axis
     rim_thickness: Length | None = None
-    held: Annotated[tuple[Surface, ...], Field(min_length=1)] = ("base",)
+    held: Annotated[tuple[Surface, ...], Field(min_length=1)] = ("base",)  # surfaces that do not move against the shaft
+    # of the body [Pa]; that of the teeth by default. A very large one makes the body rigid, a small one stands for a
+    # web.
     youngs_modulus: Modulus | None = None
 
     def thickness(self, blank: Blank) -> float:
@@ -85,18 +78,12 @@ class BodyInput(InputModel):
 
 
 class FlankSurfaceInput(InputModel):
-    """Table [surface]: texture that both flanks have in common, as [surface] of a contact file.
+    """Table [surface]: texture that both flanks have in common, as [surface] of a contact file."""
 
-    Attributes
-    ----------
-    correlation_length : float, optional
-        Across the contact line [m]; of the finishes of the members, else 40 Rq, where not given.
-    peklenik_number : float, optional
-        Correlation length along the contact line over that across it [-]; from the angle between marks and contact
-        line where a finish is named, else 1.
-    """
-
+    # across the contact line [m]; of the finishes of the members, else 40 Rq, where not given
     correlation_length: TextureLength | None = None
+    # correlation length along the contact line over that across it [-]; from the angle between marks and contact line
+    # where a finish is named, else 1
     peklenik_number: PeklenikNumber | None = None
 
 
@@ -193,39 +180,20 @@ class MemberInput(MemberSurface):
 
     Tables `cutter` and `machine` beside `concave` and `convex` hold what both flanks share (completing, spread blade);
     the tables of a flank add to them or override them.
-
-    Attributes
-    ----------
-    blank : BlankInput
-        Cones and teeth.
-    concave, convex : CutFlankInput, GridFlankInput or ConjugateFlankInput
-        Flanks: by cutter and machine settings, by points, or (pinion only) by an ease-off.
-    material : str
-        Name of a material card.
-    finish : str, optional
-        How the flanks were made: ground, lapped, honed, superfinished, milled.
-    finish_state : {"run_in", "new"}
-        State of that finish.
-    roughness_rms : float
-        Rq of the flanks [m]; that of the finish where not given, without one 0.
-    edge_rounding : float, optional
-        Radius of the tip, toe and heel edges [m]; by default 0.05 of the mean transverse module.
-    edge_relief : MemberRelief
-        Relief of the flanks next to tip, toe and heel.
-    body : BodyInput
-        Body under the teeth.
     """
 
-    blank: BlankInput
+    blank: BlankInput  # cones and teeth
+    # flanks: by cutter and machine settings, by points, or (pinion only) by an ease-off
     concave: FlankInput
     convex: FlankInput
-    material: str = "steel"
-    finish: str | None = None
-    finish_state: State = "run_in"
-    roughness_rms: Rms = 0.0
+    material: str = "steel"  # name of a material card
+    finish: str | None = None  # how the flanks were made: ground, lapped, honed, superfinished, milled
+    finish_state: State = "run_in"  # state of that finish
+    roughness_rms: Rms = 0.0  # Rq of the flanks [m]; that of the finish where not given, without one 0
+    # radius of the tip, toe and heel edges [m]; by default 0.05 of the mean transverse module
     edge_rounding: EdgeRounding | None = None
-    edge_relief: MemberRelief = MemberRelief()
-    body: BodyInput = BodyInput()
+    edge_relief: MemberRelief = MemberRelief()  # relief of the flanks next to tip, toe and heel
+    body: BodyInput = BodyInput()  # body under the teeth
 
     @model_validator(mode="before")
     @classmethod
@@ -279,35 +247,18 @@ def _flank(given: FlankTable, side: FlankSide, blank: BlankInput, _version: int)
 
 
 class Misalignment(InputModel):
-    """Displacement of the members from their nominal position.
+    """Displacement of the members from their nominal position."""
 
-    Attributes
-    ----------
-    E : float
-        Along the offset [m].
-    P : float
-        Along the pinion axis [m].
-    G : float
-        Along the gear axis [m].
-    shaft_angle_error : float
-        Added to the shaft angle [rad]; files may call it `alpha`.
-    """
-
-    E: Error = 0.0
-    P: Error = 0.0
-    G: Error = 0.0
-    shaft_angle_error: ShaftAngleError = 0.0
+    E: Error = 0.0  # along the offset [m]
+    P: Error = 0.0  # along the pinion axis [m]
+    G: Error = 0.0  # along the gear axis [m]
+    shaft_angle_error: ShaftAngleError = 0.0  # added to the shaft angle [rad]; files may call it `alpha`
 
 
 class Deflection(Misalignment):
-    """Displacements of shafts, bearings and housing under load, in the axes of the misalignment.
+    """Displacements of shafts, bearings and housing under load, in the axes of the misalignment."""
 
-    Attributes
-    ----------
-    torque : float, optional
-        Pinion torque at which they are reached; they grow in proportion to it [N m].
-    """
-
+    # pinion torque at which they are reached; they grow in proportion to it [N m]
     torque: Annotated[float, ValueRange("N*m", gt=0.0, le=1e6)] | None = None
 
     @model_validator(mode="after")
@@ -323,54 +274,21 @@ class Deflection(Misalignment):
 
 
 class AssemblyInput(InputModel):
-    """Position of the axes and which flanks drive.
+    """Position of the axes and which flanks drive."""
 
-    Attributes
-    ----------
-    shaft_angle : float
-        Angle of the axes [rad].
-    hypoid_offset : float
-        Distance of the axes [m]; 0 for a spiral bevel pair.
-    drive_flank_pinion : {"concave", "convex"}
-        Pinion flank that carries on the drive side.
-    normal_backlash : float
-        Along the normal [m].
-    misalignment : Misalignment
-        Without load.
-    deflection : Deflection
-        Under load, as stated.
-    stiffness : StiffnessInput
-        Shafts, bearings and housing that give way under load, solved with the contact.
-    """
-
-    shaft_angle: Annotated[float, ValueRange("rad", ge=0.5, le=2.6)]
+    shaft_angle: Annotated[float, ValueRange("rad", ge=0.5, le=2.6)]  # angle of the axes [rad]
+    # distance of the axes [m]; 0 for a spiral bevel pair
     hypoid_offset: Annotated[float, ValueRange("m", ge=0.0, le=0.5)] = 0.0
-    drive_flank_pinion: FlankSide = "concave"
-    normal_backlash: Depth = 0.0
-    misalignment: Misalignment = Misalignment()
-    deflection: Deflection = Deflection()
+    drive_flank_pinion: FlankSide = "concave"  # pinion flank that carries on the drive side
+    normal_backlash: Depth = 0.0  # along the normal [m]
+    misalignment: Misalignment = Misalignment()  # without load
+    deflection: Deflection = Deflection()  # under load, as stated
+    # shafts, bearings and housing that give way under load, solved with the contact
     stiffness: StiffnessInput = StiffnessInput()
 
 
 class Design(PairDesign):
     """A gear pair: the content of a design file.
-
-    Attributes
-    ----------
-    name, source : str
-        What it is called and where it comes from.
-    assembly : AssemblyInput
-        Position of the axes.
-    pinion, gear : MemberInput
-        Members.
-    operation : OperatingPoint
-        Default operating point.
-    cooling : CoolingInput
-        How the teeth are lubricated.
-    surface : FlankSurfaceInput
-        Texture of the flanks.
-    uncertainty : UncertaintyInput
-        How well inputs are known, in place of oil card and defaults.
 
     Examples
     --------
@@ -381,15 +299,16 @@ class Design(PairDesign):
     0.0001
     """
 
+    # what it is called and where it comes from
     name: Name
     source: str = ""
     assembly: AssemblyInput
     pinion: MemberInput
     gear: MemberInput
-    operation: OperatingPoint
-    cooling: CoolingInput = CoolingInput()
-    surface: FlankSurfaceInput = FlankSurfaceInput()
-    uncertainty: UncertaintyInput = UncertaintyInput()
+    operation: OperatingPoint  # default operating point
+    cooling: CoolingInput = CoolingInput()  # how the teeth are lubricated
+    surface: FlankSurfaceInput = FlankSurfaceInput()  # texture of the flanks
+    uncertainty: UncertaintyInput = UncertaintyInput()  # how well inputs are known, in place of oil card and defaults
 
     @model_validator(mode="after")
     def _pair(self) -> Self:

@@ -75,18 +75,10 @@ class FlankTable(InputModel):
 
 
 class CutFlankInput(FlankTable):
-    """A flank given by the cutter and the machine settings that cut it.
+    """A flank given by the cutter and the machine settings that cut it."""
 
-    Attributes
-    ----------
-    cutter : BladeInput
-        Blade of the flank: the table of its cutting process.
-    machine : MachineInput
-        Settings of the cradle machine.
-    """
-
-    cutter: CutterInput
-    machine: MachineTable
+    cutter: CutterInput  # blade of the flank: the table of its cutting process
+    machine: MachineTable  # settings of the cradle machine
 
     @property
     def nominal(self) -> CutFlankInput:
@@ -100,21 +92,12 @@ class CutFlankInput(FlankTable):
 
 
 class GridFlankInput(FlankTable):
-    """A flank given by points, measured or of another program.
+    """A flank given by points, measured or of another program."""
 
-    Attributes
-    ----------
-    grid : str
-        Path of the CSV file, see `contact.grid_flank`.
-    measurement_uncertainty : float, optional
-        Standard uncertainty of one point along the normal [m]: the points are then smoothed, see
-        `contact.measured_flank`.
-    cutter, machine : optional
-        Nominal settings: the points then give the deviation from the flank they cut.
-    """
-
-    grid: str
+    grid: str  # path of the CSV file, see `contact.grid_flank`
+    # standard uncertainty of one point along the normal [m]: the points are then smoothed, see `contact.measured_flank`
     measurement_uncertainty: Annotated[float, ValueRange("m", ge=1e-8, le=1e-4)] | None = None
+    # nominal settings: the points then give the deviation from the flank they cut
     cutter: CutterInput | None = None
     machine: MachineTable | None = None
 
@@ -163,15 +146,9 @@ class GridFlankInput(FlankTable):
 
 
 class ConjugateFlankInput(FlankTable):
-    """A pinion flank that no setting has to cut: conjugate to its gear flank, less an ease-off.
+    """A pinion flank that no setting has to cut: conjugate to its gear flank, less an ease-off."""
 
-    Attributes
-    ----------
-    ease_off : EaseOffTarget
-        Material missing on the pinion.
-    """
-
-    ease_off: EaseOffTarget
+    ease_off: EaseOffTarget  # material missing on the pinion
 
     def check_member(self, member: Member, side: FlankSide) -> None:
         """Ease-offs belong to the pinion."""

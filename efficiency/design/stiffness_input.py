@@ -33,45 +33,27 @@ _REMEDY = (
 
 
 class BearingInput(InputModel):
-    """A bearing of a shaft.
+    """A bearing of a shaft."""
 
-    Attributes
-    ----------
-    position : float
-        Along the axis from the crossing point [m], positive towards the teeth.
-    radial, axial : float
-        Stiffness [N/m].
-    """
-
-    position: Place
+    position: Place  # along the axis from the crossing point [m], positive towards the teeth
+    # stiffness [N/m]
     radial: Annotated[float, ValueRange("N/m", gt=0.0, le=1e14)]
     axial: SpringRate = 0.0
 
 
 class MemberStiffnessInput(InputModel):
-    """Shaft, bearings and housing of one member.
+    """Shaft, bearings and housing of one member."""
 
-    Attributes
-    ----------
-    reference_point : float
-        Point of the axis the matrix is for, and where the shaft takes up the mesh force: distance from the crossing
-        point [m], positive towards the teeth.
-    matrix : tuple, optional
-        Force [N] and moment [N m] by displacement [m] and rotation [rad] along x, y, z, six rows of six: N/m, N, N m.
-    bearings : tuple of BearingInput
-        In place of the matrix: at least two, apart.
-    shaft_diameter, shaft_bore : float
-        With bearings [m].
-    material : str
-        Of the shaft.
-    """
-
+    # point of the axis the matrix is for, and where the shaft takes up the mesh force: distance from the crossing point
+    # [m], positive towards the teeth
     reference_point: Place
+    # force [N] and moment [N m] by displacement [m] and rotation [rad] along x, y, z, six rows of six: N/m, N, N m
     matrix: Annotated[tuple[Row, ...], Field(min_length=6, max_length=6)] | None = None
-    bearings: tuple[BearingInput, ...] = ()
+    bearings: tuple[BearingInput, ...] = ()  # in place of the matrix: at least two, apart
+    # with bearings [m]
     shaft_diameter: Diameter | None = None
     shaft_bore: Annotated[float, ValueRange("m", ge=0.0, le=2.0)] = 0.0
-    material: str = "steel"
+    material: str = "steel"  # of the shaft
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -116,13 +98,7 @@ class MemberStiffnessInput(InputModel):
 
 
 class StiffnessInput(InputModel):
-    """Shafts, bearings and housing of both members; a member left out does not give way.
-
-    Attributes
-    ----------
-    pinion, gear : MemberStiffnessInput, optional
-        Of each member.
-    """
+    """Shafts, bearings and housing of both members; a member left out does not give way."""
 
     pinion: MemberStiffnessInput | None = None
     gear: MemberStiffnessInput | None = None

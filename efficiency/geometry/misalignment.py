@@ -45,68 +45,39 @@ _COLUMNS = {"error_maximum_u": "crest_u", "error_maximum_depth": "crest_depth", 
 
 @dataclass(frozen=True)
 class MisalignmentPoint:
-    """Contact in one state of misalignment; what needs a load is not a number without a torque.
+    """Contact in one state of misalignment; what needs a load is not a number without a torque."""
 
-    Attributes
-    ----------
-    E, P, G, shaft_angle_error : float
-        Misalignments [m], shaft_angle_error [rad].
-    peak_to_peak : float
-        Of the transmission error of the mesh [rad].
-    harmonic_1 : float
-        Its amplitude at the mesh frequency [rad].
-    error_maximum_u, error_maximum_depth : float
-        Where the transmission error is highest, on the gear: from the mean point to the heel [m], share of the depth.
-    pattern_area, pattern_length, pattern_width : float
-        Marked share of the mating flank; its extent as a share of face width and depth of the gear.
-    pattern_u, pattern_depth : float
-        Its centre, as for the maximum.
-    undercut : float
-        Share of the mating flank that is undercut.
-    edges : str
-        Edges in contact without load, separated by commas.
-    pattern_edges : str
-        Edges the pattern runs into.
-    transmission_error_loaded : float
-        Peak to peak at the torque [rad].
-    pressure_max : float
-        Largest pressure, edges left out [Pa].
-    edge_load_share : float
-        Share of the torque where the contact reaches an edge.
-    load_centre_u : float
-        Where the force acts in the mean, along the gear face from its middle to the heel [m].
-    power_loss, efficiency : float
-        Of the mesh [W], [-].
-    status : {"converged", "edge contact", "failed"}
-        ``edge contact``: computed, an edge carries somewhere in the mesh.
-    reason : str
-        Why it failed.
-    """
-
+    # misalignments [m], shaft_angle_error [rad]
     E: float
     P: float
     G: float
     shaft_angle_error: float
-    peak_to_peak: float = np.nan
-    harmonic_1: float = np.nan
+    peak_to_peak: float = np.nan  # of the transmission error of the mesh [rad]
+    harmonic_1: float = np.nan  # its amplitude at the mesh frequency [rad]
+    # where the transmission error is highest, on the gear: from the mean point to the heel [m], share of the depth
     error_maximum_u: float = np.nan
     error_maximum_depth: float = np.nan
+    # marked share of the mating flank; its extent as a share of face width and depth of the gear
     pattern_area: float = np.nan
     pattern_length: float = np.nan
     pattern_width: float = np.nan
+    # its centre, as for the maximum
     pattern_u: float = np.nan
     pattern_depth: float = np.nan
-    undercut: float = 0.0
-    edges: str = ""
-    pattern_edges: str = ""
-    transmission_error_loaded: float = np.nan
-    pressure_max: float = np.nan
-    edge_load_share: float = np.nan
+    undercut: float = 0.0  # share of the mating flank that is undercut
+    edges: str = ""  # edges in contact without load, separated by commas
+    pattern_edges: str = ""  # edges the pattern runs into
+    transmission_error_loaded: float = np.nan  # peak to peak at the torque [rad]
+    pressure_max: float = np.nan  # largest pressure, edges left out [Pa]
+    edge_load_share: float = np.nan  # share of the torque where the contact reaches an edge
+    # where the force acts in the mean, along the gear face from its middle to the heel [m]
     load_centre_u: float = np.nan
+    # of the mesh [W], [-]
     power_loss: float = np.nan
     efficiency: float = np.nan
+    # ``edge contact``: computed, an edge carries somewhere in the mesh
     status: Literal["converged", "edge contact", "failed"] = "failed"
-    reason: str = ""
+    reason: str = ""  # why it failed
 
     def to_dict(self, loaded: bool = False) -> dict[str, float | str]:
         """Values by the names of the columns in files; those of a load where there is one."""
@@ -116,34 +87,20 @@ class MisalignmentPoint:
 
 @dataclass(frozen=True)
 class MisalignmentStudy:
-    """Contact over a grid of misalignments.
+    """Contact over a grid of misalignments."""
 
-    Attributes
-    ----------
-    design, side : str
-        Name of the design and of the flank pair.
-    marking : float
-        Thickness of the marking compound [m].
-    E, P, G, shaft_angle_error : tuple of float
-        Values of each misalignment; the points are all their combinations, shaft_angle_error running fastest.
-    points : tuple of MisalignmentPoint
-        Results.
-    seconds : float
-        Wall time.
-    torque : float, optional
-        Of the pinion [N m]; none without load.
-    """
-
+    # name of the design and of the flank pair
     design: str
     side: Side
-    marking: float
+    marking: float  # thickness of the marking compound [m]
+    # values of each misalignment; the points are all their combinations, shaft_angle_error running fastest
     E: tuple[float, ...]
     P: tuple[float, ...]
     G: tuple[float, ...]
     shaft_angle_error: tuple[float, ...]
-    points: tuple[MisalignmentPoint, ...]
-    seconds: float
-    torque: float | None = None
+    points: tuple[MisalignmentPoint, ...]  # results
+    seconds: float  # wall time
+    torque: float | None = None  # of the pinion [N m]; none without load
     status: Literal["converged", "failed"] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -178,20 +135,12 @@ class MisalignmentStudy:
 
 @dataclass(frozen=True, repr=False)
 class MisalignmentGrid(Reportable):
-    """Contact of a pair over misalignments: from `GearPair.misalignment`.
-
-    Attributes
-    ----------
-    pair : Design
-        Design of the pair.
-    studies : tuple of MisalignmentStudy
-        One for each side.
-    """
+    """Contact of a pair over misalignments: from `GearPair.misalignment`."""
 
     presenter = "efficiency.output.misalignment_report:misalignment"
 
-    pair: Design
-    studies: tuple[MisalignmentStudy, ...]
+    pair: Design  # design of the pair
+    studies: tuple[MisalignmentStudy, ...]  # one for each side
 
     @property
     def status(self) -> str:

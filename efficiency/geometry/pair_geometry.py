@@ -30,50 +30,25 @@ _STATIONS = 9
 
 @dataclass(frozen=True)
 class SideGeometry:
-    """Unloaded contact of one flank pair.
+    """Unloaded contact of one flank pair."""
 
-    Attributes
-    ----------
-    side : str
-        ``"drive"`` or ``"coast"``.
-    pair : FlankPair
-        Both flanks and the map of their mesh.
-    cycle : tuple of MeshPosition
-        Contact lines over one pinion pitch.
-    pattern : ContactPattern
-        Contact pattern for the marking thickness.
-    contact_ratio : float
-        Roll angle between the first and the last point both flanks reach, in pitches [-]: the potential contact ratio.
-    path_ratio : float
-        Roll angle over which the unloaded flanks touch inside their edges, in pitches, two at most [-].
-    ease_off : (float, float)
-        Smallest and largest ease-off where both flanks reach [m].
-    radius_equivalent : (float, float)
-        Range of the equivalent radius normal to the contact lines [m].
-    contact_u, contact_height : float
-        Contact point of the highest point of the curve on the gear: from the mean point to the heel, over the pitch
-        cone [m].
-    path_angle : float
-        Direction of the path there in the projection of the gear, from the line to the heel, in (-90, 90] deg [rad].
-    notes : tuple of str
-        Notes on the contact.
-    seconds : float
-        Wall time of this side.
-    """
-
-    side: Side
-    pair: FlankPair
-    cycle: tuple[MeshPosition, ...]
-    pattern: ContactPattern
+    side: Side  # ``"drive"`` or ``"coast"``
+    pair: FlankPair  # both flanks and the map of their mesh
+    cycle: tuple[MeshPosition, ...]  # contact lines over one pinion pitch
+    pattern: ContactPattern  # contact pattern for the marking thickness
+    # roll angle between the first and the last point both flanks reach, in pitches [-]: the potential contact ratio
     contact_ratio: float
-    path_ratio: float
-    ease_off: tuple[float, float]
-    radius_equivalent: tuple[float, float]
+    path_ratio: float  # roll angle over which the unloaded flanks touch inside their edges, in pitches, two at most [-]
+    ease_off: tuple[float, float]  # smallest and largest ease-off where both flanks reach [m]
+    radius_equivalent: tuple[float, float]  # range of the equivalent radius normal to the contact lines [m]
+    # contact point of the highest point of the curve on the gear: from the mean point to the heel, over the pitch cone
+    # [m]
     contact_u: float
     contact_height: float
+    # direction of the path there in the projection of the gear, from the line to the heel, in (-90, 90] deg [rad]
     path_angle: float
-    notes: tuple[str, ...]
-    seconds: float
+    notes: tuple[str, ...]  # notes on the contact
+    seconds: float  # wall time of this side
 
     def to_dict(self) -> dict[str, Any]:
         """Numbers for JSON, SI units."""
@@ -104,59 +79,34 @@ class SideGeometry:
 
 @dataclass(frozen=True)
 class FlankSummary:
-    """One flank at its mean point.
+    """One flank at its mean point."""
 
-    Attributes
-    ----------
-    spiral_angle, pressure_angle : float
-        Spiral angle and normal pressure angle [rad].
-    lowest : float
-        Fraction of the whole depth from which on the flank spans the face, 0 where it reaches the root cone [-].
-    undercut : float
-        Share of the face over which a cut flank turns back on itself above the end of the blade profile [-].
-    root_error : (float, float) or None
-        From where to where the root the blade tips cut stands over the root cone of the blank [m]; None where the flank
-        is not given by cutter and machine, or the cutter does not reach it.
-    """
-
+    # spiral angle and normal pressure angle [rad]
     spiral_angle: float
     pressure_angle: float
+    # fraction of the whole depth from which on the flank spans the face, 0 where it reaches the root cone [-]
     lowest: float
+    # share of the face over which a cut flank turns back on itself above the end of the blade profile [-]
     undercut: float
+    # from where to where the root the blade tips cut stands over the root cone of the blank [m]; None where the flank
+    # is not given by cutter and machine, or the cutter does not reach it
     root_error: tuple[float, float] | None
 
 
 @dataclass(frozen=True, repr=False)
 class PairGeometry(Reportable):
-    """Geometry of a pair: its flanks and the unloaded contact of each required side.
-
-    Attributes
-    ----------
-    design : Design
-        What it was computed from.
-    marking : float
-        Thickness of the marking compound [m].
-    flanks : dict
-        `FlankSummary` of ``"pinion_concave"``, ``"pinion_convex"``, ``"gear_concave"``, ``"gear_convex"``.
-    sides : dict
-        `SideGeometry` of ``"drive"`` and ``"coast"``.
-    failures : dict
-        Why a side could not be computed.
-    notes : tuple of str
-        Notes on the members.
-    seconds : float
-        Wall time of all.
-    """
+    """Geometry of a pair: its flanks and the unloaded contact of each required side."""
 
     presenter = "efficiency.output.geometry_report:geometry"
 
-    design: Design
-    marking: float
+    design: Design  # what it was computed from
+    marking: float  # thickness of the marking compound [m]
+    # `FlankSummary` of ``"pinion_concave"``, ``"pinion_convex"``, ``"gear_concave"``, ``"gear_convex"``
     flanks: dict[str, FlankSummary]
-    sides: dict[Side, SideGeometry]
-    failures: dict[Side, str]
-    notes: tuple[str, ...]
-    seconds: float
+    sides: dict[Side, SideGeometry]  # `SideGeometry` of ``"drive"`` and ``"coast"``
+    failures: dict[Side, str]  # why a side could not be computed
+    notes: tuple[str, ...]  # notes on the members
+    seconds: float  # wall time of all
     status: str = field(init=False)
 
     def __post_init__(self) -> None:

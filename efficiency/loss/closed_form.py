@@ -20,36 +20,24 @@ from ehl.common.errors import InputError
 class PitchGeometry:
     """Pitch-point data of a bevel or hypoid pair, pinion driving.
 
-    Parameters
-    ----------
-    pressure_angle : float
-        Generated normal pressure angle of the drive side [rad].
-    spiral_angle_pinion, spiral_angle_gear : float
-        Mean spiral angles [rad].
-    pitch_angle_pinion, pitch_angle_gear : float
-        Pitch angles [rad].
-    radius_pinion, radius_gear : float
-        Mean pitch radii [m].
-    module_normal : float
-        Mean normal module [m].
-    contact_ratio_profile : float
-        Transverse (profile) contact ratio of the virtual cylindrical pair [-].
-
     Raises
     ------
     InputError
         If a length or the contact ratio is not positive, or an angle is outside 0..90 degrees.
     """
 
-    pressure_angle: float
+    pressure_angle: float  # generated normal pressure angle of the drive side [rad]
+    # mean spiral angles [rad]
     spiral_angle_pinion: float
     spiral_angle_gear: float
+    # pitch angles [rad]
     pitch_angle_pinion: float
     pitch_angle_gear: float
+    # mean pitch radii [m]
     radius_pinion: float
     radius_gear: float
-    module_normal: float
-    contact_ratio_profile: float
+    module_normal: float  # mean normal module [m]
+    contact_ratio_profile: float  # transverse (profile) contact ratio of the virtual cylindrical pair [-]
 
     @classmethod
     def of(

@@ -28,45 +28,24 @@ REFERENCES = ("ehl:all", "ehl")
 
 @dataclass(frozen=True)
 class ComparisonRow:
-    """One way to the efficiency of the pair.
+    """One way to the efficiency of the pair."""
 
-    Attributes
-    ----------
-    name : str
-        Friction model, or name of the closed form.
-    kind : {"mesh", "closed form"}
-        Load distribution and local friction, or one formula for the whole pair.
-    efficiency, efficiency_lower, efficiency_upper, efficiency_error : float
-        [-]; nan where the way has none.
-    power_loss : float
-        [W].
-    friction_coefficient_mean : float
-        [-].
-    outside_range_share : float
-        Share of the sliding power outside the model's stated range [-].
-    status, reason : str
-    seconds : float
-        Run time of friction and loss; load and geometry are shared.
-    efficiency_with_rolling : float
-        [-].
-    loss_regions : tuple
-        Share of the sliding loss by thirds of the gear flank, rows root, middle, tip, columns toe, middle, heel; empty
-        for a closed form.
-    """
-
-    name: str
-    kind: Literal["mesh", "closed form"]
+    name: str  # friction model, or name of the closed form
+    kind: Literal["mesh", "closed form"]  # load distribution and local friction, or one formula for the whole pair
+    # [-]; nan where the way has none
     efficiency: float
     efficiency_lower: float
     efficiency_upper: float
     efficiency_error: float
-    power_loss: float
-    friction_coefficient_mean: float
-    outside_range_share: float
+    power_loss: float  # [W]
+    friction_coefficient_mean: float  # [-]
+    outside_range_share: float  # share of the sliding power outside the model's stated range [-]
     status: str
     reason: str
-    seconds: float
-    efficiency_with_rolling: float
+    seconds: float  # run time of friction and loss; load and geometry are shared
+    efficiency_with_rolling: float  # [-]
+    # share of the sliding loss by thirds of the gear flank, rows root, middle, tip, columns toe, middle, heel; empty
+    # for a closed form
     loss_regions: tuple[tuple[float, ...], ...]
 
     @property
@@ -77,32 +56,21 @@ class ComparisonRow:
 
 @dataclass(frozen=True, repr=False)
 class Comparison(Reportable):
-    """Efficiencies of one pair at one operating point.
-
-    Attributes
-    ----------
-    design, side, oil : str
-    torque, speed, temperature : float
-        [N m], [rad/s], [K].
-    rows : tuple of ComparisonRow
-        In the order asked for; closed forms last.
-    results : tuple of EfficiencyResult
-        Of the rows of kind "mesh", in their order; not in `to_dict`.
-    reference : str
-        Friction model that the fitted constant has the same loss as; empty where none was fitted.
-    """
+    """Efficiencies of one pair at one operating point."""
 
     presenter = "efficiency.output.comparison_report:comparison"
 
     design: str
     side: str
     oil: str
+    # [N m], [rad/s], [K]
     torque: float
     speed: float
     temperature: float
-    rows: tuple[ComparisonRow, ...]
+    rows: tuple[ComparisonRow, ...]  # in the order asked for; closed forms last
+    # of the rows of kind "mesh", in their order; not in `to_dict`
     results: tuple[EfficiencyResult, ...] = field(repr=False, compare=False)
-    reference: str = ""
+    reference: str = ""  # friction model that the fitted constant has the same loss as; empty where none was fitted
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -122,21 +122,11 @@ def remoteness(place: FloatArray, contacts: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class Prediction:
-    """Values at all points from those of the contacts.
+    """Values at all points from those of the contacts."""
 
-    Attributes
-    ----------
-    values : (k, n) array
-        Within the range of the contacts' own; the first, friction, down to 0.
-    weights : (n, m) array
-        Of each contact in the value of a point.
-    missed : (m,) array
-        First value of each contact less what the others predict there.
-    """
-
-    values: FloatArray
-    weights: FloatArray
-    missed: FloatArray
+    values: FloatArray  # within the range of the contacts' own; the first, friction, down to 0
+    weights: FloatArray  # of each contact in the value of a point
+    missed: FloatArray  # first value of each contact less what the others predict there
 
 
 def predict(place: FloatArray, contacts: FloatArray, found: FloatArray, weight: FloatArray) -> Prediction | None:

@@ -31,27 +31,14 @@ TEXTURE = {name: value_range_of(SurfaceInput, name) for name in ("correlation_le
 
 
 class OperatingPoint(InputModel):
-    """Default operating point.
+    """Default operating point."""
 
-    Attributes
-    ----------
-    torque : float
-        At the pinion shaft [N m].
-    speed : float
-        Of the pinion [rad/s].
-    temperature : float
-        Of the oil [K].
-    oil : str
-        Name of an oil card.
-    driver : {"pinion", "gear"}
-        Member the power comes from.
-    """
-
+    # at the pinion shaft [N m]
     torque: Annotated[float, ValueRange("N*m", gt=0.0, le=1e6, hint="The torque of the pinion, a positive number.")]
-    speed: Annotated[float, ValueRange("rad/s", gt=0.0, le=5000.0)]
-    temperature: Temperature
-    oil: Annotated[str, in_any_case("oils")]
-    driver: Driver = "pinion"
+    speed: Annotated[float, ValueRange("rad/s", gt=0.0, le=5000.0)]  # of the pinion [rad/s]
+    temperature: Temperature  # of the oil [K]
+    oil: Annotated[str, in_any_case("oils")]  # name of an oil card
+    driver: Driver = "pinion"  # member the power comes from
 
     @model_validator(mode="after")
     def _known(self) -> Self:
@@ -69,32 +56,6 @@ OPERATION_LIMITS: dict[str, ValueRange] = {
 class Operation:
     """How a pair runs.
 
-    Parameters
-    ----------
-    speed : float
-        Angular speed [rad/s].
-    temperature : float
-        Oil temperature [K], that of the inlet of every contact unless `temperature_inlet` is given.
-    roughness_rms_pinion, roughness_rms_gear : float
-        Rq of the flanks [m].
-    driver : {"pinion", "gear"}
-        Member the power comes from. The same flanks touch at the same points; all velocities are reversed, and with
-        them the friction force.
-    temperature_bulk_pinion, temperature_bulk_gear : float, optional
-        Bulk temperatures of the teeth [K]; the oil's where not given.
-    temperature_inlet : float, optional
-        Temperature of the oil as it enters the contacts [K], where the teeth have warmed it.
-    correlation_length : float, optional
-        Of the roughness of either flank, across the contact line [m]; of the finishes, else 40 Rq,
-        where not given.
-    peklenik_number : float, optional
-        Correlation length along the contact line over that across it [-]; where not given that of the finishes and
-        of the angle between their marks and the contact line at every point, 1 without a finish.
-    finish_pinion, finish_gear : Finish, optional
-        How the flanks were made.
-    uncertainty : UncertaintyInput
-        How well inputs are known.
-
     Raises
     ------
     InputError
@@ -102,19 +63,28 @@ class Operation:
         member.
     """
 
-    speed: float
-    temperature: float
+    speed: float  # angular speed [rad/s]
+    temperature: float  # oil temperature [K], that of the inlet of every contact unless `temperature_inlet` is given
+    # Rq of the flanks [m]
     roughness_rms_pinion: float = 0.0
     roughness_rms_gear: float = 0.0
+    # member the power comes from. The same flanks touch at the same points; all velocities are reversed, and with them
+    # the friction force.
     driver: Driver = "pinion"
+    # bulk temperatures of the teeth [K]; the oil's where not given
     temperature_bulk_pinion: float | None = None
     temperature_bulk_gear: float | None = None
+    # temperature of the oil as it enters the contacts [K], where the teeth have warmed it
     temperature_inlet: float | None = None
+    # of the roughness of either flank, across the contact line [m]; of the finishes, else 40 Rq, where not given
     correlation_length: float | None = None
+    # correlation length along the contact line over that across it [-]; where not given that of the finishes and of the
+    # angle between their marks and the contact line at every point, 1 without a finish
     peklenik_number: float | None = None
+    # how the flanks were made
     finish_pinion: Finish | None = None
     finish_gear: Finish | None = None
-    uncertainty: UncertaintyInput = DEFAULT
+    uncertainty: UncertaintyInput = DEFAULT  # how well inputs are known
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.speed) and self.speed > 0.0):
@@ -187,27 +157,13 @@ class Operation:
 
 @dataclass(frozen=True)
 class LoadedPoints:
-    """The points that carry load, of all positions of a mesh cycle, one after the other.
+    """The points that carry load, of all positions of a mesh cycle, one after the other."""
 
-    Attributes
-    ----------
-    state : ContactState
-        Local conditions; surface 1 is the pinion.
-    force : (n,) array
-        Normal force [N].
-    speed_sliding : (n,) array
-        Length of the sliding vector [m/s].
-    position : (n,) int array
-        Index of the position each point belongs to.
-    index : (n,) int array
-        Index of the point in that position.
-    """
-
-    state: ContactState
-    force: FloatArray
-    speed_sliding: FloatArray
-    position: IntArray
-    index: IntArray
+    state: ContactState  # local conditions; surface 1 is the pinion
+    force: FloatArray  # normal force [N]
+    speed_sliding: FloatArray  # length of the sliding vector [m/s]
+    position: IntArray  # index of the position each point belongs to
+    index: IntArray  # index of the point in that position
 
 
 def loaded_points(load: LoadDistribution, effective_modulus: float, operation: Operation) -> LoadedPoints:

@@ -26,57 +26,30 @@ BLEND = 10.0
 
 @dataclass(frozen=True)
 class SolvedFriction(FrictionEstimate):
-    """Friction of solved contacts, with what else the solution says of each.
+    """Friction of solved contacts, with what else the solution says of each."""
 
-    Attributes
-    ----------
-    film_central, film_ratio : array
-        [m], and of the smooth isothermal film [-].
-    temperature_flash : array
-        Greatest surface temperature [K].
-    rolling_traction : array
-        Of each surface, over the load per length [-].
-    contacts : int
-        How many contacts were asked for.
-    failed : dict
-        How many of them were not solved, by reason.
-    mean_error : float
-        Error of the mean friction coefficient, weighted with the sliding power, over itself [-]: what contacts miss by
-        chance is independent of each other, what the method and failed contacts leave open is not.
-    """
-
+    # [m], and of the smooth isothermal film [-]
     film_central: FloatArray
     film_ratio: FloatArray
-    temperature_flash: FloatArray
-    rolling_traction: FloatArray
-    contacts: int = 0
-    failed: dict[str, int] = field(default_factory=dict)
+    temperature_flash: FloatArray  # greatest surface temperature [K]
+    rolling_traction: FloatArray  # of each surface, over the load per length [-]
+    contacts: int = 0  # how many contacts were asked for
+    failed: dict[str, int] = field(default_factory=dict)  # how many of them were not solved, by reason
+    # error of the mean friction coefficient, weighted with the sliding power, over itself [-]: what contacts miss by
+    # chance is independent of each other, what the method and failed contacts leave open is not
     mean_error: float = math.nan
 
 
 @dataclass(frozen=True)
 class LocalLubrication:
-    """What the lubricant does at each loaded point; arrays as in `LoadedPoints`.
+    """What the lubricant does at each loaded point; arrays as in `LoadedPoints`."""
 
-    Attributes
-    ----------
-    film_central : (n,) array
-        Central film thickness with its inlet heating [m].
-    film_ratio : (n,) array
-        lambda: smooth isothermal film over the composite Rq [-]; infinity for smooth flanks.
-    temperature_flash : (n,) array
-        Greatest surface temperature: bulk temperature plus flash [K].
-    rolling_traction : (n,) array
-        Traction of the pressure gradient on each surface over the load per length [-].
-    source : {"formula", "ehl"}
-        Moes film with the inlet factor of Wilson & Gupta, Blok's flash, rolling traction of Biboulet & Houpert; or the
-        solutions of the friction model.
-    """
-
-    film_central: FloatArray
-    film_ratio: FloatArray
-    temperature_flash: FloatArray
-    rolling_traction: FloatArray
+    film_central: FloatArray  # central film thickness with its inlet heating [m]
+    film_ratio: FloatArray  # lambda: smooth isothermal film over the composite Rq [-]; infinity for smooth flanks
+    temperature_flash: FloatArray  # greatest surface temperature: bulk temperature plus flash [K]
+    rolling_traction: FloatArray  # traction of the pressure gradient on each surface over the load per length [-]
+    # Moes film with the inlet factor of Wilson & Gupta, Blok's flash, rolling traction of Biboulet & Houpert; or the
+    # solutions of the friction model
     source: Literal["formula", "ehl"]
 
 

@@ -25,15 +25,9 @@ _CLOSE, _ROUNDS = 0.02, 40  # [K]
 
 
 class CoolingInput(InputModel):
-    """Table [cooling]: how the teeth are lubricated.
+    """Table [cooling]: how the teeth are lubricated."""
 
-    Attributes
-    ----------
-    lubrication : {"dip", "spray", "submerged"}
-        Factor 1, 1.2 and 0.2 on the rise of their bulk temperature.
-    """
-
-    lubrication: Lubrication = "dip"
+    lubrication: Lubrication = "dip"  # factor 1, 1.2 and 0.2 on the rise of their bulk temperature
 
 
 def iso_15144_bulk_rise(power_loss: float, centre_distance: float, face_width: float, factor: float = 1.0) -> float:

@@ -45,19 +45,11 @@ ANY_OIL = "75w90"
 
 @dataclass(frozen=True)
 class LossSample:
-    """Points of a mesh that stand for all of them.
-
-    Attributes
-    ----------
-    state : ContactState
-    friction : FrictionEstimate
-    power : (n,) array
-        F |v_s| [W].
-    """
+    """Points of a mesh that stand for all of them."""
 
     state: ContactState
     friction: FrictionEstimate
-    power: FloatArray
+    power: FloatArray  # F |v_s| [W]
 
     @classmethod
     def of(cls, points: LoadedPoints, friction: FrictionEstimate, most: int = POINTS) -> LossSample:

@@ -130,42 +130,18 @@ class ElasticPosition:
 
 @dataclass(frozen=True)
 class PositionLoad:
-    """Load at one mesh position; arrays with one entry per point of the `MeshPosition`.
+    """Load at one mesh position; arrays with one entry per point of the `MeshPosition`."""
 
-    Attributes
-    ----------
-    position : MeshPosition
-        Where the points are.
-    force : (n,) array
-        Normal force of each point [N].
-    load_per_length : (n,) array
-        w' [N/m].
-    pressure_hertz : (n,) array
-        Maximum Hertz pressure of the two flanks [Pa]; zero where unloaded.
-    pressure_max : (n,) array
-        The same with the edges: maximum pressure where the contact reaches a rounded edge [Pa].
-    half_width : (n,) array
-        Half of the width of the contact, edges included [m].
-    at_edge : (n,) bool array
-        Points whose contact reaches an edge.
-    approach : float
-        Pinion rotation against a held gear that closes gaps and deflects teeth [rad].
-    transmission_error : float
-        Loaded: unloaded one minus the lag of the gear by the approach [rad of the gear].
-    equilibrium : Equilibrium
-        Residuals, iterations, status of the solver.
-    """
-
-    position: MeshPosition
-    force: FloatArray
-    load_per_length: FloatArray
-    pressure_hertz: FloatArray
-    pressure_max: FloatArray
-    half_width: FloatArray
-    at_edge: BoolArray
-    approach: float
-    transmission_error: float
-    equilibrium: Equilibrium
+    position: MeshPosition  # where the points are
+    force: FloatArray  # normal force of each point [N]
+    load_per_length: FloatArray  # w' [N/m]
+    pressure_hertz: FloatArray  # maximum Hertz pressure of the two flanks [Pa]; zero where unloaded
+    pressure_max: FloatArray  # the same with the edges: maximum pressure where the contact reaches a rounded edge [Pa]
+    half_width: FloatArray  # half of the width of the contact, edges included [m]
+    at_edge: BoolArray  # points whose contact reaches an edge
+    approach: float  # pinion rotation against a held gear that closes gaps and deflects teeth [rad]
+    transmission_error: float  # loaded: unloaded one minus the lag of the gear by the approach [rad of the gear]
+    equilibrium: Equilibrium  # residuals, iterations, status of the solver
 
     @cached_property
     def torque(self) -> float:
@@ -188,26 +164,13 @@ class PositionLoad:
 
 @dataclass(frozen=True)
 class LoadDistribution:
-    """Load over one mesh cycle.
+    """Load over one mesh cycle."""
 
-    Attributes
-    ----------
-    torque : float
-        [N m].
-    positions : tuple of PositionLoad
-        One entry per pinion angle.
-    status : {"converged", "failed"}
-    reason : str
-        First failure's reason.
-    tooth_outline : (2, k) array
-        Closed outline of the gear tooth, distance from the toe and over the root cone [m].
-    """
-
-    torque: float
-    positions: tuple[PositionLoad, ...]
+    torque: float  # [N m]
+    positions: tuple[PositionLoad, ...]  # one entry per pinion angle
     status: Literal["converged", "failed"]
-    reason: str
-    tooth_outline: FloatArray
+    reason: str  # first failure's reason
+    tooth_outline: FloatArray  # closed outline of the gear tooth, distance from the toe and over the root cone [m]
 
     @property
     def cycle(self) -> tuple[MeshPosition, ...]:

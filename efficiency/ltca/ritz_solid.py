@@ -38,12 +38,7 @@ _EXTRA = 2
 
 @dataclass(frozen=True)
 class Orders:
-    """Polynomial orders across, over the height and along the face, in the tooth and in the body.
-
-    Attributes
-    ----------
-    tooth, body : (int, int, int)
-    """
+    """Polynomial orders across, over the height and along the face, in the tooth and in the body."""
 
     tooth: tuple[int, int, int]
     body: tuple[int, int, int]

@@ -41,27 +41,17 @@ def opposite(side: FlankSide) -> FlankSide:
 
 @dataclass(frozen=True)
 class FitGrid:
-    """Gear points a pinion flank is fitted at.
+    """Gear points a pinion flank is fitted at."""
 
-    Attributes
-    ----------
-    u, h : (n,) arrays
-        Blank coordinates on the gear [m].
-    x, y : (n,) arrays
-        Place on the face, -1 at the toe and 1 at the heel, and on the working depth, -1 at the gear's root and 1 at its
-        tip.
-    shape : (int, int)
-        Points along the face and over the depth; the depth runs slowest.
-    lowest : float
-        Fraction of the working depth where the grid begins.
-    """
-
+    # blank coordinates on the gear [m]
     u: FloatArray
     h: FloatArray
+    # place on the face, -1 at the toe and 1 at the heel, and on the working depth, -1 at the gear's root and 1 at its
+    # tip
     x: FloatArray
     y: FloatArray
-    shape: tuple[int, int]
-    lowest: float
+    shape: tuple[int, int]  # points along the face and over the depth; the depth runs slowest
+    lowest: float  # fraction of the working depth where the grid begins
 
 
 def fit_grid(pair: PairDimensions, lowest: float = _DEPTH[0], shape: tuple[int, int] = _SHAPE) -> FitGrid:
@@ -86,27 +76,13 @@ def grid_on_gear(pair: PairDimensions, gear: GearCut) -> FitGrid:
 
 @dataclass(frozen=True)
 class ConjugateFlankStart:
-    """One pinion flank at the exactly conjugate settings.
-
-    Attributes
-    ----------
-    flank : CutFlank
-        The flank.
-    phase : float
-        Its rotation about the pinion axis in the frame of the unturned pinion [rad].
-    points : ConjugatePoints
-        Conjugate points of the grid.
-    parameters : (3, n) array
-        Cutting parameters that cut them.
-    error : float
-        Largest distance between both [m].
-    """
+    """One pinion flank at the exactly conjugate settings."""
 
     flank: CutFlank
-    phase: float
-    points: ConjugatePoints
-    parameters: FloatArray
-    error: float
+    phase: float  # its rotation about the pinion axis in the frame of the unturned pinion [rad]
+    points: ConjugatePoints  # conjugate points of the grid
+    parameters: FloatArray  # cutting parameters that cut them
+    error: float  # largest distance between both [m]
 
 
 def pinion_tool(pair: PairDimensions, gear: GearCut) -> ToolPose:

@@ -54,52 +54,30 @@ _IMAGINARY = 1e-30
 
 @dataclass(frozen=True)
 class SettingCorrection:
-    """Change of one setting, in SI units.
+    """Change of one setting, in SI units."""
 
-    Attributes
-    ----------
-    setting : str
-        Its name in a design file.
-    flanks : str
-        Flank it cuts: ``"concave"``, ``"convex"`` or ``"both"``.
-    nominal, change, corrected : float
-        Value before, change, value to set.
-    uncertainty : float
-        Standard uncertainty of the change by that of the points.
-    """
-
-    setting: str
-    flanks: str
+    setting: str  # its name in a design file
+    flanks: str  # flank it cuts: ``"concave"``, ``"convex"`` or ``"both"``
+    # value before, change, value to set
     nominal: float
     change: float
     corrected: float
-    uncertainty: float
+    uncertainty: float  # standard uncertainty of the change by that of the points
 
 
 @dataclass(frozen=True)
 class FlankDeviation:
-    """Deviation of one flank from nominal in the words of flank inspection; positive is material too much [m].
+    """Deviation of one flank from nominal in the words of flank inspection; positive is material too much [m]."""
 
-    Attributes
-    ----------
-    flank : str
-        ``"concave"`` or ``"convex"``.
-    part : str
-        ``"measured"``, or ``"expected"`` after the corrections.
-    deviation_rms, deviation_max : float
-        Of the points, without the mean.
-    spiral_angle_error, pressure_angle_error : float
-        Slope along the face to the heel, and over the depth to the tip [rad].
-    lengthwise_crowning, profile_crowning, twist : float
-        Material at both ends of the face, at root and tip, at the corners heel-tip and toe-root, against the middle.
-    """
-
-    flank: str
-    part: str
+    flank: str  # ``"concave"`` or ``"convex"``
+    part: str  # ``"measured"``, or ``"expected"`` after the corrections
+    # of the points, without the mean
     deviation_rms: float
     deviation_max: float
+    # slope along the face to the heel, and over the depth to the tip [rad]
     spiral_angle_error: float
     pressure_angle_error: float
+    # material at both ends of the face, at root and tip, at the corners heel-tip and toe-root, against the middle
     lengthwise_crowning: float
     profile_crowning: float
     twist: float
@@ -107,32 +85,16 @@ class FlankDeviation:
 
 @dataclass(frozen=True, repr=False)
 class MachineCorrections(Reportable):
-    """Corrections of the machine settings of one member.
-
-    Attributes
-    ----------
-    design : str
-        Name of the design.
-    member : str
-        ``"pinion"`` or ``"gear"``.
-    corrections : tuple of SettingCorrection
-        What to set.
-    deviations : tuple of FlankDeviation
-        Measured and expected deviation of each flank.
-    text : str
-        Tables of the corrected settings, as a design file holds them.
-    notes : tuple of str
-        What to look at.
-    """
+    """Corrections of the machine settings of one member."""
 
     presenter = "efficiency.machine_settings.report:correction"
 
-    design: str
-    member: Member
-    corrections: tuple[SettingCorrection, ...]
-    deviations: tuple[FlankDeviation, ...]
-    text: str
-    notes: tuple[str, ...]
+    design: str  # name of the design
+    member: Member  # ``"pinion"`` or ``"gear"``
+    corrections: tuple[SettingCorrection, ...]  # what to set
+    deviations: tuple[FlankDeviation, ...]  # measured and expected deviation of each flank
+    text: str  # tables of the corrected settings, as a design file holds them
+    notes: tuple[str, ...]  # what to look at
 
     def __repr__(self) -> str:
         before, after = (

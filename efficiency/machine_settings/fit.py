@@ -45,24 +45,12 @@ def _linearised(flank: CutFlank, y: FloatArray) -> tuple[FloatArray, FloatArray]
 
 @dataclass(frozen=True)
 class RootState:
-    """Tip points on the root.
+    """Tip points on the root."""
 
-    Attributes
-    ----------
-    parameters : (2, k) array
-        Cutter angle and cradle roll.
-    error : (k,) array
-        Height over the blank's root [m].
-    slope : (k,) array
-        dh/du along the cut root at the stations, per metre.
-    blank : Blank
-        Blank of the member.
-    """
-
-    parameters: FloatArray
-    error: FloatArray
-    slope: FloatArray
-    blank: Blank
+    parameters: FloatArray  # cutter angle and cradle roll
+    error: FloatArray  # height over the blank's root [m]
+    slope: FloatArray  # dh/du along the cut root at the stations, per metre
+    blank: Blank  # blank of the member
 
     @property
     def tips(self) -> FloatArray:
@@ -78,24 +66,12 @@ class RootState:
 
 @dataclass(frozen=True)
 class RootLine:
-    """Where the root should be.
+    """Where the root should be."""
 
-    Attributes
-    ----------
-    u : (k,) array
-        Stations along the face [m].
-    height : (k,) array
-        Target height of the root [m].
-    weight : float
-        Residual per error of the root, [m/m].
-    start : (2, k) array
-        Cutter angle and cradle roll near the root points.
-    """
-
-    u: FloatArray
-    height: FloatArray
-    weight: float
-    start: FloatArray
+    u: FloatArray  # stations along the face [m]
+    height: FloatArray  # target height of the root [m]
+    weight: float  # residual per error of the root, [m/m]
+    start: FloatArray  # cutter angle and cradle roll near the root points
 
     def cut(self, flank: CutFlank, previous: RootState | None = None) -> RootState:
         """The root as the flank's blade cuts it."""
@@ -178,32 +154,17 @@ class FreeSettings:
 
 @dataclass(frozen=True)
 class TargetFlank:
-    """One pinion flank to be cut.
+    """One pinion flank to be cut."""
 
-    Attributes
-    ----------
-    flank : CutFlank
-        Flank of the start settings.
-    phase : float
-        Rotation of that flank about its axis [rad].
-    position, normal : (3, n) arrays
-        Points of the conjugate pinion flank in the frame of the unturned pinion [m], and unit normals out of the gear
-        tooth.
-    relief : (n,) array
-        Ease-off, positive where material is to be missing [m].
-    parameters : (3, n) array
-        Cutting parameters of the start, near the points.
-    root : RootLine, optional
-        Where the blade tips should cut the root.
-    """
-
-    flank: CutFlank
-    phase: float
+    flank: CutFlank  # flank of the start settings
+    phase: float  # rotation of that flank about its axis [rad]
+    # points of the conjugate pinion flank in the frame of the unturned pinion [m], and unit normals out of the gear
+    # tooth
     position: FloatArray
     normal: FloatArray
-    relief: FloatArray
-    parameters: FloatArray
-    root: RootLine | None = None
+    relief: FloatArray  # ease-off, positive where material is to be missing [m]
+    parameters: FloatArray  # cutting parameters of the start, near the points
+    root: RootLine | None = None  # where the blade tips should cut the root
 
 
 @dataclass(frozen=True)
@@ -212,26 +173,16 @@ class FittedFlank:
 
     Attributes
     ----------
-    flank : CutFlank
-    phase : float
-    parameters : (3, n) array
-        Cutting parameters of the points.
-    relief : (n,) array
-        Distance to the conjugate flank [m], linearly continued where `found` is false.
-    residual : (n,) array
-        Relief minus target [m].
-    found : (n,) bool array
-        False where the flank does not exist (undercut).
     root_error : (k,) array
         Height of the cut root over the blank's at the stations of the root line [m].
     """
 
     flank: CutFlank
     phase: float
-    parameters: FloatArray
-    relief: FloatArray
-    residual: FloatArray
-    found: BoolArray
+    parameters: FloatArray  # cutting parameters of the points
+    relief: FloatArray  # distance to the conjugate flank [m], linearly continued where `found` is false
+    residual: FloatArray  # relief minus target [m]
+    found: BoolArray  # false where the flank does not exist (undercut)
     root: RootState | None
 
     @property
@@ -252,19 +203,11 @@ class FittedFlank:
 
 @dataclass(frozen=True)
 class FitResult:
-    """Outcome of a fit.
-
-    Attributes
-    ----------
-    flanks : tuple of FittedFlank
-    iterations : int
-    converged : bool
-        The last accepted step changed the sum of squares by less than the tolerance.
-    """
+    """Outcome of a fit."""
 
     flanks: tuple[FittedFlank, ...]
     iterations: int
-    converged: bool
+    converged: bool  # the last accepted step changed the sum of squares by less than the tolerance
 
     @property
     def rms(self) -> float:

@@ -37,59 +37,30 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class PairDimensions:
-    """Dimensions of a pair that machine settings are made from, SI units and rad.
+    """Dimensions of a pair that machine settings are made from, SI units and rad."""
 
-    Attributes
-    ----------
-    assembly : Assembly
-        Position of the axes, aligned.
-    pinion, gear : Blank
-        Blanks.
-    hand_gear : float
-        +1 for a right-hand gear, -1 for a left-hand one.
-    offset_angle : float
-        Azimuth of the gear's mean point in the mesh frame.
-    calculation_gear, calculation_pinion : float
-        Calculation point from the middle of the face towards the heel [m]; spiral angle, pressure angles, thickness and
-        offset angle belong there.
-    spiral_gear, spiral_pinion : float
-        Mean spiral angles.
-    pressure_concave, pressure_convex : float
-        Normal pressure angles of the gear flanks.
-    thickness_gear : float
-        Mean normal circular tooth thickness of the gear [m].
-    clearance : float
-        Between tip and root [m].
-    backlash : float
-        Normal backlash [m], taken off the normal circular thickness of the pinion.
-    cutter_radius : float
-        Nominal radius of the gear cutter [m].
-    blade_groups : int
-        Of a face-hob head, 0 for a face mill.
-    process : CuttingProcess
-        How the head indexes.
-    generation : Generation
-        How the profile of the gear comes about.
-    """
-
-    assembly: Assembly
+    assembly: Assembly  # position of the axes, aligned
     pinion: Blank
     gear: Blank
-    hand_gear: float
-    offset_angle: float
+    hand_gear: float  # +1 for a right-hand gear, -1 for a left-hand one
+    offset_angle: float  # azimuth of the gear's mean point in the mesh frame
+    # calculation point from the middle of the face towards the heel [m]; spiral angle, pressure angles, thickness and
+    # offset angle belong there
     calculation_gear: float
     calculation_pinion: float
+    # mean spiral angles
     spiral_gear: float
     spiral_pinion: float
+    # normal pressure angles of the gear flanks
     pressure_concave: float
     pressure_convex: float
-    thickness_gear: float
-    clearance: float
-    backlash: float
-    cutter_radius: float
-    blade_groups: int
-    process: CuttingProcess
-    generation: Generation
+    thickness_gear: float  # mean normal circular tooth thickness of the gear [m]
+    clearance: float  # between tip and root [m]
+    backlash: float  # normal backlash [m], taken off the normal circular thickness of the pinion
+    cutter_radius: float  # nominal radius of the gear cutter [m]
+    blade_groups: int  # of a face-hob head, 0 for a face mill
+    process: CuttingProcess  # how the head indexes
+    generation: Generation  # how the profile of the gear comes about
 
     def pressure(self, side: FlankSide) -> float:
         """Normal pressure angle of a gear flank [rad]."""
@@ -133,31 +104,15 @@ class PairDimensions:
 
 @dataclass(frozen=True)
 class GearCut:
-    """The cut gear and its tool in space.
-
-    Attributes
-    ----------
-    concave, convex : CutFlank
-        Flanks.
-    tool : ToolPose
-        Cutter in the mesh frame at the design point.
-    screw : GeneratingScrew
-        Cradle of the generating gear; the gear itself for a Formate gear.
-    tool_angle : float
-        Cutter angle of the mean point in the axes of `tool` [rad].
-    cutter_turn : float
-        What a cutter angle in the axes of `tool` has to grow by to be one of the gear's machine [rad].
-    rotation : float
-        Azimuth of the gear's work frame in the mesh frame at the design point [rad].
-    """
+    """The cut gear and its tool in space."""
 
     concave: CutFlank
     convex: CutFlank
-    tool: ToolPose
-    screw: GeneratingScrew
-    tool_angle: float
-    cutter_turn: float
-    rotation: float
+    tool: ToolPose  # cutter in the mesh frame at the design point
+    screw: GeneratingScrew  # cradle of the generating gear; the gear itself for a Formate gear
+    tool_angle: float  # cutter angle of the mean point in the axes of `tool` [rad]
+    cutter_turn: float  # what a cutter angle in the axes of `tool` has to grow by to be one of the gear's machine [rad]
+    rotation: float  # azimuth of the gear's work frame in the mesh frame at the design point [rad]
 
     def flank(self, side: FlankSide) -> CutFlank:
         """One of the two flanks."""

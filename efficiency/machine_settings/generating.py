@@ -28,24 +28,12 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class GeneratingScrew:
-    """Cradle of the generating gear in the mesh frame.
+    """Cradle of the generating gear in the mesh frame."""
 
-    Attributes
-    ----------
-    point : (3,) array
-        A point of its axis [m].
-    direction : (3,) array
-        Unit vector along its axis, into the pinion blank.
-    rate : float
-        Cradle turn per radian of the pinion.
-    pitch : float
-        Advance along `direction` per radian of the cradle [m].
-    """
-
-    point: FloatArray
-    direction: FloatArray
-    rate: float
-    pitch: float
+    point: FloatArray  # a point of its axis [m]
+    direction: FloatArray  # unit vector along its axis, into the pinion blank
+    rate: float  # cradle turn per radian of the pinion
+    pitch: float  # advance along `direction` per radian of the cradle [m]
 
 
 def generating_screw(assembly: Assembly, share: float) -> GeneratingScrew:
@@ -90,21 +78,11 @@ class ToolPose:
 
 @dataclass(frozen=True)
 class MachinePose:
-    """Settings that put a tool at a pose before a work piece.
+    """Settings that put a tool at a pose before a work piece."""
 
-    Attributes
-    ----------
-    settings : MachineSettings
-        Without motions.
-    cutter_turn : float
-        What a cutter angle measured in the pose has to grow by to be one of the machine.
-    work_direction : (3,) array
-        Where the x axis of the unturned work frame points.
-    """
-
-    settings: MachineSettings
-    cutter_turn: float
-    work_direction: FloatArray
+    settings: MachineSettings  # without motions
+    cutter_turn: float  # what a cutter angle measured in the pose has to grow by to be one of the machine
+    work_direction: FloatArray  # where the x axis of the unturned work frame points
 
     def machine(self, roll_ratio: float, helical_motion_1: float) -> MachineSettings:
         """The settings with a roll ratio and helical motion [m/rad]."""

@@ -30,29 +30,19 @@ Place = Annotated[float, ValueRange("", ge=-0.6, le=0.6)]
 
 
 class Cutting(InputModel):
-    """How the members are cut.
+    """How the members are cut."""
 
-    Attributes
-    ----------
-    gear : str
-        ``"formate"`` (not generated) or ``"generated"``.
-    pinion : str
-        ``"both_flanks"``: one machine setting for both flanks (completing); ``"each_flank"``: a setting per flank;
-        ``"conjugate"``: no settings, the flanks are defined as conjugate to the gear's plus the ease-off.
-    machine : str
-        ``"free_form"``: any relative motion; ``"cradle"``: machine root angle near the pinion's root cone and tilt
-        within `tilt_limit`.
-    tilt_limit : float
-        Largest tilt of a cradle machine [rad].
-    blades : str
-        ``"straight"`` or ``"curved"`` pinion blades; left out, straight where each face-milled flank has its own
-        setting and curved elsewhere.
-    """
-
-    gear: GenerationName = "formate"
+    gear: GenerationName = "formate"  # ``"formate"`` (not generated) or ``"generated"``
+    # ``"both_flanks"``: one machine setting for both flanks (completing); ``"each_flank"``: a setting per flank;
+    # ``"conjugate"``: no settings, the flanks are defined as conjugate to the gear's plus the ease-off
     pinion: Literal["both_flanks", "each_flank", "conjugate"] = "both_flanks"
+    # ``"free_form"``: any relative motion; ``"cradle"``: machine root angle near the pinion's root cone and tilt within
+    # `tilt_limit`
     machine: Literal["free_form", "cradle"] = "free_form"
+    # largest tilt of a cradle machine [rad]
     tilt_limit: Annotated[float, ValueRange("rad", ge=0.0, le=radians(60.0))] = radians(30.0)
+    # ``"straight"`` or ``"curved"`` pinion blades; left out, straight where each face-milled flank has its own setting
+    # and curved elsewhere
     blades: Literal["straight", "curved"] | None = None
     radius_offsets: Literal["free", "none"] = "free"
 
@@ -62,36 +52,24 @@ class FlankTarget(InputModel):
 
     Relief is nothing at the contact position and grows with the square of the distance; the four amounts hold at the
     ends of the face and of the working depth for a contact in the middle. Sides are those of the gear.
-
-    Attributes
-    ----------
-    crowning_toe, crowning_heel : float
-        Relief at both ends of the face [m].
-    relief_root, relief_tip : float
-        Relief at root and tip of the gear's working depth [m].
-    bias : float
-        How far the line of no lengthwise relief leans: its shift from mid-depth to the gear tip towards the heel, in
-        half faces.
-    twist : float
-        Relief added at the corners heel-tip and toe-root, taken from the two others [m].
-    contact_face, contact_depth : float
-        Contact position, -1 at toe (root), 1 at heel (tip) of the gear.
-    transmission_error : float or None
-        Target peak-to-peak unloaded transmission error over one pitch [rad]; all reliefs are then scaled alike to give
-        it.
-    map : str, optional
-        Path of a CSV file with an ease-off that is added, measured or of another program; see `contact.conjugate`.
     """
 
+    # relief at both ends of the face [m]
     crowning_toe: Relief = 40e-6
     crowning_heel: Relief = 40e-6
+    # relief at root and tip of the gear's working depth [m]
     relief_root: Relief = 12e-6
     relief_tip: Relief = 12e-6
+    # how far the line of no lengthwise relief leans: its shift from mid-depth to the gear tip towards the heel, in half
+    # faces
     bias: Slope = 0.0
-    twist: Twist = 0.0
+    twist: Twist = 0.0  # relief added at the corners heel-tip and toe-root, taken from the two others [m]
+    # contact position, -1 at toe (root), 1 at heel (tip) of the gear
     contact_face: Place = 0.0
     contact_depth: Place = 0.0
+    # target peak-to-peak unloaded transmission error over one pitch [rad]; all reliefs are then scaled alike to give it
     transmission_error: Annotated[float, ValueRange("rad", gt=0.0, le=2e-3)] | None = None
+    # path of a CSV file with an ease-off that is added, measured or of another program; see `contact.conjugate`
     map: str | None = None
 
     @model_validator(mode="after")
@@ -115,19 +93,13 @@ class FlankTarget(InputModel):
 
 
 class Targets(InputModel):
-    """Ease-off of both flank pairs and how near the root has to come to the blank's.
+    """Ease-off of both flank pairs and how near the root has to come to the blank's."""
 
-    Attributes
-    ----------
-    drive, coast : FlankTarget
-        Drive is the concave pinion flank.
-    root_weight : float
-        Residual that one metre of root error counts as; left out, 0.02 where both face-hobbed flanks share a setting,
-        0.03 elsewhere.
-    """
-
+    # drive is the concave pinion flank
     drive: FlankTarget = FlankTarget()
     coast: FlankTarget = FlankTarget()
+    # residual that one metre of root error counts as; left out, 0.02 where both face-hobbed flanks share a setting,
+    # 0.03 elsewhere
     root_weight: Annotated[float, ValueRange("", ge=0.0, le=1.0)] | None = None
 
     def of(self, side: FlankSide) -> FlankTarget:

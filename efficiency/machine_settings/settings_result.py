@@ -26,46 +26,24 @@ RESIDUAL_LIMIT = 3e-6
 
 @dataclass(frozen=True)
 class UndercutPoint:
-    """A point that the pinion flank does not reach.
+    """A point that the pinion flank does not reach."""
 
-    Attributes
-    ----------
-    gear_u, gear_h : float
-        Blank coordinates of the gear point that would touch it [m].
-    place : str
-        Where on the gear flank: toe, middle or heel, and root, middle or tip.
-    """
-
+    # blank coordinates of the gear point that would touch it [m]
     gear_u: float
     gear_h: float
-    place: str
+    place: str  # where on the gear flank: toe, middle or heel, and root, middle or tip
 
 
 @dataclass(frozen=True)
 class FlankFit:
-    """Residual of one pinion flank.
+    """Residual of one pinion flank."""
 
-    Attributes
-    ----------
-    side : str
-        Pinion flank, ``"concave"`` (drive) or ``"convex"`` (coast).
-    grid : FitGrid
-        Where it was fitted.
-    fitted : FittedFlank
-        Relief and residual at the points of the grid.
-    start_error : float
-        Distance of the conjugate start from the conjugate flank [m].
-    undercut : tuple of UndercutPoint
-        Points that do not exist on the flank.
-    transmission : Transmission or None
-        Unloaded transmission error of the mesh; None where it was not or could not be computed.
-    """
-
-    side: FlankSide
-    grid: FitGrid
-    fitted: FittedFlank
-    start_error: float
-    undercut: tuple[UndercutPoint, ...]
+    side: FlankSide  # pinion flank, ``"concave"`` (drive) or ``"convex"`` (coast)
+    grid: FitGrid  # where it was fitted
+    fitted: FittedFlank  # relief and residual at the points of the grid
+    start_error: float  # distance of the conjugate start from the conjugate flank [m]
+    undercut: tuple[UndercutPoint, ...]  # points that do not exist on the flank
+    # unloaded transmission error of the mesh; None where it was not or could not be computed
     transmission: Transmission | None = None
 
     @property
@@ -82,37 +60,21 @@ class FlankFit:
 
 @dataclass(frozen=True, repr=False)
 class SettingsResult(Reportable):
-    """Machine settings from targets.
-
-    Attributes
-    ----------
-    design : Design
-        The pair as its file holds it.
-    text : str
-        The design file.
-    concave, convex : FlankFit
-        Residuals of both pinion flanks.
-    iterations : int
-        Of the fits together.
-    seconds : float
-        Wall time.
-    status : str
-        ``"converged"``; ``"pointed"`` where the cut flanks of a member cross below its tip; ``"undercut"`` where more
-        than a twentieth of a working flank is undercut; ``"residual"`` where a residual exceeds `RESIDUAL_LIMIT`.
-    warnings : tuple of str
-        What to look at.
-    """
+    """Machine settings from targets."""
 
     presenter = "efficiency.machine_settings.report:settings"
 
-    design: Design
-    text: str
+    design: Design  # the pair as its file holds it
+    text: str  # the design file
+    # residuals of both pinion flanks
     concave: FlankFit
     convex: FlankFit
-    iterations: int
-    seconds: float
+    iterations: int  # of the fits together
+    seconds: float  # wall time
+    # ``"converged"``; ``"pointed"`` where the cut flanks of a member cross below its tip; ``"undercut"`` where more
+    # than a twentieth of a working flank is undercut; ``"residual"`` where a residual exceeds `RESIDUAL_LIMIT`
     status: str
-    warnings: tuple[str, ...]
+    warnings: tuple[str, ...]  # what to look at
 
     @property
     def flanks(self) -> tuple[FlankFit, FlankFit]:
@@ -168,19 +130,12 @@ Flaw = Literal["pointed", "undercut"]
 
 @dataclass(frozen=True)
 class ToothFinding:
-    """What is wrong with a cut tooth.
+    """What is wrong with a cut tooth."""
 
-    Attributes
-    ----------
-    flaw : str or None
-        ``"pointed"``: the flanks cross below the tip; ``"undercut"``: the cutter took away working flank. None for what
-        a designer has to know but may accept.
-    text : str
-        Place, amount and remedy.
-    """
-
+    # ``"pointed"``: the flanks cross below the tip; ``"undercut"``: the cutter took away working flank. None for what a
+    # designer has to know but may accept.
     flaw: Flaw | None
-    text: str
+    text: str  # place, amount and remedy
 
 
 def tip_findings(flanks: GearFlanks, module_normal: float) -> list[ToothFinding]:

@@ -41,37 +41,19 @@ _LOSS = "power_loss"
 
 @dataclass(frozen=True)
 class Evaluation:
-    """One point of the search.
+    """One point of the search."""
 
-    Attributes
-    ----------
-    key : str
-        Hash of all it depends on.
-    variables : dict
-        Values of the variables, SI.
-    figures : dict
-        Figures over duty and states, SI; nan where there is none.
-    reason : str
-        Why it has no figures, or cannot be made; empty where neither.
-    notes : tuple of str
-        Of the settings.
-    seconds : float
-        Wall time.
-    losses : dict
-        Of an exact evaluation: loss of the aligned pair over the duty with each uncertain input of the friction at the
-        lower and the upper end of its interval [W]; under ``"interval"`` both ends of the loss with all of them, under
-        ``"aligned"`` the loss and the error of its solution.
-    solved : tuple of float
-        Loss of the aligned pair with another friction model and its error [W]; empty where none was asked for.
-    """
-
-    key: str
-    variables: dict[str, float]
-    figures: dict[str, float] = field(default_factory=dict)
-    reason: str = ""
-    notes: tuple[str, ...] = ()
-    seconds: float = 0.0
+    key: str  # hash of all it depends on
+    variables: dict[str, float]  # values of the variables, SI
+    figures: dict[str, float] = field(default_factory=dict)  # figures over duty and states, SI; nan where there is none
+    reason: str = ""  # why it has no figures, or cannot be made; empty where neither
+    notes: tuple[str, ...] = ()  # of the settings
+    seconds: float = 0.0  # wall time
+    # of an exact evaluation: loss of the aligned pair over the duty with each uncertain input of the friction at the
+    # lower and the upper end of its interval [W]; under ``"interval"`` both ends of the loss with all of them, under
+    # ``"aligned"`` the loss and the error of its solution
     losses: dict[str, tuple[float, float]] = field(default_factory=dict)
+    # loss of the aligned pair with another friction model and its error [W]; empty where none was asked for
     solved: tuple[float, ...] = ()
 
     def excess(self, allowed: Mapping[str, float]) -> dict[str, float]:
@@ -90,35 +72,16 @@ class Evaluation:
 
 @dataclass(frozen=True)
 class EvaluationTask:
-    """A point to be evaluated.
-
-    Attributes
-    ----------
-    problem : SearchProblem
-    values : dict
-        Of the variables; empty for the start itself.
-    states : tuple of dict
-        Misalignments and errors of the ease-off.
-    grid : (int, int)
-        Positions and points per line.
-    bodies : str
-        Design (JSON) whose elastic bodies and roots are taken; empty for the own ones.
-    accepted : str
-        Status of the settings that is accepted besides ``converged``: that of the start.
-    solved : str
-        Friction model the loss of the aligned pair is checked with; empty for none.
-    interval : bool
-        Whether the loss has its interval.
-    """
+    """A point to be evaluated."""
 
     problem: SearchProblem
-    values: dict[str, float]
-    states: tuple[dict[str, float], ...]
-    grid: tuple[int, int]
-    bodies: str = ""
-    accepted: str = "converged"
-    solved: str = ""
-    interval: bool = False
+    values: dict[str, float]  # of the variables; empty for the start itself
+    states: tuple[dict[str, float], ...]  # misalignments and errors of the ease-off
+    grid: tuple[int, int]  # positions and points per line
+    bodies: str = ""  # design (JSON) whose elastic bodies and roots are taken; empty for the own ones
+    accepted: str = "converged"  # status of the settings that is accepted besides ``converged``: that of the start
+    solved: str = ""  # friction model the loss of the aligned pair is checked with; empty for none
+    interval: bool = False  # whether the loss has its interval
 
     @property
     def key(self) -> str:

@@ -46,18 +46,10 @@ _GRID = 12, 21
 
 @dataclass(frozen=True)
 class LoadSizing:
-    """Targets sized for a torque.
+    """Targets sized for a torque."""
 
-    Attributes
-    ----------
-    targets : SettingsInput
-        With their crowning and relief.
-    shares : tuple of float
-        Share of the torque on edges in the worst state at each step [-].
-    """
-
-    targets: SettingsInput
-    shares: tuple[float, ...]
+    targets: SettingsInput  # with their crowning and relief
+    shares: tuple[float, ...]  # share of the torque on edges in the worst state at each step [-]
 
     def write_beside(self, design: Path) -> Path:
         """Write the targets beside the design file that is made from them; returns their file."""

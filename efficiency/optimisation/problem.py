@@ -339,37 +339,18 @@ def _relieved(member: MemberTargets, edges: tuple[str, ...], amount: float, by: 
 
 @dataclass(frozen=True)
 class SearchProblem:
-    """Everything a search depends on besides the seed.
+    """Everything a search depends on besides the seed."""
 
-    Attributes
-    ----------
-    start : SettingsInput
-        Targets the search starts from.
-    variables : tuple of Variable
-    flanks : {"drive", "coast", "both"}
-        Whose ease-off is varied.
-    objectives : tuple of str
-        Of `FIGURES`, the first one the most important.
-    limits : dict
-        Figures that are not to become greater than a value, or than `START`.
-    duty : tuple of DutyRow
-        Operating points.
-    states : tuple of dict
-        Misalignments, and errors of the ease-off as made, added to none; the aligned pair as designed first.
-    over : {"mean", "worst"}
-        Whether the loss is the mean over the states or the worst; all else is the worst.
-    friction, oil : str
-        Friction model and oil card.
-    """
-
-    start: SettingsInput
+    start: SettingsInput  # targets the search starts from
     variables: tuple[Variable, ...]
-    flanks: Flanks
-    objectives: tuple[str, ...]
-    limits: dict[str, float | str]
-    duty: tuple[DutyRow, ...]
+    flanks: Flanks  # whose ease-off is varied
+    objectives: tuple[str, ...]  # of `FIGURES`, the first one the most important
+    limits: dict[str, float | str]  # figures that are not to become greater than a value, or than `START`
+    duty: tuple[DutyRow, ...]  # operating points
+    # misalignments, and errors of the ease-off as made, added to none; the aligned pair as designed first
     states: tuple[dict[str, float], ...]
-    over: Over
+    over: Over  # whether the loss is the mean over the states or the worst; all else is the worst
+    # friction model and oil card
     friction: str
     oil: str
 

@@ -26,27 +26,13 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Candidate:
-    """A point of the front after its exact check: full mesh, own elastic bodies, all states.
+    """A point of the front after its exact check: full mesh, own elastic bodies, all states."""
 
-    Attributes
-    ----------
-    name : str
-        Of its design.
-    point : Evaluation
-        As the search saw it.
-    exact : Evaluation
-        Exact figures, with the interval of the loss.
-    start : Evaluation
-        The start, exact as well.
-    allowed : dict
-        Limits, with the exact figures of the start.
-    """
-
-    name: str
-    point: Evaluation
-    exact: Evaluation
-    start: Evaluation
-    allowed: dict[str, float]
+    name: str  # of its design
+    point: Evaluation  # as the search saw it
+    exact: Evaluation  # exact figures, with the interval of the loss
+    start: Evaluation  # the start, exact as well
+    allowed: dict[str, float]  # limits, with the exact figures of the start
 
     def change(self, name: str) -> float:
         """Change of a figure against the start, in shares of it; nan where the start has none [-]."""
@@ -106,47 +92,24 @@ class Candidate:
 
 @dataclass(frozen=True, repr=False)
 class Optimisation(Reportable):
-    """What a search for the pair that loses less has found; SI units.
-
-    Parameters
-    ----------
-    name : str
-        Of the targets it started from.
-    problem : SearchProblem
-        Variables, objectives, limits, duty, states, friction.
-    start : Evaluation
-        The start on the mesh of the search.
-    allowed : dict
-        Limits on that mesh.
-    evaluations : tuple of Evaluation
-        All points, the start first.
-    candidates : tuple of Candidate
-        Points that were checked, in that order.
-    search_states : tuple of dict
-        Misalignments of the search; the check takes all of the problem.
-    notes : tuple of str
-        What to know of the run.
-    seed, jobs, reused : int
-        Of the random numbers; worker processes; evaluations that an earlier run had computed.
-    seconds : float
-        Wall time.
-    """
+    """What a search for the pair that loses less has found; SI units."""
 
     presenter = "efficiency.optimisation.report:optimisation"
     file_name = "optimise"
 
-    name: str
-    problem: SearchProblem
-    start: Evaluation
-    allowed: dict[str, float]
-    evaluations: tuple[Evaluation, ...]
-    candidates: tuple[Candidate, ...]
-    search_states: tuple[dict[str, float], ...]
-    notes: tuple[str, ...]
+    name: str  # of the targets it started from
+    problem: SearchProblem  # variables, objectives, limits, duty, states, friction
+    start: Evaluation  # the start on the mesh of the search
+    allowed: dict[str, float]  # limits on that mesh
+    evaluations: tuple[Evaluation, ...]  # all points, the start first
+    candidates: tuple[Candidate, ...]  # points that were checked, in that order
+    search_states: tuple[dict[str, float], ...]  # misalignments of the search; the check takes all of the problem
+    notes: tuple[str, ...]  # what to know of the run
+    # of the random numbers; worker processes; evaluations that an earlier run had computed
     seed: int
     jobs: int
     reused: int
-    seconds: float
+    seconds: float  # wall time
 
     @property
     def front(self) -> tuple[Evaluation, ...]:

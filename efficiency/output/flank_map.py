@@ -28,27 +28,14 @@ _MIN_POINTS = 2
 
 @dataclass(frozen=True)
 class FlankMap:
-    """Fields over the flank; arrays (lines, points) in SI units.
+    """Fields over the flank; arrays (lines, points) in SI units."""
 
-    Attributes
-    ----------
-    flanks : GearFlanks
-        The pair.
-    result : EfficiencyResult
-        Of one operating point.
-    roll : (lines,) array
-        Roll angle of the tooth pair at each line [rad of the pinion].
-    lines : tuple of (points,) arrays
-        Where the points of each line stand among all points of the cycle, the positions one after the other.
-    edges : (n,) array
-        The same of the points where an edge touches the mating flank; they lie on no contact line.
-    """
-
-    flanks: GearFlanks
-    result: EfficiencyResult
-    roll: FloatArray
+    flanks: GearFlanks  # the pair
+    result: EfficiencyResult  # of one operating point
+    roll: FloatArray  # roll angle of the tooth pair at each line [rad of the pinion]
+    # where the points of each line stand among all points of the cycle, the positions one after the other
     lines: tuple[IntArray, ...]
-    edges: IntArray
+    edges: IntArray  # the same of the points where an edge touches the mating flank; they lie on no contact line
 
     @classmethod
     def of(cls, flanks: GearFlanks, result: EfficiencyResult) -> FlankMap:

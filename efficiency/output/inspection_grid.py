@@ -30,23 +30,15 @@ COLUMNS = "row,column,x,y,z,nx,ny,nz"
 
 @dataclass(frozen=True)
 class InspectionGrid:
-    """One flank on a regular grid of its blank.
+    """One flank on a regular grid of its blank."""
 
-    Attributes
-    ----------
-    u, height : (rows, columns) arrays
-        Distance from the mean point along the pitch cone to the heel, height over that cone [m].
-    position, normal : (3, rows, columns) arrays
-        Points [m] and unit normals out of the tooth, work frame of the member.
-    lowest : float
-        Depth fraction of the first row, 0 at the root cone; above 0 where the flank ends over the root.
-    """
-
+    # distance from the mean point along the pitch cone to the heel, height over that cone [m]
     u: FloatArray
     height: FloatArray
+    # points [m] and unit normals out of the tooth, work frame of the member
     position: FloatArray
     normal: FloatArray
-    lowest: float
+    lowest: float  # depth fraction of the first row, 0 at the root cone; above 0 where the flank ends over the root
 
     @property
     def azimuth(self) -> FloatArray:

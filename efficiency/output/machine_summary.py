@@ -43,27 +43,14 @@ _SHOWN: dict[str, dict[str, tuple[str, float, int]]] = {
 
 @dataclass(frozen=True)
 class SummaryRow:
-    """One line of the summary.
+    """One line of the summary."""
 
-    Attributes
-    ----------
-    section : str
-        ``"blank"``, ``"cutter"``, ``"machine"`` and the like.
-    name : str
-        Name as in the design file.
-    unit : str
-        Of the values, after conversion.
-    values : tuple
-        Numbers or words for pinion concave, pinion convex, gear concave and gear convex; None where there is none.
-    decimals : int
-        Decimals a table shows.
-    """
-
-    section: str
-    name: str
-    unit: str
+    section: str  # ``"blank"``, ``"cutter"``, ``"machine"`` and the like
+    name: str  # name as in the design file
+    unit: str  # of the values, after conversion
+    # numbers or words for pinion concave, pinion convex, gear concave and gear convex; None where there is none
     values: tuple[float | str | None, ...]
-    decimals: int
+    decimals: int  # decimals a table shows
 
     @property
     def texts(self) -> tuple[str, ...]:

@@ -26,18 +26,10 @@ _ACROSS = 5  # points across a top land and a root
 
 @dataclass(frozen=True)
 class Solid:
-    """A closed surface of triangles, wound so that normals point out of the material.
+    """A closed surface of triangles, wound so that normals point out of the material."""
 
-    Attributes
-    ----------
-    points : (n, 3) array
-        Corners [m].
-    triangles : (m, 3) int array
-        Corner numbers.
-    """
-
-    points: FloatArray
-    triangles: IntArray
+    points: FloatArray  # corners [m]
+    triangles: IntArray  # corner numbers
 
     @property
     def volume(self) -> float:

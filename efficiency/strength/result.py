@@ -38,19 +38,11 @@ COLUMNS = ("safety_contact", "safety_root_pinion", "safety_root_gear", "temperat
 
 @dataclass(frozen=True)
 class Grade:
-    """One kind of limit a load goes beyond, with its worst value.
-
-    Attributes
-    ----------
-    kind : {"contact endurance", "pitting", "yield", "shakedown", "edges", "root of the pinion", "root of the gear"}
-    level : {"note", "warning"}
-    text : str
-        What, where, and what to do about it.
-    """
+    """One kind of limit a load goes beyond, with its worst value."""
 
     kind: str
     level: Level
-    text: str
+    text: str  # what, where, and what to do about it
 
     def __str__(self) -> str:
         return f"{self.level.upper() if self.level == 'warning' else self.level}: {self.text}"
@@ -62,67 +54,37 @@ class Strength(TableResult):
 
     Safety factors are after ISO 10300-2 and -3, from public sources, not a certified calculation. The stresses are
     those of the loaded tooth contact with the torque as given: the factors K of the standard are 1.
-
-    Attributes
-    ----------
-    status : {"ok", "note", "warning"}
-        Worst level of the grades.
-    grades : tuple of Grade
-        One for each kind of limit, the worst first.
-    pressure_flank : float
-        Greatest Hertz pressure inside the flanks, edges left out [Pa].
-    contact_endurance : float
-        Of the weaker member [Pa].
-    pressure_yield, pressure_shakedown : float
-        Pressure at first yield below the surface, and the shakedown limit, above which cyclic plasticity sets in [Pa].
-    pressure_edge, edge_load_share : float
-        Greatest elastic pressure at an edge [Pa], share of the torque there [-].
-    safety_contact : float
-        S_H: permissible contact stress over `pressure_flank` [-].
-    root_stress_pinion, root_stress_gear : float
-        Greatest tensile stress of the root fillets over the mesh cycle [Pa].
-    root_compression_pinion, root_compression_gear : float
-        Most negative stress of the fillets on the other side [Pa].
-    safety_root_pinion, safety_root_gear : float
-        S_F: permissible root stress over `root_stress_pinion` or `root_stress_gear` [-].
-    temperature_flash : float
-        Greatest contact temperature, bulk plus flash of Blok [K].
-    temperature_integral : float
-        Bulk temperature plus 1.5 times the mean flash over the contact lines of the mesh [K].
-    film_specific : float
-        Least film thickness over the mean Ra of both flanks [-].
-    factors : dict
-        Factors of the permissible stresses by their names [-].
-    notes : tuple of str
-        What is assumed and what is left out.
-    pinion, gear : RootStress, optional
-        Root stress over the mesh; None where the tooth is no solid.
-    points_film_specific, points_temperature : (n,) arrays
-        At the loaded points [-], [K].
     """
 
-    status: Literal["ok", "note", "warning"]
-    grades: tuple[Grade, ...]
-    pressure_flank: float
-    contact_endurance: float
+    status: Literal["ok", "note", "warning"]  # worst level of the grades
+    grades: tuple[Grade, ...]  # one for each kind of limit, the worst first
+    pressure_flank: float  # greatest Hertz pressure inside the flanks, edges left out [Pa]
+    contact_endurance: float  # of the weaker member [Pa]
+    # pressure at first yield below the surface, and the shakedown limit, above which cyclic plasticity sets in [Pa]
     pressure_yield: float
     pressure_shakedown: float
+    # greatest elastic pressure at an edge [Pa], share of the torque there [-]
     pressure_edge: float
     edge_load_share: float
-    safety_contact: float
+    safety_contact: float  # S_H: permissible contact stress over `pressure_flank` [-]
+    # greatest tensile stress of the root fillets over the mesh cycle [Pa]
     root_stress_pinion: float
     root_stress_gear: float
+    # most negative stress of the fillets on the other side [Pa]
     root_compression_pinion: float
     root_compression_gear: float
+    # S_F: permissible root stress over `root_stress_pinion` or `root_stress_gear` [-]
     safety_root_pinion: float
     safety_root_gear: float
-    temperature_flash: float
-    temperature_integral: float
-    film_specific: float
-    factors: dict[str, float]
-    notes: tuple[str, ...]
+    temperature_flash: float  # greatest contact temperature, bulk plus flash of Blok [K]
+    temperature_integral: float  # bulk temperature plus 1.5 times the mean flash over the contact lines of the mesh [K]
+    film_specific: float  # least film thickness over the mean Ra of both flanks [-]
+    factors: dict[str, float]  # factors of the permissible stresses by their names [-]
+    notes: tuple[str, ...]  # what is assumed and what is left out
+    # root stress over the mesh; None where the tooth is no solid
     pinion: RootStress | None = field(repr=False, default=None)
     gear: RootStress | None = field(repr=False, default=None)
+    # at the loaded points [-], [K]
     points_film_specific: FloatArray = field(repr=False, default_factory=lambda: np.zeros(0))
     points_temperature: FloatArray = field(repr=False, default_factory=lambda: np.zeros(0))
 

@@ -44,26 +44,16 @@ _SPLIT = np.array([2.0, 1.0, 3.0])
 
 @dataclass(frozen=True)
 class Counts:
-    """Elements of a pitch.
+    """Elements of a pitch."""
 
-    Attributes
-    ----------
-    low, high : int
-        Along the outline from the middle of the slot to the middle of the fillet, and from there to the tip.
-    layer : int
-        In the layers next to the surface.
-    across, deep : int
-        Across the core of the tooth, and down the rim.
-    along : int
-        Along the face.
-    """
-
+    # along the outline from the middle of the slot to the middle of the fillet, and from there to the tip
     low: int = 4
     high: int = 6
-    layer: int = 2
+    layer: int = 2  # in the layers next to the surface
+    # across the core of the tooth, and down the rim
     across: int = 2
     deep: int = 2
-    along: int = 12
+    along: int = 12  # along the face
 
 
 @dataclass(frozen=True)
@@ -76,56 +66,29 @@ class Outline:
 
 @dataclass(frozen=True)
 class RootMesh:
-    """Nodes and elements of a pitch.
-
-    Attributes
-    ----------
-    counts : Counts
-    nodes : (n, 3) array
-        [m].
-    elements : (e, 20) int array
-        Nodes in the order of `CORNERS_AND_EDGES`: along the outline, inwards, along the face.
-    places : (e, 3) array
-        Middles of the elements in element lengths, stretched where splitting is cheap.
-    rim : (e,) bool array
-        Elements of the body under the root.
-    left, right : (m,) int arrays
-        Nodes of the two cuts, in the same order.
-    base, toe, heel : (n,) bool arrays
-        Nodes at which the body may be held.
-    surface : {side: (o, along) int array}
-        Elements at the surface of the lower (0) and upper (1) side: along the outline from the slot, along the face.
-    stations : (2 along + 1,) array
-        Distance from the toe [m].
-    outlines : (Outline, Outline)
-        Lower and upper side at all nodes.
-    columns : (c,) array
-        Distance from the toe [m] at which radius and chord are given.
-    radius : ((c,) array, (c,) array)
-        Radius of the fillets of the lower and the upper side between their tangents of 30 and 60 deg [m].
-    chord : (c,) array
-        Thickness of the tooth between the tangents of 30 deg [m].
-    fillet : str
-        Where the fillets come from, in words.
-    """
+    """Nodes and elements of a pitch."""
 
     counts: Counts
-    nodes: FloatArray
-    elements: IntArray
-    places: FloatArray
-    rim: NDArray[np.bool_]
+    nodes: FloatArray  # [m]
+    elements: IntArray  # nodes in the order of `CORNERS_AND_EDGES`: along the outline, inwards, along the face
+    places: FloatArray  # middles of the elements in element lengths, stretched where splitting is cheap
+    rim: NDArray[np.bool_]  # elements of the body under the root
+    # nodes of the two cuts, in the same order
     left: IntArray
     right: IntArray
+    # nodes at which the body may be held
     base: NDArray[np.bool_]
     toe: NDArray[np.bool_]
     heel: NDArray[np.bool_]
+    # elements at the surface of the lower (0) and upper (1) side: along the outline from the slot, along the face
     surface: tuple[IntArray, IntArray]
-    stations: FloatArray
-    outlines: tuple[Outline, Outline]
-    columns: FloatArray
+    stations: FloatArray  # distance from the toe [m]
+    outlines: tuple[Outline, Outline]  # lower and upper side at all nodes
+    columns: FloatArray  # distance from the toe [m] at which radius and chord are given
+    # radius of the fillets of the lower and the upper side between their tangents of 30 and 60 deg [m]
     radius: tuple[FloatArray, FloatArray]
-    chord: FloatArray
-    fillet: str
+    chord: FloatArray  # thickness of the tooth between the tangents of 30 deg [m]
+    fillet: str  # where the fillets come from, in words
 
 
 def root_mesh(

@@ -33,42 +33,23 @@ _CORNERS = [(x, z) for x in (0, 1) for z in (0, 1)]
 
 @dataclass(frozen=True)
 class RootTooth:
-    """A tooth of one member, ready for any load on its flank.
-
-    Attributes
-    ----------
-    member : {"pinion", "gear"}
-    loaded, far : {number of pairs: (s, p, 3, n) array}
-        Stress at p points along the fillets of s stations on the loaded and the other side of a tooth per unit normal
-        force at n places of the flank of this pair (0) and of the next (1) and the one before (-1): along the outline,
-        across it and shear [1/m2].
-    levels : (rows, k) array
-        Height of the places of load over the root cone, at stations along the face [m].
-    width : float
-        Face width [m].
-    station : (s,) array
-        Distance from the toe [m].
-    height : (s, p) array
-        Of the points on the loaded side over the root cone [m].
-    radius, chord : (s,) arrays
-        Radius of the fillet on the loaded side, and thickness of the tooth between its tangents of 30 deg [m].
-    fillet : str
-        Where the fillets come from, in words.
-    unknowns : int
-        Of the finite elements of one pitch.
-    """
+    """A tooth of one member, ready for any load on its flank."""
 
     member: Member
+    # stress at p points along the fillets of s stations on the loaded and the other side of a tooth per unit normal
+    # force at n places of the flank of this pair (0) and of the next (1) and the one before (-1): along the outline,
+    # across it and shear [1/m2]
     loaded: dict[int, NDArray[np.float32]]
     far: dict[int, NDArray[np.float32]]
-    levels: FloatArray
-    width: float
-    station: FloatArray
-    height: FloatArray
+    levels: FloatArray  # height of the places of load over the root cone, at stations along the face [m]
+    width: float  # face width [m]
+    station: FloatArray  # distance from the toe [m]
+    height: FloatArray  # of the points on the loaded side over the root cone [m]
+    # radius of the fillet on the loaded side, and thickness of the tooth between its tangents of 30 deg [m]
     radius: FloatArray
     chord: FloatArray
-    fillet: str
-    unknowns: int
+    fillet: str  # where the fillets come from, in words
+    unknowns: int  # of the finite elements of one pitch
 
     def shares(self, face: FloatArray, height: FloatArray) -> FloatArray:
         """Shares (m, n) of the places of load in forces at distances from the toe and over the root cone (m,) [m].
@@ -92,44 +73,24 @@ class RootTooth:
 
 @dataclass(frozen=True)
 class RootStress:
-    """Root stress of one tooth as it goes through the mesh.
-
-    Attributes
-    ----------
-    member : {"pinion", "gear"}
-    tension : float
-        Greatest principal stress along the fillet on the loaded side [Pa].
-    compression : float
-        Most negative principal stress on the other side [Pa].
-    face, height : float
-        Where the greatest tension is: distance from the toe, height over the root cone [m].
-    roll : (k,) array
-        Roll of the tooth pair [rad of the pinion].
-    history, history_compression : (k,) arrays
-        Greatest tension and compression along the face at each roll [Pa].
-    station : (s,) array
-        Distance from the toe [m].
-    along : (s,) array
-        Greatest tension of the mesh cycle at these stations [Pa].
-    radius, notch : float
-        Radius of the fillet there [m], and its notch parameter: thickness over twice the radius [-].
-    fillet : str
-        Where the fillet comes from, in words.
-    """
+    """Root stress of one tooth as it goes through the mesh."""
 
     member: Member
-    tension: float
-    compression: float
+    tension: float  # greatest principal stress along the fillet on the loaded side [Pa]
+    compression: float  # most negative principal stress on the other side [Pa]
+    # where the greatest tension is: distance from the toe, height over the root cone [m]
     face: float
     height: float
-    roll: FloatArray
+    roll: FloatArray  # roll of the tooth pair [rad of the pinion]
+    # greatest tension and compression along the face at each roll [Pa]
     history: FloatArray
     history_compression: FloatArray
-    station: FloatArray
-    along: FloatArray
+    station: FloatArray  # distance from the toe [m]
+    along: FloatArray  # greatest tension of the mesh cycle at these stations [Pa]
+    # radius of the fillet there [m], and its notch parameter: thickness over twice the radius [-]
     radius: float
     notch: float
-    fillet: str
+    fillet: str  # where the fillet comes from, in words
 
 
 def root_tooth(

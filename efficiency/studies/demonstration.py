@@ -26,35 +26,17 @@ CONSTANT = "constant:0.05"
 
 @dataclass(frozen=True)
 class DemoResult(Reportable):
-    """What the demonstration computed.
-
-    Parameters
-    ----------
-    folder : Path
-        Where it was written.
-    run : Run
-        Of the contacts.
-    dataset : Dataset
-        Their results.
-    formulas : tuple of Formula
-        One per family, best cross-validated first.
-    gear : Mesh
-        Geometry of the pair.
-    comparison : Comparison
-        Friction models on the pair; the best formula first.
-    seconds : dict
-        Wall time of each step.
-    """
+    """What the demonstration computed."""
 
     presenter = "efficiency.studies.demonstration_report:demo"
 
-    folder: Path
-    run: Run
-    dataset: Dataset
-    formulas: tuple[FittedFormula, ...]
-    gear: Mesh
-    comparison: Comparison
-    seconds: dict[str, float]
+    folder: Path  # where it was written
+    run: Run  # of the contacts
+    dataset: Dataset  # their results
+    formulas: tuple[FittedFormula, ...]  # one per family, best cross-validated first
+    gear: Mesh  # geometry of the pair
+    comparison: Comparison  # friction models on the pair; the best formula first
+    seconds: dict[str, float]  # wall time of each step
 
     def to_dict(self) -> dict[str, Any]:
         """Numbers of all steps, for JSON."""

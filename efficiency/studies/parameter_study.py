@@ -62,20 +62,14 @@ DESIGNS = ("fh_hypoid_9x34", "fh_hypoid_9x34_offset_10")
 
 @dataclass(frozen=True)
 class Levels:
-    """Values of each parameter in SI units; all combinations of the first four, one misalignment at a time.
+    """Values of each parameter in SI units; all combinations of the first four, one misalignment at a time."""
 
-    Parameters
-    ----------
-    torque, speed, temperature, roughness_rms_each : tuple of float
-        Pinion torque [N m] and speed [rad/s], oil temperature [K], Rq of both flanks, each [m].
-    E, P, G, shaft_angle_error : tuple of float
-        Misalignments added to those of the design [m], [rad]; zero is always computed.
-    """
-
+    # pinion torque [N m] and speed [rad/s], oil temperature [K], Rq of both flanks, each [m]
     torque: tuple[float, ...]
     speed: tuple[float, ...]
     temperature: tuple[float, ...]
     roughness_rms_each: tuple[float, ...]
+    # misalignments added to those of the design [m], [rad]; zero is always computed
     E: tuple[float, ...] = _SHIFTS
     P: tuple[float, ...] = _SHIFTS
     G: tuple[float, ...] = _SHIFTS
@@ -134,34 +128,18 @@ class StudyPoint:
 
     Attributes
     ----------
-    design, hypoid_offset : str, float
-        [-], [m].
-    E, P, G, shaft_angle_error : float
-        Misalignments added to the design's [m], [rad].
-    torque, speed, temperature, roughness_rms_each : float
-        Of the pinion [N m], [rad/s]; oil [K]; Rq of both flanks, each [m].
     efficiency ... outside_range_share : float
         nan where the point failed.
-    film_ratio : float
-        Mean weighted with the sliding power [-].
-    temperature_flash : float
-        Greatest surface temperature of the cycle [K].
-    status, reason : str
-    seconds : float
-    strength : dict
-        Worst grade, safety factors, integral temperature and specific film, where they were asked for.
-    causes : dict
-        Half width of the efficiency that each cause of uncertainty alone leaves, the largest first [-].
-    notes : tuple of str
-        Of the computation of this point.
     """
 
     design: str
     hypoid_offset: float
+    # misalignments added to the design's [m], [rad]
     E: float
     P: float
     G: float
     shaft_angle_error: float
+    # of the pinion [N m], [rad/s]; oil [K]; Rq of both flanks, each [m]
     torque: float
     speed: float
     temperature: float
@@ -175,18 +153,20 @@ class StudyPoint:
     power_loss_rolling: float = math.nan
     power_input: float = math.nan
     friction_coefficient_mean: float = math.nan
-    film_ratio: float = math.nan
+    film_ratio: float = math.nan  # mean weighted with the sliding power [-]
     pressure_max: float = math.nan
-    temperature_flash: float = math.nan
+    temperature_flash: float = math.nan  # greatest surface temperature of the cycle [K]
     transmission_error_loaded: float = math.nan
     transmission_error_unloaded: float = math.nan
     outside_range_share: float = math.nan
     status: str = "failed"
     reason: str = ""
     seconds: float = 0.0
+    # worst grade, safety factors, integral temperature and specific film, where they were asked for
     strength: dict[str, Any] = field(default_factory=dict)
+    # half width of the efficiency that each cause of uncertainty alone leaves, the largest first [-]
     causes: dict[str, float] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # of the computation of this point
 
     @property
     def label(self) -> str:
@@ -226,36 +206,22 @@ def with_result(point: StudyPoint, result: EfficiencyResult) -> StudyPoint:
 
 @dataclass(frozen=True, repr=False)
 class Study(Reportable):
-    """Efficiencies of some designs over the parameters.
-
-    Attributes
-    ----------
-    designs : tuple of str
-        In the order given.
-    side, oil, friction_model : str
-    levels : Levels
-    reference : dict
-        Operating point through which the sections go.
-    points : tuple of StudyPoint
-    jobs, reused : int
-        Worker processes; points that an earlier run had computed.
-    seconds : float
-        Wall time.
-    """
+    """Efficiencies of some designs over the parameters."""
 
     presenter = "efficiency.studies.report:study"
     file_name = "study"
 
-    designs: tuple[str, ...]
+    designs: tuple[str, ...]  # in the order given
     side: str
     oil: str
     friction_model: str
     levels: Levels
-    reference: dict[str, float]
+    reference: dict[str, float]  # operating point through which the sections go
     points: tuple[StudyPoint, ...]
+    # worker processes; points that an earlier run had computed
     jobs: int
     reused: int
-    seconds: float
+    seconds: float  # wall time
 
     @property
     def status(self) -> Literal["converged", "failed"]:
@@ -344,36 +310,17 @@ State = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class StudyTask:
-    """States of one design under one misalignment.
+    """States of one design under one misalignment."""
 
-    Attributes
-    ----------
-    design : Design
-        Misalignment included.
-    blank : StudyPoint
-        Names the design and what was added to its misalignment.
-    side : str
-    oil : str
-    friction : FrictionModel
-    states : tuple
-        Torque, speed, temperature, roughness of each point.
-    grid : (int, int)
-        Positions and points per line.
-    load_balance : {"frictional", "frictionless"}
-        What carries the torque.
-    strength : bool
-        Whether points have their strength.
-    """
-
-    design: Design
-    blank: StudyPoint
+    design: Design  # misalignment included
+    blank: StudyPoint  # names the design and what was added to its misalignment
     side: Side
     oil: str
     friction: FrictionModel
-    states: tuple[State, ...]
-    grid: tuple[int, int]
-    load_balance: LoadBalance
-    strength: bool
+    states: tuple[State, ...]  # torque, speed, temperature, roughness of each point
+    grid: tuple[int, int]  # positions and points per line
+    load_balance: LoadBalance  # what carries the torque
+    strength: bool  # whether points have their strength
 
     @property
     def key(self) -> str:

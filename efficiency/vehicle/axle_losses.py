@@ -46,21 +46,14 @@ class AxleLosses(Protocol):
 class SimpleAxleLosses:
     """A constant drag and bearings that lose a share of the torque: T = drag + share |T1|. Ours.
 
-    Parameters
-    ----------
-    drag : float
-        Of bearings, seals and oil [N m], at the pinion shaft.
-    load_share : float
-        Load-dependent part [-].
-
     Examples
     --------
     >>> SimpleAxleLosses(2.0, 0.005).torque_loss(-300.0, 100.0)
     3.5
     """
 
-    drag: float = 0.0
-    load_share: float = 0.0
+    drag: float = 0.0  # of bearings, seals and oil [N m], at the pinion shaft
+    load_share: float = 0.0  # load-dependent part [-]
 
     def __post_init__(self) -> None:
         DRAG.check(self.drag, "drag")
@@ -78,24 +71,12 @@ class SimpleAxleLosses:
 
 @dataclass(frozen=True)
 class TableAxleLosses:
-    """Torque lost outside the mesh from a table over pinion torque and speed, bilinear between its points.
+    """Torque lost outside the mesh from a table over pinion torque and speed, bilinear between its points."""
 
-    Parameters
-    ----------
-    name : str
-        Of the file.
-    torque : (m,) array
-        Rising [N m], below zero in coast.
-    speed : (n,) array
-        Rising [rad/s].
-    loss : (m, n) array
-        At the pinion shaft [N m].
-    """
-
-    name: str
-    torque: FloatArray
-    speed: FloatArray
-    loss: FloatArray
+    name: str  # of the file
+    torque: FloatArray  # rising [N m], below zero in coast
+    speed: FloatArray  # rising [rad/s]
+    loss: FloatArray  # at the pinion shaft [N m]
 
     @property
     def description(self) -> str:

@@ -119,14 +119,9 @@ def axle_test_points(
 
 @dataclass(frozen=True)
 class AxleTestRow:
-    """One test point.
+    """One test point."""
 
-    Attributes
-    ----------
-    speed_wheel, torque_output, torque_input, power_loss : float
-        [rad/s], [N m], [N m], [W].
-    """
-
+    # [rad/s], [N m], [N m], [W]
     speed_wheel: float
     torque_output: float
     torque_input: float
@@ -135,23 +130,13 @@ class AxleTestRow:
 
 @dataclass(frozen=True, repr=False)
 class AxleTest(LossTable):
-    """Power loss at the test points.
+    """Power loss at the test points."""
 
-    Parameters
-    ----------
-    map : LossMap
-        Of the mesh at pinion torques around those of the test.
-    ratio : float
-        Axle ratio [-].
-    rows : tuple of AxleTestRow
-        By wheel speed, then by output torque; none where a point of the map failed.
-    said : tuple of (str, str)
-        Point and note; the losses beside the mesh first.
-    """
-
-    map: LossMap
-    ratio: float
+    map: LossMap  # of the mesh at pinion torques around those of the test
+    ratio: float  # axle ratio [-]
+    # by wheel speed, then by output torque; none where a point of the map failed
     rows: tuple[AxleTestRow, ...] = field(repr=False)
+    # point and note; the losses beside the mesh first
     said: tuple[tuple[str, str], ...] = field(default=(), repr=False)
 
     @property

@@ -43,25 +43,16 @@ MESH_ALONE = "loss of the mesh alone: an axle loses more, state its bearings and
 
 @dataclass(frozen=True)
 class LossPoint:
-    """Torque loss at one point.
+    """Torque loss at one point."""
 
-    Attributes
-    ----------
-    torque, speed : float
-        [N m], below zero in coast; [rad/s].
-    torque_loss, torque_loss_mesh, torque_loss_axle : float
-        In all, of the mesh (sliding and rolling), beside it [N m].
-    outside_range_share : float
-        Share of the sliding power outside the range of the friction model [-].
-    status, reason : str
-    """
-
+    # [N m], below zero in coast; [rad/s]
     torque: float
     speed: float
+    # in all, of the mesh (sliding and rolling), beside it [N m]
     torque_loss: float
     torque_loss_mesh: float
     torque_loss_axle: float
-    outside_range_share: float
+    outside_range_share: float  # share of the sliding power outside the range of the friction model [-]
     status: str
     reason: str
 
@@ -92,17 +83,6 @@ class LossTable(TableResult):
 class LossMap(LossTable):
     """Torque loss over pinion torque and speed at one oil temperature.
 
-    Parameters
-    ----------
-    design, friction_model, oil : str
-        What was computed.
-    temperature : float
-        [K].
-    points : tuple of LossPoint
-        By speed, then by torque, all combinations.
-    said : tuple of (str, str)
-        Point and note; the losses beside the mesh first.
-
     Examples
     --------
     >>> import efficiency
@@ -117,8 +97,9 @@ class LossMap(LossTable):
     design: str
     friction_model: str
     oil: str
-    temperature: float
-    points: tuple[LossPoint, ...] = field(repr=False)
+    temperature: float  # [K]
+    points: tuple[LossPoint, ...] = field(repr=False)  # by speed, then by torque, all combinations
+    # point and note; the losses beside the mesh first
     said: tuple[tuple[str, str], ...] = field(default=(), repr=False)
 
     @property

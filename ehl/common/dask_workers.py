@@ -35,18 +35,10 @@ class ClusterLost(MixedEhlError):
 
 @dataclass(frozen=True)
 class DaskCluster:
-    """Workers of a dask cluster.
+    """Workers of a dask cluster."""
 
-    Parameters
-    ----------
-    client : distributed.Client
-        Connected.
-    worker_timeout : float
-        How long the cluster may be without any worker [s].
-    """
-
-    client: Any
-    worker_timeout: float = 60.0
+    client: Any  # connected
+    worker_timeout: float = 60.0  # how long the cluster may be without any worker [s]
 
     def results(
         self, tasks: Iterator[Numbered], function: Callable[[Any], Any], time_cap: float | None = None

@@ -50,18 +50,10 @@ _SIGNS = str.maketrans({"\u2212": "-", "\u2013": "-", "\u00a0": " ", "\u202f": "
 
 @dataclass(frozen=True)
 class Dialect:
-    """How a table of text is written.
+    """How a table of text is written."""
 
-    Parameters
-    ----------
-    separator : str
-        Between cells; a blank for any number of blanks.
-    decimal : str
-        Decimal sign, a point or a comma.
-    """
-
-    separator: str
-    decimal: str
+    separator: str  # between cells; a blank for any number of blanks
+    decimal: str  # decimal sign, a point or a comma
 
     def cells(self, line: str) -> list[str]:
         """Cells of a line without quotes; empty ones at its end are left out."""
@@ -110,28 +102,15 @@ DIALECTS = tuple(
 
 @dataclass(frozen=True)
 class NumericBlock:
-    """The longest run of lines of numbers in a text.
+    """The longest run of lines of numbers in a text."""
 
-    Parameters
-    ----------
-    dialect : Dialect
-        How they are written.
-    first, last : int
-        Numbers of its first and last line, counted from 1; 0 where there is none.
-    header : tuple of str
-        Lines before it that have content.
-    rows : tuple of list of str
-        Cells of its lines.
-    numbers : tuple of int
-        Number of each of these lines.
-    """
-
-    dialect: Dialect
+    dialect: Dialect  # how they are written
+    # numbers of its first and last line, counted from 1; 0 where there is none
     first: int = 0
     last: int = 0
-    header: tuple[str, ...] = ()
-    rows: tuple[list[str], ...] = field(default=(), repr=False)
-    numbers: tuple[int, ...] = field(default=(), repr=False)
+    header: tuple[str, ...] = ()  # lines before it that have content
+    rows: tuple[list[str], ...] = field(default=(), repr=False)  # cells of its lines
+    numbers: tuple[int, ...] = field(default=(), repr=False)  # number of each of these lines
 
 
 _SAMPLE = 500  # lines by which the dialect is chosen

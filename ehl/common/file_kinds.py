@@ -13,21 +13,11 @@ from ehl.common.errors import InputError
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of input file.
+    """A kind of input file."""
 
-    Attributes
-    ----------
-    words : str
-        What it is called, with its article.
-    signs : tuple of tuple of str
-        Keys of its first level, all of one of the tuples, that no other kind has.
-    use : str
-        What reads it.
-    """
-
-    words: str
-    signs: tuple[tuple[str, ...], ...]
-    use: str
+    words: str  # what it is called, with its article
+    signs: tuple[tuple[str, ...], ...]  # keys of its first level, all of one of the tuples, that no other kind has
+    use: str  # what reads it
 
 
 # in this order: the first whose signs are there

@@ -25,46 +25,23 @@ _PLACE = re.compile(r"\([^)]*\)|\b(?:near the|midway) (?:toe|heel|root|tip)(?: t
 
 @dataclass(frozen=True)
 class NoteKind:
-    """A kind of note by words that its sentences hold.
+    """A kind of note by words that its sentences hold."""
 
-    Parameters
-    ----------
-    words : str
-        A part of every sentence of this kind.
-    grade : str
-        "fault": the result may not be used as it is; "warning": it holds with the limit said; "for information".
-    low : bool
-        Whether the smallest value is the worst.
-    """
-
-    words: str
+    words: str  # a part of every sentence of this kind
+    # "fault": the result may not be used as it is; "warning": it holds with the limit said; "for information"
     grade: Grade
-    low: bool = False
+    low: bool = False  # whether the smallest value is the worst
 
 
 @dataclass(frozen=True)
 class Note:
-    """All notes of one kind.
+    """All notes of one kind."""
 
-    Parameters
-    ----------
-    grade : str
-        One of `GRADES`.
-    text : str
-        The sentence with the worst value.
-    count : int
-        Cases that have such a note.
-    where : str
-        The case of `text`; the first cases where all say the same; empty where there is but one.
-    alike : bool
-        Whether all cases say the same.
-    """
-
-    grade: Grade
-    text: str
-    count: int = 1
-    where: str = ""
-    alike: bool = field(default=False, repr=False)
+    grade: Grade  # one of `GRADES`
+    text: str  # the sentence with the worst value
+    count: int = 1  # cases that have such a note
+    where: str = ""  # the case of `text`; the first cases where all say the same; empty where there is but one
+    alike: bool = field(default=False, repr=False)  # whether all cases say the same
 
 
 CONTACT_NOTES: tuple[NoteKind, ...] = (

@@ -18,25 +18,17 @@ from ehl.common.duration import duration
 class Progress:
     """State of a long computation.
 
-    Parameters
-    ----------
-    step : str
-        What is counted, as "contacts".
-    done, total : int
-        Finished parts of the step, and all of its parts.
-    seconds_left : float or None
-        Estimated wall time of the remaining parts [s]; None where there is no estimate.
-
     Examples
     --------
     >>> print(Progress("contacts", 20, 80, 30.0))
     contacts 20 of 80, about 30 s left
     """
 
-    step: str
+    step: str  # what is counted, as "contacts"
+    # finished parts of the step, and all of its parts
     done: int
     total: int
-    seconds_left: float | None = None
+    seconds_left: float | None = None  # estimated wall time of the remaining parts [s]; None where there is no estimate
 
     def __str__(self) -> str:
         left = f", about {duration(self.seconds_left)} left" if self.seconds_left and self.done < self.total else ""

@@ -46,20 +46,11 @@ class Code:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure with its caption, drawn when a writer needs it.
+    """A figure with its caption, drawn when a writer needs it."""
 
-    Parameters
-    ----------
-    draw : callable
-        Returns a matplotlib figure, or axes of it.
-    caption : str
-    name : str
-        Of its file; a picture without name is part of the page alone.
-    """
-
-    draw: Callable[[], Figure | Axes]
+    draw: Callable[[], Figure | Axes]  # returns a matplotlib figure, or axes of it
     caption: str
-    name: str = ""
+    name: str = ""  # of its file; a picture without name is part of the page alone
     kind = "picture"
 
     def figure(self) -> Figure:
@@ -78,21 +69,11 @@ class Row:
 
 @dataclass(frozen=True)
 class MainResult:
-    """The main result of a page.
+    """The main result of a page."""
 
-    Parameters
-    ----------
-    value : str
-        With its unit.
-    label : str
-        What it is.
-    known : sequence of (str, str)
-        Its uncertainty: an interval or an error, and the source of it.
-    """
-
-    value: str
-    label: str
-    known: Sequence[tuple[str, str]] = ()
+    value: str  # with its unit
+    label: str  # what it is
+    known: Sequence[tuple[str, str]] = ()  # its uncertainty: an interval or an error, and the source of it
     kind = "main_result"
 
 
@@ -106,20 +87,11 @@ class KeyFigures:
 
 @dataclass(frozen=True)
 class Notes:
-    """Notes, the most severe first; a page shows three of them and folds the others.
-
-    Parameters
-    ----------
-    notes : sequence of Note
-    cases : int
-        Number of cases they are about.
-    none : str
-        Sentence where there are none.
-    """
+    """Notes, the most severe first; a page shows three of them and folds the others."""
 
     notes: Sequence[Note]
-    cases: int = 1
-    none: str = "Nothing to note: no limit of the model is touched."
+    cases: int = 1  # number of cases they are about
+    none: str = "Nothing to note: no limit of the model is touched."  # sentence where there are none
     kind = "notes"
     shown = 3
 

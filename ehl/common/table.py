@@ -35,24 +35,13 @@ _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table.
+    """A column of a table."""
 
-    Parameters
-    ----------
-    name : str
-        Key of the column in CSV, JSON and data frames.
-    of : str
-        Name of the quantity it holds where that is not `name`; a column of neither holds plain numbers or words.
-    label : str
-        Words in the head in place of the quantity's own.
-    digits : int
-        Significant digits in place of the quantity's own.
-    """
-
-    name: str
+    name: str  # key of the column in CSV, JSON and data frames
+    # name of the quantity it holds where that is not `name`; a column of neither holds plain numbers or words
     of: str = ""
-    label: str = ""
-    digits: int = 0
+    label: str = ""  # words in the head in place of the quantity's own
+    digits: int = 0  # significant digits in place of the quantity's own
 
     @property
     def quantity(self) -> Quantity:

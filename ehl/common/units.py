@@ -321,26 +321,18 @@ def _format(number: float, unit: str) -> str:
 class ValueRange:
     """Annotation of a pydantic float field: SI unit and range of its values.
 
-    Parameters
-    ----------
-    unit : str
-        SI unit; ``""`` for a number without dimension.
-    gt, ge, lt, le : float, optional
-        Bounds in `unit`.
-    hint : str, optional
-        What to do when the value is outside.
-
     Examples
     --------
     ``radius: Annotated[float, ValueRange("m", gt=0.0, le=10.0)]``
     """
 
-    unit: str
+    unit: str  # SI unit; ``""`` for a number without dimension
+    # bounds in `unit`
     gt: float | None = None
     ge: float | None = None
     lt: float | None = None
     le: float | None = None
-    hint: str = ""
+    hint: str = ""  # what to do when the value is outside
 
     @property
     def allowed(self) -> str:

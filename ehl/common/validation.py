@@ -200,24 +200,12 @@ def _tags(annotation: Any, key: str) -> str:
 
 @dataclass(frozen=True)
 class FieldLocation:
-    """A place in the tree of input models.
+    """A place in the tree of input models."""
 
-    Attributes
-    ----------
-    path : tuple of str
-        Keys as the user wrote them.
-    owner : type
-        The innermost model on the way.
-    annotation : Any
-        Type of what belongs there; None where nothing does.
-    metadata : tuple
-        Units and bounds of it.
-    """
-
-    path: tuple[str, ...]
-    owner: type[BaseModel]
-    annotation: Any
-    metadata: tuple[Any, ...] = ()
+    path: tuple[str, ...]  # keys as the user wrote them
+    owner: type[BaseModel]  # the innermost model on the way
+    annotation: Any  # type of what belongs there; None where nothing does
+    metadata: tuple[Any, ...] = ()  # units and bounds of it
 
 
 def locate_field(model: type[BaseModel], loc: Sequence[int | str]) -> FieldLocation:

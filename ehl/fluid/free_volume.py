@@ -34,28 +34,20 @@ class Doolittle(InputModel):
 
     In the occupied share y = R0 (Vo/VoR)/(V/VR) this is B [y/(1 - y) - R0/(1 - R0)]; V/VR is that of the equation of
     state, (V/V0)(p, T) (1 + aV (T - TR)). Beyond y = 0.93 it goes on along its tangent in y (ours).
-
-    Parameters
-    ----------
-    viscosity_reference, temperature_reference : float
-        etaR [Pa s] at TR [K] and ambient pressure.
-    B, R0 : float
-        [-].
-    epsilon, volume_expansion : float
-        eps and aV [1/K].
-    state : Tait or Murnaghan
-        V/V0 over pressure.
     """
 
     deviation: ClassVar[float] = MEASURED_DEVIATION
     law: Literal["doolittle"] = "doolittle"
+    # etaR [Pa s] at TR [K] and ambient pressure
     viscosity_reference: DynamicViscosity
     temperature_reference: Temperature
+    # [-]
     B: Positive
     R0: Annotated[float, ValueRange("", gt=0.0, lt=0.9)]
+    # eps and aV [1/K]
     epsilon: Expansion
     volume_expansion: Expansion
-    state: Annotated[Tait | Murnaghan, Field(discriminator="law")]
+    state: Annotated[Tait | Murnaghan, Field(discriminator="law")]  # V/V0 over pressure
 
     def log_viscosity(self, pressure: Array, temperature: Array) -> Array:
         """ln eta, eta in Pa s, at pressures [Pa] and temperatures [K]."""
@@ -92,28 +84,21 @@ class McEwenPaluch(InputModel):
     pinf grows linearly with temperature, pinf = pinf40 + dpinf (T - 40), and a0 falls with it as
     a0 = a40 exp(-beta_a (T - 40)): both ours, for one law over temperature. Beyond 0.9 pinf the exponent goes on along
     its tangent in p/pinf (ours).
-
-    Parameters
-    ----------
-    K, B, C : float
-        Of `vogel_1921` [Pa s, K, K].
-    a0, a0_fall : float
-        a40 [1/Pa] and beta_a [1/K].
-    q, CF : float
-        Exponent and fragility [-].
-    pinf, pinf_rise : float
-        pinf at 40 degC [Pa] and its rise [Pa/K].
     """
 
     deviation: ClassVar[float] = MEASURED_DEVIATION
     law: Literal["mcewen_paluch"] = "mcewen_paluch"
+    # of `vogel_1921` [Pa s, K, K]
     K: DynamicViscosity
     B: float
     C: float
+    # a40 [1/Pa] and beta_a [1/K]
     a0: AlphaValue
     a0_fall: Expansion = 0.0
+    # exponent and fragility [-]
     q: Positive
     CF: Annotated[float, ValueRange("", ge=0.0, le=1e3)]
+    # pinf at 40 degC [Pa] and its rise [Pa/K]
     pinf: Annotated[float, ValueRange("Pa", ge=1e8, le=1e12)]
     pinf_rise: Annotated[float, ValueRange("Pa/K", ge=0.0, le=1e9)] = 0.0
 

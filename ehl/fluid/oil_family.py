@@ -32,30 +32,16 @@ _NAME = re.compile(
 
 @dataclass(frozen=True)
 class OilFamily:
-    """What oils of one base have in common.
+    """What oils of one base have in common."""
 
-    Parameters
-    ----------
-    shape : tuple of float
-        a1 [Pa], a2 [Pa/K], b1, b2 [1/K] of the modulus law, T in degC, times the secant at 80 degC in 1/GPa.
-    secant : tuple of float
-        s and t of the secant at 0.2 GPa, s nu^t 1/GPa, nu in cSt.
-    spread : float
-        One standard deviation of ln(eta/eta0) of the family's oils about this, 40 to 120 degC, 0.2 to 1.2 GPa [-].
-    viscosity_100 : tuple of float
-        k and m of nu100 = k nu40^m in cSt, where only the ISO VG is known.
-    density_15 : float
-        Typical [kg/m3].
-    oils : tuple of str
-        Cards of the family.
-    """
-
+    # a1 [Pa], a2 [Pa/K], b1, b2 [1/K] of the modulus law, T in degC, times the secant at 80 degC in 1/GPa
     shape: tuple[float, float, float, float]
-    secant: tuple[float, float]
+    secant: tuple[float, float]  # s and t of the secant at 0.2 GPa, s nu^t 1/GPa, nu in cSt
+    # one standard deviation of ln(eta/eta0) of the family's oils about this, 40 to 120 degC, 0.2 to 1.2 GPa [-]
     spread: float
-    viscosity_100: tuple[float, float]
-    density_15: float
-    oils: tuple[str, ...]
+    viscosity_100: tuple[float, float]  # k and m of nu100 = k nu40^m in cSt, where only the ISO VG is known
+    density_15: float  # typical [kg/m3]
+    oils: tuple[str, ...]  # cards of the family
 
 
 # tuned: nu100 over nu40 (ours): mineral through fva2 and minr, pao through pao100 and paor, the others through one
@@ -95,32 +81,15 @@ class ShearFamily:
     tau0 is the mean over the family's FVA 400 oils of 2 Lambda_A/alpha(p, T), alpha = d ln(eta)/dp, which Arana,
     Larranaga & Ulacia (2019) give with Lambda_A: Eyring's flow with a constant ratio of the activation volumes of
     stress and of pressure. The three constants are fitted from 40 to 120 degC and 0 to 1.2 GPa.
-
-    Parameters
-    ----------
-    stress : float
-        tau00, at 40 degC and ambient pressure [Pa].
-    stress_temperature : float
-        c [Pa/K].
-    stress_pressure : float
-        s [-].
-    ratio : float
-        Lambda_A [-].
-    limit_slope : float
-        Lambda [-].
-    limit_range : tuple of float
-        Published figures that Lambda lies between [-].
-    source : str
-        Where Lambda_A and Lambda come from.
     """
 
-    stress: float
-    stress_temperature: float
-    stress_pressure: float
-    ratio: float
-    limit_slope: float
-    limit_range: tuple[float, float]
-    source: str
+    stress: float  # tau00, at 40 degC and ambient pressure [Pa]
+    stress_temperature: float  # c [Pa/K]
+    stress_pressure: float  # s [-]
+    ratio: float  # Lambda_A [-]
+    limit_slope: float  # lambda [-]
+    limit_range: tuple[float, float]  # published figures that Lambda lies between [-]
+    source: str  # where Lambda_A and Lambda come from
 
     def eyring_stress(self, temperature: Any) -> LinearStress:
         """tau0 over pressure at an inlet temperature [K]; held below 0 degC."""

@@ -162,18 +162,11 @@ def roelands_slope(secant: Any, viscosity: Any) -> Any:
 
 @dataclass(frozen=True)
 class TemperatureFit:
-    """ln of a positive function of temperature by Chebyshev polynomials, in arithmetic that can be recorded as code.
+    """ln of a positive function of temperature by Chebyshev polynomials, in arithmetic that can be recorded as code."""
 
-    Parameters
-    ----------
-    pieces : tuple
-        (lowest, highest temperature [K], coefficients) of each piece, from cold to warm.
-    error : float
-        Largest relative error of the function at four times as many temperatures [-].
-    """
-
+    # (lowest, highest temperature [K], coefficients) of each piece, from cold to warm
     pieces: tuple[tuple[float, float, tuple[float, ...]], ...]
-    error: float
+    error: float  # largest relative error of the function at four times as many temperatures [-]
 
     def __call__(self, temperature: Any) -> Any:
         """The function at temperatures [K]; beyond the ends the end pieces go on."""

@@ -39,32 +39,17 @@ def wilson_gupta_1992(loading: float, slide_to_roll: float) -> float:
 
 @dataclass(frozen=True)
 class ThermalEstimate:
-    """Estimated effect of heat; every figure is meant to be on the high side.
+    """Estimated effect of heat; every figure is meant to be on the high side."""
 
-    Parameters
-    ----------
-    rise_film, rise_flash : float
-        Rise of the mid-layer above the surfaces, and of the surfaces above bulk, at the contact centre, taken with the
-        isothermal friction [K].
-    bulk_offset : float
-        Largest distance of a bulk temperature from that of the oil [K].
-    viscosity_change : float
-        (rises + bulk offset) times -d ln eta/dT at the Hertz pressure [-].
-    friction_change : float
-        The part of it that reaches friction, relative [-].
-    film_change : float
-        Relative loss of film by inlet heating, the larger one of two published factors [-].
-    matters : bool
-        viscosity_change or film_change above the threshold.
-    """
-
+    # rise of the mid-layer above the surfaces, and of the surfaces above bulk, at the contact centre, taken with the
+    # isothermal friction [K]
     rise_film: float
     rise_flash: float
-    bulk_offset: float
-    viscosity_change: float
-    friction_change: float
-    film_change: float
-    matters: bool
+    bulk_offset: float  # largest distance of a bulk temperature from that of the oil [K]
+    viscosity_change: float  # (rises + bulk offset) times -d ln eta/dT at the Hertz pressure [-]
+    friction_change: float  # the part of it that reaches friction, relative [-]
+    film_change: float  # relative loss of film by inlet heating, the larger one of two published factors [-]
+    matters: bool  # viscosity_change or film_change above the threshold
 
 
 def estimate_thermal_effect(
@@ -127,17 +112,10 @@ def estimate_thermal_effect(
 
 @dataclass(frozen=True)
 class CarriedShearHeat:
-    """What a film that carries the heat of shear along would change, at most: estimates, ours (docs/heat.md).
+    """What a film that carries the heat of shear along would change, at most: estimates, ours (docs/heat.md)."""
 
-    Parameters
-    ----------
-    peclet_film : float
-        rho c u_r h^2/(k b), with the film and its conductivity at the Hertz pressure [-].
-    friction_change, film_change : float
-        Relative [-].
-    """
-
-    peclet_film: float
+    peclet_film: float  # rho c u_r h^2/(k b), with the film and its conductivity at the Hertz pressure [-]
+    # relative [-]
     friction_change: float
     film_change: float
 

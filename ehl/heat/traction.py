@@ -23,59 +23,31 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ThermalTraction:
-    """Temperatures and friction of one contact in thermal balance; arrays are on the nodes `x`.
-
-    Parameters
-    ----------
-    status : {"converged", "failed"}
-    reason : str
-        Empty, "no_thermal_balance" or "not_finite".
-    x : ndarray, shape (n,)
-        [m].
-    shear_stress : ndarray
-        Along the sliding vector [Pa].
-    temperature_film : ndarray
-        Mid-layer of the film [K].
-    temperature_flash_1, temperature_flash_2 : ndarray
-        Surface temperatures, bulk plus rise [K].
-    heat_flux_1, heat_flux_2 : ndarray
-        Into each body [W/m2].
-    log_viscosity_offset : ndarray
-        ln eta(p, T_film) - ln eta(p, T_inlet), what the heat does to the viscosity in the Reynolds equation [-].
-    rolling_heat : ndarray
-        Heat of the pressure-driven flow [W/m2].
-    temperature_rise_rolling : ndarray
-        What it adds to the film temperature, surfaces included [K].
-    friction_fluid : float
-        Integral of the shear stress over the load per length [-].
-    temperature_film_max, temperature_flash : float
-        Highest film and highest surface temperature [K].
-    energy_residual : float
-        |heat into both bodies - friction power|/friction power, the power taken anew at the final temperatures [-].
-    peclet_number : float
-        The lower one of the two bodies [-].
-    iterations : int
-        Newton iterations.
-    """
+    """Temperatures and friction of one contact in thermal balance; arrays are on the nodes `x`."""
 
     status: Literal["converged", "failed"]
-    reason: str
-    x: FloatArray
-    shear_stress: FloatArray
-    temperature_film: FloatArray
+    reason: str  # empty, "no_thermal_balance" or "not_finite"
+    x: FloatArray  # [m]; shape (n,)
+    shear_stress: FloatArray  # along the sliding vector [Pa]
+    temperature_film: FloatArray  # mid-layer of the film [K]
+    # surface temperatures, bulk plus rise [K]
     temperature_flash_1: FloatArray
     temperature_flash_2: FloatArray
+    # into each body [W/m2]
     heat_flux_1: FloatArray
     heat_flux_2: FloatArray
+    # ln eta(p, T_film) - ln eta(p, T_inlet), what the heat does to the viscosity in the Reynolds equation [-]
     log_viscosity_offset: FloatArray
-    rolling_heat: FloatArray
-    temperature_rise_rolling: FloatArray
-    friction_fluid: float
+    rolling_heat: FloatArray  # heat of the pressure-driven flow [W/m2]
+    temperature_rise_rolling: FloatArray  # what it adds to the film temperature, surfaces included [K]
+    friction_fluid: float  # integral of the shear stress over the load per length [-]
+    # highest film and highest surface temperature [K]
     temperature_film_max: float
     temperature_flash: float
+    # |heat into both bodies - friction power|/friction power, the power taken anew at the final temperatures [-]
     energy_residual: float
-    peclet_number: float
-    iterations: int
+    peclet_number: float  # the lower one of the two bodies [-]
+    iterations: int  # Newton iterations
 
 
 def flux_to_surface_1(
@@ -115,21 +87,11 @@ def flux_to_surface_1(
 
 @dataclass(frozen=True)
 class Conducted:
-    """Conduction in both bodies and through the film between them, at one film.
+    """Conduction in both bodies and through the film between them, at one film."""
 
-    Parameters
-    ----------
-    walls : Walls
-        For the compiled loops.
-    total : ndarray
-        Sum of both conduction matrices.
-    resistance : ndarray
-        h/(8 k) of the film.
-    """
-
-    walls: Walls
-    total: FloatArray
-    resistance: FloatArray
+    walls: Walls  # for the compiled loops
+    total: FloatArray  # sum of both conduction matrices
+    resistance: FloatArray  # h/(8 k) of the film
 
     def into_1(self, heat: FloatArray, difference: float = 0.0) -> FloatArray:
         """Part of the heat that body 1 takes, at a difference of both bulk temperatures."""
@@ -229,38 +191,19 @@ def thermal_traction(
 
 @dataclass(frozen=True)
 class FilmTemperature:
-    """Shear stress and film temperature in balance at a given film; arrays on its nodes.
+    """Shear stress and film temperature in balance at a given film; arrays on its nodes."""
 
-    Parameters
-    ----------
-    pressure, film : ndarray
-        [Pa], [m].
-    stress : ndarray
-        Shear stress [Pa].
-    temperature : ndarray
-        Mid-layer of the film [K].
-    walls : ndarray
-        Mean surface temperature [K].
-    log_viscosity_offset : ndarray
-        As in `ThermalTraction`.
-    rolling_heat, surface_heat : ndarray
-        Heat of the pressure-driven flow; that and the heat of asperities [W/m2].
-    bulk : tuple of float
-        [K].
-    conducted : Conducted
-    iterations : int
-    converged : bool
-    """
-
+    # [Pa], [m]
     pressure: FloatArray
     film: FloatArray
-    stress: FloatArray
-    temperature: FloatArray
-    walls: FloatArray
-    log_viscosity_offset: FloatArray
+    stress: FloatArray  # shear stress [Pa]
+    temperature: FloatArray  # mid-layer of the film [K]
+    walls: FloatArray  # mean surface temperature [K]
+    log_viscosity_offset: FloatArray  # as in `ThermalTraction`
+    # heat of the pressure-driven flow; that and the heat of asperities [W/m2]
     rolling_heat: FloatArray
     surface_heat: FloatArray
-    bulk: tuple[float, float]
+    bulk: tuple[float, float]  # [K]
     conducted: Conducted
     iterations: int
     converged: bool

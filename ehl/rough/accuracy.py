@@ -55,72 +55,31 @@ SWEEP_FILM_MIN = 0.1  # of the composite Rq: thinner films are not what keeps su
 
 @dataclass(frozen=True)
 class RunPlan:
-    """Numbers of one run.
+    """Numbers of one run."""
 
-    Parameters
-    ----------
-    spacing : float
-        Node distance of the fine mesh [b]; its companion has twice that.
-    tolerance : float
-        Half width of the 90 % interval of mu to be reached, over mu.
-    window_min, window_max : float
-        Travel averaged over [b].
-    startup : float
-        Travel of the coarse run before the fine one takes over [b].
-    settling : float
-        Travel of both before the window [b].
-    boundary_study : bool
-        Whether mu at twice and half the boundary film is computed.
-    nodes_max : int
-        Budget of nodes of an accurate mesh.
-    coarsest : float
-        Largest spacing that still shows the roughness [b]; infinity when smooth.
-    batch : float
-        Travel of the smallest batch of the mean [b].
-    nodes_fine_max : int
-        Budget of nodes for fine roughness, which a smaller mesh would not resolve.
-    exchange_window : float
-        Travel per update of the macroscopic pressure [b].
-    preheating : float
-        Travel over which the mean heat of the coarse run warms the surfaces without a solution of the film [b].
-    window_fine : float
-        Shortest travel averaged over on all meshes but the coarsest [b].
-    budget : float
-        Work of the whole contact, in node-iterations (`ehl.rough.averaging.Window.work`).
-    inlet : float
-        Width of the inlet sweep, which every mesh has to resolve [b].
-    bound : float
-        Work beyond which the contact is solved `thrifty`.
-    give_up : float
-        Work beyond which it is not solved at all, as there is another answer.
-    block : float
-        Travel between two looks at the interval [b].
-    step_tolerance : float
-        Of mass and gap in one step, over the film unit.
-    thrifty : bool
-        Whether start-up, blocks and steps are those of a contact that would cost more than its bound.
-    """
-
-    spacing: float
-    tolerance: float
+    spacing: float  # node distance of the fine mesh [b]; its companion has twice that
+    tolerance: float  # half width of the 90 % interval of mu to be reached, over mu
+    # travel averaged over [b]
     window_min: float
     window_max: float
-    startup: float
-    settling: float
-    boundary_study: bool
-    nodes_max: int = NODES_MAX
-    coarsest: float = math.inf
-    batch: float = BATCH
-    nodes_fine_max: int = NODES_MAX
-    exchange_window: float = EXCHANGE_WINDOW
+    startup: float  # travel of the coarse run before the fine one takes over [b]
+    settling: float  # travel of both before the window [b]
+    boundary_study: bool  # whether mu at twice and half the boundary film is computed
+    nodes_max: int = NODES_MAX  # budget of nodes of an accurate mesh
+    coarsest: float = math.inf  # largest spacing that still shows the roughness [b]; infinity when smooth
+    batch: float = BATCH  # travel of the smallest batch of the mean [b]
+    nodes_fine_max: int = NODES_MAX  # budget of nodes for fine roughness, which a smaller mesh would not resolve
+    exchange_window: float = EXCHANGE_WINDOW  # travel per update of the macroscopic pressure [b]
+    # travel over which the mean heat of the coarse run warms the surfaces without a solution of the film [b]
     preheating: float = 0.0
-    window_fine: float = BATCH
-    budget: float = math.inf
-    inlet: float = math.inf
-    bound: float = math.inf
-    give_up: float = math.inf
-    block: float = BLOCK
-    step_tolerance: float = Settings.tolerance
+    window_fine: float = BATCH  # shortest travel averaged over on all meshes but the coarsest [b]
+    budget: float = math.inf  # work of the whole contact, in node-iterations (`ehl.rough.averaging.Window.work`)
+    inlet: float = math.inf  # width of the inlet sweep, which every mesh has to resolve [b]
+    bound: float = math.inf  # work beyond which the contact is solved `thrifty`
+    give_up: float = math.inf  # work beyond which it is not solved at all, as there is another answer
+    block: float = BLOCK  # travel between two looks at the interval [b]
+    step_tolerance: float = Settings.tolerance  # of mass and gap in one step, over the film unit
+    # whether start-up, blocks and steps are those of a contact that would cost more than its bound
     thrifty: bool = False
 
 

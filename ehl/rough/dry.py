@@ -23,42 +23,23 @@ REASONS = ("hardness_too_low", "domain_too_small", "iteration_limit")
 
 @dataclass(frozen=True)
 class DryContactResult:
-    """Pressure and gap of the dry contact.
-
-    Parameters
-    ----------
-    status : {"converged", "failed"}
-    reason : str
-        Empty, "hardness_too_low" (the cap cannot carry the load on the nodes there are), "domain_too_small" (contact
-        at the edge) or "iteration_limit".
-    x, pressure, gap : ndarray, shape (n,)
-        [m, Pa, m]; the gap is zero in contact, negative (material yielded) where the pressure is capped.
-    pressure_max : float
-        [Pa].
-    contact_length : float
-        Length in contact [m].
-    plastic_length : float
-        Length at the pressure cap [m].
-    approach : float
-        h0 in gap = h0 + x^2/(2R) - roughness + V [m], with the level of V of `ehl.elasticity`.
-    gap_residual : float
-        Largest violation of gap = 0 in contact and gap >= 0 elsewhere, over the deflection scale b^2/R [-].
-    load_residual : float
-        Relative [-].
-    iterations : int
-    """
+    """Pressure and gap of the dry contact."""
 
     status: Literal["converged", "failed"]
+    # empty, "hardness_too_low" (the cap cannot carry the load on the nodes there are), "domain_too_small" (contact at
+    # the edge) or "iteration_limit"
     reason: str
+    # [m, Pa, m]; the gap is zero in contact, negative (material yielded) where the pressure is capped; shape (n,)
     x: FloatArray
     pressure: FloatArray
     gap: FloatArray
-    pressure_max: float
-    contact_length: float
-    plastic_length: float
-    approach: float
+    pressure_max: float  # [Pa]
+    contact_length: float  # length in contact [m]
+    plastic_length: float  # length at the pressure cap [m]
+    approach: float  # h0 in gap = h0 + x^2/(2R) - roughness + V [m], with the level of V of `ehl.elasticity`
+    # largest violation of gap = 0 in contact and gap >= 0 elsewhere, over the deflection scale b^2/R [-]
     gap_residual: float
-    load_residual: float
+    load_residual: float  # relative [-]
     iterations: int
 
 

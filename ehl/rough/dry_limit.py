@@ -39,34 +39,17 @@ HEAT_NODES = 97
 
 @dataclass(frozen=True)
 class DryLimit:
-    """A contact without a film.
+    """A contact without a film."""
 
-    Parameters
-    ----------
-    film_ratio : float
-        lambda [-].
-    boundary_film : float
-        h_boundary, the gap where the solids touch [m].
-    film_mean : float
-        Mean gap over the middle 30 % of the Hertz width, boundary film included [m].
-    pressure_max : float
-        Mean over a few moments [Pa].
-    friction_error, film_error : float
-        Relative, of leaving the film out; of the film also that of the moments taken [-].
-    contact : DryContactResult
-        At the last of these moments.
-    note : str
-        The estimate in words.
-    """
-
-    film_ratio: float
-    boundary_film: float
-    film_mean: float
-    pressure_max: float
+    film_ratio: float  # lambda [-]
+    boundary_film: float  # h_boundary, the gap where the solids touch [m]
+    film_mean: float  # mean gap over the middle 30 % of the Hertz width, boundary film included [m]
+    pressure_max: float  # mean over a few moments [Pa]
+    # relative, of leaving the film out; of the film also that of the moments taken [-]
     friction_error: float
     film_error: float
-    contact: DryContactResult
-    note: str
+    contact: DryContactResult  # at the last of these moments
+    note: str  # the estimate in words
 
 
 def share_deficit(film_share: float, peklenik_number: float, stiffening: float) -> float:

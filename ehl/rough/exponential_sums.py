@@ -27,19 +27,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ExponentialSum:
-    """``sum_m weights_m ratios_m^d`` for d = 0, 1, ...
+    """``sum_m weights_m ratios_m^d`` for d = 0, 1, ..."""
 
-    Attributes
-    ----------
-    weights, ratios : ndarray, shape (modes,)
-        The last ratio is zero.
-    error : float
-        Largest deviation from the kernel it stands for, over the range it was fitted on; absolute (unit of the
-        kernel) for the logarithm, relative for the inverse root.
-    """
-
+    # the last ratio is zero; shape (modes,)
     weights: Array
     ratios: Array
+    # largest deviation from the kernel it stands for, over the range it was fitted on; absolute (unit of the kernel)
+    # for the logarithm, relative for the inverse root
     error: float
 
     def evaluate(self, distance: Array) -> Array:

@@ -150,18 +150,10 @@ def _cutoff(surface: SurfaceInput) -> float:
 
 @dataclass(frozen=True)
 class SmoothFriction:
-    """What the estimates of the effect of roughness need of the smooth contact.
+    """What the estimates of the effect of roughness need of the smooth contact."""
 
-    Parameters
-    ----------
-    film : float
-        Film at x = 0, hot [m]; 0 where it is not known.
-    stress_ratio : float
-        `film_stress_ratio` [-].
-    """
-
-    film: float = 0.0
-    stress_ratio: float = math.inf
+    film: float = 0.0  # film at x = 0, hot [m]; 0 where it is not known
+    stress_ratio: float = math.inf  # `film_stress_ratio` [-]
 
 
 def profile_notes(surface: SurfaceInput) -> tuple[str, ...]:

@@ -51,21 +51,11 @@ def in_common(finer: Window, coarser: Window) -> list[int]:
 
 @dataclass
 class MeshLevels:
-    """Windows of the same contact, the coarsest mesh first.
+    """Windows of the same contact, the coarsest mesh first."""
 
-    Parameters
-    ----------
-    windows : list of Window
-        Each mesh has half the spacing of the one before.
-    plan : RunPlan
-        Tolerance, windows and budget.
-    reserved : float
-        Work that what follows will take.
-    """
-
-    windows: list[Window]
-    plan: RunPlan
-    reserved: float = 0.0
+    windows: list[Window]  # each mesh has half the spacing of the one before
+    plan: RunPlan  # tolerance, windows and budget
+    reserved: float = 0.0  # work that what follows will take
     _changes: dict[int, tuple[tuple[int, int], Array]] = field(default_factory=dict, repr=False)
 
     @property

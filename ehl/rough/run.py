@@ -80,15 +80,9 @@ def _macroscopic(pressure: Array) -> Macroscopic:
 
 @dataclass
 class TransientRun:
-    """State of one march; `advance` is the only thing that changes it.
+    """State of one march; `advance` is the only thing that changes it."""
 
-    Parameters
-    ----------
-    problem : Problem
-        Constants.
-    """
-
-    problem: RunProblem
+    problem: RunProblem  # constants
     state: State = field(init=False, repr=False)
     macroscopic: Macroscopic = field(init=False, repr=False)
     _step: Step = field(init=False, repr=False)

@@ -43,46 +43,23 @@ HEAT_RANGE = 16  # the thermal memory is fitted up to this many passages
 
 @dataclass(frozen=True)
 class Settings:
-    """Numerical choices of one run.
+    """Numerical choices of one run."""
 
-    Parameters
-    ----------
-    nodes : int
-        Wanted number of nodes over the solved length.
-    boundary_film : float
-        h_boundary [m].
-    boundary_friction : float
-        mu_b [-].
-    peklenik_number : float
-        gamma; infinity is sealed.
-    thermal : bool
-        Heat on.
-    hardness : float
-        Cap on the total pressure [Pa].
-    tolerance : float
-        Of mass and gap in one step, over the film unit. What a step leaves is carried on (`settle_mass`): it does not
-        add up along the way, however many steps that takes.
-    start_travel : float
-        Distance the surfaces have rolled when the run starts [b].
-    temperature_bulk : tuple of float, optional
-        Bulk temperatures of both bodies with heat on [K]; the inlet temperature when not given.
-    rolling_heat : tuple of ndarray, optional
-        x [m] and the heat of the pressure-driven flow there [W/m2]; none when not given.
-    exchange_window : float
-        Travel per update of the macroscopic pressure [b].
-    """
-
-    nodes: int
-    boundary_film: float
-    boundary_friction: float
-    peklenik_number: float
-    thermal: bool
-    hardness: float
+    nodes: int  # wanted number of nodes over the solved length
+    boundary_film: float  # h_boundary [m]
+    boundary_friction: float  # mu_b [-]
+    peklenik_number: float  # gamma; infinity is sealed
+    thermal: bool  # heat on
+    hardness: float  # cap on the total pressure [Pa]
+    # of mass and gap in one step, over the film unit. What a step leaves is carried on (`settle_mass`): it does not add
+    # up along the way, however many steps that takes.
     tolerance: float = 1e-4
-    start_travel: float = 0.0
+    start_travel: float = 0.0  # distance the surfaces have rolled when the run starts [b]
+    # bulk temperatures of both bodies with heat on [K]; the inlet temperature when not given
     temperature_bulk: tuple[float, float] | None = None
+    # x [m] and the heat of the pressure-driven flow there [W/m2]; none when not given
     rolling_heat: tuple[Array, Array] | None = field(default=None, repr=False, compare=False)
-    exchange_window: float = EXCHANGE_WINDOW
+    exchange_window: float = EXCHANGE_WINDOW  # travel per update of the macroscopic pressure [b]
 
 
 @dataclass(frozen=True)

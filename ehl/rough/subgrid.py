@@ -33,27 +33,13 @@ MIN_GAP, MAX_GAP = 0.1, 2.5
 
 @dataclass(frozen=True)
 class SplitSurfaces:
-    """Both surfaces without their fine part, and what that part was.
+    """Both surfaces without their fine part, and what that part was."""
 
-    Parameters
-    ----------
-    surfaces : RoughSurfaces
-        The waves longer than the cut-off.
-    cutoff : float
-        [m].
-    rms : float
-        Composite Rq of the whole [m].
-    rms_below : float
-        Composite RMS below the cut-off, sigma_sub [m].
-    slope : float
-        Composite RMS slope of that part [-].
-    """
-
-    surfaces: RoughSurfaces
-    cutoff: float
-    rms: float
-    rms_below: float
-    slope: float
+    surfaces: RoughSurfaces  # the waves longer than the cut-off
+    cutoff: float  # [m]
+    rms: float  # composite Rq of the whole [m]
+    rms_below: float  # composite RMS below the cut-off, sigma_sub [m]
+    slope: float  # composite RMS slope of that part [-]
 
     def gap(self, contact: LineContact) -> float:
         """Mean gap of the fine part under the Hertz pressure, over sigma_sub [-]."""

@@ -16,14 +16,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class RoughSurfaces:
-    """Both surfaces; None is a smooth one.
+    """Both surfaces; None is a smooth one."""
 
-    Parameters
-    ----------
-    profile_1, profile_2 : RoughProfile or None
-        Heights of surface 1 (speed u1) and 2 (u2). Profiles that are not periodic are closed to a ring.
-    """
-
+    # heights of surface 1 (speed u1) and 2 (u2). Profiles that are not periodic are closed to a ring.
     profile_1: RoughProfile | None = None
     profile_2: RoughProfile | None = None
 

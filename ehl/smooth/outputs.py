@@ -21,21 +21,11 @@ FRICTION_INLET = 100.0
 
 @dataclass(frozen=True)
 class FilmShear:
-    """Film shear in units of p_h, from ln(eta/eta0), film H and pressure P.
+    """Film shear in units of p_h, from ln(eta/eta0), film H and pressure P."""
 
-    Parameters
-    ----------
-    law : ShearLaw
-        Stress over rate [Pa].
-    pressure_hertz : float
-        [Pa].
-    rate : float
-        eta0 |v_s| R/(p_h b^2).
-    """
-
-    law: ShearLaw
-    pressure_hertz: float
-    rate: float
+    law: ShearLaw  # stress over rate [Pa]
+    pressure_hertz: float  # [Pa]
+    rate: float  # eta0 |v_s| R/(p_h b^2)
 
     @cached_property
     def numbers(self) -> tuple[ShearNumbers, float, float]:

@@ -39,38 +39,17 @@ _NO_OFFSET = Offset(np.zeros(0), np.zeros(0))
 
 @dataclass(frozen=True)
 class ScaledContact:
-    """Groups of one contact, as the kernels need them.
+    """Groups of one contact, as the kernels need them."""
 
-    Parameters
-    ----------
-    lam : float
-        Viscous number 12 eta0 u_r R^2/(b^3 p_h) = 3 pi^2/(8 M^2).
-    table : LawTable
-        Viscosity and density over pressure in p_h.
-    gamma : float
-        Shear number eta0 |v_s| R/(stress b^2); 0 for a Newtonian fluid.
-    cross : float
-        cos^2 of the angle between sliding and x.
-    log_viscosity : float
-        ln(eta/eta0) at p_h.
-    stiffness : float
-        Factor on ln(eta/eta0); 1 but on the way to a solution.
-    offset : Offset or None
-        Added to ln(eta/eta0) along x: what the film temperature does.
-    shear : ShearNumbers
-        The shear law; pressures in p_h, stresses in the one gamma refers to.
-    rounding : float
-        Shear number that makes the spike of a Newtonian fluid wide enough for a mesh and changes the film little.
-    """
-
-    lam: float
-    table: LawTable
-    gamma: float
-    cross: float
-    log_viscosity: float
-    stiffness: float = 1.0
-    offset: Offset | None = None
-    shear: ShearNumbers = PLAIN
+    lam: float  # viscous number 12 eta0 u_r R^2/(b^3 p_h) = 3 pi^2/(8 M^2)
+    table: LawTable  # viscosity and density over pressure in p_h
+    gamma: float  # shear number eta0 |v_s| R/(stress b^2); 0 for a Newtonian fluid
+    cross: float  # cos^2 of the angle between sliding and x
+    log_viscosity: float  # ln(eta/eta0) at p_h
+    stiffness: float = 1.0  # factor on ln(eta/eta0); 1 but on the way to a solution
+    offset: Offset | None = None  # added to ln(eta/eta0) along x: what the film temperature does
+    shear: ShearNumbers = PLAIN  # the shear law; pressures in p_h, stresses in the one gamma refers to
+    # shear number that makes the spike of a Newtonian fluid wide enough for a mesh and changes the film little
     rounding: float = 0.0
 
     @property

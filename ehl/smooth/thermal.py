@@ -40,54 +40,30 @@ WARMER = (60.0, 120.0)
 
 @dataclass(frozen=True)
 class SmoothFilm:
-    """A smooth contact in thermal balance, or the isothermal one where heat is off or was found not to matter.
-
-    Parameters
-    ----------
-    status : {"converged", "failed"}
-    reason : str
-        Empty; one of the film solver's; "no_thermal_balance", "not_finite"; or "thermal_rounds" (film and
-        temperature still changed by more than 10 % in the last round).
-    film : SteadyResult
-        Pressure and film with the viscosity of the hot film; its friction is the thermal one, with its grid error.
-    isothermal : SteadyResult
-        The same contact without heat.
-    friction_fluid : float
-        [-].
-    friction_error, film_error : float
-        Relative: grid errors of film and heat balance, and half the change in the last round (all of it where that
-        is above the tolerance).
-    temperature_film_max, temperature_flash : float
-        Highest film and surface temperature [K].
-    iterations : int
-        Newton iterations of all film solutions.
-    heat : ThermalTraction or None
-        Temperatures on the nodes of the heat balance; None where heat was left out.
-    estimate : ThermalEstimate or None
-        What decided that; None with heat off.
-    energy_residual : float
-        |heat into both bodies - power|/power, the power from the shear stress of the film solver on its own mesh [-].
-    rounds : int
-    rounds_left : bool
-        Whether the last change was between tolerance and 10 %.
-    skipped : tuple of str
-    """
+    """A smooth contact in thermal balance, or the isothermal one where heat is off or was found not to matter."""
 
     status: Literal["converged", "failed"]
+    # empty; one of the film solver's; "no_thermal_balance", "not_finite"; or "thermal_rounds" (film and temperature
+    # still changed by more than 10 % in the last round)
     reason: str
+    # pressure and film with the viscosity of the hot film; its friction is the thermal one, with its grid error
     film: SteadyResult
-    isothermal: SteadyResult
-    friction_fluid: float
+    isothermal: SteadyResult  # the same contact without heat
+    friction_fluid: float  # [-]
+    # relative: grid errors of film and heat balance, and half the change in the last round (all of it where that is
+    # above the tolerance)
     friction_error: float
     film_error: float
+    # highest film and surface temperature [K]
     temperature_film_max: float
     temperature_flash: float
-    iterations: int
-    heat: ThermalTraction | None = None
-    estimate: ThermalEstimate | None = None
+    iterations: int  # Newton iterations of all film solutions
+    heat: ThermalTraction | None = None  # temperatures on the nodes of the heat balance; None where heat was left out
+    estimate: ThermalEstimate | None = None  # what decided that; None with heat off
+    # |heat into both bodies - power|/power, the power from the shear stress of the film solver on its own mesh [-]
     energy_residual: float = 0.0
     rounds: int = 0
-    rounds_left: bool = False
+    rounds_left: bool = False  # whether the last change was between tolerance and 10 %
     skipped: tuple[str, ...] = ()
 
     @property

@@ -43,28 +43,15 @@ def score_of(level: float) -> float:
 
 @dataclass(frozen=True)
 class Change:
-    """What one uncertain input does to friction or loss.
+    """What one uncertain input does to friction or loss."""
 
-    Parameters
-    ----------
-    name : str
-        Of the input.
-    group : str
-        Inputs of one cause, for a headline.
-    sd : float
-        Standard deviation of the input: of its logarithm, or in SI units; nan where it is a function of place.
-    below, above : float or array
-        Change of ln(friction) at the lower and upper end of the interval of this input alone.
-    note : str
-        Where spread and change come from.
-    """
-
-    name: str
-    group: str
-    sd: float
+    name: str  # of the input
+    group: str  # inputs of one cause, for a headline
+    sd: float  # standard deviation of the input: of its logarithm, or in SI units; nan where it is a function of place
+    # change of ln(friction) at the lower and upper end of the interval of this input alone
     below: Any
     above: Any
-    note: str = ""
+    note: str = ""  # where spread and change come from
 
 
 def combined(changes: Sequence[Change]) -> tuple[Array, Array]:
@@ -110,29 +97,17 @@ def ends(changes: Sequence[Change], together: Together | None = None) -> tuple[f
 
 @dataclass(frozen=True)
 class UncertaintySource:
-    """One uncertain input.
+    """One uncertain input."""
 
-    Parameters
-    ----------
-    name, group : str
-        Input, and the cause it is shown under.
-    sd : float
-        Its standard deviation: of the logarithm, or in SI units; nan where it is a function of place.
-    below, above : float
-        The figure, with this input alone at the lower and upper end of its interval.
-    share : float
-        Share of the squared width of the interval [-].
-    note : str
-        Where spread and effect come from.
-    """
-
+    # input, and the cause it is shown under
     name: str
     group: str
-    sd: float
+    sd: float  # its standard deviation: of the logarithm, or in SI units; nan where it is a function of place
+    # the figure, with this input alone at the lower and upper end of its interval
     below: float
     above: float
-    share: float
-    note: str
+    share: float  # share of the squared width of the interval [-]
+    note: str  # where spread and effect come from
 
     @property
     def label(self) -> str:
@@ -155,19 +130,6 @@ class UncertaintySource:
 class InputUncertainty(TableResult):
     """Interval of a figure by what is not known about the inputs; the error of the solver is not in it.
 
-    Parameters
-    ----------
-    name : str
-        Of the figure (`efficiency`, `friction_coefficient`).
-    value, low, high : float
-        The figure and its interval, SI.
-    level : float
-        Share of cases the interval is to hold [-].
-    sources : tuple of UncertaintySource
-        What contributes, most first.
-    notes : tuple of str
-        What is not in the interval.
-
     Examples
     --------
     >>> change = Change("viscosity", "oil", 0.1, -0.2, 0.2)
@@ -175,13 +137,14 @@ class InputUncertainty(TableResult):
     InputUncertainty(friction coefficient 0.05 (0.04094 to 0.06107), of which oil 0.01007)
     """
 
-    name: str
+    name: str  # of the figure (`efficiency`, `friction_coefficient`)
+    # the figure and its interval, SI
     value: float
     low: float
     high: float
-    level: float
-    sources: tuple[UncertaintySource, ...]
-    notes: tuple[str, ...] = ()
+    level: float  # share of cases the interval is to hold [-]
+    sources: tuple[UncertaintySource, ...]  # what contributes, most first
+    notes: tuple[str, ...] = ()  # what is not in the interval
 
     @classmethod
     def of(

@@ -24,17 +24,6 @@ Kind = Literal["relative", "absolute"]
 class Spread:
     """How well a number is known: one standard deviation.
 
-    Parameters
-    ----------
-    sd : float
-        Of the logarithm of a number that is known up to a factor ("relative"), or of the number in SI units
-        ("absolute").
-    kind : {"relative", "absolute"}
-    source : str
-        Where it comes from.
-    sd_below : float, optional
-        To lower values, where that differs.
-
     Raises
     ------
     InputError
@@ -46,10 +35,11 @@ class Spread:
     0.465
     """
 
+    # of the logarithm of a number that is known up to a factor ("relative"), or of the number in SI units ("absolute")
     sd: float
     kind: Kind = "relative"
-    source: str = "given"
-    sd_below: float | None = None
+    source: str = "given"  # where it comes from
+    sd_below: float | None = None  # to lower values, where that differs
 
     def __post_init__(self) -> None:
         for sd in (self.sd, self.below):
@@ -116,44 +106,31 @@ class UncertaintyInput(InputModel):
 
     Relative ones are of the logarithm: 0.1 is about 10 %. An input that is known exactly has 0.
 
-    Attributes
-    ----------
-    pressure_viscosity : float, optional
-        Of the rise of ln eta with pressure [-]; of the card by default, as the next four.
-    viscosity, eyring_stress, limiting_shear, thermal_conductivity : float, optional
-        Of the oil, relative [-].
-    roughness_rms, correlation_length, peklenik_number : float, optional
-        Of either surface, relative [-].
-    boundary_film, boundary_friction : float, optional
-        Relative [-].
-    rough_contact_model : float, optional
-        Of mu by the model of two-dimensional roughness where asperities touch, relative [-].
-    temperature_bulk : float, optional
-        Of both bodies [K].
-    conductivity_solid : float, optional
-        Thermal conductivity of both bodies, relative [-].
-    same_surface : bool, optional
-        Both surfaces were made alike, so that the Rq of both is wrong the same way; by default where a finish is named.
-
     Examples
     --------
     >>> UncertaintyInput(roughness_rms=0.05).spread("roughness_rms").sd
     0.05
     """
 
+    # of the rise of ln eta with pressure [-]; of the card by default, as the next four
     pressure_viscosity: Relative | None = None
+    # of the oil, relative [-]
     viscosity: Relative | None = None
     eyring_stress: Relative | None = None
     limiting_shear: Relative | None = None
     thermal_conductivity: Relative | None = None
+    # of either surface, relative [-]
     roughness_rms: Relative | None = None
     correlation_length: Relative | None = None
     peklenik_number: Relative | None = None
+    # relative [-]
     boundary_film: Relative | None = None
     boundary_friction: Relative | None = None
+    # of mu by the model of two-dimensional roughness where asperities touch, relative [-]
     rough_contact_model: Relative | None = None
-    temperature_bulk: Kelvins | None = None
-    conductivity_solid: Relative | None = None
+    temperature_bulk: Kelvins | None = None  # of both bodies [K]
+    conductivity_solid: Relative | None = None  # thermal conductivity of both bodies, relative [-]
+    # both surfaces were made alike, so that the Rq of both is wrong the same way; by default where a finish is named
     same_surface: bool | None = None
     _figures: Mapping[str, Figure] = PrivateAttr(default_factory=dict)
     _finish: str | None = PrivateAttr(default=None)

@@ -76,94 +76,53 @@ class ParameterEstimate:
 
     Parameters
     ----------
-    name, unit : str
-    status : str
-        "determined" (95 % interval within a factor of 1.5, at a misfit that is credible), "weak" (within 3, or the
-        misfit is not credible), "undetermined" (held).
-    value : float
-        Fitted value; nan where undetermined.
-    standard_error : float
-        Of ln(value) [-]; nan where undetermined.
-    interval_low, interval_high : float
-        95 % interval; nan where undetermined.
-    held : float
-        Value used where undetermined; nan otherwise.
-    start : float
-        Of the card or the setup.
     verdict : str
         In words.
     """
 
     name: str
     unit: str
+    # "determined" (95 % interval within a factor of 1.5, at a misfit that is credible), "weak" (within 3, or the misfit
+    # is not credible), "undetermined" (held)
     status: str
-    value: float
-    standard_error: float
+    value: float  # fitted value; nan where undetermined
+    standard_error: float  # of ln(value) [-]; nan where undetermined
+    # 95 % interval; nan where undetermined
     interval_low: float
     interval_high: float
-    held: float
-    start: float
+    held: float  # value used where undetermined; nan otherwise
+    start: float  # of the card or the setup
     note: str
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Calibration(Reportable):
-    """What a calibration found: `regression.calibrate` makes it; SI, names of docs/nomenclature.md.
-
-    Parameters
-    ----------
-    parameters : tuple of ParameterEstimate
-    correlation : tuple of tuple of float
-        Of ln(value) of the fitted parameters, in the order of `fitted`.
-    fitted : tuple of str
-    noise, noise_stated : float
-        Standard deviation of mu of a typical row as used; nan where none was stated [-].
-    chi_square : float
-        Over its expectation with the stated noise; nan where it was estimated.
-    misfit : float
-        RMS of computed over measured mu [-].
-    misfit_credible : bool
-        The residuals do not contradict the stated noise (p >= 0.01); where none is stated, the misfit is at most
-        `MAX_MISFIT` of the mean mu.
-    outliers, excluded : tuple of int
-        Numbers of rows in the file, counted from 1.
-    friction_computed : tuple of float
-        mu of all rows by the solver; nan where it failed.
-    solver_error : float
-        Largest relative error the solver states of itself.
-    profiled : bool
-        Intervals by profiles on the solver, or by standard errors.
-    values : dict
-        Values of all parameters as used.
-    notes : tuple of str
-    iterations, solver_calls : int
-    seconds : float
-    measurement : Measurement, optional
-        What it was fitted to.
-    setup : CalibrationSetup, optional
-        What was known and fitted.
-    """
+    """What a calibration found: `regression.calibrate` makes it; SI, names of docs/nomenclature.md."""
 
     parameters: tuple[ParameterEstimate, ...]
-    correlation: tuple[tuple[float, ...], ...]
+    correlation: tuple[tuple[float, ...], ...]  # of ln(value) of the fitted parameters, in the order of `fitted`
     fitted: tuple[str, ...]
+    # standard deviation of mu of a typical row as used; nan where none was stated [-]
     noise: float
     noise_stated: float
-    chi_square: float
-    misfit: float
+    chi_square: float  # over its expectation with the stated noise; nan where it was estimated
+    misfit: float  # RMS of computed over measured mu [-]
+    # the residuals do not contradict the stated noise (p >= 0.01); where none is stated, the misfit is at most
+    # `MAX_MISFIT` of the mean mu
     misfit_credible: bool
+    # numbers of rows in the file, counted from 1
     outliers: tuple[int, ...]
     excluded: tuple[int, ...]
-    friction_computed: tuple[float, ...]
-    solver_error: float
-    profiled: bool
-    values: dict[str, float]
+    friction_computed: tuple[float, ...]  # mu of all rows by the solver; nan where it failed
+    solver_error: float  # largest relative error the solver states of itself
+    profiled: bool  # intervals by profiles on the solver, or by standard errors
+    values: dict[str, float]  # values of all parameters as used
     notes: tuple[str, ...]
     iterations: int
     solver_calls: int
     seconds: float
-    measurement: Measurement | None = None
-    setup: CalibrationSetup | None = None
+    measurement: Measurement | None = None  # what it was fitted to
+    setup: CalibrationSetup | None = None  # what was known and fitted
 
     def card(self, name: str, *, force: bool = False) -> Oil:
         """The oil card with the calibrated figures and the record of what they come from.

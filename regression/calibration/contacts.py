@@ -26,21 +26,11 @@ GROUP = 8  # contacts solved one from the other by one worker
 
 @dataclass(frozen=True)
 class ContactGroup:
-    """Neighbouring contacts of one surface.
+    """Neighbouring contacts of one surface."""
 
-    Parameters
-    ----------
-    rows : tuple of int
-        Rows of the measurement.
-    contacts : tuple of LineContact
-    temperatures : tuple of float
-        Of the oil [K].
-    surface : SurfaceInput
-    """
-
-    rows: tuple[int, ...]
+    rows: tuple[int, ...]  # rows of the measurement
     contacts: tuple[LineContact, ...]
-    temperatures: tuple[float, ...]
+    temperatures: tuple[float, ...]  # of the oil [K]
     surface: SurfaceInput
 
     def only(self, wanted: NDArray[np.bool_]) -> ContactGroup:

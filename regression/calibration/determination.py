@@ -27,31 +27,15 @@ COLLINEAR = 0.95  # correlation above which two parameters are identifiable toge
 
 @dataclass(frozen=True, eq=False)
 class Determination:
-    """Standard errors and correlations of the fitted parameters.
-
-    Parameters
-    ----------
-    names : tuple of str
-    errors : ndarray, shape (k,)
-        Standard errors of ln(value).
-    alone : ndarray, shape (k,)
-        The same if all other parameters were known.
-    correlation : ndarray, shape (k, k)
-    main_row : tuple of int
-        Row that adds most to the information on each parameter, given the others.
-    main_share : ndarray, shape (k,)
-        Its share of the information of all rows.
-    widening : float
-        Factor on the errors for residuals that go together along the curves; 1 without.
-    """
+    """Standard errors and correlations of the fitted parameters."""
 
     names: tuple[str, ...]
-    errors: Array
-    alone: Array
-    correlation: Array
-    main_row: tuple[int, ...]
-    main_share: Array
-    widening: float
+    errors: Array  # standard errors of ln(value); shape (k,)
+    alone: Array  # the same if all other parameters were known; shape (k,)
+    correlation: Array  # shape (k, k)
+    main_row: tuple[int, ...]  # row that adds most to the information on each parameter, given the others
+    main_share: Array  # its share of the information of all rows; shape (k,)
+    widening: float  # factor on the errors for residuals that go together along the curves; 1 without
 
 
 def determination_of(fit: Fit, target: Target, noise: Noise, labels: tuple[str, ...]) -> Determination:

@@ -53,38 +53,20 @@ COLUMNS: dict[str, ValueRange | None] = {**CONDITIONS, **MEASURED, LABEL: None}
 
 @dataclass(frozen=True, eq=False)
 class Measurement:
-    """A measured table, SI.
+    """A measured table, SI."""
 
-    Parameters
-    ----------
-    name : str
-        File name, and "(synthetic)" where the file says so.
-    file_hash : str
-        SHA-256 of the file.
-    columns : dict of ndarray, shape (n,)
-        Conditions by name; those that hold for all rows are filled in.
-    load : str
-        Which of `LOADS` there is.
-    friction, uncertainty : ndarray, shape (n,)
-        mu and its standard deviation [-]; nan where none is given.
-    curve : tuple of str
-        Label of each row.
-    row_numbers : tuple of int
-        Of each row in the file, counted from 1; below a header of one line where not given. Of rows that were averaged
-        the first.
-    notes : tuple of str
-        What was done to the rows.
-    """
-
-    name: str
-    file_hash: str
-    columns: dict[str, Array]
-    load: str
+    name: str  # file name, and "(synthetic)" where the file says so
+    file_hash: str  # SHA-256 of the file
+    columns: dict[str, Array]  # conditions by name; those that hold for all rows are filled in; shape (n,)
+    load: str  # which of `LOADS` there is
+    # mu and its standard deviation [-]; nan where none is given; shape (n,)
     friction: Array
     uncertainty: Array
-    curve: tuple[str, ...]
+    curve: tuple[str, ...]  # label of each row
+    # of each row in the file, counted from 1; below a header of one line where not given. Of rows that were averaged
+    # the first.
     row_numbers: tuple[int, ...] = ()
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # what was done to the rows
 
     def __post_init__(self) -> None:
         if not self.row_numbers:

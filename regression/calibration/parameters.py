@@ -21,20 +21,11 @@ START_PRESSURE = 1e9  # where a stress over pressure gives the start of a consta
 
 @dataclass(frozen=True)
 class CalibrationParameter:
-    """One parameter; fitted in its logarithm, as all of them are positive.
+    """One parameter; fitted in its logarithm, as all of them are positive."""
 
-    Parameters
-    ----------
-    name : str
-        Of docs/nomenclature.md.
-    meaning : str
-        In words.
-    low, high : float
-        Bounds, SI.
-    """
-
-    name: str
-    meaning: str
+    name: str  # of docs/nomenclature.md
+    meaning: str  # in words
+    # bounds, SI
     low: float
     high: float
 

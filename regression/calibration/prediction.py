@@ -47,20 +47,15 @@ class FrozenFilm:
 
     Parameters
     ----------
-    pressure : ndarray, shape (m,)
-        [Pa].
     log_rest : ndarray, shape (m,)
         ln of v_s/h times the change of viscosity with temperature [1/s].
-    weight : ndarray, shape (m,)
-        Length of each node over the load per length [m^2/N]: friction is the sum of weight times stress.
-    log_film : float
-        ln of the film of Moes of the solution.
     """
 
-    pressure: Array
+    pressure: Array  # [Pa]; shape (m,)
     log_shear_rate: Array
+    # length of each node over the load per length [m^2/N]: friction is the sum of weight times stress; shape (m,)
     weight: Array
-    log_film: float
+    log_film: float  # ln of the film of Moes of the solution
 
     def log_friction(self, contact: LineContact, lubricant: Lubricant) -> float:
         """ln of the friction coefficient with another lubricant."""
@@ -155,37 +150,18 @@ def _window(result: ContactResult) -> float | None:
 
 @dataclass
 class FrictionSolver:
-    """The solver over all rows, with what it has found kept.
-
-    Parameters
-    ----------
-    setup : CalibrationSetup
-    groups : tuple of Group
-    roughness : ndarray, shape (n,)
-        Composite Rq of each row [m].
-    temperature : float
-        Where `pressure_viscosity` is meant [K].
-    jobs : int, optional
-        Worker processes.
-    calls : int
-        Contacts solved so far.
-    seconds : float
-        Wall time of that.
-    films : dict
-        Films of each row as solved last.
-    windows : dict
-        Travel each row of resolved roughness is averaged over, that of its first solution [b].
-    """
+    """The solver over all rows, with what it has found kept."""
 
     setup: CalibrationSetup
     groups: tuple[ContactGroup, ...]
-    roughness: Array
-    temperature: float
-    jobs: int | None = None
-    calls: int = 0
-    seconds: float = 0.0
+    roughness: Array  # composite Rq of each row [m]; shape (n,)
+    temperature: float  # where `pressure_viscosity` is meant [K]
+    jobs: int | None = None  # worker processes
+    calls: int = 0  # contacts solved so far
+    seconds: float = 0.0  # wall time of that
     _known: dict[tuple[float, ...], Array] = field(default_factory=dict, repr=False)
-    films: dict[int, FrozenFilm] = field(default_factory=dict, repr=False)
+    films: dict[int, FrozenFilm] = field(default_factory=dict, repr=False)  # films of each row as solved last
+    # travel each row of resolved roughness is averaged over, that of its first solution [b]
     windows: dict[int, float] = field(default_factory=dict, repr=False)
 
     def needs_solution(self, name: str) -> bool:
@@ -277,33 +253,17 @@ class FrictionSolver:
 
 @dataclass(frozen=True, eq=False)
 class Surrogate:
-    """Friction near a set of values: films held, and a correction linear in logarithms.
-
-    Parameters
-    ----------
-    solver : FrictionSolver
-    values : dict
-        Where it was built: values of all parameters.
-    names : tuple of str
-        Parameters being fitted.
-    centre : ndarray, shape (n, 2)
-        Transformed parts there.
-    slopes : ndarray, shape (n, 2, k)
-        What their derivatives by the logarithm of each fitted parameter have beyond those with films held; 0 for
-        those that only mix.
-    films : dict
-        The films that are held.
-    held : ndarray, shape (n, 2)
-        Parts with them at `values`.
-    """
+    """Friction near a set of values: films held, and a correction linear in logarithms."""
 
     solver: FrictionSolver
-    values: dict[str, float]
-    names: tuple[str, ...]
-    centre: Array
+    values: dict[str, float]  # where it was built: values of all parameters
+    names: tuple[str, ...]  # parameters being fitted
+    centre: Array  # transformed parts there; shape (n, 2)
+    # what their derivatives by the logarithm of each fitted parameter have beyond those with films held; 0 for those
+    # that only mix; shape (n, 2, k)
     slopes: Array
-    films: Mapping[int, FrozenFilm]
-    held: Array
+    films: Mapping[int, FrozenFilm]  # the films that are held
+    held: Array  # parts with them at `values`; shape (n, 2)
 
     @property
     def moving(self) -> bool:

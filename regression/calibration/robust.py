@@ -45,26 +45,13 @@ def spread(residuals: Array, fitted: int) -> float:
 
 @dataclass(frozen=True)
 class Noise:
-    """Scale of the residuals.
+    """Scale of the residuals."""
 
-    Parameters
-    ----------
-    scale : float
-        Standard deviation over the one stated for each row; over 1 where the noise is estimated.
-    covariance_scale : float
-        Factor on (J^T J)^-1 of the standardised problem that gives the covariance.
-    chi_square : float
-        Sum of bounded squares over its expectation with the stated noise; nan where it is estimated.
-    quantile : float
-        Of the 95 % interval: Student's with the free rows where the scale was estimated, else 1.96.
-    larger_than_stated : bool
-        The stated noise was too small to be true (p < 0.01), so the estimated one is used.
-    """
-
-    scale: float
-    covariance_scale: float
-    chi_square: float
-    quantile: float
+    scale: float  # standard deviation over the one stated for each row; over 1 where the noise is estimated
+    covariance_scale: float  # factor on (J^T J)^-1 of the standardised problem that gives the covariance
+    chi_square: float  # sum of bounded squares over its expectation with the stated noise; nan where it is estimated
+    quantile: float  # of the 95 % interval: Student's with the free rows where the scale was estimated, else 1.96
+    # the stated noise was too small to be true (p < 0.01), so the estimated one is used
     larger_than_stated: bool = False
 
 

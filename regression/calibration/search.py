@@ -31,22 +31,13 @@ STARTS, START_SPREAD, START_REGION, START_ROUNDS = 6, 5.0, 2.5, 3
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """What is fitted to.
+    """What is fitted to."""
 
-    Parameters
-    ----------
-    friction, sigma : ndarray, shape (n,)
-        Measured mu and its standard deviation (1 where it is estimated) [-].
-    rows : ndarray of bool, shape (n,)
-        Rows that take part.
-    stated : bool
-        Whether `sigma` is known.
-    """
-
+    # measured mu and its standard deviation (1 where it is estimated) [-]; shape (n,)
     friction: Array
     sigma: Array
-    rows: Mask
-    stated: bool
+    rows: Mask  # rows that take part; shape (n,)
+    stated: bool  # whether `sigma` is known
 
     def residuals(self, friction: Array) -> Array:
         """(mu - measured)/sigma of the rows that take part."""
@@ -62,35 +53,18 @@ class Target:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Where the search ended.
+    """Where the search ended."""
 
-    Parameters
-    ----------
-    names : tuple of str
-        Fitted parameters.
-    values : dict
-        All values, SI.
-    friction : ndarray, shape (n,)
-        mu of all rows by the solver there.
-    jacobian : ndarray, shape (n, k)
-        d mu/d ln(value).
-    surrogate : Surrogate
-    scale, cost : float
-        Scale of the residuals in Huber's loss, and that loss.
-    rounds : int
-    pinned : tuple of str
-        Parameters that ended at a bound.
-    """
-
-    names: tuple[str, ...]
-    values: dict[str, float]
-    friction: Array
-    jacobian: Array
+    names: tuple[str, ...]  # fitted parameters
+    values: dict[str, float]  # all values, SI
+    friction: Array  # mu of all rows by the solver there; shape (n,)
+    jacobian: Array  # d mu/d ln(value); shape (n, k)
     surrogate: Surrogate
+    # scale of the residuals in Huber's loss, and that loss
     scale: float
     cost: float
     rounds: int
-    pinned: tuple[str, ...]
+    pinned: tuple[str, ...]  # parameters that ended at a bound
 
 
 def bounds_of(names: tuple[str, ...]) -> tuple[Array, Array]:

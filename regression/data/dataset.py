@@ -371,28 +371,15 @@ class FailedCase:
 
 @dataclass(frozen=True)
 class RunStatus(TableResult):
-    """Progress of a run.
+    """Progress of a run."""
 
-    Parameters
-    ----------
-    plan_name : str
-        Name of the plan.
-    planned, finished : int
-        Cases of the plan, and distinct ones of them on disk.
-    failed : tuple of FailedCase
-        Cases without a result, by reason.
-    shards : tuple of ShardStatus
-        One per file.
-    longest : float
-        Processor time of the longest case [s].
-    """
-
-    plan_name: str
+    plan_name: str  # name of the plan
+    # cases of the plan, and distinct ones of them on disk
     planned: int
     finished: int
-    failed: tuple[FailedCase, ...]
-    shards: tuple[ShardStatus, ...]
-    longest: float = 0.0
+    failed: tuple[FailedCase, ...]  # cases without a result, by reason
+    shards: tuple[ShardStatus, ...]  # one per file
+    longest: float = 0.0  # processor time of the longest case [s]
 
     @property
     def complete(self) -> bool:

@@ -21,21 +21,11 @@ RESULTS = {"networks": 6, "guard": 3}
 
 @dataclass(frozen=True)
 class DataFunction:
-    """A function of several logarithms over stored numbers.
+    """A function of several logarithms over stored numbers."""
 
-    Parameters
-    ----------
-    name : str
-        One of `RESULTS`.
-    arrays : dict
-        Rows of numbers by name; rows of several lengths are one after the other in one row.
-    sizes : dict
-        Words of the loops that stand for a number.
-    """
-
-    name: str
-    arrays: dict[str, Rows]
-    sizes: dict[str, float]
+    name: str  # one of `RESULTS`
+    arrays: dict[str, Rows]  # rows of numbers by name; rows of several lengths are one after the other in one row
+    sizes: dict[str, float]  # words of the loops that stand for a number
 
     def filled(self, text: str) -> str:
         """The loop of a language with the numbers of this function in place of their words."""

@@ -69,27 +69,13 @@ class Argument:
 
 @dataclass(frozen=True)
 class Program:
-    """A formula ready to be printed.
+    """A formula ready to be printed."""
 
-    Parameters
-    ----------
-    formula : FittedFormula
-        What is exported.
-    oil : str or None
-        The card whose laws are written into the program; None where the oil's properties are arguments.
-    arguments : tuple of Argument
-        In the order of the call.
-    coefficients : tuple of Value
-        The fitted numbers that are used.
-    steps : tuple of Value
-        The named values in the order they are computed, those of `OUTPUTS` last.
-    """
-
-    formula: FittedFormula
-    oil: str | None
-    arguments: tuple[Argument, ...]
-    coefficients: tuple[Value, ...]
-    steps: tuple[Value, ...]
+    formula: FittedFormula  # what is exported
+    oil: str | None  # the card whose laws are written into the program; None where the oil's properties are arguments
+    arguments: tuple[Argument, ...]  # in the order of the call
+    coefficients: tuple[Value, ...]  # the fitted numbers that are used
+    steps: tuple[Value, ...]  # the named values in the order they are computed, those of `OUTPUTS` last
 
     @property
     def data_functions(self) -> tuple[DataFunction, ...]:

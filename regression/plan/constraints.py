@@ -62,36 +62,24 @@ def _window(quantity: ValueRange) -> Any:
 
 
 class Constraints(InputModel):
-    """Windows a point must lie in.
+    """Windows a point must lie in."""
 
-    Parameters
-    ----------
-    film_ratio : ConstraintWindow
-        lambda by the film formula of `regression.friction.conditions.derive` [-].
-    load_per_length : ConstraintWindow
-        w' [N/m].
-    half_width : ConstraintWindow
-        Hertz half-width b [m].
-    correlation_over_width, correlation_over_rms : ConstraintWindow
-        Correlation length over b and over the composite Rq [-].
-    speed_sliding : ConstraintWindow
-        Length of the sliding vector [m/s].
-    slide_to_roll_total : ConstraintWindow
-        That over the entrainment speed [-].
-    pressure_velocity : ConstraintWindow
-        p_h times `speed_sliding` [W/m^2].
-    temperature_flash : ConstraintWindow
-        Oil temperature plus Blok's flash temperature with mu = 0.05 [K].
-    """
-
+    # lambda by the film formula of `regression.friction.conditions.derive` [-]
     film_ratio: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
+    # w' [N/m]
     load_per_length: _window(value_range_of(LoadPerLength)) | None = None  # type: ignore[valid-type]
+    # Hertz half-width b [m]
     half_width: _window(ValueRange("m", ge=0.0, le=1.0)) | None = None  # type: ignore[valid-type]
+    # correlation length over b and over the composite Rq [-]
     correlation_over_width: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
     correlation_over_rms: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
+    # length of the sliding vector [m/s]
     speed_sliding: _window(ValueRange("m/s", ge=0.0, le=value_range_of(SlidingSpeed).le)) | None = None  # type: ignore[valid-type]
+    # that over the entrainment speed [-]
     slide_to_roll_total: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
+    # p_h times `speed_sliding` [W/m^2]
     pressure_velocity: _window(ValueRange("W/m^2", ge=0.0)) | None = None  # type: ignore[valid-type]
+    # oil temperature plus Blok's flash temperature with mu = 0.05 [K]
     temperature_flash: _window(ValueRange("K", ge=TEMPERATURE_RANGE[0], le=3000.0)) | None = None  # type: ignore[valid-type]
 
     @property

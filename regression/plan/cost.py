@@ -35,30 +35,16 @@ LEVEL: dict[str, tuple[float, float]] = {"fast": (-1.57, 1.1), "standard": (-0.0
 
 @dataclass(frozen=True)
 class CostEstimate:
-    """What a plan will cost.
+    """What a plan will cost."""
 
-    Parameters
-    ----------
-    plan, accuracy : str
-        Name of the plan; accuracy of its contacts.
-    cases : int
-        Of the plan.
-    rough : int
-        Of these, transient rough contacts.
-    seconds : float
-        CPU time of all cases [s].
-    longest : float
-        Of the longest case [s].
-    rejected : dict
-        ConstraintWindow of the constraints to the share of the points drawn that lie outside of it.
-    """
-
+    # name of the plan; accuracy of its contacts
     plan: str
     accuracy: str
-    cases: int
-    rough: int
-    seconds: float
-    longest: float
+    cases: int  # of the plan
+    rough: int  # of these, transient rough contacts
+    seconds: float  # CPU time of all cases [s]
+    longest: float  # of the longest case [s]
+    # ConstraintWindow of the constraints to the share of the points drawn that lie outside of it
     rejected: dict[str, float]
 
     def wall(self, jobs: int) -> float:

@@ -54,58 +54,30 @@ def _read_columns(value: Any) -> dict[str, Column]:
 
 
 class Sampling(InputModel):
-    """How ranges are filled, whether the corners of the box are added, and how many roughness profiles each point has.
+    """How ranges are filled, whether corners of the box are added, and the number of roughness profiles of a point."""
 
-    Parameters
-    ----------
-    method : {"sobol", "latin_hypercube", "factorial"}
-        Filling of the ranges; factorial crosses `levels` of each.
-    size : int
-        Points in the ranges: a power of two for Sobol without constraints.
-    levels : int
-        Of every range in a factorial plan that does not state its own.
-    seed : int
-        Of the sequence.
-    corners : bool or int
-        Add the corners of the box, all or so many of them; they are kept out of the fit.
-    realisations : int
-        Roughness profiles per point, each a case of its own.
-    same_profile : bool
-        All points have the profiles of the same seeds; otherwise every point has its own.
-    """
-
+    # filling of the ranges; factorial crosses `levels` of each
     method: Literal["sobol", "latin_hypercube", "factorial"] = "sobol"
+    # points in the ranges: a power of two for Sobol without constraints
     size: Annotated[int, Field(ge=1, le=MAX_CASES)] | None = None
+    # of every range in a factorial plan that does not state its own
     levels: Annotated[int, Field(ge=2, le=1000)] | None = None
-    seed: Annotated[int, Field(ge=0)] = 1
+    seed: Annotated[int, Field(ge=0)] = 1  # of the sequence
+    # add the corners of the box, all or so many of them; they are kept out of the fit
     corners: bool | Annotated[int, Field(ge=1)] = False
-    realisations: Annotated[int, Field(ge=1, le=1000)] = 1
-    same_profile: bool = False
+    realisations: Annotated[int, Field(ge=1, le=1000)] = 1  # roughness profiles per point, each a case of its own
+    same_profile: bool = False  # all points have the profiles of the same seeds; otherwise every point has its own
 
 
 @dataclass(frozen=True)
 class PlanPoints:
-    """All points of a plan, in a fixed order.
+    """All points of a plan, in a fixed order."""
 
-    Parameters
-    ----------
-    origin : tuple of str
-        sobol, latin, corner, lattice or table.
-    columns : dict
-        Values of the variables, SI.
-    oils : tuple of str or None
-        Oil card of each point; None where the lubricant is given by numbers.
-    seed : int array
-        Of the roughness of each point.
-    rejected : dict
-        ConstraintWindow to the share of the points drawn that lie outside of it.
-    """
-
-    origin: tuple[str, ...]
-    columns: dict[str, Array]
-    oils: tuple[str | None, ...]
-    seed: IntArray
-    rejected: dict[str, float]
+    origin: tuple[str, ...]  # sobol, latin, corner, lattice or table
+    columns: dict[str, Array]  # values of the variables, SI
+    oils: tuple[str | None, ...]  # oil card of each point; None where the lubricant is given by numbers
+    seed: IntArray  # of the roughness of each point
+    rejected: dict[str, float]  # ConstraintWindow to the share of the points drawn that lie outside of it
 
     def __len__(self) -> int:
         return len(self.origin)

@@ -24,20 +24,11 @@ MAX_DRAWN = 64
 
 @dataclass(frozen=True)
 class PointBlock:
-    """Points of one origin.
+    """Points of one origin."""
 
-    Parameters
-    ----------
-    origin : str
-        sobol, latin, corner, lattice or table.
-    columns : dict
-        Values of every variable, SI.
-    number : int array
-        Number of each point in its sequence, skipped ones counted: it names the roughness the point gets.
-    """
-
-    origin: str
-    columns: dict[str, Array]
+    origin: str  # sobol, latin, corner, lattice or table
+    columns: dict[str, Array]  # values of every variable, SI
+    # number of each point in its sequence, skipped ones counted: it names the roughness the point gets
     number: IntArray
 
 

@@ -33,25 +33,14 @@ _IDENTITY = (
 
 @dataclass(frozen=True)
 class Rerun:
-    """One case computed again.
+    """One case computed again."""
 
-    Parameters
-    ----------
-    key : str
-        Of the row in the dataset.
-    stored, computed : float
-        Friction coefficient then and now.
-    error : float
-        Relative error that both state of themselves.
-    seconds : float
-        What the case took then.
-    """
-
-    key: str
+    key: str  # of the row in the dataset
+    # friction coefficient then and now
     stored: float
     computed: float
-    error: float
-    seconds: float
+    error: float  # relative error that both state of themselves
+    seconds: float  # what the case took then
 
     @property
     def difference(self) -> float:

@@ -39,52 +39,27 @@ from regression.sweeping.workers import TIME_CAP, WORKER_CRASHED, CaseRunner, Ca
 
 @dataclass(frozen=True)
 class SweepReport:
-    """What one call of `sweep_shard` did.
+    """What one call of `sweep_shard` did."""
 
-    Parameters
-    ----------
-    path : Path
-        The result file of this shard.
-    total : int
-        Cases of this shard.
-    resumed : int
-        Of these, found on disk.
-    converged, unsettled, failed : int
-        Computed in this call. An unsettled case has an answer; its interval is wider than asked for.
-    reasons_unsettled : dict
-        Number of these unsettled cases by reason.
-    reasons_failed : dict
-        Number of cases without an answer by reason: those of this call, and those found on disk.
-    restarts : int
-        How often workers crashed and were replaced.
-    truncated : int
-        Incomplete rows of an interrupted process that were cut off.
-    corrupt : int
-        Rows on disk that no longer match their checksum; computed again.
-    fallback : int
-        Cases that have a result only with fallback settings.
-    seconds, seconds_cases, seconds_cpu : float
-        Wall time; that of all cases computed here together, and their processor time [s].
-    workers : int or None
-        Worker processes of this machine; None where others computed.
-    """
-
-    path: Path
-    total: int
-    resumed: int
+    path: Path  # the result file of this shard
+    total: int  # cases of this shard
+    resumed: int  # of these, found on disk
+    # computed in this call. An unsettled case has an answer; its interval is wider than asked for.
     converged: int
     unsettled: int
     failed: int
-    reasons_unsettled: dict[str, int]
+    reasons_unsettled: dict[str, int]  # number of these unsettled cases by reason
+    # number of cases without an answer by reason: those of this call, and those found on disk
     reasons_failed: dict[str, int]
-    restarts: int
-    truncated: int
-    corrupt: int
-    fallback: int
+    restarts: int  # how often workers crashed and were replaced
+    truncated: int  # incomplete rows of an interrupted process that were cut off
+    corrupt: int  # rows on disk that no longer match their checksum; computed again
+    fallback: int  # cases that have a result only with fallback settings
+    # wall time; that of all cases computed here together, and their processor time [s]
     seconds: float
     seconds_cases: float
     seconds_cpu: float
-    workers: int | None
+    workers: int | None  # worker processes of this machine; None where others computed
 
     @property
     def unanswered(self) -> int:
@@ -132,43 +107,22 @@ def _listed(reasons: Mapping[str, int]) -> str:
 
 @dataclass(frozen=True)
 class SweepOptions:
-    """How the cases of a sweep are computed.
+    """How the cases of a sweep are computed."""
 
-    Parameters
-    ----------
-    evaluate : callable
-        Contact to results; may raise `ConvergenceError` with a reason. Picklable where workers compute.
-    version : str
-        Names what `evaluate` computes with; part of every case's key.
-    jobs : int
-        Worker processes, one thread each; 1 computes in this process.
-    executor : Executor, optional
-        Where to compute in place of `jobs` local processes, as of `ehl.common.runner.cluster`.
-    flush_every : int
-        Rows written to disk together.
-    flush_seconds : float
-        Or earlier, once this much time has passed [s].
-    time_cap : float or None
-        Wall time after which a case is given up with the reason "time_cap" [s].
-    retries : int
-        Fallback settings tried where the solver gives a case up.
-    retry_failed : bool
-        Compute the failed cases on disk again: those the solver gave up with the settings that were not tried yet,
-        those that ran out of time or crashed their worker as they were.
-    progress : callable, optional
-        Called with a `Progress` after each case.
-    """
-
+    # contact to results; may raise `ConvergenceError` with a reason. Picklable where workers compute.
     evaluate: Evaluator = solve_outputs
-    version: str = SOLVER
-    jobs: int = 1
+    version: str = SOLVER  # names what `evaluate` computes with; part of every case's key
+    jobs: int = 1  # worker processes, one thread each; 1 computes in this process
+    # where to compute in place of `jobs` local processes, as of `ehl.common.runner.cluster`
     executor: Executor | None = None
-    flush_every: int = 16
-    flush_seconds: float = 1.0
-    time_cap: float | None = 600.0
-    retries: int = 1
+    flush_every: int = 16  # rows written to disk together
+    flush_seconds: float = 1.0  # or earlier, once this much time has passed [s]
+    time_cap: float | None = 600.0  # wall time after which a case is given up with the reason "time_cap" [s]
+    retries: int = 1  # fallback settings tried where the solver gives a case up
+    # compute the failed cases on disk again: those the solver gave up with the settings that were not tried yet, those
+    # that ran out of time or crashed their worker as they were
     retry_failed: bool = False
-    progress: ProgressCallback | None = None
+    progress: ProgressCallback | None = None  # called with a `Progress` after each case
 
     def __post_init__(self) -> None:
         checked_jobs(self.jobs)

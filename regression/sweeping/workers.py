@@ -32,21 +32,11 @@ class CaseTask:
 
 @dataclass(frozen=True)
 class CaseRunner:
-    """Solves a case within its time cap, with fallback settings.
+    """Solves a case within its time cap, with fallback settings."""
 
-    Parameters
-    ----------
-    evaluate : callable
-        Contact to results.
-    time_cap : float or None
-        Wall time for a case, all attempts together [s].
-    retries : int
-        How many fallback settings are tried after a failure.
-    """
-
-    evaluate: Evaluator
-    time_cap: float | None = None
-    retries: int = 0
+    evaluate: Evaluator  # contact to results
+    time_cap: float | None = None  # wall time for a case, all attempts together [s]
+    retries: int = 0  # how many fallback settings are tried after a failure
 
     def __call__(self, task: CaseTask) -> dict[str, Any]:
         """Row of one case. Never raises: an error becomes status "failed" and a reason."""

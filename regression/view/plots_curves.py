@@ -34,27 +34,13 @@ _EXTRAPOLATED = (FrictionFlag.EXTRAPOLATED_NEAR, FrictionFlag.EXTRAPOLATED_FAR, 
 
 @dataclass(frozen=True)
 class CurveConditions:
-    """Conditions that curves are drawn for.
+    """Conditions that curves are drawn for."""
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Rows of one oil are shown beside the curves.
-    oil : Oil
-        Its card.
-    oil_name : str
-        The oil as the rows name it: of a card of the user the path, not the name on the card.
-    held : mapping
-        SI value of every variable; curves and maps vary some of them.
-    ranges : mapping
-        Least and greatest value of every variable in the data.
-    """
-
-    dataset: Dataset
-    oil: Oil
-    oil_name: str
-    held: Mapping[str, float]
-    ranges: Mapping[str, tuple[float, float]]
+    dataset: Dataset  # rows of one oil are shown beside the curves
+    oil: Oil  # its card
+    oil_name: str  # the oil as the rows name it: of a card of the user the path, not the name on the card
+    held: Mapping[str, float]  # SI value of every variable; curves and maps vary some of them
+    ranges: Mapping[str, tuple[float, float]]  # least and greatest value of every variable in the data
 
     def at(self, **values: float) -> CurveConditions:
         """The same with other values held."""
