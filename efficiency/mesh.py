@@ -492,8 +492,16 @@ class LoadedMesh:
             it those of the normal forces alone.
         """
         if result is None or result.load_balance == "frictionless":
-            return write_load(self.grids.fine, Path(path))
-        return write_load(result.load, Path(path), f"{result.friction_model}, {result.driver} driving")
+            return write_load(self.grids.fine, self.grids.thermal, Path(path))
+        friction = f"{result.friction_model}, {result.driver} driving"
+        points, positions = result.points, []
+        for number, position in enumerate(result.load.positions):
+            here = points.position == number
+            pressure = np.array(position.pressure_hertz)
+            pressure[points.index[here]] = points.state.pressure_hertz[here]
+            positions.append(replace(position, pressure_hertz=pressure))
+        load = replace(self.grids.fine, positions=tuple(positions))
+        return write_load(load, self.grids.thermal, Path(path), friction)
 
     @one_thread
     def solve(
@@ -525,7 +533,7 @@ class LoadedMesh:
         One of many operating points: friction at a quarter of the contact points; the rise moves by less than 1 %.
         """
         asked = stand_in(model, oil)[0] if model.solves_contacts else model
-        load, modulus = self.grids.coarse, self.grids.mesh.teeth.effective_modulus
+        load, modulus = self.grids.thermal, self.grids.mesh.teeth.effective_modulus
 
         smooth: dict[str, Any] = {}
         if getattr(model, "smooth", False):

@@ -21,6 +21,12 @@ mesh position:
     As of `efficiency.contact.contact_lines.EdgeProximity`; without them the nearest edge is searched, and none touches.
 ``radius_equivalent`` (optional)
     In place of that of the design, as where an edge touches.
+``pressure_hertz`` (optional)
+    At which friction is computed, in place of that by force, length and radius: the last forces of a saved load were
+    brought into balance with friction at those before.
+``grid`` (optional)
+    1 for points of the coarse grid without friction, by which a saved load estimates the bulk temperature of the teeth;
+    0 for the load itself. Without such points the load itself serves.
 
 Normals, arms, velocities and curvatures at the points are those of the design.
 """
@@ -70,6 +76,8 @@ _COLUMNS = {
     "edge_section": ValueRange("", gt=0.0, le=1.0),
     "edge_touching": ValueRange("", ge=0.0, le=1.0),
     "radius_equivalent": ValueRange("m", gt=0.0),
+    "pressure_hertz": ValueRange("Pa", ge=0.0),
+    "grid": ValueRange("", ge=0.0, le=1.0),
 }
 _OF_EDGE = ("edge", "edge_distance", "edge_section", "edge_touching")
 # how far beyond an edge a point may lie, for the rounding of another mesh [m]
@@ -82,13 +90,13 @@ _FRICTION = 0.3
 _EVEN = 0.02
 
 
-def write_load(load: LoadDistribution, path: Path, friction: str = "") -> None:
+def write_load(load: LoadDistribution, thermal: LoadDistribution, path: Path, friction: str = "") -> None:
     """Write a load distribution in the format `read_load` reads; points without load are left out.
 
     Parameters
     ----------
-    load : LoadDistribution
-        What is written.
+    load, thermal : LoadDistribution
+        What is written, and the load that estimates the bulk temperature of the teeth.
     path : Path
         The file.
     friction : str
@@ -97,16 +105,17 @@ def write_load(load: LoadDistribution, path: Path, friction: str = "") -> None:
     with replacing(path, "save_load") as draft, draft.open("w", newline="", encoding="utf-8") as file:
         file.write(f"# torque = {load.torque!r} N m\n" + (f"# friction = {friction}\n" if friction else ""))
         writer = csv.writer(file)
-        units = (("pinion_angle", "rad"), ("pair", ""), ("face_gear", "mm"), ("height_gear", "mm"), ("length", "mm"))
+        units: tuple[tuple[str, str], ...] = (("pinion_angle", "rad"), ("grid", ""), ("pair", ""))
+        units += tuple((name, "mm") for name in ("face_gear", "height_gear", "length"))
         of_edge = tuple(zip(_OF_EDGE, ("", "mm", "", ""), strict=True))
-        columns = (*units, ("force", "N"), ("radius_equivalent", "mm"), *of_edge)
+        columns = (*units, ("force", "N"), ("radius_equivalent", "mm"), ("pressure_hertz", "Pa"), *of_edge)
         writer.writerow([f"{name} [{unit}]" for name, unit in columns])
-        for p in load.positions:
+        for grid, p in [*((0, p) for p in load.positions), *((1, p) for p in thermal.positions)]:
             at = p.position
             for k in np.flatnonzero(p.force > 0.0):
                 millimetres = (1e3 * float(values[k]) for values in (at.face_gear, at.height_gear, at.length))
-                row = [repr(at.pinion_angle), int(at.pair[k]), *map(repr, millimetres), repr(float(p.force[k]))]
-                row.append(repr(1e3 * float(at.radius_equivalent[k])))
+                row = [repr(at.pinion_angle), grid, int(at.pair[k]), *map(repr, millimetres), repr(float(p.force[k]))]
+                row += [repr(1e3 * float(at.radius_equivalent[k])), repr(float(p.pressure_hertz[k]))]
                 if at.edge is not None:
                     e = at.edge
                     distance, section = 1e3 * float(e.distance[k]), float(e.crossing[k])
@@ -136,31 +145,21 @@ def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: fl
     u, v, tooth = _places(path, surface, columns, rows)
     if "force" not in columns and not {"load_per_length", "length"} <= columns.keys():
         raise InputError(str(path), "columns " + ", ".join(columns), "force, or load_per_length and length")
-    loads: list[PositionLoad] = []
-    angles = np.unique(np.round(columns["pinion_angle"], 12))
-    _require_even(path, angles, surface.pitch)
-    for number, angle in enumerate(angles):
-        here = np.flatnonzero(np.abs(columns["pinion_angle"] - angle) < 1e-11)
-        here = here[np.argsort(tooth[here], kind="stable")]
-        length = columns["length"][here] if "length" in columns else _spacing(surface, u[here], v[here], tooth[here])
-        force = columns["force"][here] if "force" in columns else columns["load_per_length"][here] * length
-        edge = _edge(surface, u[here], v[here], {name: columns[name][here] for name in _OF_EDGE if name in columns})
-        position = _position(surface, float(angle), u[here], v[here], tooth[here], length, edge)
-        if "radius_equivalent" in columns:
-            position = replace(position, radius_equivalent=columns["radius_equivalent"][here])
-        carried = float(force @ position.lever_pinion)
-        if not abs(carried / torque - 1.0) <= (_FRICTION if friction else _TORQUE):
-            raise InputError(
-                f"{path.name}: forces at pinion angle {angle:.6g} rad (rows {rows[here[0]]} to {rows[here[-1]]})",
-                f"{carried:.6g} N m about the pinion axis",
-                f"within {_FRICTION if friction else _TORQUE:.0%} of the {torque:.6g} N m stated",
-                "Check units, sign of the pinion angle, side (drive or coast), and that no tooth pair is missing.",
-            )
-        loads.append(_load(position, teeth, force, carried / torque - 1.0))
-        if number == 0 and len(angles) < 2:
-            raise InputError(str(path), "one mesh position", "at least 2 positions of one pitch")
-    load = LoadDistribution(torque, tuple(loads), "converged", "", teeth.gear.outline())
-    cycle = tuple(p.position for p in loads)
+    grid = np.rint(columns.get("grid", np.zeros(u.size)))
+
+    def distribution(part: float) -> LoadDistribution:
+        allowed = _FRICTION if friction and part == 0.0 else _TORQUE
+        chosen = np.flatnonzero(grid == part)
+        loads = _loads(path, surface, teeth, torque, allowed, columns, rows, (u, v, tooth), chosen)
+        load = LoadDistribution(torque, loads, "converged", "", teeth.gear.outline())
+        if "pressure_hertz" in columns:
+            ordered = chosen[np.lexsort((tooth[chosen], np.round(columns["pinion_angle"][chosen], 12)))]
+            carries = np.concatenate([p.force for p in loads]) > 0.0
+            load.loaded["pressure_hertz"] = columns["pressure_hertz"][ordered[carries]]
+        return load
+
+    load = distribution(0.0)
+    cycle = tuple(p.position for p in load.positions)
     most = max(line.size for position in cycle for line in position.lines)
     note = (
         f"load distribution from {path.name}: its forces carry {_carried(load):.4f} of the torque stated; transmission "
@@ -169,8 +168,50 @@ def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: fl
     if friction:
         note += f"; the normal forces are those with the friction {friction}"
     mesh = MeshGrids(contact.name, contact.side, cycle, cycle, teeth, most, None, (*contact.notes, note))
+    mesh = replace(mesh, transmission_error=contact.transmission.peak_to_peak)
     balance = FrictionBalance(-1.0 if friction.endswith("gear driving") else 1.0, 0) if friction else None
-    return LoadedGrids(replace(mesh, transmission_error=contact.transmission.peak_to_peak), load, load, balance)
+    return LoadedGrids(mesh, load, load, balance, distribution(1.0) if np.any(grid == 1.0) else None)
+
+
+def _loads(
+    path: Path,
+    surface: MeshSurface,
+    teeth: TeethElasticity,
+    torque: float,
+    allowed: float,
+    columns: dict[str, FloatArray],
+    rows: tuple[int, ...],
+    places: tuple[FloatArray, FloatArray, IntArray],
+    chosen: IntArray,
+) -> tuple[PositionLoad, ...]:
+    """Loads at the positions of the chosen rows; their torque may be off by the share allowed."""
+    u, v, tooth = places
+    loads: list[PositionLoad] = []
+    angles = np.unique(np.round(columns["pinion_angle"][chosen], 12))
+    if not angles.size:
+        raise InputError(str(path), "points of the coarse grid alone", "points of the load (grid 0)")
+    _require_even(path, angles, surface.pitch)
+    for number, angle in enumerate(angles):
+        here = chosen[np.abs(columns["pinion_angle"][chosen] - angle) < 1e-11]
+        here = here[np.argsort(tooth[here], kind="stable")]
+        length = columns["length"][here] if "length" in columns else _spacing(surface, u[here], v[here], tooth[here])
+        force = columns["force"][here] if "force" in columns else columns["load_per_length"][here] * length
+        edge = _edge(surface, u[here], v[here], {name: columns[name][here] for name in _OF_EDGE if name in columns})
+        position = _position(surface, float(angle), u[here], v[here], tooth[here], length, edge)
+        if "radius_equivalent" in columns:
+            position = replace(position, radius_equivalent=columns["radius_equivalent"][here])
+        carried = float(force @ position.lever_pinion)
+        if not abs(carried / torque - 1.0) <= allowed:
+            raise InputError(
+                f"{path.name}: forces at pinion angle {angle:.6g} rad (rows {rows[here[0]]} to {rows[here[-1]]})",
+                f"{carried:.6g} N m about the pinion axis",
+                f"within {allowed:.0%} of the {torque:.6g} N m stated",
+                "Check units, sign of the pinion angle, side (drive or coast), and that no tooth pair is missing.",
+            )
+        loads.append(_load(position, teeth, force, carried / torque - 1.0))
+        if number == 0 and len(angles) < 2:
+            raise InputError(str(path), "one mesh position", "at least 2 positions of one pitch")
+    return tuple(loads)
 
 
 def _carried(load: LoadDistribution) -> float:

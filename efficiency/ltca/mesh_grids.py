@@ -187,6 +187,8 @@ class LoadedGrids:
         On the coarse one.
     balance : FrictionBalance, optional
         None where the normal forces alone carry the torque.
+    thermal : LoadDistribution, optional
+        The load that estimates the bulk temperature of the teeth; the coarse one where not given.
     """
 
     def __init__(
@@ -195,8 +197,10 @@ class LoadedGrids:
         fine: LoadDistribution | None,
         coarse: LoadDistribution,
         balance: FrictionBalance | None = None,
+        thermal: LoadDistribution | None = None,
     ) -> None:
         self.mesh, self.coarse, self.balance = mesh, coarse, balance
+        self.thermal = coarse if thermal is None else thermal
         self._fine, self._tangents = fine, dict[float, tuple[TangentLoads, TangentLoads]]()
 
     @cached_property
