@@ -64,14 +64,7 @@ from regression.friction.uncertainty import friction_of
 
 POSITIONS, POINTS_PER_LINE = 24, 31
 # next to the formulas shipped for the oil in use
-DEFAULT_MODELS = (
-    "xu_kahraman_2007",
-    "benedict_kelley_1961",
-    "schlenk_1994",
-    "arana_2019",
-    "ehl:smooth",
-    "ehl",
-)
+DEFAULT_MODELS = ("xu_kahraman_2007", "benedict_kelley_1961", "schlenk_1994", "arana_2019", "ehl:smooth", "ehl")
 # where the design does not say, as a share of the mean transverse module: deburred or tumbled teeth (our choice)
 EDGE_ROUNDING = 0.05
 # of the mesh that finds the deflection of the shafts before the full one does
@@ -271,17 +264,10 @@ class Mesh:
 
         Parameters
         ----------
-        friction : FrictionModel or str, optional
-            Friction model or its name; by default the formula of the oil.
-        progress : callable, optional
-            Called with a `Progress` after each point.
-        strength : bool
-            Columns of strength: worst grade, safety factors, integral temperature, specific film (0.1 s a point).
-        interval : bool
-            Columns of the 90 % interval by uncertain inputs (0.05 s a point).
+        friction, progress, strength, interval : optional
+            As in `GearPair.over`.
         **conditions : value or sequence
-            `torque`, `speed`, `temperature`, `oil`, `driver`, roughness: a list of values is an axis of the grid, one
-            value holds for all points. `load_balance` and `bulk` of `LoadedMesh.efficiency`.
+            As there, of those that do not change the geometry.
 
         Returns
         -------
@@ -327,12 +313,8 @@ class Mesh:
             As in `over`.
         torque, speed, temperature : value or sequence, optional
             Values of the axes.
-        progress : callable, optional
-            As in `over`.
-        strength : bool
-            As in `over`; every point is solved then.
-        interval : bool
-            As in `over`.
+        progress, strength, interval : optional
+            As in `over`; with the strength every point is solved.
         every_point : bool
             Solve every point.
         **conditions : value

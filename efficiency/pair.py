@@ -199,10 +199,8 @@ class GearPair:
 
         Parameters
         ----------
-        friction : FrictionModel or str, optional
-            Friction model or its name; by default the formula of the oil.
-        grid : (int, int), optional
-            Mesh positions and points per contact line.
+        friction, grid : optional
+            As in `over`.
         many : bool
             One of many points: faster, with a larger stated error of the torque balance.
         **condition : float or str
@@ -302,14 +300,12 @@ class GearPair:
         file : Path, str or sequence of DutyRow
             CSV or XLSX file with the columns torque, speed, temperature and hours, each with its unit, or the recording
             of a vehicle (`efficiency.conditions.duty.read_duty`).
-        friction : FrictionModel or str, optional
-            Friction model or its name; by default the formula of the oil.
-        grid : (int, int), optional
-            Mesh positions and points per contact line.
+        friction, grid : optional
+            As in `over`.
         tyre_radius, ratio, temperature : float or str, optional
             As of `read_duty`; the ratio is that of the pair, the temperature that of the design where not given.
         progress : callable, optional
-            Called with a `Progress` after each point.
+            As in `over`.
         **conditions : float or str
             What differs from the design at all points, as in `LoadedMesh.efficiency`.
         """
@@ -346,16 +342,14 @@ class GearPair:
         speed : float, str or sequence
             Of the pinion, likewise.
         friction : FrictionModel or str, optional
-            Friction model or its name; by default the formula of the oil.
+            As in `over`.
         temperature : float or str, optional
             Of the oil; that of the design if not given.
         axle : mapping, Path, str or AxleLosses, optional
             Losses other than those of the mesh: ``{"drag": "2 N m", "load_share": 0.005}`` (constant torque and share
             of the pinion torque) or a table file with the columns torque, speed, torque_loss; none if not given.
-        grid : (int, int), optional
-            Mesh positions and points per contact line.
-        progress : callable, optional
-            Called with a `Progress` after each point.
+        grid, progress : optional
+            As in `over`.
         **conditions : float or str
             What differs from the design at all points, as in `LoadedMesh.efficiency`.
 
@@ -390,20 +384,14 @@ class GearPair:
         ----------
         application : {"single", "tandem"}
             Output torques up to 4000 N m, or up to 2000 N m.
-        friction : FrictionModel or str, optional
-            Friction model or its name; by default the formula of the oil.
-        temperature : float or str, optional
-            Of the oil; that of the design if not given.
+        friction, temperature : optional
+            As in `loss_map`.
         torque_max : float or str, optional
             Greatest output torque of the axle [N m]; test points above are left out.
         revolutions_per_mile : float
             Of the smallest tyre, 100 to 2000.
-        axle : mapping, Path, str or AxleLosses, optional
+        axle, grid, progress : optional
             As in `loss_map`.
-        grid : (int, int), optional
-            Mesh positions and points per contact line.
-        progress : callable, optional
-            Called with a `Progress` after each point.
         **conditions : float or str
             As in `loss_map`.
 

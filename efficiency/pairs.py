@@ -145,10 +145,7 @@ class CylindricalPair(GearPair):
 
     What belongs to bevel gears alone (machine settings, misalignment, ease-off, strength of the teeth) is refused.
 
-    Parameters
-    ----------
-    design : CylindricalDesign
-        Content of the design file.
+    design: content of the design file.
     """
 
     design: CylindricalDesign  # type: ignore[assignment]

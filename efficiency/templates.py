@@ -154,10 +154,7 @@ def _oil(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, s
         raise InputError("vg", answers["vg"], "a whole number such as 220")
     grade: dict[str, Any] = {"nu_40": given["nu40"], "nu_100": given["nu100"]} if viscosities else {}
     card = Oil.generic(
-        answers["base"],
-        **grade or {"iso_vg": int(answers["vg"][:9])},
-        density_15=answers["density"] or None,
-        name=name,
+        answers["base"], **grade or {"iso_vg": int(answers["vg"][:9])}, density_15=answers["density"] or None, name=name
     )
     head = text.replace("FILE", f"{name}.toml").replace("<name>", name).removeprefix("# ").rstrip()
     made = card_text(card, head)
@@ -252,11 +249,4 @@ def _duty(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, 
     return "\n".join(lines) + "\n"
 
 
-_WRITERS = {
-    "oil": _oil,
-    "contact": _contact,
-    "plan": _plan,
-    "design": _design,
-    "targets": _targets,
-    "duty": _duty,
-}
+_WRITERS = {"oil": _oil, "contact": _contact, "plan": _plan, "design": _design, "targets": _targets, "duty": _duty}

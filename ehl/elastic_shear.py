@@ -44,14 +44,9 @@ def elastic_share(contact: LineContact, lubricant: Lubricant, film: float, stres
     A rigid law would need the way l to reach the stress: were the film without stress at the edge and at its full
     stress from there on, l/2 of the width 2 b would be lost.
 
-    Parameters
-    ----------
-    contact, lubricant
-        Speeds and shear modulus.
-    film : float
-        Central film thickness [m].
-    stress : float
-        Largest shear stress [Pa].
+    contact, lubricant: speeds and shear modulus.
+    film: central film thickness [m].
+    stress: largest shear stress [Pa].
     """
     if math.isinf(lubricant.shear_modulus) or contact.speed_sliding == 0.0:
         return 0.0
@@ -94,10 +89,7 @@ def elastic_shear(
 ) -> ElasticShear:
     """The elastic part of the shear of a steady film, where its estimate says that it counts.
 
-    Parameters
-    ----------
-    x, pressure, film, viscous, contact, lubricant
-        As in `elastic_stress`.
+    x, pressure, film, viscous, contact, lubricant: as in `elastic_stress`.
     """
     central = float(np.interp(0.0, x, film))
     estimate = elastic_share(contact, lubricant, central, float(np.max(viscous)))
@@ -124,16 +116,10 @@ def elastic_stress(
 ) -> Array:
     """Shear stress with its elastic part on the nodes of a steady film [Pa].
 
-    Parameters
-    ----------
-    x, pressure, film : ndarray, shape (n,)
-        Nodes [m], pressure [Pa], film thickness [m].
-    viscous : ndarray, shape (n,)
-        Stress of the viscous law at the temperature of the film [Pa].
-    contact, lubricant
-        Speeds, bodies and shear modulus.
-    subdivision : int
-        Steps of the march from node to node.
+    x, pressure, film (n,): nodes [m], pressure [Pa], film thickness [m].
+    viscous (n,): stress of the viscous law at the temperature of the film [Pa].
+    contact, lubricant: speeds, bodies and shear modulus.
+    subdivision: steps of the march from node to node.
     """
     law = lubricant.shear_law
     fine = np.interp(np.arange(subdivision * (x.size - 1) + 1) / subdivision, np.arange(x.size), x)

@@ -27,19 +27,10 @@ def influence_coefficients(
     Integrated exactly over the element: a cell of constant pressure about its node, or a hat of linear pressure
     between the neighbouring nodes.
 
-    Parameters
-    ----------
-    count : int
-        Number of distances.
-    spacing : float
-        [m].
-    effective_modulus : float
-        E' with 2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa].
-    element : {"constant", "linear"}
-
-    Returns
-    -------
-    ndarray, shape (count,)
+    count: number of distances.
+    spacing: [m].
+    effective_modulus: E' with 2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa].
+    Returns: shape (count,).
     """
     distance = np.arange(count, dtype=float)
     if element == "constant":
@@ -69,16 +60,10 @@ def _log_integral_twice(t: FloatArray) -> FloatArray:
 class DeflectionOperator:
     """Deflection of a pressure on n uniform nodes; zero padded, so there are no periodic images.
 
-    Parameters
-    ----------
-    count : int
-        Nodes.
-    spacing : float
-        [m].
-    effective_modulus : float
-        [Pa].
-    element : {"constant", "linear"}
-        Shape of the pressure between nodes.
+    count: nodes.
+    spacing: [m].
+    effective_modulus: [Pa].
+    element ("constant", "linear"): shape of the pressure between nodes.
     """
 
     def __init__(self, count: int, spacing: float, effective_modulus: float, element: Element = "constant") -> None:

@@ -20,14 +20,9 @@ Values = TypeVar("Values", float, NDArray[np.float64])
 def hertz_half_width(load_per_length: Values, radius_equivalent: Values, effective_modulus: float) -> Values:
     """Hertz half-width b = sqrt(8 w' R/(pi E')) of a line contact [m].
 
-    Parameters
-    ----------
-    load_per_length : float or ndarray
-        w' [N/m].
-    radius_equivalent : float or ndarray
-        R [m].
-    effective_modulus : float
-        E' with 2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa].
+    load_per_length: w' [N/m].
+    radius_equivalent: R [m].
+    effective_modulus: E' with 2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa].
 
     Examples
     --------
@@ -54,12 +49,8 @@ def hertz_pressure(load_per_length: Values, radius_equivalent: Values, effective
 def hertz_load(pressure_hertz: Values, radius_equivalent: Values, effective_modulus: Values) -> Values:
     """Load per length w' = 2 pi p_h^2 R/E' of a line contact [N/m].
 
-    Parameters
-    ----------
-    pressure_hertz : float or ndarray
-        Maximum Hertz pressure p_h [Pa].
-    radius_equivalent, effective_modulus : float or ndarray
-        R [m] and E' [Pa].
+    pressure_hertz: maximum Hertz pressure p_h [Pa].
+    radius_equivalent, effective_modulus: R [m] and E' [Pa].
     """
     return 2.0 * np.pi * pressure_hertz**2 * radius_equivalent / effective_modulus
 
@@ -89,12 +80,7 @@ class LineContact:
         """The contact whose maximum Hertz pressure is given: w' = 2 pi p_h^2 R/E'."""
         load = hertz_load(pressure_hertz, radius_equivalent, effective_modulus)
         return cls(
-            radius_equivalent,
-            effective_modulus,
-            load,
-            speed_entrainment,
-            slide_to_roll,
-            speed_sliding_lengthwise,
+            radius_equivalent, effective_modulus, load, speed_entrainment, slide_to_roll, speed_sliding_lengthwise
         )
 
     @property

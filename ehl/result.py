@@ -257,16 +257,7 @@ class ContactResult(Reportable):
 
 
 def results_frame(results: Sequence[ContactResult]) -> DataFrame:
-    """One row per result: its operating point and its scalars in SI units; what is not known is nan.
-
-    Parameters
-    ----------
-    results : sequence of ContactResult
-
-    Returns
-    -------
-    pandas.DataFrame
-    """
+    """One row per result: its operating point and its scalars in SI units; what is not known is nan."""
     import pandas as pd
 
     names = [item.name for item in fields(ContactResult) if item.name not in (*_NOT_SCALAR, "skipped", "notes")]

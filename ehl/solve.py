@@ -55,24 +55,14 @@ def solve_contact(
 ) -> ContactResult:
     """Solve one contact; a failure to solve it is a status, never an exception.
 
-    Parameters
-    ----------
-    contact, lubricant, surface, model
-        Geometry, load and motion; the oil at its inlet temperature; roughness; the physics asked for.
-    bodies : tuple of Material
-        Both bodies, for heat.
-    bulk : tuple of float
-        Their bulk temperatures [K].
-    start : ContactResult, optional
-        Solution of a similar contact, as a warm start.
-    window : float, optional
-        Travel that friction of resolved roughness is averaged over [b]; it ends by the interval of mu when not given.
-        Contacts that are to be compared by small differences need the same.
-
-    Raises
-    ------
-    InputError
-        A profile or a number of the surfaces cannot be used.
+    contact, lubricant, surface, model: geometry, load and motion; the oil at its inlet temperature; roughness; the
+        physics asked for.
+    bodies: both bodies, for heat.
+    bulk: their bulk temperatures [K].
+    start: solution of a similar contact, as a warm start.
+    window: travel that friction of resolved roughness is averaged over [b]; it ends by the interval of mu when not
+        given. Contacts that are to be compared by small differences need the same.
+    Raises `InputError`: a profile or a number of the surfaces cannot be used.
     """
     problem = ContactProblem(contact, lubricant, surface, model, bodies, bulk)
     clock = time.perf_counter()

@@ -60,19 +60,10 @@ class Limit:
 def checked(result: ContactResult, problem: ContactProblem, *, rounds_left: bool = False) -> ContactResult:
     """The result with all limits of the model in its notes, errors and status.
 
-    Parameters
-    ----------
-    result : ContactResult
-        With the errors of the solution alone.
-    problem : ContactProblem
-        Its inputs.
-    rounds_left : bool
-        Whether film and heat still changed by more than the tolerance of their rounds.
-
-    Returns
-    -------
-    ContactResult
-        Failed, with one of `REASONS`, where it cannot stand.
+    result: with the errors of the solution alone.
+    problem: its inputs.
+    rounds_left: whether film and heat still changed by more than the tolerance of their rounds.
+    Returns: failed, with one of `REASONS`, where it cannot stand.
     """
     reason = rejection_reason(result, problem)
     if reason:
@@ -84,10 +75,7 @@ def checked(result: ContactResult, problem: ContactProblem, *, rounds_left: bool
     )
     notes = dict.fromkeys((*result.notes, *(limit.note for limit in limits if limit.note)))
     found = replace(
-        result,
-        friction_error=result.friction_error + beyond,
-        film_error=result.film_error + film,
-        notes=tuple(notes),
+        result, friction_error=result.friction_error + beyond, film_error=result.film_error + film, notes=tuple(notes)
     )
     if found.status != "converged":
         return found
@@ -262,5 +250,5 @@ def _bulk_limit(lubricant: Lubricant, bulk: tuple[float, float]) -> Iterator[Lim
     word = "warmer" if difference > 0.0 else "colder"
     yield Limit(
         f"bodies {abs(difference):.0f} K {word} than the oil: it enters at their temperature, {ratio:.2f} times as "
-        f"viscous, with about {ratio**FILM_EXPONENT:.2f} times the film",
+        f"viscous, with about {ratio**FILM_EXPONENT:.2f} times the film"
     )

@@ -36,13 +36,7 @@ def tooth(answer: SceneAnswer, quantity: str) -> Options:
         "visualMap": COLOURS | {"min": 0, "max": float(f"{top or 1.0:.3g}"), "dimension": 2, "seriesIndex": 0},
         "series": [
             {"type": "scatter", "symbolSize": 7, "data": points},
-            {
-                "type": "line",
-                "symbol": "none",
-                "silent": True,
-                "data": answer.outline(),
-                "lineStyle": {"color": GREY},
-            },
+            {"type": "line", "symbol": "none", "silent": True, "data": answer.outline(), "lineStyle": {"color": GREY}},
         ],
     }
 

@@ -21,14 +21,9 @@ class Guard:
     and another user or program of this machine by the token. The token stands in the address at first, then in a cookie
     that browsers send from the page alone.
 
-    Parameters
-    ----------
-    app : ASGI application
-        What is guarded.
-    port : int
-        The page is served on.
-    token : str
-        Of the address.
+    app: what is guarded.
+    port: the page is served on.
+    token: of the address.
     """
 
     def __init__(self, app: Callable[..., Awaitable[None]], port: int, token: str) -> None:

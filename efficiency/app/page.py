@@ -211,10 +211,7 @@ class Page:
         self.stale.set_visibility(not fresh)
         for element in (self.notes, self.pressure, self.loss, self.bars):
             element.classes(**({"remove": _STALE} if fresh else {"add": _STALE}))
-        for name, element, words in (
-            ("map", self.map, self.map_stale),
-            ("contact", self.contact, self.contact_stale),
-        ):
+        for name, element, words in (("map", self.map, self.map_stale), ("contact", self.contact, self.contact_stale)):
             old = name in self.drawn and self.drawn[name] != self.scene
             words.set_visibility(old)
             element.classes(**({"add": _STALE} if old else {"remove": _STALE}))

@@ -36,11 +36,7 @@ _LEVEL = (0.0, 0.025, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 0.8, 1.0, 1.2)
 _DRAG_ROLLER = (0.0, 1.7e-5, 3.9e-5, 1.16e-4, 2.3e-4, 3.03e-4, 4.5e-4, 6.8e-4, 9.8e-4, 1.195e-3, 1.434e-3)
 _DRAG_BALL = (0.0, 8e-6, 1.8e-5, 7.3e-5, 1.58e-4, 2.47e-4, 3.8e-4, 5.66e-4, 7.8e-4, 9.48e-4, 1.24e-3)
 # lubrication factor f0 (oil bath) and load factor f1 of the Palmgren form, read in the public library thermca
-PALMGREN = {
-    "tapered_roller": (6.0, 4.0e-4),
-    "cylindrical_roller": (3.0, 3.0e-4),
-    "deep_groove_ball": (2.0, 2.2e-4),
-}
+PALMGREN = {"tapered_roller": (6.0, 4.0e-4), "cylindrical_roller": (3.0, 3.0e-4), "deep_groove_ball": (2.0, 2.2e-4)}
 _MOST = 700.0  # exponents beyond it are zero in double precision
 
 

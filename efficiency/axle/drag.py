@@ -63,18 +63,11 @@ def changenet_velex_torque(
     (V/D^3)^-0.35 Fr^-0.88 (b/D)^0.85``, linear between. Fitted to single spur and helical gears at low and medium
     speed; the two formulas for high speed are not in it, nor the direction of the flow from one gear onto the other.
 
-    Parameters
-    ----------
-    wheel : Wheel
-        The gear.
-    depth : float
-        h, how far its tip circle dips [m].
-    speed : float
-        [rad/s].
-    viscosity, density : float
-        Kinematic [m^2/s]; [kg/m^3].
-    volume : float
-        V of the oil [m^3].
+    wheel: the gear.
+    depth: h, how far its tip circle dips [m].
+    speed: [rad/s].
+    viscosity, density: kinematic [m^2/s]; [kg/m^3].
+    volume: V of the oil [m^3].
     """
     omega, R, b = abs(speed), wheel.radius, wheel.face_width
     h = min(depth, 2.0 * R)

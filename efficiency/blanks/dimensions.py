@@ -79,14 +79,9 @@ def face_and_root(
 ) -> FaceAndRoot:
     """Face and root cones: those of the pinion keep the clearance from the root and face cone of the gear.
 
-    Parameters
-    ----------
-    taper : (float, float)
-        theta_a2, theta_f2.
-    heights_2 : (float, float)
-        h_am2, h_fm2 [m].
-    clearance : float
-        c [m].
+    taper: theta_a2, theta_f2.
+    heights_2: h_am2, h_fm2 [m].
+    clearance: c [m].
     """
     excess, offset = inputs.shaft_angle - 0.5 * pi, inputs.hypoid_offset
     cone, apex = cones.cone_distance_2, place.pitch_apex[1]
@@ -143,10 +138,7 @@ def face_widths(
 ) -> FaceWidths:
     """Face width of the pinion by the rule of its method; a pair without offset takes that of the gear.
 
-    Parameters
-    ----------
-    reserve : float
-        h_fm2 - c [m].
+    reserve: h_fm2 - c [m].
     """
     width, share, plane = inputs.face_width_gear, cones.face_width_factor, place.offset_in_plane
     outside, inside = share * width, (1.0 - share) * width
@@ -234,14 +226,9 @@ def thickness(
 ) -> Thickness:
     """Tooth thickness at the calculation point.
 
-    Parameters
-    ----------
-    shift, modification : float
-        x_hm1, x_smn.
-    outer : (float, float)
-        R_e2 [m] and beta_e2.
-    addendums : (float, float)
-        h_am1, h_am2 [m].
+    shift, modification: x_hm1, x_smn.
+    outer: R_e2 [m] and beta_e2.
+    addendums: h_am1, h_am2 [m].
     """
     mean_over_outer = cones.cone_distance_2 * cos(cones.spiral_2) / (outer[0] * cos(outer[1]))
     # backlash at the mean point along the normal section of the pitch plane, s_mn1 + s_mn2 = pi m_mn - loss
@@ -308,16 +295,10 @@ def undercut_limits(
 ) -> tuple[UndercutLimit, ...]:
     """Limits at toe and heel of both members.
 
-    Parameters
-    ----------
-    ends : ((float, float), (float, float))
-        (R_i1, R_e1), (R_i2, R_e2) [m].
-    addendum_factor, shift : float
-        k_hap, x_hm1.
-    gear_taper : (float, float)
-        theta_a2, theta_f2.
-    pressure_angles : (float, float)
-        alpha_nD, alpha_nC.
+    ends: (R_i1, R_e1), (R_i2, R_e2) [m].
+    addendum_factor, shift: k_hap, x_hm1.
+    gear_taper: theta_a2, theta_f2.
+    pressure_angles: alpha_nD, alpha_nC.
     """
     d_1, d_2 = cones.pitch_angle_1, cones.pitch_angle_2
     alpha_n = 0.5 * sum(pressure_angles)

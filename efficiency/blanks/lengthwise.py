@@ -52,12 +52,8 @@ def tooth_trace(inputs: PairBlankInput, cones: PitchCones) -> Trace:
 def check_trace(inputs: PairBlankInput, cones: PitchCones, places: tuple[float, ...], offset_in_plane: float) -> Trace:
     """The trace, if it runs through the whole face of both members with spiral angles up to 75 deg.
 
-    Parameters
-    ----------
-    places : tuple of float
-        Cone distances of the gear [m] that must be reached: its own ends, and those of the pinion's face.
-    offset_in_plane : float
-        a_p [m].
+    places: cone distances of the gear [m] that must be reached: its own ends, and those of the pinion's face.
+    offset_in_plane: a_p [m].
     """
     trace = tooth_trace(inputs, cones)
     if _serves(trace, places, offset_in_plane):

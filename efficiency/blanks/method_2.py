@@ -9,13 +9,7 @@ from dataclasses import dataclass, replace
 from math import asin, atan, atan2, cos, pi, sin, tan
 
 from efficiency.blanks.inputs import PairBlankInput
-from efficiency.blanks.tangency import (
-    PitchCones,
-    bevel_cones,
-    crown_gear,
-    gear_cone_method,
-    gear_mean_diameter,
-)
+from efficiency.blanks.tangency import PitchCones, bevel_cones, crown_gear, gear_cone_method, gear_mean_diameter
 from ehl.common.errors import ConvergenceError, InputError
 
 TOLERANCE = 0.01
@@ -117,11 +111,7 @@ def _as_printed(inputs: PairBlankInput, spiral: float) -> PitchCones:
         cones = _trial(inputs, spiral, diameter, start, new)
         if abs(cones.closure) <= TOLERANCE:
             return replace(cones, trials=count)
-        old, new, before = (
-            new,
-            new - cones.closure * (new - old) / (cones.closure - before.closure),
-            cones,
-        )
+        old, new, before = (new, new - cones.closure * (new - old) / (cones.closure - before.closure), cones)
     raise ConvergenceError("method_2", f"R_m1/R_mcheck - 1 is {before.closure:.2g} after 30 trials")
 
 

@@ -9,13 +9,7 @@ from dataclasses import replace
 from math import acos, asin, atan, cos, sin, tan
 
 from efficiency.blanks.inputs import PairBlankInput
-from efficiency.blanks.tangency import (
-    PitchCones,
-    bevel_cones,
-    crown_gear,
-    gear_cone_method,
-    gear_mean_diameter,
-)
+from efficiency.blanks.tangency import PitchCones, bevel_cones, crown_gear, gear_cone_method, gear_mean_diameter
 from ehl.common.errors import ConvergenceError
 
 TOLERANCE = 1e-4

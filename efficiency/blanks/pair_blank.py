@@ -201,10 +201,7 @@ class PairBlank(Reportable):
     def to_dict(self) -> dict[str, Any]:
         """All values as plain numbers, lists and tables.
 
-        Returns
-        -------
-        dict
-            SI units, names of docs/nomenclature.md.
+        Returns: SI units, names of docs/nomenclature.md.
 
         Examples
         --------

@@ -91,18 +91,11 @@ def taper_angles(
 ) -> tuple[float, float, str]:
     """theta_a2, theta_f2 and the taper that was used, Annex C.5.
 
-    Parameters
-    ----------
-    alpha_n : float
-        Mean normal pressure angle.
-    outer_module : float
-        m_et2 [m].
-    addendum_2 : float
-        h_am2 [m].
-    dedendums : (float, float)
-        h_fm1, h_fm2 [m].
-    working_depth : float
-        h_mw [m].
+    alpha_n: mean normal pressure angle.
+    outer_module: m_et2 [m].
+    addendum_2: h_am2 [m].
+    dedendums: h_fm1, h_fm2 [m].
+    working_depth: h_mw [m].
     """
     taper = inputs.taper
     cone, spiral = cones.cone_distance_2, cones.spiral_2

@@ -249,16 +249,11 @@ def gear_cone_method(
 ) -> PitchCones:
     """Cones of Methods 2 and 3, whose unknown is the pitch angle of the gear.
 
-    Parameters
-    ----------
-    bevel : PitchCones
-        Of the pair without offset.
-    closure : callable
-        What the method's condition leaves, relative.
-    start : callable
-        Pitch angle of the gear where the root is searched.
-    as_printed : callable
-        Cones by the trials of the standard; d_m2 of the touching cones, None where it follows from the pitch angle.
+    bevel: of the pair without offset.
+    closure: what the method's condition leaves, relative.
+    start: pitch angle of the gear where the root is searched.
+    as_printed: cones by the trials of the standard; d_m2 of the touching cones, None where it follows from the pitch
+        angle.
     """
     if inputs.hypoid_offset == 0.0:
         return bevel

@@ -61,14 +61,9 @@ def virtual_gears(
 ) -> VirtualGears:
     """Virtual gears of one flank at the calculation point.
 
-    Parameters
-    ----------
-    heights : ((float, float), (float, float))
-        (h_am1, h_am2), (h_fm1, h_fm2) [m].
-    alpha_generated, alpha_effective : float
-        alpha_n and alpha_e of the flank.
-    alpha_limit : float
-        alpha_lim as this flank sees it: of the other sign on the coast side.
+    heights: (h_am1, h_am2), (h_fm1, h_fm2) [m].
+    alpha_generated, alpha_effective: alpha_n and alpha_e of the flank.
+    alpha_limit: alpha_lim as this flank sees it: of the other sign on the coast side.
     """
     deltas = (cones.pitch_angle_1, cones.pitch_angle_2)
     d = (cones.mean_diameter_1 / cos(deltas[0]), cones.mean_diameter_2 / cos(deltas[1]))

@@ -38,17 +38,7 @@ def _options(
     """Friction and efficiency of hypoid and spiral bevel gears."""
 
 
-for commands_of in (
-    ehl.cli,
-    regression.cli,
-    regression.cli.calibration,
-    gear,
-    design,
-    loss_map,
-    axle,
-    new,
-    optimise,
-):
+for commands_of in (ehl.cli, regression.cli, regression.cli.calibration, gear, design, loss_map, axle, new, optimise):
     commands_of.register(app)
 app.command(rich_help_panel=PROGRAM)(gear.demo)
 
@@ -71,8 +61,7 @@ def doctor() -> None:
 @app.command(rich_help_panel=PROGRAM)
 def warmup(
     kind: Annotated[
-        str,
-        typer.Argument(metavar="KIND", help="smooth, rough (with smooth), or gear: what a gear pair needs."),
+        str, typer.Argument(metavar="KIND", help="smooth, rough (with smooth), or gear: what a gear pair needs.")
     ] = "gear",
     json_output: JsonOption = False,
 ) -> None:

@@ -97,11 +97,7 @@ def axle_test(
     losses = _axle(axle)
     with working("loss map"):
         found = efficiency.load(design).axle_test(
-            cast("Any", application),
-            friction,
-            revolutions_per_mile=revolutions_per_mile,
-            axle=losses,
-            **options,
+            cast("Any", application), friction, revolutions_per_mile=revolutions_per_mile, axle=losses, **options
         )
     if output is not None and found.status == "converged":
         found.to_csv(output)

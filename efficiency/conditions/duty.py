@@ -93,23 +93,11 @@ def read_duty(
     speed of the pinion, `wheel_torque` (both wheels) in place of its torque. Rows without torque, speed or duration
     count for nothing.
 
-    Parameters
-    ----------
-    path : Path or str
-        The file.
-    tyre_radius : float or str, optional
-        Rolling radius of the tyres, for `vehicle_speed` [m].
-    ratio : float, optional
-        Revolutions of the pinion per revolution of the wheels, for `vehicle_speed` and `wheel_torque`.
-    temperature : float or str, optional
-        Of the oil where the file has none [K].
-    unloaded : bool
-        Keep rows without torque, in which an axle drags.
-
-    Raises
-    ------
-    InputError
-        Naming row and column; or nothing of the duty is left.
+    tyre_radius: rolling radius of the tyres, for `vehicle_speed` [m].
+    ratio: Revolutions of the pinion per revolution of the wheels, for `vehicle_speed` and `wheel_torque`.
+    temperature: of the oil where the file has none [K].
+    unloaded: keep rows without torque, in which an axle drags.
+    Raises `InputError`: naming row and column; or nothing of the duty is left.
     """
     path = Path(path)
     columns = {
@@ -285,12 +273,8 @@ def cycle_uncertainty(
 ) -> InputUncertainty:
     """Interval of the efficiency of all rows together, each input moved in all of them at once.
 
-    Parameters
-    ----------
-    rows, results
-        Energies and results of the rows.
-    efficiency : float
-        Energy out over energy in [-].
+    rows, results: energies and results of the rows.
+    efficiency: energy out over energy in [-].
     """
     known = [result for result in results if result is not None and not result.reason]
     if len(known) < len(rows) or not 0.0 < efficiency < 1.0:
@@ -338,11 +322,7 @@ def _share_of_squares(found: InputUncertainty) -> tuple[float, float]:
 
 
 def duty_cycle(
-    duty: Sequence[DutyRow],
-    points: Sequence[GridPoint],
-    design: str,
-    friction_model: str,
-    oil: str,
+    duty: Sequence[DutyRow], points: Sequence[GridPoint], design: str, friction_model: str, oil: str
 ) -> DutyCycle:
     """Energies of the rows of a duty cycle from the efficiency at each (`efficiency.conditions.grid.solve_points`)."""
     rows = tuple(_energy(row, point) for row, point in zip(duty, points, strict=True))

@@ -176,18 +176,11 @@ def solve_points(
 ) -> list[GridPoint]:
     """Efficiency at each condition, in their order; what has no geometry or load is a point with its reason.
 
-    Parameters
-    ----------
-    conditions : sequence of mapping
-        By names of `AXES`.
-    solve : callable
-        Efficiency at a condition; it keeps geometry and load of the last conditions.
-    progress : callable, optional
-        Called with a `Progress` after each point.
-    strength : bool
-        Whether the points have grades and safety factors: 0.1 s each.
-    interval : bool
-        Whether they have the interval of the efficiency by uncertain inputs.
+    conditions: by names of `AXES`.
+    solve: efficiency at a condition; it keeps geometry and load of the last conditions.
+    progress: called with a `Progress` after each point.
+    strength: whether the points have grades and safety factors: 0.1 s each.
+    interval: whether they have the interval of the efficiency by uncertain inputs.
     """
     points = []
     with progress_to(progress):
@@ -215,17 +208,9 @@ def solve_grid(
 ) -> Grid:
     """Efficiency at every combination of the axes; geometry and load once each, whatever the order of the axes.
 
-    Parameters
-    ----------
-    axes : mapping
-        Names of `AXES` to values in SI units.
-    solve, progress, strength, interval
-        As in `solve_points`.
-
-    Raises
-    ------
-    InputError
-        An axis without values, or a value that a single computation refuses.
+    axes: names of `AXES` to values in SI units.
+    solve, progress, strength, interval: as in `solve_points`.
+    Raises `InputError`: an axis without values, or a value that a single computation refuses.
     """
     for name, values in axes.items():
         if not len(values):

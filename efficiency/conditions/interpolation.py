@@ -38,23 +38,15 @@ _LINEAR = ("pressure_max", "outside_range_share", "transmission_error_loaded")
 
 
 def solve_map(
-    axes: Mapping[str, Sequence[Any]],
-    solve: Solve,
-    progress: ProgressCallback | None = None,
-    *,
-    interval: bool = False,
+    axes: Mapping[str, Sequence[Any]], solve: Solve, progress: ProgressCallback | None = None, *, interval: bool = False
 ) -> Grid:
     """Efficiency at every combination of the axes, interpolated where an axis has many values.
 
     Where a node has no answer, or the interpolation misses the solved points between the nodes by more than their own
     error and more than `WORST`, every point is solved.
 
-    Parameters
-    ----------
-    axes : mapping
-        Names of `efficiency.conditions.conditions.AXES` to values in SI units.
-    solve, progress, interval
-        As in `efficiency.conditions.grid.solve_points`.
+    axes: names of `efficiency.conditions.conditions.AXES` to values in SI units.
+    solve, progress, interval: as in `efficiency.conditions.grid.solve_points`.
     """
     nodes = [_nodes(values) if name in AXES else range(len(values)) for name, values in axes.items()]
     if all(len(some) == len(values) for some, values in zip(nodes, axes.values(), strict=True)):
@@ -165,10 +157,7 @@ def _largest(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
 
 
 def _assembled(
-    axes: Mapping[str, Sequence[Any]],
-    solved: Mapping[Place, GridPoint],
-    found: Mapping[str, FloatArray],
-    error: float,
+    axes: Mapping[str, Sequence[Any]], solved: Mapping[Place, GridPoint], found: Mapping[str, FloatArray], error: float
 ) -> Grid:
     points = []
     for place in itertools.product(*(range(len(values)) for values in axes.values())):

@@ -70,14 +70,9 @@ def ease_off(
 
     `start` (3, n): surface parameters of pinion points nearby, found from the blank coordinates if not given.
 
-    Returns
-    -------
-    relief : (n,) array
-        Distance along the normal [m], positive where material is missing.
-    parameters : (3, n) array
-        Surface parameters of the real pinion points.
-    found : (n,) bool array
-        Where the normal meets the real flank; elsewhere the relief is meaningless (undercut).
+    Returns: relief: distance along the normal [m], positive where material is missing; parameters: surface parameters
+    of the real pinion points; found: where the normal meets the real flank; elsewhere the relief is meaningless
+    (undercut).
     """
     position = turn(conjugate.position, -phase)
     normal = turn(conjugate.normal, -phase)

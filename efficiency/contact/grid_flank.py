@@ -72,11 +72,7 @@ class SmoothFlank(Flank):
         point = np.stack([radius * c, radius * s, z + 0.0 * azimuth])
         # gradient of azimuth - azimuth(u, h), in radial, circumferential and axial direction, times the radius
         out = np.stack(
-            [
-                -radius * (by_u * sine + by_h * cosine),
-                np.ones_like(azimuth),
-                -radius * (by_u * cosine - by_h * sine),
-            ]
+            [-radius * (by_u * sine + by_h * cosine), np.ones_like(azimuth), -radius * (by_u * cosine - by_h * sine)]
         )
         normal = self.sense * out / np.sqrt(np.sum(out * out, axis=0))
         turned = np.stack([c * normal[0] - s * normal[1], s * normal[0] + c * normal[1], normal[2]])

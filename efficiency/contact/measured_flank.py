@@ -214,21 +214,11 @@ def measured_flank(
 ) -> MeasuredFlank:
     """Smooth flank behind measured points; normals are not used, as they are not measured.
 
-    Parameters
-    ----------
-    grid, side, blank, hand
-        Points, flank they belong to, blank and hand of the member.
-    uncertainty : float
-        Standard uncertainty of one point along the normal [m].
-    nominal : Flank, optional
-        What should have been cut.
-
-    Raises
-    ------
-    InputError
-        The points are not those of this flank and blank.
-    ConvergenceError
-        The nominal flank does not exist where its blank does.
+    grid, side, blank, hand: points, flank they belong to, blank and hand of the member.
+    uncertainty: standard uncertainty of one point along the normal [m].
+    nominal: what should have been cut.
+    Raises `InputError`: the points are not those of this flank and blank; `ConvergenceError`: the nominal flank does
+    not exist where its blank does.
     """
     u, v, h, azimuth = placed_points(grid, side, blank)
     sense = normal_sense(side, hand)

@@ -172,10 +172,7 @@ def tooth_grid(pair: GearFlanks, member: Member, rows: int = 15, columns: int = 
     The gear flanks bound one slot, as the cutter leaves it; the pinion flanks are turned until both touch the slot of
     the gear, and the backlash is taken off the pinion tooth. Misalignments of the pair do not matter.
 
-    Raises
-    ------
-    ConvergenceError
-        A flank does not span its blank, or the flanks cross (pointed tooth, closed slot).
+    Raises `ConvergenceError`: a flank does not span its blank, or the flanks cross (pointed tooth, closed slot).
     """
     flanks = pair.of(member)
     blank = pair.blank(member)

@@ -82,15 +82,8 @@ class Blade:
     def edge(self, s: Array) -> tuple[Array, Array, Array]:
         """Edge in the head at cutter angle zero: points, their first and their second derivative by s.
 
-        Parameters
-        ----------
-        s : (n,) array
-            Length along the edge [m], projected to the blade plane; real or complex.
-
-        Returns
-        -------
-        point, tangent, bend : (3, n) arrays
-            In the cutter frame [m], [-], [1/m].
+        s (n,): length along the edge [m], projected to the blade plane; real or complex.
+        Returns: point, tangent, bend: in the cutter frame [m], [-], [1/m].
         """
         cutting = self.profile if self.part == "flank" or self.tip_arc is None else Edge((self.tip_arc,))
         xi, eta, angle, curvature = cutting.at(s)
@@ -117,17 +110,9 @@ class Blade:
     def surface(self, s: Array, th: Array) -> tuple[Array, Array]:
         """Surface of revolution that the edge sweeps around the cutter axis, and its normal out of the tooth.
 
-        Parameters
-        ----------
-        s : (n,) array
-            Length along the edge [m]; real or complex.
-        th : (n,) array
-            Cutter angle [rad]; real or complex.
-
-        Returns
-        -------
-        point, normal : (3, n) arrays
-            In the cutter frame [m], [-].
+        s (n,): length along the edge [m]; real or complex.
+        th (n,): cutter angle [rad]; real or complex.
+        Returns: point, normal: in the cutter frame [m], [-].
         """
         edge, along, _ = self.edge(s)
         point, tangent = turn(edge, th), turn(along, th)

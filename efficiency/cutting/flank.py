@@ -56,12 +56,8 @@ class FlankPoints:
 class Flank(ABC):
     """One flank of one member in its work frame: a surface of three parameters bound by one condition.
 
-    Attributes
-    ----------
-    side : str
-        ``"concave"`` or ``"convex"``.
-    blank : Blank
-        Blank of the member.
+    side: ``"concave"`` or ``"convex"``.
+    blank: blank of the member.
     """
 
     side: FlankSide
@@ -73,17 +69,9 @@ class Flank(ABC):
 
         The arithmetic is holomorphic: complex parameters give exact derivatives by complex step.
 
-        Parameters
-        ----------
-        x : (3, n) array
-            Surface parameters, real or complex. A surface of two parameters keeps the third as its condition.
-
-        Returns
-        -------
-        point, normal : (3, n) arrays
-            In the work frame [m], [-].
-        condition : (n,) array
-            Equation of meshing of a generated flank, else the third parameter.
+        x (3, n): surface parameters, real or complex. A surface of two parameters keeps the third as its condition.
+        Returns: point, normal: in the work frame [m], [-]; condition: equation of meshing of a generated flank, else
+        the third parameter.
         """
 
     @abstractmethod

@@ -63,16 +63,10 @@ def at_length(flank: CutFlank, u: FloatArray, x: FloatArray) -> tuple[FloatArray
 def columns(flank: CutFlank, u: FloatArray, lengths: FloatArray, start: FloatArray) -> EdgeColumns:
     """Follow the edge through prescribed lengths at all stations together.
 
-    Parameters
-    ----------
-    flank : CutFlank
-        Flank, or fillet (its blade cutting with the edge radius).
-    u : (k,) array
-        Stations: distance from the mean point along the pitch cone [m].
-    lengths : (m, k) array
-        Edge lengths in the order they are followed [m], the first near `start`.
-    start : (3, k) array
-        Cutting parameters to start from.
+    flank: flank, or fillet (its blade cutting with the edge radius).
+    u (k,): stations: distance from the mean point along the pitch cone [m].
+    lengths (m, k): edge lengths in the order they are followed [m], the first near `start`.
+    start (3, k): cutting parameters to start from.
     """
     count = lengths.shape[0]
     marks = np.unique(np.linspace(0, count - 1, -(-count // _STRIDE) + 1).round().astype(np.int64))
@@ -181,14 +175,9 @@ def fillet(flank: CutFlank) -> CutFlank:
 def flank_limits(flank: CutFlank, stations: int = 15, margin: float = 0.0) -> FlankLimits:
     """Fillet, root line and undercut of a flank.
 
-    Parameters
-    ----------
-    flank : CutFlank
-        The flank.
-    stations : int
-        Stations along the face.
-    margin : float
-        How far they stay away from toe and heel, as a fraction of the face width.
+    flank: the flank.
+    stations: stations along the face.
+    margin: how far they stay away from toe and heel, as a fraction of the face width.
     """
     blank, root_cut = flank.blank, fillet(flank)
     u = np.linspace(-0.5 + margin, 0.5 - margin, stations) * blank.face_width

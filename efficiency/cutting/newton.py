@@ -19,17 +19,8 @@ _STALLED = 4
 def complex_jacobian(function: Callable[[Array], Array], x: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Value and Jacobian of a holomorphic function at many points.
 
-    Parameters
-    ----------
-    function : callable
-        Maps (m, n) to (k, n): n independent points, m unknowns each.
-    x : (m, n) array
-        Points.
-
-    Returns
-    -------
-    value : (k, n) array
-    jacobian : (n, k, m) array
+    function: maps (m, n) to (k, n): n independent points, m unknowns each.
+    x (m, n): points.
     """
     columns = []
     value: FloatArray | None = None
@@ -53,23 +44,11 @@ def iterate(
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Newton's method at n points together.
 
-    Parameters
-    ----------
-    linearise : callable
-        Value (m, n) and Jacobian (n, m, m) of what is to vanish at x (m, n).
-    start : (m, n) array
-        Starting points.
-    step_limit : (m,) array
-        Largest step of each unknown in one iteration.
-    tolerance : (m,) array
-        A point is done when its last step was below this in every unknown.
-    max_iterations : int
-        After that a point counts as not converged.
-
-    Returns
-    -------
-    x : (m, n) array
-    converged : (n,) bool array
+    linearise: value (m, n) and Jacobian (n, m, m) of what is to vanish at x (m, n).
+    start (m, n): starting points.
+    step_limit (m,): largest step of each unknown in one iteration.
+    tolerance (m,): a point is done when its last step was below this in every unknown.
+    max_iterations: after that a point counts as not converged.
     """
     x = np.array(start, dtype=np.float64)
     done = np.zeros(x.shape[1], dtype=bool)

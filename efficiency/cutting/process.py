@@ -29,15 +29,7 @@ Curvature = Annotated[float, ValueRange("1/m", ge=-100.0, le=100.0)]
 RakeAngle = Annotated[float, ValueRange("rad", ge=-0.6, le=0.6)]
 
 # settings of a pinion fit, by the names of `machine_settings.fit.PARAMETERS`
-PLAIN = (
-    "axis_x",
-    "axis_y",
-    "radial_setting",
-    "blank_offset",
-    "sliding_base",
-    "machine_centre_to_back",
-    "roll_ratio",
-)
+PLAIN = ("axis_x", "axis_y", "radial_setting", "blank_offset", "sliding_base", "machine_centre_to_back", "roll_ratio")
 MODIFIED = ("modified_roll_2c", "modified_roll_6d")
 MOTIONS = (*MODIFIED, "helical_motion_1")
 
@@ -100,25 +92,15 @@ class RadiusLimit(NamedTuple):
 class CuttingProcess(ABC):
     """How the head indexes, and what follows from it.
 
-    Attributes
-    ----------
-    name : str
-        In files.
-    cutter : type of BladeInput
-        Table `cutter` of a flank in a design file.
-    blade_phase : bool
-        Whether the position of a blade around the head is a setting that turns its flank about the work axis.
-    pitch_share : float
-        Share of half a pitch by which the slot of a gear narrows towards the toe, 0 to 1 (AGMA 929).
-    widest_slot : float
-        Largest ratio of widest over narrowest slot of one member; infinite where the head changes the slot along the
-        face.
-    root_weight : float
-        Residual per root error of a pinion whose flanks share one setting.
-    curved_blades : bool
-        Whether pinion blades may be curved where each flank has its own setting.
-    usual : dict
-        Answers for a new targets file: taper, gear_cutting, pinion_cutting; blade_groups where it has none.
+    name: in files.
+    cutter: table `cutter` of a flank in a design file.
+    blade_phase: whether the position of a blade around the head is a setting that turns its flank about the work axis.
+    pitch_share: share of half a pitch by which the slot of a gear narrows towards the toe, 0 to 1 (AGMA 929).
+    widest_slot: largest ratio of widest over narrowest slot of one member; infinite where the head changes the slot
+        along the face.
+    root_weight: residual per root error of a pinion whose flanks share one setting.
+    curved_blades: whether pinion blades may be curved where each flank has its own setting.
+    usual: answers for a new targets file: taper, gear_cutting, pinion_cutting; blade_groups where it has none.
     """
 
     name: ClassVar[str]
@@ -159,26 +141,17 @@ class CuttingProcess(ABC):
     def conjugate_reference(self, blade: Blade, reach: float, depth: float) -> tuple[float, float]:
         """Radius and reference height [m] of the pinion blade whose profile is that of the gear's blade turned over.
 
-        Parameters
-        ----------
-        blade : Blade
-            Of the gear.
-        reach : float
-            Distance of both tip planes [m].
-        depth : float
-            Dedendum of the pinion along its cutter axis [m].
+        blade: of the gear.
+        reach: distance of both tip planes [m].
+        depth: dedendum of the pinion along its cutter axis [m].
         """
 
     @abstractmethod
     def shared_settings(self, free_form: bool, radius_offsets: bool) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Settings that both pinion flanks share, and settings of each, where one setting cuts both.
 
-        Parameters
-        ----------
-        free_form : bool
-            Any relative motion; otherwise the machine is a cradle machine.
-        radius_offsets : bool
-            Whether each blade may be moved square to its cutting direction.
+        free_form: any relative motion; otherwise the machine is a cradle machine.
+        radius_offsets: whether each blade may be moved square to its cutting direction.
         """
 
 
@@ -248,11 +221,7 @@ class FaceMilling(CuttingProcess):
     def cutter_table(self, blade: Blade, mirror: float) -> dict[str, str | float | int]:
         """Point radius of the profile extended to the tip plane."""
         tip = blade.point_radius - blade.sign * blade.reference_height * float(np.tan(blade.blade_angle))
-        table: dict[str, str | float | int] = {
-            "type": self.name,
-            "point_radius": tip,
-            "blade_angle": blade.blade_angle,
-        }
+        table: dict[str, str | float | int] = {"type": self.name, "point_radius": tip, "blade_angle": blade.blade_angle}
         if blade.curvature:
             table |= {"blade_curvature": blade.curvature, "reference_height": blade.reference_height}
         return table

@@ -154,17 +154,8 @@ class Summary:
 def read_summary(path: str | Path, hands: Mapping[str, str] | None = None) -> Summary:
     """Read a machine summary file; text in any encoding.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    hands : mapping, optional
-        Hand of ``pinion`` and ``gear`` where the sheet states none.
-
-    Raises
-    ------
-    InputError
-        All lines that cannot be used, together.
+    hands: hand of ``pinion`` and ``gear`` where the sheet states none.
+    Raises `InputError`: all lines that cannot be used, together.
     """
     return parse_summary(read_text(path, "summary", "a readable text file", any_encoding=True), hands)
 

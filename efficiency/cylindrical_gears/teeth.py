@@ -43,16 +43,9 @@ def cylindrical_tooth(
 ) -> SolidTooth:
     """One tooth between the root and tip radius, its ring below.
 
-    Parameters
-    ----------
-    teeth : int
-    root, tip, width, rim : float
-        [m].
-    half_angle : callable
-        Half the angle the tooth fills at a radius [rad].
-    material : Material
-    twist : float
-        Turn of the sections along the face [rad/m], positive towards the loaded flank.
+    root, tip, width, rim: [m].
+    half_angle: half the angle the tooth fills at a radius [rad].
+    twist: turn of the sections along the face [rad/m], positive towards the loaded flank.
     """
     # a cone of no angle is no blank that an input may be; its heights are radii
     blank = Blank.model_construct(

@@ -92,9 +92,7 @@ EdgeRounding = Annotated[
     float, ValueRange("m", ge=1e-6, le=5e-3, hint="Radius at the tip, toe and heel edges of the teeth, as in '0.2 mm'.")
 ]
 ShaftAngleError = Annotated[
-    float,
-    ValueRange("rad", ge=-0.01, le=0.01),
-    Field(validation_alias=AliasChoices("shaft_angle_error", "alpha")),
+    float, ValueRange("rad", ge=-0.01, le=0.01), Field(validation_alias=AliasChoices("shaft_angle_error", "alpha"))
 ]
 Rms = Annotated[float, ValueRange("m", ge=0.0, le=2e-5)]
 
@@ -417,16 +415,8 @@ def bevel_names() -> list[str]:
 def load_design(name: str | Path) -> Design:
     """Read and check a design file, or a shipped design by its name.
 
-    Parameters
-    ----------
-    name : str or Path
-        Name of a shipped design, or path of a TOML file.
-
-    Returns
-    -------
-    Design
-        With paths of point files counted from the folder of the file.
-
+    name: name of a shipped design, or path of a TOML file.
+    Returns: with paths of point files counted from the folder of the file.
 
     Examples
     --------

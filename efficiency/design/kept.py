@@ -28,16 +28,10 @@ _FOLDER = "designs"
 def kept_of_design(kind: Kind, design: Design, what: tuple[object, ...], make: Callable[[], T]) -> T:
     """A result of a design from disk; computed, and kept there, where it is not found.
 
-    Parameters
-    ----------
-    kind : {"bodies", "roots", "mesh"}
-        Bodies and roots follow from the members alone, the mesh from their position as well.
-    design : Design
-        The pair; files that its flanks come from count with their content.
-    what : tuple
-        What else the result follows from: side, positions...
-    make : callable
-        Computes the result.
+    kind: bodies and roots follow from the members alone, the mesh from their position as well.
+    design: the pair; files that its flanks come from count with their content.
+    what: what else the result follows from: side, positions...
+    make: computes the result.
     """
     try:
         key = _key(kind, design, what)

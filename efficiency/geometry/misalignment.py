@@ -31,14 +31,7 @@ if TYPE_CHECKING:
 
 AXES = ("E", "P", "G", "shaft_angle_error")
 # what a state has at a torque
-LOADED = (
-    "transmission_error_loaded",
-    "pressure_max",
-    "edge_load_share",
-    "load_centre_u",
-    "power_loss",
-    "efficiency",
-)
+LOADED = ("transmission_error_loaded", "pressure_max", "edge_load_share", "load_centre_u", "power_loss", "efficiency")
 # names of the columns of files and JSON, where they differ from those of `MisalignmentPoint`
 _COLUMNS = {"error_maximum_u": "crest_u", "error_maximum_depth": "crest_depth", "undercut": "absent"}
 
@@ -184,32 +177,14 @@ def misalignment_study(
 ) -> MisalignmentStudy:
     """Contact at all combinations of misalignments, added to those of the design.
 
-    Parameters
-    ----------
-    design : Design
-        The pair.
-    E, P, G, shaft_angle_error : sequence of float
-        Values of each misalignment [m], shaft_angle_error [rad].
-    side : {"drive", "coast"}
-        Which flanks are in contact.
-    marking : float
-        Thickness of the marking compound [m].
-    progress : callable, optional
-        Called with a `Progress` after each point.
-    torque : float, optional
-        Of the pinion [N m], where there is a load.
-    load : callable, optional
-        Loaded contact at the misalignments of a state, those of the design included.
-
-    Returns
-    -------
-    MisalignmentStudy
-        A point that cannot be computed is a status with its reason, not an error.
-
-    Raises
-    ------
-    InputError
-        A value out of the range of the design file, or no value for a misalignment.
+    E, P, G, shaft_angle_error: values of each misalignment [m], shaft_angle_error [rad].
+    side: which flanks are in contact.
+    marking: thickness of the marking compound [m].
+    progress: called with a `Progress` after each point.
+    torque: of the pinion [N m], where there is a load.
+    load: loaded contact at the misalignments of a state, those of the design included.
+    Returns: a point that cannot be computed is a status with its reason, not an error.
+    Raises `InputError`: a value out of the range of the design file, or no value for a misalignment.
     """
     clock = time.perf_counter()
     axes = zip(AXES, (E, P, G, shaft_angle_error), strict=True)

@@ -139,21 +139,11 @@ class PairGeometry(Reportable):
 def pair_geometry(design: Design, sides: Sequence[Side] = SIDES, marking: float = MARKING) -> PairGeometry:
     """Flanks and unloaded contact of a pair.
 
-    Parameters
-    ----------
-    design : Design
-        The pair, misalignments included.
-    sides : sequence of {"drive", "coast"}
-        What to compute; a side that cannot be computed is a status with its reason, not an error.
-    marking : float
-        Thickness of the marking compound [m].
-
-    Raises
-    ------
-    InputError
-        A marking thickness out of range; flanks of a member that cross.
-    ConvergenceError
-        A flank does not exist at its mean point.
+    design: the pair, misalignments included.
+    sides: what to compute; a side that cannot be computed is a status with its reason, not an error.
+    marking: thickness of the marking compound [m].
+    Raises `InputError`: a marking thickness out of range; flanks of a member that cross; `ConvergenceError`: a flank
+    does not exist at its mean point.
     """
     start = time.perf_counter()
     MARKING_LIMITS.check(marking, "marking")

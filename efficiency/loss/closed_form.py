@@ -20,10 +20,7 @@ from ehl.common.errors import InputError
 class PitchGeometry:
     """Pitch-point data of a bevel or hypoid pair, pinion driving.
 
-    Raises
-    ------
-    InputError
-        If a length or the contact ratio is not positive, or an angle is outside 0..90 degrees.
+    Raises `InputError`: if a length or the contact ratio is not positive, or an angle is outside 0..90 degrees.
     """
 
     pressure_angle: float  # generated normal pressure angle of the drive side [rad]
@@ -118,15 +115,10 @@ def coleman_type(pair: PitchGeometry, friction_coefficient: float = 0.05, driver
     normal force follows from the pinion's torque balance with the lengthwise friction in it. With the gear driving
     friction pulls the other way: ``eta = 1/(1 + mu S/(cos a_n - mu C tan b1))``.
 
-    Parameters
-    ----------
-    pair : PitchGeometry
-        Pitch-point data of the pair.
-    friction_coefficient : float
-        Constant friction coefficient; 0.05 is the value of Coleman (as cited by Kolivand, Li & Kahraman
-        2010).
-    driver : {"pinion", "gear"}
-        Member the power comes from.
+    pair: pitch-point data of the pair.
+    friction_coefficient: constant friction coefficient; 0.05 is the value of Coleman (as cited by Kolivand, Li &
+        Kahraman 2010).
+    driver: member the power comes from.
     """
     _check_friction(friction_coefficient)
     mu, way = friction_coefficient, 1.0 if driver == "pinion" else -1.0
@@ -142,14 +134,9 @@ def buckingham_type(pair: PitchGeometry, friction_coefficient: float = 0.05, dri
     pitch point for a pinion with the larger spiral angle; the second is the profile sliding of the spiral
     bevel pair. With the gear driving the first becomes ``(cos a_n - mu tan b1)/(cos a_n - mu tan b2)``.
 
-    Parameters
-    ----------
-    pair : PitchGeometry
-        Pitch-point data of the pair.
-    friction_coefficient : float
-        Constant friction coefficient.
-    driver : {"pinion", "gear"}
-        Member the power comes from.
+    pair: pitch-point data of the pair.
+    friction_coefficient: constant friction coefficient.
+    driver: member the power comes from.
     """
     _check_friction(friction_coefficient)
     mu, cos_n = friction_coefficient, math.cos(pair.pressure_angle)
@@ -175,16 +162,10 @@ def lengthwise_sliding(
     the larger spiral angle; with the gear driving friction pulls the other way. Profile sliding comes on top. No loss
     without offset.
 
-    Parameters
-    ----------
-    pair : PitchGeometry
-        Pitch-point data of the pair.
-    friction_coefficient : float
-        Constant friction coefficient.
-    friction_in_equilibrium : bool
-        Whether friction helps to carry the torque.
-    driver : {"pinion", "gear"}
-        Member the power comes from.
+    pair: pitch-point data of the pair.
+    friction_coefficient: constant friction coefficient.
+    friction_in_equilibrium: whether friction helps to carry the torque.
+    driver: member the power comes from.
     """
     _check_friction(friction_coefficient)
     cos_n = math.cos(pair.pressure_angle)
@@ -205,17 +186,9 @@ def spiral_bevel_loss_factor(pair: PitchGeometry, path_before: float, path_after
     the virtual tooth numbers ``z/cos d`` of the pair; e1, e2 are the parts of the profile contact ratio before and
     after the pitch point. Made for cylindrical gears: it knows no sliding along the teeth and applies without offset.
 
-    Parameters
-    ----------
-    pair : PitchGeometry
-        Pitch-point data of the pair.
-    path_before, path_after : float
-        e1 and e2 [-].
-
-    Raises
-    ------
-    InputError
-        The pair has an offset.
+    pair: pitch-point data of the pair.
+    path_before, path_after: e1 and e2 [-].
+    Raises `InputError`: the pair has an offset.
     """
     if pair.lengthwise_measure > 0.02:
         raise InputError(
@@ -245,12 +218,8 @@ def profile_contact_ratio(pinion: Blank, gear: Blank, spiral_angle: float, press
     sample 1; with an offset it is rough (for the blanks of samples 2 and 3 the shipped flanks give 0.96 and 1.10 on the
     drive side, 0.87 and 0.92 on the coast side; the samples have 1.010 and 1.176).
 
-    Parameters
-    ----------
-    pinion, gear : Blank
-        Blanks.
-    spiral_angle, pressure_angle : float
-        Mean spiral angle of both members and normal pressure angle [rad].
+    pinion, gear: blanks.
+    spiral_angle, pressure_angle: mean spiral angle of both members and normal pressure angle [rad].
     """
     transverse = math.atan(math.tan(pressure_angle) / math.cos(spiral_angle))
     path = 0.0

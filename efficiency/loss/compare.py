@@ -122,18 +122,10 @@ def compare_models(
     the balance it has the same loss, with it nearly so. What a constant misses shows along the mesh and at other
     operating points. The closed forms, given where ``pitch`` is, take Coleman's constant 0.05 and the fitted one.
 
-    Parameters
-    ----------
-    loaded : LoadedGrids
-        Geometry and load, the same for all models.
-    models : sequence of FrictionModel
-        Friction models.
-    oil : Oil
-        Oil card.
-    operation : Operation
-        Speed, oil temperature, roughness.
-    pitch : PitchGeometry, optional
-        Pitch-point data of the pair.
+    loaded: geometry and load, the same for all models.
+    models: friction models.
+    operation: speed, oil temperature, roughness.
+    pitch: pitch-point data of the pair.
     """
     results = [solve_balanced(loaded, model, oil, operation, load_balance) for model in models]
     names = [result.friction_model for result in results]

@@ -76,16 +76,10 @@ def divide(
 ) -> IntArray:
     """Further points, one by one where the loss is least certain: far from all contacts, next to one of large part.
 
-    Parameters
-    ----------
-    place, power : array
-        Of all points.
-    able, contacts : array of int
-        Points that may be solved, and those that were.
-    parts : array
-        What each contact adds to the uncertainty of the loss.
-    count : int
-        Most points.
+    place, power: of all points.
+    able, contacts: points that may be solved, and those that were.
+    parts: what each contact adds to the uncertainty of the loss.
+    count: most points.
     """
     left = np.setdiff1d(able, contacts)
     square = _square_distance(place[left], place[contacts])
@@ -132,16 +126,10 @@ class Prediction:
 def predict(place: FloatArray, contacts: FloatArray, found: FloatArray, weight: FloatArray) -> Prediction | None:
     """Thin-plate spline by the contacts, as smooth as predicts them best from each other; None where they are too few.
 
-    Parameters
-    ----------
-    place : (n, d) array
-        Coordinates of all points.
-    contacts : (m, d) array
-        Coordinates of the contacts.
-    found : (k, m) array
-        Their values; the first decides on the smoothness.
-    weight : (m,) array
-        What an error of each contact counts.
+    place (n, d): coordinates of all points.
+    contacts (m, d): coordinates of the contacts.
+    found (k, m): their values; the first decides on the smoothness.
+    weight (m,): what an error of each contact counts.
 
     Notes
     -----

@@ -67,23 +67,12 @@ RANGES = (
 def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, operation: Operation) -> EfficiencyResult:
     """Friction, power loss and efficiency of a loaded mesh.
 
-    Parameters
-    ----------
-    loaded : LoadedGrids
-        From `load_grids`, or from `balance_friction` for the same friction and operation.
-    friction : FrictionModel
-        A model of contacts that are solved is asked once: those of the fine grid serve the coarse one.
-    oil : Oil
-        Oil card.
-    operation : Operation
-        Speed, oil temperature and roughness.
-
-    Returns
-    -------
-    EfficiencyResult
-        Status ``failed`` where the load did not converge, where the pressure exceeds the hardness of the softer member,
-        and where the friction model has no value at a loaded point: efficiency and loss are nan then, load and pressure
-        those of elastic teeth.
+    loaded: from `load_grids`, or from `balance_friction` for the same friction and operation.
+    friction: a model of contacts that are solved is asked once: those of the fine grid serve the coarse one.
+    operation: speed, oil temperature and roughness.
+    Returns: status ``failed`` where the load did not converge, where the pressure exceeds the hardness of the softer
+    member, and where the friction model has no value at a loaded point: efficiency and loss are nan then, load and
+    pressure those of elastic teeth.
     """
     clock = time.perf_counter()
     mesh, count = loaded.mesh, len(loaded.mesh.fine)
@@ -206,21 +195,11 @@ def solve_balanced(
 ) -> EfficiencyResult:
     """Efficiency of a mesh whose normal and friction forces carry the torque together, or its normal forces alone.
 
-    Parameters
-    ----------
-    loaded : LoadedGrids
-        From `load_grids`.
-    friction, oil, operation
-        As in `mesh_efficiency`.
-    load_balance : {"frictional", "frictionless"}
-        What carries the torque.
-    many : bool
-        One of many points, such as of a map: faster, with a larger stated error of the balance.
-
-    Returns
-    -------
-    EfficiencyResult
-        Status ``failed``, ``self_locking``, and an efficiency of nan where friction takes the whole torque.
+    loaded: from `load_grids`.
+    friction, oil, operation: as in `mesh_efficiency`.
+    load_balance: what carries the torque.
+    many: one of many points, such as of a map: faster, with a larger stated error of the balance.
+    Returns: status ``failed``, ``self_locking``, and an efficiency of nan where friction takes the whole torque.
     """
     if load_balance == "frictionless" or loaded.coarse.reason:
         return mesh_efficiency(loaded, friction, oil, operation)
@@ -343,9 +322,7 @@ def _outside_range(points: LoadedPoints, estimate: FrictionEstimate) -> float:
 
 
 def _values_on_lines(
-    values: FloatArray,
-    known: tuple[LoadDistribution, LoadedPoints],
-    wanted: tuple[LoadDistribution, LoadedPoints],
+    values: FloatArray, known: tuple[LoadDistribution, LoadedPoints], wanted: tuple[LoadDistribution, LoadedPoints]
 ) -> FloatArray:
     """Values at the loaded points of the wanted grid, from those of another grid of the same positions and lines.
 

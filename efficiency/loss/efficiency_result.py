@@ -44,17 +44,7 @@ Reason = Literal[
     "friction_not_converged",
     "friction_undefined",
 ]
-_ARRAYS_KEPT_OUT = (
-    "load",
-    "points",
-    "friction",
-    "lubrication",
-    "model",
-    "operation",
-    "card",
-    "source",
-    "asked",
-)
+_ARRAYS_KEPT_OUT = ("load", "points", "friction", "lubrication", "model", "operation", "card", "source", "asked")
 
 
 class ResultSource(Protocol):

@@ -56,11 +56,8 @@ OPERATION_LIMITS: dict[str, ValueRange] = {
 class Operation:
     """How a pair runs.
 
-    Raises
-    ------
-    InputError
-        A speed that is not above 0, a temperature outside the range of oils, an impossible roughness, an unknown
-        member.
+    Raises `InputError`: a speed that is not above 0, a temperature outside the range of oils, an impossible roughness,
+    an unknown member.
     """
 
     speed: float  # angular speed [rad/s]
@@ -115,10 +112,7 @@ class Operation:
         Waves of each flank in both directions by `ehl.surface.finish.lay_seen`; 1/l^2 of the flanks is averaged with
         the squares of their Rq, as their slopes add.
 
-        Parameters
-        ----------
-        lay_pinion, lay_gear : array
-            Angle between the marks of each flank and the contact line [rad].
+        lay_pinion, lay_gear: angle between the marks of each flank and the contact line [rad].
         """
         flanks = (
             (self.roughness_rms_pinion, self.finish_pinion, lay_pinion),
@@ -172,19 +166,10 @@ def loaded_points(load: LoadDistribution, effective_modulus: float, operation: O
     Only the ratio of sliding across the line to entrainment has a sign that matters; x is turned so that
     the entrainment is positive.
 
-    Parameters
-    ----------
-    load : LoadDistribution
-        Forces over the cycle.
-    effective_modulus : float
-        E' [Pa].
-    operation : Operation
-        Speed, oil temperature, roughness.
-
-    Returns
-    -------
-    LoadedPoints
-        At least one point per position.
+    load: forces over the cycle.
+    effective_modulus: E' [Pa].
+    operation: speed, oil temperature, roughness.
+    Returns: at least one point per position.
     """
     at = load.loaded
     omega = operation.speed

@@ -58,16 +58,10 @@ def local_lubrication(
 ) -> LocalLubrication:
     """Film, flash temperature and rolling traction at the loaded points.
 
-    Parameters
-    ----------
-    points : LoadedPoints
-        Loaded points; surface 1 is the pinion.
-    friction : FrictionEstimate
-        Friction at them; a `SolvedFriction` brings the rest along.
-    table : mapping
-        `regression.friction.conditions.conditions_of` the points.
-    bodies : tuple of Material
-        Pinion and gear.
+    points: loaded points; surface 1 is the pinion.
+    friction: friction at them; a `SolvedFriction` brings the rest along.
+    table: `regression.friction.conditions.conditions_of` the points.
+    bodies: pinion and gear.
     """
     if isinstance(friction, SolvedFriction):
         return LocalLubrication(
@@ -98,10 +92,7 @@ def biboulet_houpert_2010(speed: FloatArray, load: FloatArray) -> FloatArray:
     IMechE J 224, as given by a public secondary source. Isothermal, flooded. Against the smooth solver of this program
     it gives 0.82 to 1.03 of its rolling traction (0.1 to 1.8 GPa, 1 and 10 m/s, 75W-90 and FVA3).
 
-    Parameters
-    ----------
-    speed, load : array
-        U and W [-].
+    speed, load: U and W [-].
     """
     rigid, elastic = 1.42 * np.sqrt(speed * load), 1.47 * speed**0.75
     force = elastic / (1.0 + (elastic / rigid) ** BLEND) ** (1.0 / BLEND)
@@ -114,14 +105,9 @@ def blok_flash(state: ContactState, friction_coefficient: FloatArray, bodies: tu
     ``1.11 mu w' |v_s|/(sqrt(2 b) (B1 sqrt(u1) + B2 sqrt(u2)))``, B = sqrt(k rho c): Hertz distribution of the heat,
     both surfaces fast (Peclet numbers well above 2) and of one temperature in the contact (Blok 1937).
 
-    Parameters
-    ----------
-    state : ContactState
-        Local conditions.
-    friction_coefficient : array
-        mu [-].
-    bodies : tuple of Material
-        Bodies 1 and 2.
+    state: local conditions.
+    friction_coefficient: mu [-].
+    bodies: bodies 1 and 2.
     """
     one, two = _carrying(state, bodies)
     heat = friction_coefficient * state.load_per_length * state.speed_sliding

@@ -21,18 +21,9 @@ FACES = ("toe", "middle", "heel")
 def position_losses(points: LoadedPoints, friction_coefficient: FloatArray, positions: int) -> FloatArray:
     """Power lost to sliding friction at each position, sum of mu F |v_s| [W].
 
-    Parameters
-    ----------
-    points : LoadedPoints
-        Loaded points of the cycle.
-    friction_coefficient : (n,) array
-        mu at each of them.
-    positions : int
-        Number of positions in the cycle.
-
-    Returns
-    -------
-    (positions,) array
+    points: loaded points of the cycle.
+    friction_coefficient (n,): mu at each of them.
+    positions: number of positions in the cycle.
     """
     power = friction_coefficient * points.force * points.speed_sliding
     losses = np.zeros(positions)
@@ -45,18 +36,9 @@ def rolling_losses(points: LoadedPoints, rolling_traction: FloatArray, positions
 
     The work on both surfaces, ``u_r integral(h dp)``, is what that flow dissipates; ``t_r`` is ``integral(h/2 dp)/w'``.
 
-    Parameters
-    ----------
-    points : LoadedPoints
-        Loaded points of the cycle.
-    rolling_traction : (n,) array
-        Of each surface over the load [-].
-    positions : int
-        Number of positions in the cycle.
-
-    Returns
-    -------
-    (positions,) array
+    points: loaded points of the cycle.
+    rolling_traction (n,): of each surface over the load [-].
+    positions: number of positions in the cycle.
     """
     power = 2.0 * rolling_traction * points.force * points.state.speed_entrainment
     losses = np.zeros(positions)
@@ -70,14 +52,9 @@ def efficiency_of(power_loss: float, torque: float, speed: float, driver: Driver
     The torque is that at the pinion shaft: with the pinion driving ``1 - loss/(T1 omega1)``, with the gear driving
     ``T1 omega1/(T1 omega1 + loss)``.
 
-    Parameters
-    ----------
-    power_loss : float
-        Mean loss [W].
-    torque, speed : float
-        [N m], [rad/s].
-    driver : {"pinion", "gear"}
-        Member the power comes from.
+    power_loss: mean loss [W].
+    torque, speed: [N m], [rad/s].
+    driver: member the power comes from.
     """
     pinion = torque * speed
     return 1.0 - power_loss / pinion if driver == "pinion" else pinion / (pinion + power_loss)
@@ -86,10 +63,7 @@ def efficiency_of(power_loss: float, torque: float, speed: float, driver: Driver
 def loss_by_region(result: EfficiencyResult) -> FloatArray:
     """Share of the sliding loss in nine regions of the gear flank, thirds of its height and of its face width.
 
-    Returns
-    -------
-    (3, 3) array
-        Rows root, middle, tip; columns toe, middle, heel of the gear; their sum is 1. nan without any loss.
+    Returns: rows root, middle, tip; columns toe, middle, heel of the gear; their sum is 1. nan without any loss.
     """
     points, outline = result.points, result.load.tooth_outline
     face, height = (_at_points(result, name) for name in ("face_gear", "height_gear"))

@@ -36,14 +36,10 @@ def iso_15144_bulk_rise(power_loss: float, centre_distance: float, face_width: f
     ``7400 (P mu_m H_v/(a b))^0.72 X_S/(1.2 X_Ca)``, ISO/TR 15144-1:2014, formula (84), P mu_m H_v the loss in kW, a and
     b in mm; read in a public transcription. X_Ca, a factor of tip relief of 1 to about 1.5, is taken as 1.
 
-    Parameters
-    ----------
-    power_loss : float
-        Sliding friction [W].
-    centre_distance, face_width : float
-        [m]; of a bevel or hypoid pair the sum of the mean pitch radii and the smaller face width (ours).
-    factor : float
-        X_S [-].
+    power_loss: sliding friction [W].
+    centre_distance, face_width: [m]; of a bevel or hypoid pair the sum of the mean pitch radii and the smaller face
+        width (ours).
+    factor: X_S [-].
     """
     density = 1e-3 * max(power_loss, 0.0) / (1e6 * centre_distance * face_width)
     return float(7400.0 * density**0.72 * factor / 1.2)
@@ -60,16 +56,10 @@ def warm_operation(
 ) -> Operation:
     """The operation with the bulk temperature that its own loss makes.
 
-    Parameters
-    ----------
-    loss : callable
-        Power loss at an operation [W].
-    operation : Operation
-        With cold teeth.
-    size : tuple of float
-        Centre distance and face width [m].
-    factor : float
-        X_S [-].
+    loss: power loss at an operation [W].
+    operation: with cold teeth.
+    size: centre distance and face width [m].
+    factor: X_S [-].
     """
     rise, most = 0.0, TEMPERATURE_RANGE[1] - operation.temperature
     for _ in range(_ROUNDS):

@@ -24,14 +24,7 @@ from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, Together
 from ehl.uncertainty.spread import UncertaintyInput
 from regression.formula import Formula, shipped_formulas
 from regression.friction.models import FrictionEstimate, FrictionModel
-from regression.friction.uncertainty import (
-    FORMULA,
-    Case,
-    FrictionChanges,
-    friction_changes,
-    friction_of,
-    missing,
-)
+from regression.friction.uncertainty import FORMULA, Case, FrictionChanges, friction_changes, friction_of, missing
 
 FloatArray = NDArray[np.float64]
 
@@ -124,12 +117,8 @@ def solved_changes(
 ) -> LossChanges:
     """The same by solving contacts at both ends of every input: where the mesh loses most, with the same roughness.
 
-    Parameters
-    ----------
-    model : EhlFriction
-        Solves the contacts.
-    contacts : int
-        How many stand for the mesh, each for the loss of the points next to it.
+    model: solves the contacts.
+    contacts: how many stand for the mesh, each for the loss of the points next to it.
     """
     changed: Any = model
     place, power = coordinates(points.state), points.force * points.speed_sliding
@@ -170,23 +159,13 @@ def efficiency_uncertainty(
 ) -> InputUncertainty:
     """Interval of the efficiency by what is not known of the inputs.
 
-    Parameters
-    ----------
-    model, points, friction, oil, operation
-        Friction model, loaded points and their friction, oil card, how the pair runs.
-    power_loss, torque : float
-        [W], [N m].
-    spreads : UncertaintyInput, optional
-        In place of those of the operation.
-    level : float
-        Share of cases the interval is to hold [-].
-    solved : bool
-        Of a model that solves contacts: solve some at both ends of every input, in place of asking a formula.
-
-    Raises
-    ------
-    InputError
-        The level is no share.
+    model, points, friction, oil, operation: friction model, loaded points and their friction, oil card, how the pair
+        runs.
+    power_loss, torque: [W], [N m].
+    spreads: in place of those of the operation.
+    level: share of cases the interval is to hold [-].
+    solved: of a model that solves contacts: solve some at both ends of every input, in place of asking a formula.
+    Raises `InputError`: the level is no share.
     """
     warm, spreads = operation.temperature_inlet is not None, spreads or operation.uncertainty
     if solved and model.solves_contacts:
@@ -197,12 +176,7 @@ def efficiency_uncertainty(
 
 
 def of_changes(
-    changes: LossChanges,
-    model: FrictionModel,
-    operation: Operation,
-    power_loss: float,
-    torque: float,
-    level: float,
+    changes: LossChanges, model: FrictionModel, operation: Operation, power_loss: float, torque: float, level: float
 ) -> InputUncertainty:
     """Interval of the efficiency from changes of ln(loss)."""
 

@@ -93,14 +93,8 @@ _EVEN = 0.02
 def write_load(load: LoadDistribution, thermal: LoadDistribution, path: Path, friction: str = "") -> None:
     """Write a load distribution in the format `read_load` reads; points without load are left out.
 
-    Parameters
-    ----------
-    load, thermal : LoadDistribution
-        What is written, and the load that estimates the bulk temperature of the teeth.
-    path : Path
-        The file.
-    friction : str
-        Friction that carries the torque together with the normal forces, as ``"constant:0.05, pinion driving"``.
+    load, thermal: what is written, and the load that estimates the bulk temperature of the teeth.
+    friction: friction that carries the torque together with the normal forces, as ``"constant:0.05, pinion driving"``.
     """
     with replacing(path, "save_load") as draft, draft.open("w", newline="", encoding="utf-8") as file:
         file.write(f"# torque = {load.torque!r} N m\n" + (f"# friction = {friction}\n" if friction else ""))
@@ -129,11 +123,8 @@ def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: fl
     Materials and edges of the teeth are used, their compliance is not. A torque given has to be that of the file [N m].
     Transmission error and compatibility of the result are unknown (nan).
 
-    Raises
-    ------
-    InputError
-        With the row: a column or unit that cannot be used, a point off the tooth; a torque that is not above 0 or that
-        the forces do not carry; positions that do not divide the pitch evenly.
+    Raises `InputError`: with the row: a column or unit that cannot be used, a point off the tooth; a torque that is not
+    above 0 or that the forces do not carry; positions that do not divide the pitch evenly.
     """
     stated, friction, columns, rows = _table(path)
     if torque is None:

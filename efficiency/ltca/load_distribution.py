@@ -274,23 +274,13 @@ def distribute_load(
 ) -> LoadDistribution:
     """Solve compatibility and equilibrium at each position of a mesh cycle over one pinion pitch.
 
-    Parameters
-    ----------
-    cycle : sequence of MeshPosition or of ElasticPosition
-        Positions; with their compliance from `elastic_cycle` where it is known.
-    teeth : TeethElasticity
-        Compliance of both members.
-    torque : float
-        Torque on the pinion in its driving direction [N m]; `InputError` unless it is finite and above 0.
-    normal_torques : (positions,) array, optional
-        Torque carried by the normal forces at each position, where friction carries the rest [N m].
-    near : LoadDistribution, optional
-        Solution of the same cycle at torques near by, from which to start.
-
-    Returns
-    -------
-    LoadDistribution
-        A position that does not converge is a recorded status, not an error.
+    cycle: positions; with their compliance from `elastic_cycle` where it is known.
+    teeth: compliance of both members.
+    torque: torque on the pinion in its driving direction [N m]; `InputError` unless it is finite and above 0.
+    normal_torques (positions,): torque carried by the normal forces at each position, where friction carries the rest
+        [N m].
+    near: solution of the same cycle at torques near by, from which to start.
+    Returns: a position that does not converge is a recorded status, not an error.
     """
     require_torque(torque)
     torques = [torque] * len(cycle) if normal_torques is None else list(normal_torques)

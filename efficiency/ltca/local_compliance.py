@@ -17,11 +17,7 @@ IntArray = NDArray[np.int64]
 
 
 def weber_local(
-    load_per_length: ArrayLike,
-    half_width: ArrayLike,
-    depth: ArrayLike,
-    youngs_modulus: float,
-    poisson_ratio: float,
+    load_per_length: ArrayLike, half_width: ArrayLike, depth: ArrayLike, youngs_modulus: float, poisson_ratio: float
 ) -> FloatArray:
     """Approach of a Hertz line contact of half-width b to a point at the depth h under it, one body [m].
 

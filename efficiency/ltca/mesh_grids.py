@@ -177,18 +177,11 @@ class FrictionBalance:
 class LoadedGrids:
     """A mesh under one torque: the load on both of its grids.
 
-    Parameters
-    ----------
-    mesh : MeshGrids
-        That carries: deflected, and with lines as long as the load needs them.
-    fine : LoadDistribution or None
-        On the fine grid; None: solved without friction when it is first read.
-    coarse : LoadDistribution
-        On the coarse one.
-    balance : FrictionBalance, optional
-        None where the normal forces alone carry the torque.
-    thermal : LoadDistribution, optional
-        The load that estimates the bulk temperature of the teeth; the coarse one where not given.
+    mesh: that carries: deflected, and with lines as long as the load needs them.
+    fine: on the fine grid; None: solved without friction when it is first read.
+    coarse: on the coarse one.
+    balance: None where the normal forces alone carry the torque.
+    thermal: the load that estimates the bulk temperature of the teeth; the coarse one where not given.
     """
 
     def __init__(

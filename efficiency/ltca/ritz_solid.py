@@ -134,11 +134,7 @@ class RitzSolid:
 
 
 def ritz_solid(
-    cell: ToothCell,
-    moduli: dict[Part, float],
-    poisson_ratio: float,
-    held: frozenset[str],
-    orders: Orders,
+    cell: ToothCell, moduli: dict[Part, float], poisson_ratio: float, held: frozenset[str], orders: Orders
 ) -> RitzSolid:
     """Assemble a cell of parts with Young's moduli [Pa], held without displacement at "base", "toe" or "heel"."""
     number: dict[Key, int] = {}

@@ -161,23 +161,12 @@ def solid_tooth(
 ) -> SolidTooth:
     """Solve a tooth for loads on its concave or convex flank.
 
-    Parameters
-    ----------
-    grid : ToothGrid
-        Both flanks.
-    loaded : {"concave", "convex"}
-        Which flank.
-    body : ToothBody
-        Material and body under the teeth.
-    orders : Orders
-        Polynomial orders.
-    cells : int, optional
-        Teeth in the ring, all if not given; a ring of fewer cells is closed as if it were whole.
-
-    Raises
-    ------
-    ConvergenceError
-        The tooth model is folded, or the body is not held.
+    grid: both flanks.
+    loaded ("concave", "convex"): which flank.
+    body: material and body under the teeth.
+    orders: polynomial orders.
+    cells: teeth in the ring, all if not given; a ring of fewer cells is closed as if it were whole.
+    Raises `ConvergenceError`: the tooth model is folded, or the body is not held.
     """
     if not body.held:
         raise ConvergenceError("tooth_not_held", "no surface of the body is held")

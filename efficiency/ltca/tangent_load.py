@@ -46,27 +46,14 @@ _KEPT = 8
 class TangentLoads:
     """Loads of one cycle at any torques of the normal forces.
 
-    Parameters
-    ----------
-    cycle : sequence of ElasticPosition
-        Points and compliance.
-    teeth : TeethElasticity
-        Compliance of both members.
-    torque : float
-        What normal and friction forces carry together [N m].
-    arms : sequence of (n,) arrays
-        Of the unit friction force about the pinion axis at the points of each position [m].
-    arm_ratio : (positions,) array
-        Torque of friction with a coefficient of 1 over that of the normal forces [-].
-    way : {1, -1}
-        1 where friction on the pinion adds to the torque by its arm, -1 where the gear drives.
-    start : LoadDistribution, optional
-        A solution from which to start.
-
-    Attributes
-    ----------
-    lever, arm : arrays
-        Levers of the normal forces and of friction about the pinion axis at the points of all positions [m].
+    cycle: points and compliance.
+    teeth: compliance of both members.
+    torque: what normal and friction forces carry together [N m].
+    arms (n,): of the unit friction force about the pinion axis at the points of each position [m].
+    arm_ratio (positions,): torque of friction with a coefficient of 1 over that of the normal forces [-].
+    way (1, -1): 1 where friction on the pinion adds to the torque by its arm, -1 where the gear drives.
+    start: a solution from which to start.
+    lever, arm: levers of the normal forces and of friction about the pinion axis at the points of all positions [m].
     """
 
     def __init__(
@@ -159,18 +146,11 @@ def _distance(node: LoadDistribution, torques: FloatArray) -> float:
 class TangentLoad(LoadDistribution):
     """Load over one mesh cycle by tangents: a `LoadDistribution` whose parts are computed when first read.
 
-    Parameters
-    ----------
-    loads : TangentLoads
-        Where it comes from.
-    node : LoadDistribution
-        Solution the tangents start from.
-    force : (n,) array
-        Normal forces at the points of all positions [N].
-    angle, errors : (positions,) arrays
-        Approach of the pinion [rad] and loaded transmission error [rad of the gear].
-    distance : float
-        Longest way of a tangent over the torque there [-].
+    loads: where it comes from.
+    node: solution the tangents start from.
+    force (n,): normal forces at the points of all positions [N].
+    angle, errors (positions,): approach of the pinion [rad] and loaded transmission error [rad of the gear].
+    distance: longest way of a tangent over the torque there [-].
     """
 
     def __init__(

@@ -107,11 +107,7 @@ def conjugate_start(pair: PairDimensions, gear: GearCut, side: FlankSide, grid: 
 
     assembly, screw = pair.assembly, gear.screw
     pose = machine_pose(
-        screw.point,
-        screw.direction,
-        assembly.pinion_origin[:, 0],
-        assembly.pinion_axis[:, 0],
-        pinion_tool(pair, gear),
+        screw.point, screw.direction, assembly.pinion_origin[:, 0], assembly.pinion_axis[:, 0], pinion_tool(pair, gear)
     )
     machine = pose.machine(1.0 / screw.rate, -screw.pitch)
     reach = _reach(pair)
@@ -147,14 +143,9 @@ def target_flank(
 ) -> TargetFlank:
     """A flank to be fitted, from its conjugate start.
 
-    Parameters
-    ----------
-    relief : (n,) array
-        Ease-off at the points of the grid [m].
-    root_weight : float
-        Residual per root error; 0: the root is left alone and only measured.
-    thinning : float
-        Angle by which the flank is to stand back from contact [rad].
+    relief (n,): ease-off at the points of the grid [m].
+    root_weight: residual per root error; 0: the root is left alone and only measured.
+    thinning: angle by which the flank is to stand back from contact [rad].
     """
     flank, parameters = free_axis(start.flank, start.parameters)
     conjugate = start.points

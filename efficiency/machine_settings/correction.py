@@ -107,12 +107,7 @@ class MachineCorrections(Reportable):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain numbers in SI units.
-
-        Returns
-        -------
-        dict
-        """
+        """Plain numbers in SI units."""
         return {
             "design": self.design,
             "member": self.member,

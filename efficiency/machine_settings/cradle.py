@@ -67,12 +67,8 @@ def fit_on_cradle(
 ) -> FitResult:
     """Fit on the cradle of a classic machine, led there in steps; tilt beyond the limit is cut back and held.
 
-    Parameters
-    ----------
-    targets : sequence of TargetFlank
-        Flanks at the exactly conjugate start.
-    screw : GeneratingScrew
-        Cradle of that start.
+    targets: flanks at the exactly conjugate start.
+    screw: cradle of that start.
     """
     result: FitResult | None = None
     here = list(targets)

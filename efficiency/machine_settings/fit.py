@@ -171,10 +171,7 @@ class TargetFlank:
 class FittedFlank:
     """What settings make of a target flank.
 
-    Attributes
-    ----------
-    root_error : (k,) array
-        Height of the cut root over the blank's at the stations of the root line [m].
+    root_error (k,): height of the cut root over the blank's at the stations of the root line [m].
     """
 
     flank: CutFlank

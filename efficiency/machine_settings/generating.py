@@ -108,14 +108,9 @@ def machine_pose(
     The machine centre is put where the tip-plane centre projects on the cradle axis; only this choice of the gauge
     leaves the tip-plane centre in the machine plane.
 
-    Parameters
-    ----------
-    cradle_point, cradle_direction : (3,) arrays
-        Axis of the cradle, the direction into the blank.
-    work_point, work_direction : (3,) arrays
-        Origin of the work frame and its axis from apex to heel.
-    tool : ToolPose
-        Cutter, in the same frame.
+    cradle_point, cradle_direction (3,): axis of the cradle, the direction into the blank.
+    work_point, work_direction (3,): origin of the work frame and its axis from apex to heel.
+    tool: cutter, in the same frame.
     """
     sine = float(cradle_direction @ work_direction)
     cosine = float(np.sqrt(1.0 - sine * sine))

@@ -95,10 +95,7 @@ class SettingsResult(Reportable):
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers in SI units.
 
-        Returns
-        -------
-        dict
-            Points that do not exist are null.
+        Returns: points that do not exist are null.
         """
         out: dict[str, Any] = {
             "name": self.design.name,
@@ -141,12 +138,8 @@ class ToothFinding:
 def tip_findings(flanks: GearFlanks, module_normal: float) -> list[ToothFinding]:
     """Tip thickness of the cut teeth of both members: no tooth, or less than a hard tip needs.
 
-    Parameters
-    ----------
-    flanks : GearFlanks
-        The four flanks.
-    module_normal : float
-        Mean normal module [m].
+    flanks: the four flanks.
+    module_normal: mean normal module [m].
     """
     findings = []
     for member in MEMBERS:
@@ -165,12 +158,8 @@ def tip_findings(flanks: GearFlanks, module_normal: float) -> list[ToothFinding]
 def undercut_findings(fits: tuple[FlankFit, ...], gear_lowest: float) -> list[ToothFinding]:
     """Undercut of the working flanks of pinion and gear.
 
-    Parameters
-    ----------
-    fits : tuple of FlankFit
-        Both pinion flanks.
-    gear_lowest : float
-        Fraction of the gear's working depth from which on its flanks span the face.
+    fits: both pinion flanks.
+    gear_lowest: fraction of the gear's working depth from which on its flanks span the face.
     """
     findings = []
     if gear_lowest > 0.03:

@@ -283,10 +283,7 @@ def _crashed(task: EvaluationTask) -> dict[str, Any]:
 
 
 def evaluate_all(
-    tasks: list[EvaluationTask],
-    executor: Executor,
-    journal: Journal,
-    done: Callable[[], None] = lambda: None,
+    tasks: list[EvaluationTask], executor: Executor, journal: Journal, done: Callable[[], None] = lambda: None
 ) -> list[Evaluation]:
     """Evaluations of tasks in their order; those in the journal are read, the rest computed by the executor."""
     found = []

@@ -18,13 +18,7 @@ from efficiency.contact.gear_flanks import MEMBERS
 from efficiency.contact.relief import EdgeRelief
 from efficiency.ltca.limits import edge_load
 from efficiency.machine_settings.design_file import targets_text
-from efficiency.machine_settings.inputs import (
-    FlankTarget,
-    MemberTargets,
-    SettingsInput,
-    load_targets,
-    targets_beside,
-)
+from efficiency.machine_settings.inputs import FlankTarget, MemberTargets, SettingsInput, load_targets, targets_beside
 from efficiency.machine_settings.solve import machine_settings
 from efficiency.pair import GearPair
 from ehl.common.errors import ConvergenceError

@@ -217,10 +217,7 @@ def plot_optimisation(result: Optimisation, ax: Axes | None) -> Axes:
 def write_designs(result: Optimisation, folder: Path) -> list[Path]:
     """Design file, targets and machine summary of each checked point.
 
-    Raises
-    ------
-    InputError
-        The folder cannot be written.
+    Raises `InputError`: the folder cannot be written.
     """
     written = []
     for candidate in result.candidates:

@@ -67,8 +67,7 @@ def comparison_sections(comparison: Comparison, medium: Medium) -> list[Section]
             ],
         ),
         Section(
-            "Power loss",
-            [picture(plot_comparison, CAPTION), replace(models_table(comparison), title=""), Text(shared)],
+            "Power loss", [picture(plot_comparison, CAPTION), replace(models_table(comparison), title=""), Text(shared)]
         ),
         Section("Along the mesh", [Row([picture(*each) for each in along])]),
         Section("Where on the tooth", [picture(plot_loss_by_region, REGIONS)]),

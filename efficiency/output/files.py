@@ -14,7 +14,7 @@ from efficiency.contact.gear_flanks import SIDES, Member
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
 from efficiency.output.machine_summary import Units, write_sheet, write_summary
-from efficiency.output.solid import Solid, member_solid, tooth_space_solid, write_stl
+from efficiency.output.solid import member_solid, tooth_space_solid, write_stl
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file
 from ehl.common.units import ValueRange
@@ -54,12 +54,10 @@ def export_design(
     hole = None if bore is None else length.check(bore, "bore", bare=not isinstance(bore, str))
     written: list[str] = []
     for member in members:
-        if "tooth" in chosen:
-            written.append(export_tooth_space(design, member, folder, rows, columns, thickness))
-        if "member" in chosen:
-            written.append(export_member(design, member, folder, rows, columns, thickness, hole))
-        if "step" in chosen:
-            written.append(export_step(design, member, folder, rows, columns, thickness, hole))
+        solids = [part for part in ("tooth", "member", "step") if part in chosen]
+        if solids:
+            grid = tooth_grid(design.flanks(), member, rows, columns)
+            written += [_export_solid(design, member, part, folder, grid, thickness, hole) for part in solids]
         if "grid" in chosen:
             written += export_grids(design, member, folder, rows, columns, margin)
     if "ease_off" in chosen:
@@ -69,47 +67,19 @@ def export_design(
     return written
 
 
-def export_tooth_space(
-    design: Design, member: Member, folder: Path, rows: int, columns: int, rim: float | None = None
+def _export_solid(
+    design: Design, member: Member, part: str, folder: Path, grid: ToothGrid, rim: float | None, bore: float | None
 ) -> str:
-    """STL of one tooth space between two half teeth."""
-    grid = tooth_grid(design.flanks(), member, rows, columns)
-    return _solid(design, grid, tooth_space_solid(grid, rim), folder / f"{member}_tooth_space.stl")
+    """STL of one tooth space between two half teeth, or STL or STEP of a whole member."""
+    if part == "step":
+        from efficiency.output.step import require_kernel, write_step
 
-
-def export_member(
-    design: Design,
-    member: Member,
-    folder: Path,
-    rows: int,
-    columns: int,
-    rim: float | None = None,
-    bore: float | None = None,
-) -> str:
-    """STL of a whole member."""
-    grid = tooth_grid(design.flanks(), member, rows, columns)
-    return _solid(design, grid, member_solid(grid, rim, bore), folder / f"{member}.stl")
-
-
-def export_step(
-    design: Design,
-    member: Member,
-    folder: Path,
-    rows: int,
-    columns: int,
-    rim: float | None = None,
-    bore: float | None = None,
-) -> str:
-    """STEP of a whole member."""
-    from efficiency.output.step import require_kernel, write_step
-
-    require_kernel()
-    path = folder / f"{member}.step"
-    volume = write_step(path, tooth_grid(design.flanks(), member, rows, columns), f"{design.name} {member}", rim, bore)
-    return f"{path}: B-spline surfaces, closed, {1e9 * volume:.6g} mm3"
-
-
-def _solid(design: Design, grid: ToothGrid, solid: Solid, path: Path) -> str:
+        require_kernel()
+        path = folder / f"{member}.step"
+        volume = write_step(path, grid, f"{design.name} {member}", rim, bore)
+        return f"{path}: B-spline surfaces, closed, {1e9 * volume:.6g} mm3"
+    path = folder / (f"{member}_tooth_space.stl" if part == "tooth" else f"{member}.stl")
+    solid = tooth_space_solid(grid, rim) if part == "tooth" else member_solid(grid, rim, bore)
     if not solid.closed:
         raise ConvergenceError("open_solid", f"the surface of {path.name} does not close: other rows or columns")
     write_stl(path, solid, f"{design.name} {path.stem}")

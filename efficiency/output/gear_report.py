@@ -59,12 +59,7 @@ SPIN = "Churning, windage and bearing losses are not part of any figure here."
 def gear_sections(result: EfficiencyResult, medium: Medium, units: Units = "metric") -> list[Section]:
     """Sections of one operating point.
 
-    Parameters
-    ----------
-    result : EfficiencyResult
-    medium : {"page", "terminal", "files"}
-    units : {"metric", "inch"}
-        Of the tables of the design.
+    units: of the tables of the design.
     """
     if medium == "page":
         return page_sections(result, None, units)

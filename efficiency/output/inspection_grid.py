@@ -49,19 +49,10 @@ class InspectionGrid:
 def inspection_grid(flank: Flank, rows: int = 15, columns: int = 31, margin: float = 0.0) -> InspectionGrid:
     """Points of a flank from root to tip (rows) and from heel to toe (columns).
 
-    Parameters
-    ----------
-    flank : Flank
-        Any flank.
-    rows, columns : int
-        Size of the grid.
-    margin : float
-        Distance kept from root, tip, toe and heel, as a fraction of the face width and of the depth [-].
-
-    Raises
-    ------
-    ConvergenceError
-        The flank does not span its blank.
+    flank: any flank.
+    rows, columns: size of the grid.
+    margin: distance kept from root, tip, toe and heel, as a fraction of the face width and of the depth [-].
+    Raises `ConvergenceError`: the flank does not span its blank.
     """
     blank = flank.blank
     along = np.linspace(0.5 - margin, -0.5 + margin, columns) * blank.face_width
@@ -83,10 +74,7 @@ def write_inspection_grid(path: Path, design: Design, member: Member, side: Flan
     The first line, ``# mixed-ehl flank grid v1; member=pinion; flank=concave; units=mm``, says all that is needed to
     read the file; the second names the design and how the grid lies on the blank.
 
-    Raises
-    ------
-    InputError
-        The file cannot be written.
+    Raises `InputError`: the file cannot be written.
     """
     blank = (design.pinion if member == "pinion" else design.gear).blank
     rows, columns = grid.u.shape

@@ -70,12 +70,7 @@ class SummaryRow:
 def summary_rows(design: Design, units: Units = "metric") -> list[SummaryRow]:
     """Everything a design file says of blanks, cutters and machine, and the dimensions that follow from the blanks.
 
-    Parameters
-    ----------
-    design : Design
-        The pair.
-    units : {"metric", "inch"}
-        Lengths in mm or inch; angles in deg.
+    units: lengths in mm or inch; angles in deg.
     """
     members = [design.pinion, design.pinion, design.gear, design.gear]
     blanks = [_columns(member.blank, "blank") for member in members]
@@ -99,10 +94,7 @@ def summary_rows(design: Design, units: Units = "metric") -> list[SummaryRow]:
 def write_summary(path: Path, design: Design, units: Units = "metric") -> None:
     """Write the summary as CSV: section, name, unit, then one column for each flank, numbers in full.
 
-    Raises
-    ------
-    InputError
-        The file cannot be written.
+    Raises `InputError`: the file cannot be written.
     """
     text = io.StringIO()
     writer = csv.writer(text)
@@ -190,10 +182,7 @@ def sheet_text(design: Design, units: Units = "metric") -> str:
 def write_sheet(path: Path, design: Design, units: Units = "metric") -> None:
     """Write the sheet.
 
-    Raises
-    ------
-    InputError
-        The file cannot be written.
+    Raises `InputError`: the file cannot be written.
     """
     write_file(path, sheet_text(design, units), folder=True)
 

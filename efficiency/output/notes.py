@@ -23,15 +23,9 @@ def result_notes(
 ) -> list[tuple[str, str]]:
     """Case and sentence of all that has to be known of one operating point, each kind once.
 
-    Parameters
-    ----------
-    result : EfficiencyResult
-    of_design : sequence of str
-        Notes on the pair without load.
-    case : str
-        How the operating point is called among others.
-    strength : bool
-        With the grades of the strength.
+    of_design: notes on the pair without load.
+    case: how the operating point is called among others.
+    strength: with the grades of the strength.
     """
     said = [f"not converged: {result.reason}"] if result.status != "converged" else []
     edges = False

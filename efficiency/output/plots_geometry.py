@@ -91,14 +91,9 @@ def draw_path(axes: Axes, pair: FlankPair, path: ContactPath, member: Member, co
 def ease_off_figure(pair: FlankPair, path: ContactPath | None = None, member: Member = "gear") -> Figure:
     """Ease-off over the flank of a member, contours in um; dashed: the part both blanks reach.
 
-    Parameters
-    ----------
-    pair : FlankPair
-        The mesh.
-    path : ContactPath, optional
-        Path of contact to draw; that of the pair over one pitch if not given.
-    member : {"gear", "pinion"}
-        On whose projection.
+    pair: the mesh.
+    path: path of contact to draw; that of the pair over one pitch if not given.
+    member: on whose projection.
     """
     figure, axes = flank_figure(pair, member, "ease-off")
     u, v, margin = map_grid(pair)
@@ -276,10 +271,7 @@ def blank_figure(design: Design) -> Figure:
     # along its axis and out of it, towards the mesh, in the drawing: the gear axis points down so that teeth face up
     directions = {
         "gear": (np.array([0.0, 1.0]), np.array([1.0, 0.0])),
-        "pinion": (
-            np.array([np.sin(shaft), np.cos(shaft)]),
-            np.array([-np.cos(shaft), np.sin(shaft)]),
-        ),
+        "pinion": (np.array([np.sin(shaft), np.cos(shaft)]), np.array([-np.cos(shaft), np.sin(shaft)])),
     }
     for name, blank, colour in (("gear", gear, ORANGE), ("pinion", pinion, BLUE)):
         _member(axes, blank, *directions[name], colour, f"{name}, {blank.teeth} teeth")

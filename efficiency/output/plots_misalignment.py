@@ -157,14 +157,9 @@ def pattern_figure(
 ) -> Figure:
     """Outlines of the contact pattern on the gear for values of one misalignment, and the paths of contact.
 
-    Parameters
-    ----------
-    study : MisalignmentStudy
-        For names and units.
-    name : str
-        The misalignment that varies.
-    contacts : sequence of (value, FlankPair, ContactPattern)
-        Value of the misalignment in SI units, mesh and pattern.
+    study: for names and units.
+    name: the misalignment that varies.
+    contacts: value of the misalignment in SI units, mesh and pattern.
     """
     figure, axes = flank_figure(contacts[0][1], "gear", f"contact pattern over {name},")
     shades = colormaps["coolwarm"](np.linspace(0.0, 1.0, len(contacts)))

@@ -42,12 +42,8 @@ class _View:
 def tooth_pair_figure(pair: FlankPair, teeth: int = 3) -> Figure:
     """Some teeth of both members where the transmission error is highest, seen from heel and from toe.
 
-    Parameters
-    ----------
-    pair : FlankPair
-        The mesh; misalignments are in the positions.
-    teeth : int
-        Teeth shown of each member, an odd number.
+    pair: the mesh; misalignments are in the positions.
+    teeth: teeth shown of each member, an odd number.
     """
     figure = new_figure(9.6, 4.0)
     surface, assembly = pair.surface, pair.surface.assembly

@@ -142,12 +142,8 @@ def _in_turn(cells: NDArray[Any], gaps: NDArray[Any]) -> NDArray[Any]:
 def tooth_space_solid(grid: ToothGrid, rim: float | None = None) -> Solid:
     """One tooth space between two half teeth, on a slab of the rim.
 
-    Parameters
-    ----------
-    grid : ToothGrid
-        Flanks of the member.
-    rim : float, optional
-        Thickness left below the root [m]; the mean whole depth if not given.
+    grid: flanks of the member.
+    rim: thickness left below the root [m]; the mean whole depth if not given.
     """
     rim = _rim_thickness(grid, rim)
     centre = np.broadcast_to(0.5 * (grid.lower[-1] + grid.upper[-1]), grid.lower.shape)
@@ -185,20 +181,11 @@ def body_section(grid: ToothGrid, rim: float | None, bore: float | None) -> tupl
 def member_solid(grid: ToothGrid, rim: float | None = None, bore: float | None = None) -> Solid:
     """A whole member: all teeth, toe and heel cones, plane faces, bore.
 
-    Parameters
-    ----------
-    grid : ToothGrid
-        Flanks of the member.
-    rim : float, optional
-        Thickness of the body below the root along toe and heel cone [m]; the mean whole depth if not given.
-    bore : float, optional
-        Diameter of the bore [m], 0 for a solid body. If not given, none where the pitch angle is below 45 deg, and
+    grid: flanks of the member.
+    rim: thickness of the body below the root along toe and heel cone [m]; the mean whole depth if not given.
+    bore: diameter of the bore [m], 0 for a solid body. If not given, none where the pitch angle is below 45 deg, and
         0.6 of the body's smaller face diameter otherwise.
-
-    Raises
-    ------
-    InputError
-        Rim or bore do not fit into the member.
+    Raises `InputError`: rim or bore do not fit into the member.
     """
     blank = grid.blank
     radii, planes, bore = body_section(grid, rim, bore)
@@ -248,19 +235,10 @@ _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribut
 def write_stl(path: Path, solid: Solid, title: str) -> None:
     """Write a solid as binary STL with mm for its unit.
 
-    Parameters
-    ----------
-    path : Path
-        File to write.
-    solid : Solid
-        Closed surface.
-    title : str
-        Goes into the header, cut at 80 bytes.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
+    path: file to write.
+    solid: closed surface.
+    title: goes into the header, cut at 80 bytes.
+    Raises `InputError`: the file cannot be written.
     """
     corners = solid.points[solid.triangles] * 1e3
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -276,10 +254,7 @@ def write_stl(path: Path, solid: Solid, title: str) -> None:
 def read_stl(path: Path) -> np.ndarray[tuple[int, int, int], np.dtype[np.float64]]:
     """Corners of the triangles of a binary STL file, (n, 3, 3), in the unit of the file.
 
-    Raises
-    ------
-    InputError
-        The file is no binary STL.
+    Raises `InputError`: the file is no binary STL.
     """
     content = read_bytes(path, "file", "a readable STL file")
     if len(content) < 84 or len(content) != 84 + _RECORD.itemsize * int(np.frombuffer(content[80:84], "<u4")[0]):

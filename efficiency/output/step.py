@@ -102,23 +102,12 @@ def member_patches(grid: ToothGrid, rim: float | None, bore: float | None) -> tu
 def write_step(path: Path, grid: ToothGrid, title: str, rim: float | None = None, bore: float | None = None) -> float:
     """Write a whole member as STEP (mm); the volume of the solid [m3].
 
-    Parameters
-    ----------
-    path : Path
-        File to write.
-    grid : ToothGrid
-        Flanks of the member.
-    title : str
-        Name of the product.
-    rim, bore : float, optional
-        As of `efficiency.output.solid.member_solid`.
-
-    Raises
-    ------
-    InputError
-        Open CASCADE is not installed, rim or bore do not fit, the file cannot be written.
-    ConvergenceError
-        The faces do not close.
+    path: file to write.
+    grid: flanks of the member.
+    title: name of the product.
+    rim, bore: as of `efficiency.output.solid.member_solid`.
+    Raises `InputError`: open CASCADE is not installed, rim or bore do not fit, the file cannot be written;
+    `ConvergenceError`: the faces do not close.
     """
     solid = member_shape(grid, rim, bore)
     from OCP.IFSelect import IFSelect_RetDone

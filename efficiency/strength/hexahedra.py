@@ -101,24 +101,13 @@ class _Step:
 class Factors:
     """Cholesky factors of a body condensed onto some of its nodes.
 
-    Parameters
-    ----------
-    elements : (e, 20) int array
-        Nodes of the elements.
-    stiffness : (e, 60, 60) array
-    places : (e, 3) array
-        Middles of the elements by which they are split, in element lengths.
-    kept : (n,) bool array
-        Nodes that remain.
-    held : (n,) bool array
-        Nodes without displacement.
-
-    Attributes
-    ----------
-    border : (m,) int array
-        The nodes that remain.
-    stiffness : (3 m, 3 m) array
-        What is left on them [N/m].
+    elements (e, 20): nodes of the elements.
+    stiffness (e, 60, 60)
+    places (e, 3): middles of the elements by which they are split, in element lengths.
+    kept (n,): nodes that remain.
+    held (n,): nodes without displacement.
+    border (m,): the nodes that remain.
+    stiffness (3 m, 3 m): what is left on them [N/m].
     """
 
     def __init__(

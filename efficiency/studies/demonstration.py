@@ -42,11 +42,7 @@ class DemoResult(Reportable):
         """Numbers of all steps, for JSON."""
         best, report = self.formulas[0], self.run.reports[0]
         return {
-            "sweep": {
-                "cases": report.total,
-                "failed": report.unanswered,
-                "reasons": report.reasons_failed,
-            },
+            "sweep": {"cases": report.total, "failed": report.unanswered, "reasons": report.reasons_failed},
             "formula": {
                 "family": best.family,
                 "coefficients": best.coefficients,

@@ -13,11 +13,7 @@ from efficiency.output.notes import comparison_notes
 from efficiency.output.plots_comparison import plot_comparison
 from efficiency.output.plots_flank import LOSS, contact_figure, field_figure
 from efficiency.output.plots_geometry import contact_lines_figure, ease_off_figure
-from efficiency.output.plots_load import (
-    plot_friction_and_loss,
-    plot_load_sharing,
-    plot_transmission_error,
-)
+from efficiency.output.plots_load import plot_friction_and_loss, plot_load_sharing, plot_transmission_error
 from efficiency.output.tables import efficiency_table, models_table, operating_point, percent
 from ehl import __version__
 from ehl.common.quantities import quantity
@@ -73,8 +69,7 @@ def _contacts(result: DemoResult) -> Section:
                 [
                     Picture(partial(plot_friction, result.dataset), "Friction of every contact of the sweep."),
                     Picture(
-                        partial(plot_parity, result.dataset, result.formulas),
-                        "Formula against computed friction.",
+                        partial(plot_parity, result.dataset, result.formulas), "Formula against computed friction."
                     ),
                 ]
             ),
@@ -117,10 +112,7 @@ def _gear(result: DemoResult) -> Section:
                 [
                     Picture(partial(ease_off_figure, pair), "Ease-off and unloaded contact path."),
                     Picture(partial(contact_lines_figure, pair, cycle), "Potential contact lines over one mesh cycle."),
-                    Picture(
-                        partial(contact_figure, flank),
-                        "Contact pattern and Hertz pressure under load.",
-                    ),
+                    Picture(partial(contact_figure, flank), "Contact pattern and Hertz pressure under load."),
                     Picture(partial(field_figure, flank, LOSS), "Power loss per area of the gear flank."),
                     Picture(partial(plot_load_sharing, gear), "Share of the torque one tooth pair carries."),
                     Picture(partial(plot_transmission_error, gear), "Transmission error, unloaded and loaded."),

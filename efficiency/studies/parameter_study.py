@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from efficiency.conditions.conditions import Friction, Values, axis_values, resolve_friction
-from efficiency.conditions.grid import count_reasons, solve_points
+from efficiency.conditions.grid import Condition, count_reasons, solve_points
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design
 from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance
@@ -126,24 +126,21 @@ def level_quantity(name: str) -> Quantity:
 class StudyPoint:
     """One design, misalignment and operating point; SI units, names as in `EfficiencyResult`.
 
-    Attributes
-    ----------
-    efficiency ... outside_range_share : float
-        nan where the point failed.
+    efficiency ... outside_range_share: nan where the point failed.
     """
 
     design: str
-    hypoid_offset: float
+    hypoid_offset: float  # [m]
     # misalignments added to the design's [m], [rad]
-    E: float
-    P: float
-    G: float
-    shaft_angle_error: float
+    E: float = 0.0
+    P: float = 0.0
+    G: float = 0.0
+    shaft_angle_error: float = 0.0
     # of the pinion [N m], [rad/s]; oil [K]; Rq of both flanks, each [m]
-    torque: float
-    speed: float
-    temperature: float
-    roughness_rms_each: float
+    torque: float = 0.0
+    speed: float = 0.0
+    temperature: float = 0.0
+    roughness_rms_each: float = 0.0
     efficiency: float = math.nan
     efficiency_lower: float = math.nan
     efficiency_upper: float = math.nan
@@ -285,27 +282,12 @@ class Study(Reportable):
 
     def to_dict(self) -> dict[str, Any]:
         """For JSON; not-a-number becomes None."""
-        names = (
-            "designs",
-            "side",
-            "oil",
-            "friction_model",
-            "reference",
-            "status",
-            "reason",
-            "notes",
-            "jobs",
-            "seconds",
-        )
+        names = ("side", "oil", "friction_model", "reference", "status", "reason", "notes", "jobs", "seconds")
         head = {name: getattr(self, name) for name in names}
         rows = finite_or_none([point.scalars() for point in self.points])
         reference = finite_or_none([self.reference_point(design) for design in self.designs])
-        head |= {"designs": list(self.designs), "levels": self.levels.to_dict(), "points": rows}
+        head = {"designs": list(self.designs)} | head | {"levels": self.levels.to_dict(), "points": rows}
         return head | {"reference_points": reference}
-
-
-State = tuple[float, float, float, float]
-"""Torque, speed, temperature, roughness."""
 
 
 @dataclass(frozen=True)
@@ -317,7 +299,7 @@ class StudyTask:
     side: Side
     oil: str
     friction: FrictionModel
-    states: tuple[State, ...]  # torque, speed, temperature, roughness of each point
+    states: tuple[tuple[float, ...], ...]  # torque, speed, temperature, roughness of each point
     grid: tuple[int, int]  # positions and points per line
     load_balance: LoadBalance  # what carries the torque
     strength: bool  # whether points have their strength
@@ -417,14 +399,15 @@ def run_study(
     tasks: list[StudyTask] = []
     for pair in pairs:
         own = resolve_friction(friction, pair) if isinstance(friction, str) else model
-        tasks += _tasks(pair, own, chosen, reference, side, card, grid, costly, load_balance, strength)
+        aligned = StudyPoint(pair.name, pair.assembly.hypoid_offset)
+        task = StudyTask(pair, aligned, side, card, own, (), grid, load_balance, strength)
+        tasks += _tasks(task, chosen, reference, costly)
     total, done = sum(len(task.states) for task in tasks), 0
     ordered = sorted(tasks, key=lambda task: -len(task.states))
     known: dict[str, list[StudyPoint]] = {}
     with Journal(store, field="store") as journal:
-        for task, row in zip(
-            ordered, run_tasks(ordered, _solve, jobs=1 if costly else jobs, journal=journal), strict=True
-        ):
+        rows = run_tasks(ordered, _solve, jobs=1 if costly else jobs, journal=journal)
+        for task, row in zip(ordered, rows, strict=True):
             known[task.key] = [_point_of(point) for point in row["points"]]
             done += len(task.states)
             with progress_to(progress):
@@ -432,59 +415,23 @@ def run_study(
     reused = sum(len(known[key]) for key in journal.reused)
     points = [point for task in tasks for point in known[task.key]]
     seconds = time.perf_counter() - clock
-    return Study(
-        tuple(names),
-        side,
-        card,
-        model.name,
-        chosen,
-        reference,
-        tuple(points),
-        jobs,
-        reused,
-        seconds,
-    )
+    about = tuple(names), side, card, model.name, chosen, reference
+    return Study(*about, tuple(points), jobs, reused, seconds)
 
 
-def _tasks(
-    design: Design,
-    friction: FrictionModel,
-    levels: Levels,
-    reference: dict[str, float],
-    side: Side,
-    oil: str,
-    grid: tuple[int, int],
-    costly: bool,
-    load_balance: LoadBalance,
-    strength: bool,
-) -> Iterator[StudyTask]:
+def _tasks(task: StudyTask, levels: Levels, reference: dict[str, float], costly: bool) -> Iterator[StudyTask]:
     """States of the aligned design, a task for each torque, and each misalignment at the reference.
 
     Costly states make a task each.
     """
-    every = tuple(product(levels.torque, levels.speed, levels.temperature, levels.roughness_rms_each))
-    middle = (reference["torque"], reference["speed"], reference["temperature"], reference["roughness_rms_each"])
-    start = design.assembly.misalignment
+    every = tuple(product(*(getattr(levels, name) for name in OPERATING)))
+    middle = tuple(reference[name] for name in OPERATING)
+    start = task.design.assembly.misalignment
     for shift in ({}, *levels.shifts()):
         moved = {name: getattr(start, name) + shift.get(name, 0.0) for name in MISALIGNED}
-        blank = StudyPoint(
-            design=design.name,
-            hypoid_offset=design.assembly.hypoid_offset,
-            E=shift.get("E", 0.0),
-            P=shift.get("P", 0.0),
-            G=shift.get("G", 0.0),
-            shaft_angle_error=shift.get("shaft_angle_error", 0.0),
-            torque=0.0,
-            speed=0.0,
-            temperature=0.0,
-            roughness_rms_each=0.0,
-        )
-        task = StudyTask(
-            design.with_misalignment(**moved), blank, side, oil, friction, (), grid, load_balance, strength
-        )
-        states = (middle,) if shift else every
-        for _, part in groupby(states, key=None if costly else itemgetter(0)):
-            yield replace(task, states=tuple(part))
+        placed = replace(task, design=task.design.with_misalignment(**moved), blank=replace(task.blank, **shift))
+        for _, part in groupby((middle,) if shift else every, key=None if costly else itemgetter(0)):
+            yield replace(placed, states=tuple(part))
 
 
 def _solve(task: StudyTask) -> dict[str, list[dict[str, Any]]]:
@@ -492,18 +439,16 @@ def _solve(task: StudyTask) -> dict[str, list[dict[str, Any]]]:
     points: list[StudyPoint] = []
     pair = _pair(task.design.with_misalignment().model_dump_json())
     fixed: dict[str, Any] = {"side": task.side, "oil": task.oil, "driver": task.design.operation.driver}
-    fixed |= {"load_balance": task.load_balance}
-    fixed |= task.design.assembly.misalignment.model_dump()
-    names = ("torque", "speed", "temperature", "roughness_rms_each")
-    for torque, speed, temperature, roughness in task.states:
+    fixed |= {"load_balance": task.load_balance} | task.design.assembly.misalignment.model_dump()
+
+    def solve(condition: Condition) -> EfficiencyResult:
+        return pair.at(task.friction, task.grid, many=True, **fixed, **condition)
+
+    for state in task.states:
         clock = time.perf_counter()
-        condition = dict(zip(names, (torque, speed, temperature, roughness), strict=True))
-        [found] = solve_points(
-            [condition],
-            lambda c: pair.at(task.friction, task.grid, many=True, **fixed, **c),
-            strength=task.strength,
-        )
-        point = replace(task.blank, torque=torque, speed=speed, temperature=temperature, roughness_rms_each=roughness)
+        condition = dict(zip(OPERATING, state, strict=True))
+        [found] = solve_points([condition], solve, strength=task.strength)
+        point = replace(task.blank, **condition)
         if found.result is None:
             points.append(replace(point, reason=found.reason, notes=found.notes))
         else:

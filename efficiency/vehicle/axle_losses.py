@@ -86,10 +86,7 @@ class TableAxleLosses:
     def torque_loss(self, torque: float, speed: float) -> float:
         """At a signed pinion torque [N m] and a pinion speed [rad/s], [N m].
 
-        Raises
-        ------
-        InputError
-            Outside the table: nothing is extrapolated.
+        Raises `InputError`: outside the table: nothing is extrapolated.
         """
         for name, value, grid in (("torque", torque, self.torque), ("speed", speed, self.speed)):
             if not grid[0] * (1.0 - 1e-12) - 1e-9 <= value <= grid[-1] * (1.0 + 1e-12) + 1e-9:
@@ -103,10 +100,7 @@ class TableAxleLosses:
 def resolve_axle(axle: AxleLosses | Path | str | Mapping[str, float | str] | None) -> AxleLosses | None:
     """Losses beside the mesh from a table file, or from `drag` and `load_share` of the simple model.
 
-    Raises
-    ------
-    InputError
-        The file cannot be used, another name, a value out of range or without its unit.
+    Raises `InputError`: the file cannot be used, another name, a value out of range or without its unit.
     """
     if isinstance(axle, Path | str):
         return read_axle_losses(axle)
@@ -122,10 +116,7 @@ def resolve_axle(axle: AxleLosses | Path | str | Mapping[str, float | str] | Non
 def read_axle_losses(path: Path | str) -> TableAxleLosses:
     """Table of losses beside the mesh: CSV or XLSX, columns torque, speed, torque_loss with units, a full grid.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, or lacks a combination of torque and speed.
+    Raises `InputError`: the file cannot be read, or lacks a combination of torque and speed.
     """
     path = Path(path)
     found = read_table(path, COLUMNS, tuple(COLUMNS), bare=False, missing=True)

@@ -44,14 +44,9 @@ SOURCE = "test points of 40 CFR 1037.560 from memory: compare them with the text
 def power_loss_40cfr1037(torque_input: float, torque_output: float, speed_wheel: float, ratio: float) -> float:
     """Power loss of 40 CFR 1037.560 [W].
 
-    Parameters
-    ----------
-    torque_input, torque_output : float
-        [N m].
-    speed_wheel : float
-        [rad/s].
-    ratio : float
-        Drive axle ratio [-].
+    torque_input, torque_output: [N m].
+    speed_wheel: [rad/s].
+    ratio: drive axle ratio [-].
 
     Examples
     --------
@@ -85,19 +80,10 @@ def axle_test_points(
 ) -> AxleTestPoints:
     """Test points: output torques of the application, wheel speeds 50, 150, 250... rpm to that of 65 miles an hour.
 
-    Parameters
-    ----------
-    application : {"single", "tandem"}
-        Single drive axle of a heavy vehicle; tandem axle, or axle of a light or medium vehicle.
-    revolutions_per_mile : float
-        Of the smallest tyre.
-    torque_max : float, optional
-        Output torque the axle is rated for [N m].
-
-    Raises
-    ------
-    InputError
-        An unknown application, a number out of range, no output torque left.
+    application: single drive axle of a heavy vehicle; tandem axle, or axle of a light or medium vehicle.
+    revolutions_per_mile: of the smallest tyre.
+    torque_max: output torque the axle is rated for [N m].
+    Raises `InputError`: an unknown application, a number out of range, no output torque left.
 
     Examples
     --------
@@ -173,12 +159,7 @@ class AxleTest(LossTable):
     def to_csv(self, path: Path | str) -> Path:
         """Write wheel speed (0.1 rpm), output torque (0.01 N m) and power loss (0.0001 kW), the decimals of GEM.
 
-        Raises
-        ------
-        InputError
-            The file cannot be written.
-        ConvergenceError
-            A point failed.
+        Raises `InputError`: the file cannot be written; `ConvergenceError`: a point failed.
         """
         require_all(self.reason)
         lines = ["Wheel speed [r/min],Output torque [N m],Power loss [kW]"]
@@ -194,21 +175,11 @@ def solve_axle_test(points: AxleTestPoints, mesh: LossMap, ratio: float, axle: A
     ``T_in - T_loss(T_in) = T_out/k_a``; of the mesh ``T_loss/T_in`` is interpolated in ``T_in``, monotone cubic, and
     taken as constant below the lowest torque computed.
 
-    Parameters
-    ----------
-    points : AxleTestPoints
-        Where.
-    mesh : LossMap
-        At `points.pinion_torques` and `points.pinion_speeds`, mesh alone.
-    ratio : float
-        Axle ratio [-].
-    axle : AxleLosses, optional
-        Losses beside the mesh.
-
-    Raises
-    ------
-    ConvergenceError
-        More than a fifth of the input torque is lost at the greatest output torque.
+    points: where.
+    mesh: at `points.pinion_torques` and `points.pinion_speeds`, mesh alone.
+    ratio: axle ratio [-].
+    axle: losses beside the mesh.
+    Raises `ConvergenceError`: more than a fifth of the input torque is lost at the greatest output torque.
     """
     beside = mesh.said[:1] if axle is None else (("", axle.description),)
     said = (*beside, ("", SOURCE), *mesh.said[1:])

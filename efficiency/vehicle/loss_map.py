@@ -60,10 +60,7 @@ class LossPoint:
 class LossTable(TableResult):
     """A result that is one table with notes.
 
-    Attributes
-    ----------
-    said : tuple of (str, str)
-        Case and note; the losses beside the mesh first.
+    said: case and note; the losses beside the mesh first.
     """
 
     said: tuple[tuple[str, str], ...]
@@ -156,12 +153,8 @@ class LossMap(LossTable):
         Below the lowest speed computed, VECTO would extrapolate: at 0 rpm the file repeats the torque losses of the
         lowest speed, and its head says so. Nothing else is extrapolated.
 
-        Raises
-        ------
-        InputError
-            Another suffix, no torque above or none below zero, a file that cannot be written.
-        ConvergenceError
-            A point failed.
+        Raises `InputError`: another suffix, no torque above or none below zero, a file that cannot be written;
+        `ConvergenceError`: a point failed.
         """
         path = Path(path)
         if path.suffix.lower() != ".vtlm":
@@ -223,20 +216,12 @@ def solve_loss_map(
 ) -> LossMap:
     """Torque loss at all combinations.
 
-    Parameters
-    ----------
-    torques, speeds : (m,), (n,) arrays
-        Rising [N m], [rad/s]; at zero torque the mesh loses nothing.
-    temperature : float
-        [K].
-    solve : callable
-        Efficiency at a condition, as of `efficiency.conditions.grid.solve_points`.
-    axle : AxleLosses, optional
-        Losses beside the mesh; what its table does not cover is refused before anything is computed.
-    progress : callable, optional
-        Called with a `Progress` after each point.
-    **about
-        `design`, `friction_model`, `oil` of the map.
+    torques, speeds (m,): rising [N m], [rad/s]; at zero torque the mesh loses nothing.
+    temperature: [K].
+    solve: efficiency at a condition, as of `efficiency.conditions.grid.solve_points`.
+    axle: losses beside the mesh; what its table does not cover is refused before anything is computed.
+    progress: called with a `Progress` after each point.
+    **about: `design`, `friction_model`, `oil` of the map.
     """
     beside = {(t, w): axle.torque_loss(t, w) if axle else 0.0 for t in torques for w in speeds}
     # neighbours in torque keep geometry and load

@@ -320,17 +320,9 @@ def check_suffix(path: Path, field: str, suffix: str = "") -> None:
 def check_outputs(outputs: Mapping[str, Path | None], **suffixes: str) -> None:
     """Refuse files that cannot be written, before anything is computed.
 
-    Parameters
-    ----------
-    outputs : mapping
-        Option to file; None where the option was not given.
-    **suffixes : str
-        Suffix of an option; those of pages, figures and workbooks are known.
-
-    Raises
-    ------
-    InputError
-        Naming option and file; or two options name the same file.
+    outputs: option to file; None where the option was not given.
+    **suffixes: suffix of an option; those of pages, figures and workbooks are known.
+    Raises `InputError`: naming option and file; or two options name the same file.
     """
     files = given(outputs)
     for field, path in files.items():
@@ -386,14 +378,9 @@ class ProgressDisplay:
     A terminal has one line with a bar (rich) that is renewed; elsewhere a line is written after `FIRST_DISPLAY` and
     then every `LINE_EVERY`.
 
-    Parameters
-    ----------
-    what : str
-        The computation.
-    stream : file
-        Where it is shown.
-    clock : callable
-        Seconds.
+    what: the computation.
+    stream: where it is shown.
+    clock: seconds.
     """
 
     def __init__(self, what: str, stream: IO[str], clock: Callable[[], float] = time.monotonic) -> None:
@@ -461,12 +448,8 @@ class ProgressDisplay:
 def working(what: str, kept: str = NOTHING_KEPT) -> Iterator[ProgressDisplay]:
     """Show the progress of a computation on standard error; Ctrl-C states what is kept.
 
-    Parameters
-    ----------
-    what : str
-        The computation, as "comparison".
-    kept : str
-        What remains of it where the user stops it, and how to go on.
+    what: the computation, as "comparison".
+    kept: what remains of it where the user stops it, and how to go on.
     """
     display, over = ProgressDisplay(what, sys.stderr), threading.Event()
 

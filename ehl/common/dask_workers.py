@@ -94,10 +94,7 @@ class DaskCluster:
     def _result(self, future: Any) -> Numbered | None:
         """Number and row of a finished future; None where its worker crashed.
 
-        Raises
-        ------
-        InputError
-            The workers cannot compute.
+        Raises `InputError`: the workers cannot compute.
         """
         distributed = import_module("distributed")
         try:
@@ -115,10 +112,7 @@ class DaskCluster:
     def _wait_for_workers(self) -> None:
         """Return as soon as there is a worker.
 
-        Raises
-        ------
-        ClusterLost
-            There is none for `worker_timeout`, or no scheduler.
+        Raises `ClusterLost`: there is none for `worker_timeout`, or no scheduler.
         """
         end = time.monotonic() + self.worker_timeout
         while True:
@@ -156,15 +150,8 @@ def _in_dask_worker(task: Numbered, function: Callable[[Any], Any], time_cap: fl
 def dask_executor(address: str) -> Iterator[Executor]:
     """Connect to a dask cluster.
 
-    Parameters
-    ----------
-    address : str
-        ``tcp://host:8786``, the path of a scheduler file (``.json``), or ``local:4`` for four local processes.
-
-    Raises
-    ------
-    InputError
-        dask is not installed, the address is not valid, or no scheduler answers there.
+    address: ``tcp://host:8786``, the path of a scheduler file (``.json``), or ``local:4`` for four local processes.
+    Raises `InputError`: dask is not installed, the address is not valid, or no scheduler answers there.
     """
     try:
         dask, distributed = import_module("dask"), import_module("distributed")

@@ -14,10 +14,7 @@ _CHECKOUT = Path(__file__).resolve().parents[2] / "data"
 def data_path(*parts: str) -> Path:
     """Path of a shipped data file or folder.
 
-    Parameters
-    ----------
-    *parts : str
-        Path components below the data folder, e.g. ``("oils", "fva3.toml")``.
+    *parts: path components below the data folder, e.g. ``("oils", "fva3.toml")``.
     """
     root = _PACKAGED if _PACKAGED.is_dir() else _CHECKOUT
     return root.joinpath(*parts)

@@ -11,37 +11,13 @@ from ehl.common.errors import InputError
 
 # words for a value that is missing; numbers such as -999 are values unless a quantity excludes them
 MISSING = frozenset(
-    [
-        "nan",
-        "bad",
-        "n/a",
-        "na",
-        "#n/a",
-        "none",
-        "null",
-        "void",
-        "invalid",
-        "missing",
-        "masked",
-        "inf",
-        "-inf",
-        "*",
-        "**",
-        "***",
-        "*****",
-        "-",
-        "--",
-        "---",
-        "?",
-        "1.#qnan",
-        "1.#ind",
-    ]
+    (
+        *("nan", "bad", "n/a", "na", "#n/a", "none", "null", "void", "invalid", "missing", "masked", "inf", "-inf"),
+        *("*", "**", "***", "*****", "-", "--", "---", "?", "1.#qnan", "1.#ind"),
+    )
 )
 _PLAIN = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
-_GROUPED = {
-    ".": re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+\.\d+"),
-    ",": re.compile(r"[+-]?[1-9]\d{0,2}(\.\d{3})+,\d+"),
-}
+_GROUPED = {".": re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+\.\d+"), ",": re.compile(r"[+-]?[1-9]\d{0,2}(\.\d{3})+,\d+")}
 # with decimal commas elsewhere: 1.5 or 1500?
 _AMBIGUOUS = {".": re.compile(r"[+-]?[1-9]\d{0,2},\d{3}"), ",": re.compile(r"[+-]?[1-9]\d{0,2}\.\d{3}")}
 _LEADING = re.compile(r"([+-]?[\d.,]*\d[.,]?(?:[eE][+-]?\d+)?)(.*)", re.DOTALL)
@@ -67,10 +43,7 @@ class Dialect:
     def number(self, cell: str) -> float | None:
         """Value of a cell; nan for an empty one or a word for a missing value, None for another text.
 
-        Raises
-        ------
-        InputError
-            The cell may be meant with either decimal sign.
+        Raises `InputError`: the cell may be meant with either decimal sign.
         """
         text = cell.translate(_SIGNS).strip()
         if not text or text.casefold() in MISSING:
@@ -173,19 +146,10 @@ def decimals_of(cells: Sequence[str]) -> str:
 def with_point(cell: str, decimals: str, where: str) -> str:
     """A cell that begins with a number, perhaps with its unit behind, with a decimal point; others as they are.
 
-    Parameters
-    ----------
-    cell : str
-        Without blanks at its ends.
-    decimals : str
-        Of the table, as of `decimals_of`.
-    where : str
-        Of the error.
-
-    Raises
-    ------
-    InputError
-        The number may be meant with either decimal sign.
+    cell: without blanks at its ends.
+    decimals: of the table, as of `decimals_of`.
+    where: of the error.
+    Raises `InputError`: the number may be meant with either decimal sign.
     """
     match = _LEADING.fullmatch(cell.translate(_SIGNS))
     if match is None or "," not in match[1] + decimals:

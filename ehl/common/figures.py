@@ -70,11 +70,8 @@ def axes_or_new(ax: Axes | None, width: float = 7.0, height: float = 4.2) -> Axe
 def printable(figure: Figure) -> None:
     """Make the words of a figure fit to print: no name of a user is read as mathematics or runs off the page.
 
-    Parameters
-    ----------
-    figure : Figure
-        Its titles, labels and legends are changed in place. Chinese, Japanese and Korean are drawn by a font of them
-        where one is installed, else as boxes.
+    figure: its titles, labels and legends are changed in place. Chinese, Japanese and Korean are drawn by a font of
+        them where one is installed, else as boxes.
     """
     from matplotlib.text import Text
 
@@ -121,10 +118,7 @@ def figure_of(drawn: Artist) -> Figure:
 def save_figure(drawn: Figure | Axes, path: Path) -> None:
     """Write a figure; the suffix of `path` chooses the format.
 
-    Raises
-    ------
-    InputError
-        The suffix is unknown or the file cannot be written.
+    Raises `InputError`: the suffix is unknown or the file cannot be written.
     """
     if path.suffix.lower() not in FIGURE:
         raise InputError("plot", str(path), "a file name ending in .png, .svg or .pdf")

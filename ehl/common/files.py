@@ -6,7 +6,6 @@ large, or nested too deep, is refused with its number before memory is taken.
 
 from __future__ import annotations
 
-import csv
 import errno
 import json
 import os
@@ -32,23 +31,9 @@ MAX_DEPTH = 50  # of tables and lists within each other; the deepest file there 
 def read_bytes(path: str | Path, field: str, allowed: str, max_bytes: int = MAX_BYTES) -> bytes:
     """Content of a file a user gives.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    field, allowed : str
-        Of the error: what is read, and what could be.
-    max_bytes : int
-        Size that is read at most.
-
-    Returns
-    -------
-    bytes
-
-    Raises
-    ------
-    InputError
-        There is no such file, it is no regular file, is too large, or cannot be read.
+    field, allowed: of the error: what is read, and what could be.
+    max_bytes: size that is read at most.
+    Raises `InputError`: there is no such file, it is no regular file, is too large, or cannot be read.
     """
     name = str(path)
     try:
@@ -122,14 +107,6 @@ def parse_json(text: str | bytes, field: str, name: str, allowed: str = "valid J
     return content
 
 
-def split_row(line: str, where: str) -> list[str]:
-    """Cells of one line of a CSV file; `InputError` naming the place where it is none."""
-    try:
-        return next(csv.reader([line]), [])
-    except csv.Error as error:
-        raise InputError(where, line, "cells with commas between them", f"{error}.") from None
-
-
 def _reason(error: Exception) -> str:
     return f"it is nested deeper than {MAX_DEPTH} levels" if isinstance(error, RecursionError) else str(error)
 
@@ -152,10 +129,7 @@ def _check_depth(content: Any, field: str, name: str, allowed: str) -> None:
 def make_folder(folder: Path, field: str) -> None:
     """Make a folder, and those it lies in, where there is none.
 
-    Raises
-    ------
-    InputError
-        Naming `field`: the folder cannot be made.
+    Raises `InputError`: naming `field`: the folder cannot be made.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -172,10 +146,7 @@ def replacing(path: Path, field: str = "path", *, folder: bool = False) -> Itera
     So a file is whole or as it was before, whenever the process or the machine stops. All output files are written
     this way; a device or pipe is written in place.
 
-    Raises
-    ------
-    InputError
-        Naming `field`: the file cannot be written.
+    Raises `InputError`: naming `field`: the file cannot be written.
     """
     target = Path(os.path.realpath(path))
     draft = target.with_name(f".mixed-ehl-{secrets.token_hex(8)}{target.suffix}")
@@ -207,10 +178,7 @@ def replacing(path: Path, field: str = "path", *, folder: bool = False) -> Itera
 def write_file(path: Path, content: str | bytes, field: str = "path", *, folder: bool = False) -> None:
     """Write a file as of `replacing`, its folder too if `folder`.
 
-    Raises
-    ------
-    InputError
-        Naming `field`: the file cannot be written.
+    Raises `InputError`: naming `field`: the file cannot be written.
     """
     with replacing(path, field, folder=folder) as draft:
         draft.write_bytes(content.encode(errors="replace") if isinstance(content, str) else content)

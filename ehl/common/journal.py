@@ -36,34 +36,17 @@ _LINE = re.compile(rb'\{"check":"([0-9a-f]{8})",(.+\})\n')
 class Journal:
     """A journal that is open for writing.
 
-    Parameters
-    ----------
-    path : Path or None
-        The file; created with its folder where it does not exist. None keeps the rows in memory alone.
-    run : mapping
-        Identifies the run, JSON values; stored in the header.
-    same : mapping
-        Names in `run` that an existing file must agree with, each with what differs otherwise.
-    field : str
-        Names the file in errors.
-    keep : callable
-        What is kept in memory of each row; by default the whole row.
-
-    Attributes
-    ----------
-    rows : dict
-        Key to what is kept of its last row.
-    on_disk, reused : set of str
-        Keys found when the file was opened, and those of them that `run_tasks` was to compute.
-    truncated : int
-        1 where a killed writer had left an incomplete line, which was cut off.
-    corrupt : int
-        Lines that do not match their checksum.
-
-    Raises
-    ------
-    InputError
-        The file belongs to another run, is no journal, has a newer schema, or another process writes to it.
+    path: the file; created with its folder where it does not exist. None keeps the rows in memory alone.
+    run: identifies the run, JSON values; stored in the header.
+    same: names in `run` that an existing file must agree with, each with what differs otherwise.
+    field: names the file in errors.
+    keep: what is kept in memory of each row; by default the whole row.
+    rows: key to what is kept of its last row.
+    on_disk, reused: keys found when the file was opened, and those of them that `run_tasks` was to compute.
+    truncated: 1 where a killed writer had left an incomplete line, which was cut off.
+    corrupt: lines that do not match their checksum.
+    Raises `InputError`: the file belongs to another run, is no journal, has a newer schema, or another process writes
+    to it.
     """
 
     def __init__(
@@ -141,10 +124,7 @@ class Journal:
     def append(self, rows: Iterable[Mapping[str, Any]]) -> None:
         """Write rows and sync them to disk.
 
-        Raises
-        ------
-        InputError
-            The disk is full or gone; what was on it before stays valid.
+        Raises `InputError`: the disk is full or gone; what was on it before stays valid.
         """
         lines = [_line(row) for row in rows]
         if lines and self._file is not None:
@@ -188,10 +168,7 @@ class _Holder:
     The writer touches it every few seconds; one that was not touched for `STALE` belongs to a writer that was killed.
     Ages are differences of times of the file system: the clocks of two machines may differ.
 
-    Raises
-    ------
-    InputError
-        Another process holds it.
+    Raises `InputError`: another process holds it.
     """
 
     def __init__(self, path: Path, field: str) -> None:
@@ -234,10 +211,7 @@ class _Holder:
 def header_of(path: Path, field: str = "run") -> dict[str, Any]:
     """Header of a journal.
 
-    Raises
-    ------
-    InputError
-        The file is no journal, cannot be read, or has a newer schema.
+    Raises `InputError`: the file is no journal, cannot be read, or has a newer schema.
     """
     try:
         with open(path, "rb") as file:
@@ -256,10 +230,7 @@ def header_of(path: Path, field: str = "run") -> dict[str, Any]:
 def read_rows(path: Path, field: str = "run") -> Iterator[dict[str, Any]]:
     """Valid rows of a journal in the order in which they were written; also while another process writes it.
 
-    Raises
-    ------
-    InputError
-        As `header_of`.
+    Raises `InputError`: as `header_of`.
     """
     header_of(path, field)
     with open(path, "rb") as file:

@@ -16,12 +16,8 @@ def lazy_exports(package: str, file: str) -> tuple[Callable[[str], Any], Callabl
     A module is imported when one of its names is first used: the command line starts without compiled code. Type
     checkers and editors read the stub, so that every name has its type.
 
-    Parameters
-    ----------
-    package : str
-        `__name__` of the package.
-    file : str
-        `__file__` of its `__init__`; the stub stands next to it.
+    package: `__name__` of the package.
+    file: `__file__` of its `__init__`; the stub stands next to it.
     """
     places: dict[str, tuple[str, str]] = {}
     imported: dict[str, tuple[str, str]] = {}

@@ -75,17 +75,9 @@ def grade_of(text: str, kinds: Sequence[NoteKind]) -> Grade:
 def group_notes(said: Iterable[tuple[str, str]], kinds: Sequence[NoteKind] = CONTACT_NOTES) -> list[Note]:
     """One note for each kind: the gravest grade first, in it as `kinds` lists them, then the most frequent.
 
-    Parameters
-    ----------
-    said : iterable of (str, str)
-        Case and sentence; the case is empty where there is but one.
-    kinds : sequence of NoteKind
-        The weightiest first. The first whose words a sentence holds is its kind; without one sentences of the same
+    said: case and sentence; the case is empty where there is but one.
+    kinds: the weightiest first. The first whose words a sentence holds is its kind; without one sentences of the same
         words are of a kind, after the others of their grade.
-
-    Returns
-    -------
-    list of Note
 
     Examples
     --------

@@ -10,14 +10,7 @@ from typing import Any
 def finite_or_none(value: Any) -> Any:
     """The value, with None in place of a number that is not finite, as JSON takes it.
 
-    Parameters
-    ----------
-    value : Any
-        A scalar, or dicts, lists, tuples and records (dataclasses) of them; tuples become lists, records dicts.
-
-    Returns
-    -------
-    Any
+    value: a scalar, or dicts, lists, tuples and records (dataclasses) of them; tuples become lists, records dicts.
 
     Examples
     --------

@@ -285,10 +285,7 @@ def print_sections(sections: Sequence[Section]) -> None:
 def write_page(path: Path, sections: Sequence[Section]) -> Path:
     """Write sections as one self-contained HTML page.
 
-    Raises
-    ------
-    InputError
-        The file cannot be written.
+    Raises `InputError`: the file cannot be written.
     """
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -326,10 +323,7 @@ def figure_svg(figure: Figure) -> str:
 def write_figures(folder: Path, sections: Sequence[Section]) -> None:
     """Write all named figures as PNG files into a folder.
 
-    Raises
-    ------
-    InputError
-        There is no figure, or the folder cannot be written.
+    Raises `InputError`: there is no figure, or the folder cannot be written.
     """
     pictures = pictures_of(sections)
     if not pictures:
@@ -342,10 +336,7 @@ def write_figures(folder: Path, sections: Sequence[Section]) -> None:
 def write_csv(folder: Path, tables: Sequence[Table]) -> list[Path]:
     """Write each table as a CSV file of its name.
 
-    Raises
-    ------
-    InputError
-        The folder cannot be written.
+    Raises `InputError`: the folder cannot be written.
     """
     make_folder(folder, "csv")
     written = []
@@ -359,10 +350,7 @@ def write_csv(folder: Path, tables: Sequence[Table]) -> list[Path]:
 def write_workbook(path: Path, sections: Sequence[Section]) -> Path:
     """Write all tables as one workbook in display units, a sheet for each; the first sheet lists them.
 
-    Raises
-    ------
-    InputError
-        The file cannot be written.
+    Raises `InputError`: the file cannot be written.
     """
     import xlsxwriter
 

@@ -22,21 +22,10 @@ _DIGEST = hashlib.sha256().digest_size
 def private_folder(folder: Path) -> Path:
     """A folder that belongs to this user alone, made where there is none.
 
-    Parameters
-    ----------
-    folder : Path
-        Must be no symbolic link, and have mode 0700; the folders above it must belong to this user or the
+    folder: must be no symbolic link, and have mode 0700; the folders above it must belong to this user or the
         administrator, and nobody else may be able to replace what they hold.
-
-    Returns
-    -------
-    Path
-        Without symbolic links.
-
-    Raises
-    ------
-    OSError
-        It cannot be made, or belongs to others as well.
+    Returns: without symbolic links.
+    Raises `OSError`: it cannot be made, or belongs to others as well.
     """
     folder = Path(os.path.abspath(folder))
     folder = Path(os.path.realpath(folder.parent), folder.name)
@@ -67,19 +56,10 @@ def user_folder(kind: str, first: Path | None = None, refused: Callable[[str], N
     It is `first`, else one in the user's cache folder, else one for temporary files: the first that belongs to this
     user alone, as of `private_folder`, and can be written.
 
-    Parameters
-    ----------
-    kind : str
-        Name of the folder.
-    first : Path, optional
-        A folder that the user names.
-    refused : callable, optional
-        Called with the reason where `first` is not used.
-
-    Raises
-    ------
-    OSError
-        There is none.
+    kind: name of the folder.
+    first: a folder that the user names.
+    refused: called with the reason where `first` is not used.
+    Raises `OSError`: there is none.
     """
     user = os.getuid() if hasattr(os, "getuid") else 0
     own = os.environ.get("XDG_CACHE_HOME", "")
@@ -108,14 +88,9 @@ def kept(kind: str, key: str, make: Callable[[], T]) -> T:
     An entry that is damaged, or belongs to another user, counts as none. With ``MIXED_EHL_CACHE=off`` nothing is read
     or written.
 
-    Parameters
-    ----------
-    kind : str
-        Name of the folder.
-    key : str
-        Hash of all that the result follows from, versions of the program and its packages among it.
-    make : callable
-        Computes the result; it must pickle.
+    kind: name of the folder.
+    key: hash of all that the result follows from, versions of the program and its packages among it.
+    make: computes the result; it must pickle.
     """
     if os.environ.get("MIXED_EHL_CACHE", "").lower() == "off":
         return make()

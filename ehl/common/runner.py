@@ -102,10 +102,7 @@ def _no_semaphores() -> bool:
 def checked_jobs(jobs: int | None) -> int:
     """Number of worker processes: `granted_workers` where None is given, and never more than those.
 
-    Raises
-    ------
-    InputError
-        Below 1, or so many that they would fill the memory and only wait for each other.
+    Raises `InputError`: below 1, or so many that they would fill the memory and only wait for each other.
     """
     granted = 1 if jobs == 1 else granted_workers()
     most = max(MIN_MOST_JOBS, 4 * granted)
@@ -123,10 +120,7 @@ class Executor(Protocol):
     ) -> Iterator[Numbered]:
         """Number and row of each numbered task, in the order in which they are finished.
 
-        Raises
-        ------
-        WorkersCrashed
-            Workers crashed.
+        Raises `WorkersCrashed`: workers crashed.
         """
         ...
 
@@ -208,30 +202,16 @@ def run_tasks(
 ) -> Iterator[Row]:
     """Rows of tasks, in the order of the tasks.
 
-    Parameters
-    ----------
-    tasks : sequence
-        Tasks that pickle; with a journal each has a `key` (str), and of those with one key one is computed.
-    function : callable
-        Row of a task; it pickles, and a failure that concerns one task is part of its row. With a journal the row is a
-        mapping of JSON values.
-    jobs : int, optional
-        Worker processes of one thread each; by default `granted_workers`.
-    journal : Journal, optional
-        Rows found there are not computed again; new rows are appended as soon as they are finished.
-    progress : callable, optional
-        Called with a `Progress` after each finished task.
-    step : str
-        What `progress` counts, as "contacts"; empty for no progress of the tasks.
-    executor : Executor, optional
-        Where to compute in place of local processes, as of `cluster`.
-    crashed : callable, optional
-        Row of a task that crashed its worker; by default that is an error.
-
-    Raises
-    ------
-    AllWorkersCrashed
-        All workers crash, or one crashed and `crashed` is not given.
+    tasks: tasks that pickle; with a journal each has a `key` (str), and of those with one key one is computed.
+    function: row of a task; it pickles, and a failure that concerns one task is part of its row. With a journal the row
+        is a mapping of JSON values.
+    jobs: worker processes of one thread each; by default `granted_workers`.
+    journal: rows found there are not computed again; new rows are appended as soon as they are finished.
+    progress: called with a `Progress` after each finished task.
+    step: what `progress` counts, as "contacts"; empty for no progress of the tasks.
+    executor: where to compute in place of local processes, as of `cluster`.
+    crashed: row of a task that crashed its worker; by default that is an error.
+    Raises `AllWorkersCrashed`: all workers crash, or one crashed and `crashed` is not given.
     """
     keys: Sequence[Any] = range(len(tasks)) if journal is None else [task.key for task in tasks]
     found: dict[Any, Any] = {} if journal is None else journal.rows
@@ -270,23 +250,12 @@ def _crash_is_an_error(task: Any) -> Any:
 class TaskRun:
     """Computes tasks and replaces crashed workers; iterating gives number and row of each task as it is finished.
 
-    Parameters
-    ----------
-    tasks : iterable
-        Tasks that pickle; taken when a worker is free.
-    function : callable
-        Row of a task.
-    executor : Executor
-        Where to compute.
-    crashed : callable
-        Row of a task that crashed its worker.
-    time_cap : float, optional
-        Wall time of a task [s]: a process that exceeds it by far (`CPU_LIMIT`) is ended by the system.
-
-    Attributes
-    ----------
-    restarts : int
-        How often workers crashed and were replaced.
+    tasks: tasks that pickle; taken when a worker is free.
+    function: row of a task.
+    executor: where to compute.
+    crashed: row of a task that crashed its worker.
+    time_cap: wall time of a task [s]: a process that exceeds it by far (`CPU_LIMIT`) is ended by the system.
+    restarts: how often workers crashed and were replaced.
     """
 
     def __init__(
@@ -321,10 +290,7 @@ class TaskRun:
     def __iter__(self) -> Generator[Numbered, None, None]:
         """Number and row of every task.
 
-        Raises
-        ------
-        AllWorkersCrashed
-            `MAX_CRASHES` tasks in a row crashed their worker and none was finished.
+        Raises `AllWorkersCrashed`: `MAX_CRASHES` tasks in a row crashed their worker and none was finished.
         """
         crashed: dict[int, Any] = {}
 

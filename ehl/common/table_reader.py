@@ -105,25 +105,15 @@ def read_table(
 ) -> dict[str, Column]:
     """Columns of a table file, checked and converted to SI.
 
-    Parameters
-    ----------
-    path : Path
-        Text of any encoding, separator and decimal sign, or the first sheet of a workbook.
-    quantities : mapping
-        Unit and range of every column there may be; None for a column of text. Columns whose name begins with ``#`` are
-        notes and left out.
-    required : sequence of str
-        Columns there must be.
-    bare : bool
-        Whether a number without any unit counts as SI.
-    missing : bool
-        Whether rows that hold ``nan``, ``Bad``, ``-999`` or the like are left out; in the table of another program also
-        those with an empty cell.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, lacks a column, has one nobody knows, or a cell cannot be used; it is named.
+    path: text of any encoding, separator and decimal sign, or the first sheet of a workbook.
+    quantities: unit and range of every column there may be; None for a column of text. Columns whose name begins with
+        ``#`` are notes and left out.
+    required: columns there must be.
+    bare: whether a number without any unit counts as SI.
+    missing: whether rows that hold ``nan``, ``Bad``, ``-999`` or the like are left out; in the table of another program
+        also those with an empty cell.
+    Raises `InputError`: the file cannot be read, lacks a column, has one nobody knows, or a cell cannot be used; it is
+    named.
     """
     return numbered_table(path, quantities, required, bare=bare, missing=missing)[0]
 
@@ -548,10 +538,7 @@ def harmless(value: Cell) -> Cell:
 def read_columns(value: Any, quantities: Mapping[str, ValueRange | None]) -> dict[str, Column]:
     """Columns a plan holds itself, as lists of equal length, or those of the file it names.
 
-    Raises
-    ------
-    InputError
-        As `read_table`; or the lists differ in length.
+    Raises `InputError`: as `read_table`; or the lists differ in length.
     """
     if not isinstance(value, dict):
         raise InputError("table", value, "a table of columns, or file = 'points.csv'")

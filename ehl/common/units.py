@@ -166,10 +166,7 @@ _CLOSED = ("", "rad/s", "N*m", "rad")
 def spellings(unit: str) -> dict[str, tuple[float, float]]:
     """Spellings that are read for an SI unit, in canonical form: factor and zero of each.
 
-    Parameters
-    ----------
-    unit : str
-        SI unit of a field; ``""`` for a ratio.
+    unit: SI unit of a field; ``""`` for a ratio.
     """
     found = {_canonical(name): (factor, zero) for name, (common, factor, zero) in UNITS.items() if common == unit}
     for factor, names in _READ.get(unit, ()):
@@ -220,21 +217,12 @@ def _expectation(unit: str) -> str:
 def parse_quantity(value: object, unit: str, *, field: str = "value", bare: bool = True) -> float:
     """Convert what a user typed to a number in the given SI unit.
 
-    Parameters
-    ----------
-    value : float or str
-        A number (already in `unit`) or a string with a unit.
-    unit : str
-        The SI unit of the result; ``""`` for a number without dimension.
-    field : str
-        Name of the field, for the error.
-    bare : bool
-        Whether a number without unit is accepted; on the command line it is not, where it would be ambiguous.
-
-    Raises
-    ------
-    InputError
-        The value is no number, is not finite, has a unit of another dimension, or has no unit where one is needed.
+    value: a number (already in `unit`) or a string with a unit.
+    unit: the SI unit of the result; ``""`` for a number without dimension.
+    field: name of the field, for the error.
+    bare: whether a number without unit is accepted; on the command line it is not, where it would be ambiguous.
+    Raises `InputError`: the value is no number, is not finite, has a unit of another dimension, or has no unit where
+    one is needed.
     """
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise InputError(field, value, _expectation(unit))
@@ -374,10 +362,7 @@ class ValueRange:
         Entries are separated by a comma and a space, or by a semicolon; the last unit holds for entries without one.
         A range has `number` equally spaced values, both ends among them: ``"50:200:4 N m"`` is 50, 100, 150, 200 N m.
 
-        Raises
-        ------
-        InputError
-            Neither of them, or a value out of range.
+        Raises `InputError`: neither of them, or a value out of range.
         """
         if ":" not in text:
             if _COMMA.search(text):
@@ -415,9 +400,7 @@ class ValueRange:
             ) from None
         if not self._inside(number):
             raise PydanticCustomError(
-                "quantity_range",
-                "allowed: {allowed}. {hint}",
-                {"allowed": self.expected, "hint": self._remedy(value)},
+                "quantity_range", "allowed: {allowed}. {hint}", {"allowed": self.expected, "hint": self._remedy(value)}
             )
         return number
 

@@ -90,17 +90,9 @@ def _choices(model: type[BaseModel]) -> dict[str, tuple[str, ...] | dict[str, tu
 def read_toml(path: str | Path, kind: str = "") -> dict[str, Any]:
     """Read a TOML file.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-    kind : str
-        Which of `ehl.common.file_kinds.KINDS` is wanted; empty where any will do.
-
-    Raises
-    ------
-    InputError
-        The file does not exist, cannot be read, is not TOML, or is of another kind, which the message names.
+    kind: which of `ehl.common.file_kinds.KINDS` is wanted; empty where any will do.
+    Raises `InputError`: the file does not exist, cannot be read, is not TOML, or is of another kind, which the message
+    names.
     """
     text = read_text(path, "file", "an existing TOML file")
     try:
@@ -114,14 +106,9 @@ def read_toml(path: str | Path, kind: str = "") -> dict[str, Any]:
 def validate(model: type[Model], content: dict[str, Any], where: str = "") -> Model:
     """Build a model, turning pydantic's complaints into one `InputError` that tells all of them.
 
-    Parameters
-    ----------
-    model : type
-        The pydantic model.
-    content : dict
-        What the file holds.
-    where : str
-        Name put before the field (file name or table).
+    model: the pydantic model.
+    content: what the file holds.
+    where: name put before the field (file name or table).
     """
     try:
         return model.model_validate(content)
@@ -237,12 +224,8 @@ def value_range_of(model: type[BaseModel], name: str) -> ValueRange:
 def expected_input(place: FieldLocation, table: str) -> str:
     """What the place takes, in words; empty where that is not known.
 
-    Parameters
-    ----------
-    place : FieldLocation
-        From `locate_field`.
-    table : str
-        What the place is called if it is a table.
+    place: from `locate_field`.
+    table: what the place is called if it is a table.
     """
     for part in place.metadata:
         if isinstance(part, ValueRange):

@@ -97,14 +97,9 @@ def carries(name: str, sources: str) -> bool:
 def carried_kernel(name: str, sources: str, arguments: tuple[Any, ...]) -> Any:
     """What the compiler made of a kernel, as it keeps it on disk, or None.
 
-    Parameters
-    ----------
-    name : str
-        Module and function.
-    sources : str
-        Hash of the sources that the kernel is made from.
-    arguments : tuple
-        Types of the arguments, as of numba.
+    name: module and function.
+    sources: hash of the sources that the kernel is made from.
+    arguments: types of the arguments, as of numba.
     """
     content = _content(name, sources)
     if content is None:
@@ -116,17 +111,9 @@ def carried_kernel(name: str, sources: str, arguments: tuple[Any, ...]) -> Any:
 def write_carried(kernels: Iterable[tuple[str, str, Any]], folder: Path) -> int:
     """Write what this process compiled.
 
-    Parameters
-    ----------
-    kernels : iterable of (str, str, dispatcher)
-        Module and function, hash of the sources, and the kernel.
-    folder : Path
-        Is made; must not hold anything.
-
-    Returns
-    -------
-    int
-        Kernels written.
+    kernels: module and function, hash of the sources, and the kernel.
+    folder: is made; must not hold anything.
+    Returns: kernels written.
     """
     if (config.CPU_NAME, config.CPU_FEATURES) != TARGET:
         raise RuntimeError(f"kernels to carry are compiled with NUMBA_CPU_NAME, NUMBA_CPU_FEATURES = {TARGET}")
@@ -134,11 +121,7 @@ def write_carried(kernels: Iterable[tuple[str, str, Any]], folder: Path) -> int:
     entries: dict[str, dict[str, str]] = {}
     for name, sources, kernel in kernels:
         content = dumps([(taken, made._reduce()) for taken, made in kernel.overloads.items()])
-        entries[name] = {
-            "file": f"{name}.bin",
-            "sources": sources,
-            "sha256": hashlib.sha256(content).hexdigest(),
-        }
+        entries[name] = {"file": f"{name}.bin", "sources": sources, "sha256": hashlib.sha256(content).hexdigest()}
         write_file(folder / f"{name}.bin", content)
     index = {"surrounding": surrounding(), "kernels": entries}
     write_file(folder / INDEX, json.dumps(index, indent=1, sort_keys=True) + "\n")

@@ -43,10 +43,7 @@ _SHARED = (
 )
 # what is compiled for a rough contact, and for any: words of the user, processor time on a slow core
 ROUGH, SMOOTH = "rough", "smooth"
-_TAKES = {
-    SMOOTH: "smooth contacts, 5 to 10 s",
-    ROUGH: "rough contacts, half a minute",
-}
+_TAKES = {SMOOTH: "smooth contacts, 5 to 10 s", ROUGH: "rough contacts, half a minute"}
 _PLACES = {"ehl.rough": ROUGH}
 
 compiled: list[tuple[str, str, float]] = []  # kind, kernel and processor time of what this process compiled [s]
@@ -56,15 +53,8 @@ _nested = False
 def source_hash(folder: Path) -> bytes:
     """Hash of all sources that the kernels of a folder are made from.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the kernels; dense matrices, laws of the fluid and the way of compiling belong to each.
-
-    Raises
-    ------
-    OSError
-        A source cannot be read.
+    folder: of the kernels; dense matrices, laws of the fluid and the way of compiling belong to each.
+    Raises `OSError`: a source cannot be read.
     """
     own = folder.glob("*.py") if folder.name == "_kernels" else folder.glob("_kernels.py")
     digest = hashlib.sha256()
@@ -81,10 +71,7 @@ def kernel_folder() -> Path:
 
     It is that of NUMBA_CACHE_DIR where that belongs to this user alone, else that of `user_folder`.
 
-    Raises
-    ------
-    OSError
-        There is none.
+    Raises `OSError`: there is none.
     """
     return user_folder("kernels", Path(config.CACHE_DIR) if config.CACHE_DIR else None, _report_refused)
 
@@ -366,12 +353,8 @@ class Kernel(CPUDispatcher):
 def kernel(*, cache: bool = True, **options: Any) -> Callable[[Callable[..., Any]], Any]:
     """Compile a function that Python calls.
 
-    Parameters
-    ----------
-    cache : bool
-        Whether its code is kept.
-    **options
-        `KERNEL` and more, as of ``numba.njit``.
+    cache: whether its code is kept.
+    **options: `KERNEL` and more, as of ``numba.njit``.
     """
 
     def of(function: Callable[..., Any]) -> Any:

@@ -22,12 +22,8 @@ def moes_1992(load: Values, lubricant: Values) -> Values:
     H_EP = 1.311 M^(-1/8) L^(3/4). The coefficients are from memory; they hold within 7 % of our reference solutions
     (M 1.7 to 744, L 2 to 15; see the literature tests).
 
-    Parameters
-    ----------
-    load : float or ndarray
-        M [-].
-    lubricant : float or ndarray
-        L [-].
+    load: M [-].
+    lubricant: L [-].
     """
     rigid_iso, elastic_iso = 3.0 / load, 2.621 * load**-0.2
     piezo = np.maximum(lubricant, 1e-30)  # L = 0, no rise of viscosity, leaves the isoviscous part
@@ -42,14 +38,9 @@ def moes_1992(load: Values, lubricant: Values) -> Values:
 def moes_film(viscosity: Values, speed: Values, load: Values, radius: Values, modulus: Values, alpha: Values) -> Values:
     """Isothermal film of `moes_1992` [m].
 
-    Parameters
-    ----------
-    viscosity, speed : float or ndarray
-        eta0 [Pa s] and |u_r| [m/s].
-    load, radius, modulus : float or ndarray
-        w' [N/m], R [m] and E' [Pa].
-    alpha : float or ndarray
-        [1/Pa].
+    viscosity, speed: eta0 [Pa s] and |u_r| [m/s].
+    load, radius, modulus: w' [N/m], R [m] and E' [Pa].
+    alpha: [1/Pa].
     """
     root = np.sqrt(2.0 * viscosity * speed / (modulus * radius))
     # an unloaded point has no contact; the least load keeps the formula finite there

@@ -55,13 +55,8 @@ class LawTable(NamedTuple):
 def law_table(lubricant: Lubricant, pressure_unit: float, heated: bool) -> LawTable:
     """The table of a lubricant for pressures in a unit.
 
-    Parameters
-    ----------
-    lubricant : Lubricant
-    pressure_unit : float
-        [Pa].
-    heated : bool
-        Whether the sheet over temperature is needed; without it there is one empty cell.
+    pressure_unit: [Pa].
+    heated: whether the sheet over temperature is needed; without it there is one empty cell.
     """
     law = lubricant.pressure_law
     sheet, pole = _sheet(law) if heated else (np.zeros((1, 1, 16)), TEMPERATURE_POLES[0])

@@ -264,6 +264,5 @@ def _lubricant_kind(value: Any) -> str:
 
 
 LubricantInput = Annotated[
-    Annotated[OilLubricant, Tag("card")] | Annotated[DirectLubricant, Tag("direct")],
-    Discriminator(_lubricant_kind),
+    Annotated[OilLubricant, Tag("card")] | Annotated[DirectLubricant, Tag("direct")], Discriminator(_lubricant_kind)
 ]

@@ -11,13 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl.fluid.oil_laws import GoldAlpha, ModulusAlpha, TabulatedAlpha, figures_by_constants, scale_of_law
-from ehl.fluid.pressure_viscosity import (
-    TemperatureFit,
-    alpha_film,
-    roelands_slope,
-    solve_constant,
-    temperature_fit,
-)
+from ehl.fluid.pressure_viscosity import TemperatureFit, alpha_film, roelands_slope, solve_constant, temperature_fit
 from ehl.fluid.viscosity import GOLD_COEFFICIENTS, TEMPERATURE_RANGE, RoelandsLaw, WaltherViscosity, gold_2001
 
 if TYPE_CHECKING:

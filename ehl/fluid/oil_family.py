@@ -132,12 +132,8 @@ FAMILIES = {
 def vogel_constants(viscosity_40: float, viscosity_100: float, density_15: float, coefficient: float) -> dict[str, Any]:
     """K [Pa s], B, C [K] of eta0 = K exp(B/(T + C)), T in degC, that meets Walther's nu times rho at 40, 100, 160 degC.
 
-    Parameters
-    ----------
-    viscosity_40, viscosity_100 : float
-        Kinematic viscosity [m2/s].
-    density_15, coefficient : float
-        Of `density_at` [kg/m3, 1/K].
+    viscosity_40, viscosity_100: kinematic viscosity [m2/s].
+    density_15, coefficient: of `density_at` [kg/m3, 1/K].
     """
     low, middle, high = (
         math.log(walther_1931(at, viscosity_40, viscosity_100) * density_at(at, density_15, coefficient))
@@ -173,20 +169,12 @@ def generic_card(
 ) -> dict[str, Any]:
     """Content of a generic card, SI.
 
-    Parameters
-    ----------
-    base : str
-        A key of `OIL_FAMILIES`.
-    viscosity_40, viscosity_100 : float, optional
-        Kinematic viscosity [m2/s].
-    iso_vg : float, optional
-        In place of both.
-    density_15 : float, optional
-        [kg/m3]; typical of the family where not given.
-    name : str, optional
-        Of the card; made of base and viscosities where not given.
-    viscosity_index : float, optional
-        With one of the viscosities or iso_vg.
+    base: a key of `OIL_FAMILIES`.
+    viscosity_40, viscosity_100: kinematic viscosity [m2/s].
+    iso_vg: in place of both.
+    density_15: [kg/m3]; typical of the family where not given.
+    name: of the card; made of base and viscosities where not given.
+    viscosity_index: with one of the viscosities or iso_vg.
     """
     base = same_name(base, OIL_FAMILIES)
     family = family_of(base)

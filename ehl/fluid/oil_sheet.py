@@ -131,11 +131,7 @@ def plot_oil(oil: Oil, temperatures: Sequence[float], ax: Axes | None = None) ->
 def card_text(card: Oil, head: str) -> str:
     """The card as TOML, numbers in SI.
 
-    Parameters
-    ----------
-    card : Oil
-    head : str
-        First line, a comment.
+    head: first line, a comment.
     """
     content: dict[str, Any] = card.model_dump(exclude_none=True)
     for name, field in type(card).model_fields.items():  # what the hash of a card leaves out belongs to its file
@@ -148,10 +144,7 @@ def card_text(card: Oil, head: str) -> str:
 def write_card(card: Oil, path: Path, head: str) -> None:
     """Write the card, and make sure that it reads back as it is; `head` as of `card_text`.
 
-    Raises
-    ------
-    InputError
-        The path does not end in .toml or cannot be written.
+    Raises `InputError`: the path does not end in .toml or cannot be written.
     """
     if path.suffix != ".toml":
         raise InputError("path", str(path), "a file name ending in .toml")

@@ -46,14 +46,9 @@ def standard_uncertainty(
 ) -> dict[str, Any]:
     """What is assumed of a card that does not say it (ours).
 
-    Parameters
-    ----------
-    law : ViscosityInput
-        Viscosity over pressure.
-    gold : str or None
-        Base oil where Gold's formula gives the pressure-viscosity coefficient, through no measured point.
-    certainty : str
-        Of the card.
+    law: viscosity over pressure.
+    gold: base oil where Gold's formula gives the pressure-viscosity coefficient, through no measured point.
+    certainty: of the card.
     """
     memory, spread = certainty == "from memory", law.deviation
     if isinstance(law, WaltherViscosity):

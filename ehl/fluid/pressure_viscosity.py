@@ -72,16 +72,8 @@ _ALPHAS: dict[AlphaDefinition, Callable[[PressureLaw], Array]] = {
 def alpha_of(law: PressureLaw, definition: AlphaDefinition) -> Any:
     """The coefficient of a law by one of the four definitions.
 
-    Parameters
-    ----------
-    law : PressureLaw
-        Of `ehl.fluid.viscosity` or `Lubricant.pressure_law`; its inlet temperature may be an array.
-    definition : {"slope", "secant_200", "star", "film"}
-
-    Returns
-    -------
-    float or ndarray
-        [1/Pa]; a float for one inlet temperature.
+    law: of `ehl.fluid.viscosity` or `Lubricant.pressure_law`; its inlet temperature may be an array.
+    Returns: [1/Pa]; a float for one inlet temperature.
 
     Examples
     --------
@@ -99,20 +91,10 @@ def solve_constant(
 ) -> Any:
     """The free constant with which a law has the stated coefficient, to 1e-13.
 
-    Parameters
-    ----------
-    law_of : callable
-        The law at a value of its free constant: alpha of Roelands and Barus, a factor on L of the others.
-    stated : float or ndarray
-        [1/Pa].
-    definition : {"slope", "secant_200", "star", "film"}
-    start : float or ndarray
-        The constant to start from.
-
-    Raises
-    ------
-    InputError
-        No constant of the law has this coefficient.
+    law_of: the law at a value of its free constant: alpha of Roelands and Barus, a factor on L of the others.
+    stated: [1/Pa].
+    start: the constant to start from.
+    Raises `InputError`: no constant of the law has this coefficient.
     """
     wanted = np.log(np.atleast_1d(np.asarray(stated, dtype=float)))
     x = np.broadcast_to(np.log(np.asarray(start, dtype=float)), wanted.shape).copy()
@@ -143,12 +125,8 @@ def solve_constant(
 def roelands_slope(secant: Any, viscosity: Any) -> Any:
     """The slope of the Roelands law through a secant [1/Pa]: A z/p0, z = ln(1 + 0.2 GPa secant/A)/ln(1 + 0.2 GPa/p0).
 
-    Parameters
-    ----------
-    secant : float or ndarray
-        L(0.2 GPa)/0.2 GPa [1/Pa].
-    viscosity : float or ndarray
-        eta0 [Pa s]; A = ln eta0 + 9.67.
+    secant: L(0.2 GPa)/0.2 GPa [1/Pa].
+    viscosity: eta0 [Pa s]; A = ln eta0 + 9.67.
 
     Examples
     --------

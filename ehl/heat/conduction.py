@@ -54,21 +54,11 @@ def jaeger_matrix(x: FloatArray, speed: float, body: Material, half_width: float
     even in x; between them it has the slope of exp(u (x - s)/(2 chi)) at the source; a reversed speed mirrors it. So
     friction is continuous where a surface passes through rest.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Nodes, increasing [m].
-    speed : float
-        Surface velocity along x, of either sign or zero [m/s].
-    body : Material
-        Thermal properties.
-    half_width : float
-        Hertz half-width, for the depth of the field of a body at rest only [m].
-
-    Returns
-    -------
-    ndarray, shape (n, n)
-        [K m2/W].
+    x (n,): nodes, increasing [m].
+    speed: surface velocity along x, of either sign or zero [m/s].
+    body: thermal properties.
+    half_width: Hertz half-width, for the depth of the field of a body at rest only [m].
+    Returns: [K m2/W], shape (n, n).
     """
     rate = speed / (2.0 * body.thermal_diffusivity)
     bounded = bounded_rate(rate, half_width)

@@ -66,14 +66,9 @@ def estimate_thermal_effect(
     contact; both rises together act on the viscosity there. Heat lowers its own source, so an estimate with the
     isothermal source is high. Ours, with the threshold of a study that found 0.02 in d ln eta to be safe.
 
-    Parameters
-    ----------
-    contact, lubricant, bodies
-        As in `thermal_traction`.
-    film_central : float, optional
-        [m]; by the formula of Moes (1992) when not given.
-    temperature_bulk : tuple of float, optional
-        [K]; the inlet temperature when not given.
+    contact, lubricant, bodies: as in `thermal_traction`.
+    film_central: [m]; by the formula of Moes (1992) when not given.
+    temperature_bulk: [K]; the inlet temperature when not given.
     """
     bulk = temperature_bulk or (lubricant.temperature, lubricant.temperature)
     bulk_offset = max(abs(t - lubricant.temperature) for t in bulk)
@@ -129,14 +124,9 @@ def carried_shear_heat(
     the film Peclet number. Both terms lie above the changes of 699 solved contacts, by the third by which the mean
     temperature they were solved with lags behind the energy equation across the film (docs/heat.md).
 
-    Parameters
-    ----------
-    contact, lubricant
-        As in `ehl.heat.traction.thermal_traction`.
-    film : float
-        Central film with heat [m].
-    film_reduction : float
-        That film over the isothermal one [-].
+    contact, lubricant: as in `ehl.heat.traction.thermal_traction`.
+    film: central film with heat [m].
+    film_reduction: that film over the isothermal one [-].
     """
     k_film = lubricant.film_conductivity(contact.pressure_hertz, lubricant.thermal_conductivity)
     capacity = lubricant.density * lubricant.heat_capacity

@@ -58,20 +58,10 @@ def flux_to_surface_1(
     With heat freed evenly across the film, q1 = q/2 + (k_f/h)(T2 - T1); T1 and T2 follow from q1 and q2 by conduction
     in the bodies, which closes a linear system.
 
-    Parameters
-    ----------
-    conductance : ndarray, shape (n,)
-        k_f/h [W/(m2 K)].
-    matrix_1, matrix_2 : ndarray, shape (n, n)
-        Rise of each surface per flux into it [K m2/W].
-    bulk_difference : float
-        Bulk temperature of body 2 less that of body 1 [K].
-
-    Returns
-    -------
-    M : ndarray, shape (n, n)
-    m : ndarray, shape (n,)
-        [W/m2].
+    conductance (n,): k_f/h [W/(m2 K)].
+    matrix_1, matrix_2 (n, n): rise of each surface per flux into it [K m2/W].
+    bulk_difference: bulk temperature of body 2 less that of body 1 [K].
+    Returns: M: shape (n, n); m: [W/m2], shape (n,).
     """
     n = len(conductance)
     diagonal = np.arange(n)
@@ -140,38 +130,18 @@ def thermal_traction(
     T_i = bulk + conduction of q_i and the heat divided by the conductance of the film. The whole nonlocal balance is
     one Newton iteration in ln tau: a lagged temperature oscillates at high load and sliding.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Nodes, increasing [m]; graded meshes welcome. Cost grows as n^3: a few hundred are plenty.
-    pressure, film : ndarray, shape (n,)
-        Fluid pressure [Pa] and film thickness [m]; no heat is made where the pressure is zero.
-    contact : LineContact
-        Speeds and load.
-    lubricant : Lubricant
-        Its temperature is that of the inlet.
-    bodies : tuple of Material
-        Both bodies.
-    temperature_bulk : tuple of float, optional
-        Bulk temperatures [K]; the inlet temperature when not given.
-    asperity_heat : ndarray, optional
-        Heat freed at asperity contacts, mu_b p_c |v_s| [W/m2]: it enters the surfaces, not the film.
-    rolling_heat : ndarray, optional
-        Heat of the pressure-driven flow, u_r (h - h*) dp/dx with h* = flow/density [W/m2]. It is freed near the walls:
-        its mid-layer rise is q h/(16 k_f).
-    matrices : pair of ndarray, shape (n, n), optional
-        `surface_matrices` of these nodes, where they are known.
-    tolerance : float
-        On ln tau.
-
-    Returns
-    -------
-    ThermalTraction
-
-    Raises
-    ------
-    InputError
-        Arrays of unequal shape or not increasing, or a film that is not positive.
+    x (n,): nodes, increasing [m]; graded meshes welcome. Cost grows as n^3: a few hundred are plenty.
+    pressure, film (n,): fluid pressure [Pa] and film thickness [m]; no heat is made where the pressure is zero.
+    contact: speeds and load.
+    lubricant: its temperature is that of the inlet.
+    bodies: both bodies.
+    temperature_bulk: bulk temperatures [K]; the inlet temperature when not given.
+    asperity_heat: heat freed at asperity contacts, mu_b p_c |v_s| [W/m2]: it enters the surfaces, not the film.
+    rolling_heat: heat of the pressure-driven flow, u_r (h - h*) dp/dx with h* = flow/density [W/m2]. It is freed near
+        the walls: its mid-layer rise is q h/(16 k_f).
+    matrices (n, n): `surface_matrices` of these nodes, where they are known.
+    tolerance: on ln tau.
+    Raises `InputError`: arrays of unequal shape or not increasing, or a film that is not positive.
     """
     _check(x, pressure, film)
     found = film_temperature(
@@ -287,11 +257,7 @@ def film_temperature(
 
 
 def traction_of(
-    found: FilmTemperature,
-    x: FloatArray,
-    contact: LineContact,
-    lubricant: Lubricant,
-    bodies: tuple[Material, Material],
+    found: FilmTemperature, x: FloatArray, contact: LineContact, lubricant: Lubricant, bodies: tuple[Material, Material]
 ) -> ThermalTraction:
     """Friction and surface temperatures of a film in balance."""
     speed, load = contact.speed_sliding, contact.load_per_length
@@ -337,11 +303,7 @@ def traction_of(
 
 
 def _conducted(
-    pressure: FloatArray,
-    film: FloatArray,
-    lubricant: Lubricant,
-    bulk: tuple[float, float],
-    matrices: Matrices,
+    pressure: FloatArray, film: FloatArray, lubricant: Lubricant, bulk: tuple[float, float], matrices: Matrices
 ) -> Conducted:
     k_film, total = lubricant.film_conductivity(pressure, lubricant.thermal_conductivity), matrices[0] + matrices[1]
     conductance = k_film / film
@@ -357,11 +319,7 @@ _PATIENCE = 10  # matrices with the estimate of conduction
 
 
 def _stress(
-    pressure: FloatArray,
-    film: FloatArray,
-    temperature: FloatArray,
-    lubricant: Lubricant,
-    speed: float,
+    pressure: FloatArray, film: FloatArray, temperature: FloatArray, lubricant: Lubricant, speed: float
 ) -> FloatArray:
     if speed == 0.0:
         return np.zeros_like(pressure)

@@ -101,10 +101,7 @@ LEVELS: dict[str, tuple[float, float, float, float, float, float]] = {
 def level_of(accuracy: Accuracy | float) -> str:
     """Name of the level that serves an accuracy.
 
-    Raises
-    ------
-    InputError
-        Neither a level nor a tolerance from 0.0001 to 0.5.
+    Raises `InputError`: neither a level nor a tolerance from 0.0001 to 0.5.
     """
     if isinstance(accuracy, str):
         if accuracy not in LEVELS:
@@ -225,12 +222,8 @@ def min_nodes(correlation_length: float) -> float:
 def with_overrides(plan: RunPlan, nodes: int | None, travel: float | None, length: float) -> RunPlan:
     """The plan with a fixed number of nodes or a fixed window, inside the budget of nodes.
 
-    Raises
-    ------
-    InputError
-        `nodes` or `travel` is out of range.
-    ConvergenceError
-        "mesh_budget": the nodes of this level cannot show the roughness.
+    Raises `InputError`: `nodes` or `travel` is out of range; `ConvergenceError`: "mesh_budget": the nodes of this level
+    cannot show the roughness.
     """
     if nodes is not None:
         if not NODES_MIN <= nodes <= NODES_MAX:

@@ -27,21 +27,10 @@ def batch_means(series: Array, batch: int, confidence: float = 0.90) -> tuple[fl
     their interval is narrow enough favour intervals that came out narrow by chance; without the correction they
     covered 83 to 86 % instead of 88 to 90.
 
-    Parameters
-    ----------
-    series : ndarray, shape (n,)
-        One value per step, after the start-up.
-    batch : int
-        Steps of the smallest batch; several correlation lengths of the series.
-    confidence : float
-        Nominal coverage.
-
-    Returns
-    -------
-    mean : float
-        Mean of the whole series.
-    half_width : float
-        nan with fewer than 5 batches.
+    series (n,): one value per step, after the start-up.
+    batch: steps of the smallest batch; several correlation lengths of the series.
+    confidence: nominal coverage.
+    Returns: mean: mean of the whole series; half_width: nan with fewer than 5 batches.
     """
     mean = float(np.mean(series))
     count = series.size // max(batch, 1)
@@ -56,17 +45,9 @@ def batch_means(series: Array, batch: int, confidence: float = 0.90) -> tuple[fl
 def interval_of_means(means: Array, confidence: float = 0.90) -> float:
     """Half width of the interval of the mean of equal parts of a series, neighbours correlated (`batch_means`).
 
-    Parameters
-    ----------
-    means : ndarray, shape (n,)
-        In their order.
-    confidence : float
-        Nominal coverage.
-
-    Returns
-    -------
-    float
-        inf with fewer than 3 parts.
+    means (n,): in their order.
+    confidence: nominal coverage.
+    Returns: inf with fewer than 3 parts.
     """
     if means.size < 3:
         return math.inf

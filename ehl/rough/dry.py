@@ -64,28 +64,12 @@ def solve_dry(
     Almqvist, Sahlin, Larsson & Glavatskih (2007), Tribol. Int. 40, 574-579: capped nodes leave the conjugate set and
     may overlap.
 
-    Parameters
-    ----------
-    contact : LineContact
-        Radius, modulus and load.
-    x : ndarray, shape (n,)
-        Uniform nodes [m]; must hold the whole contact.
-    roughness : ndarray, shape (n,), optional
-        Sum of both profiles at this moment, positive out of the material [m].
-    hardness : float
-        Largest pressure [Pa].
-    tolerance : float
-        On `gap_residual` and on the change of pressure.
-    max_iterations : int
-
-    Returns
-    -------
-    DryContactResult
-
-    Raises
-    ------
-    InputError
-        The nodes are not uniform, or shapes differ.
+    contact: radius, modulus and load.
+    x (n,): uniform nodes [m]; must hold the whole contact.
+    roughness (n,): sum of both profiles at this moment, positive out of the material [m].
+    hardness: largest pressure [Pa].
+    tolerance: on `gap_residual` and on the change of pressure.
+    Raises `InputError`: the nodes are not uniform, or shapes differ.
     """
     spacing = float(x[1] - x[0])
     if not np.allclose(np.diff(x), spacing, rtol=1e-6):

@@ -55,13 +55,8 @@ class DryLimit:
 def share_deficit(film_share: float, peklenik_number: float, stiffening: float) -> float:
     """Upper estimate of the share of the load that is not on asperities where films are negligible [-].
 
-    Parameters
-    ----------
-    film_share : float
-        Smooth film over boundary film [-].
-    peklenik_number : float
-    stiffening : float
-        alpha p_h [-].
+    film_share: smooth film over boundary film [-].
+    stiffening: alpha p_h [-].
     """
     drained = min(DEFICIT_DRAINED * max(peklenik_number, 1.0) ** DEFICIT_GROWTH, DEFICIT_SEALED)
     strength = (film_share / FILM_SHARE) * max(1.0, stiffening / STIFFENING)
@@ -79,14 +74,9 @@ def dry_limit(
 ) -> DryLimit | None:
     """The dry contact where the film carries a negligible load; None where it does not, or no mesh resolves roughness.
 
-    Parameters
-    ----------
-    contact, lubricant, surface, model, bodies
-        As in `ehl.solve.solve_contact`.
-    film : float
-        Central film of the smooth contact [m].
-    friction_film : float
-        Friction of that film [-]: the load on the film has this friction, or none.
+    contact, lubricant, surface, model, bodies: as in `ehl.solve.solve_contact`.
+    film: central film of the smooth contact [m].
+    friction_film: friction of that film [-]: the load on the film has this friction, or none.
     """
     boundary_friction = surface.boundary_friction
     if model.shortcuts == "off" or contact.speed_sliding == 0.0 or boundary_friction == 0.0:

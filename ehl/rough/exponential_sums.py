@@ -129,12 +129,8 @@ def bessel_kernel(wave_number: float, modes: int, newton_modes: int) -> tuple[Ex
     long sum has; the short one has geometric rates. Weights by non-negative least squares. One mode has the ratio zero
     and makes the coefficient of distance 0 exact; `error` is the largest deviation from the integrated K0, absolute.
 
-    Parameters
-    ----------
-    wave_number : float
-        k times the node spacing [-].
-    modes, newton_modes : int
-        Of both sums, the mode of ratio zero included.
+    wave_number: k times the node spacing [-].
+    modes, newton_modes: of both sums, the mode of ratio zero included.
     """
     distance = np.unique(np.round(np.geomspace(1.0, max(12.0 / wave_number, 12.0), 120)))
     target = np.array([quad_bessel(wave_number, d) for d in distance])

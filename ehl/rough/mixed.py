@@ -61,12 +61,8 @@ def _viscous(stress_ratio: float) -> float:
 def roughness_effect(film_ratio: float, stress_ratio: float = math.inf) -> float:
     """Estimated relative change of mu by roughness where films are thick (ours) [-].
 
-    Parameters
-    ----------
-    film_ratio : float
-        Of the hot film.
-    stress_ratio : float
-        Mean shear stress of the smooth film over the stress from which it thins (`film_stress_ratio`).
+    film_ratio: of the hot film.
+    stress_ratio: mean shear stress of the smooth film over the stress from which it thins (`film_stress_ratio`).
     """
     return float(ROUGHNESS_EFFECT * (ROUGHNESS_RATIO / film_ratio) ** ROUGHNESS_POWER * _viscous(stress_ratio))
 
@@ -186,29 +182,17 @@ def solve_mixed(
 ) -> TransientResult:
     """Run the transient solver for one contact description.
 
-    Parameters
-    ----------
-    contact, lubricant, surface, model, bodies
-        As in `ehl.solve.solve_contact`.
-    smooth : SmoothFriction
-        Film and stress of the smooth contact.
-    thermal : bool
-        Whether heat matters.
-    bulk : tuple of float, optional
-        Bulk temperatures of both bodies [K]; that of the oil when not given.
-    rolling_heat : tuple of ndarray, optional
-        Heat of the pressure-driven flow along x, of the smooth film (`rolling_heat_of`).
-    window : float, optional
-        Travel that is averaged over [b]; it ends by the interval of mu when not given.
-
-    Returns
-    -------
-    TransientResult
-        Roughness finer than an accurate mesh resolves is first replaced by a subgrid film, which raises the boundary
-        film by the height of the fine part: `subgrid_error` is the uncertainty that leaves, `friction_boundary_half`
-        and `friction_boundary_double` are mu without the subgrid film and with it at its peaks. Where that and the mesh
-        error exceed `ERROR_ALLOWED` tolerances, a mesh that resolves the roughness follows; "unsettled" with the reason
-        "mesh_budget" where none does within the nodes and the work of the accuracy.
+    contact, lubricant, surface, model, bodies: as in `ehl.solve.solve_contact`.
+    smooth: film and stress of the smooth contact.
+    thermal: whether heat matters.
+    bulk: bulk temperatures of both bodies [K]; that of the oil when not given.
+    rolling_heat: heat of the pressure-driven flow along x, of the smooth film (`rolling_heat_of`).
+    window: travel that is averaged over [b]; it ends by the interval of mu when not given.
+    Returns: roughness finer than an accurate mesh resolves is first replaced by a subgrid film, which raises the
+    boundary film by the height of the fine part: `subgrid_error` is the uncertainty that leaves,
+    `friction_boundary_half` and `friction_boundary_double` are mu without the subgrid film and with it at its peaks.
+    Where that and the mesh error exceed `ERROR_ALLOWED` tolerances, a mesh that resolves the roughness follows;
+    "unsettled" with the reason "mesh_budget" where none does within the nodes and the work of the accuracy.
     """
     accuracy = model.friction_tolerance or model.accuracy
     common: dict[str, Any] = {

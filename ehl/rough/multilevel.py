@@ -38,10 +38,7 @@ FINER_STEP = 0.85
 def in_common(finer: Window, coarser: Window) -> list[int]:
     """Blocks that both meshes rolled.
 
-    Raises
-    ------
-    ConvergenceError
-        "film_jump": there is none, as the blocks of one went astray again and again.
+    Raises `ConvergenceError`: "film_jump": there is none, as the blocks of one went astray again and again.
     """
     common = sorted(set(finer.numbers) & set(coarser.numbers))
     if not common:

@@ -29,24 +29,11 @@ def flattened(profile: RoughProfile, contact: LineContact, hardness: float) -> R
     The contact is elastic up to the hardness; where the pressure reaches it, the overlap that is left is material
     yielded (Almqvist, Sahlin, Larsson & Glavatskih 2007) and is taken off the heights. The volume is not put elsewhere.
 
-    Parameters
-    ----------
-    profile : RoughProfile
-        Periodic heights [m].
-    contact : LineContact
-        Radius, modulus, load.
-    hardness : float
-        Of the softer body [Pa].
-
-    Returns
-    -------
-    RoughProfile
-        With a note on the height taken off.
-
-    Raises
-    ------
-    ConvergenceError
-        The contact does not carry the load below this hardness ("hardness_too_low").
+    profile: periodic heights [m].
+    contact: radius, modulus, load.
+    hardness: of the softer body [Pa].
+    Returns: with a note on the height taken off.
+    Raises `ConvergenceError`: the contact does not carry the load below this hardness ("hardness_too_low").
     """
     if not math.isfinite(hardness):
         return profile

@@ -173,9 +173,7 @@ def scaled_strain(contact: LineContact, lubricant: Lubricant, units: Units, film
         return Strain(0.0, 0.0, 1.0)
     stress_per_way = units.pressure / (contact.speed_sliding * units.time_step)
     return Strain(
-        share,
-        units.film / lubricant.shear_modulus * stress_per_way,
-        body_compliance(contact) * stress_per_way,
+        share, units.film / lubricant.shear_modulus * stress_per_way, body_compliance(contact) * stress_per_way
     )
 
 

@@ -34,15 +34,7 @@ from ehl.rough._kernels.march import (
     TEMPERATURE_MAX,
 )
 from ehl.rough._kernels.newton import UNCONVERGED
-from ehl.rough.accuracy import (
-    SETTLING,
-    Accuracy,
-    RunPlan,
-    make_run_plan,
-    mesh_length,
-    mesh_levels,
-    with_overrides,
-)
+from ehl.rough.accuracy import SETTLING, Accuracy, RunPlan, make_run_plan, mesh_length, mesh_levels, with_overrides
 from ehl.rough.averaging import Window, film_jumped, net_exchange, realisation_error
 from ehl.rough.multilevel import MeshLevels, affordable
 from ehl.rough.run import TransientRun
@@ -92,57 +84,28 @@ def solve_transient(
 ) -> TransientResult:
     """Roll two rough surfaces through a lubricated line contact and average friction over time.
 
-    Parameters
-    ----------
-    contact : LineContact
-        Geometry, load and motion; either surface may be faster, stand still or run backwards.
-    lubricant : Lubricant
-        Laws at the inlet temperature.
-    surfaces : RoughSurfaces, optional
-        Both profiles; smooth when not given.
-    accuracy : {"fast", "standard", "reference"} or float
-        Level, or relative tolerance on mu.
-    boundary_film : float, optional
-        h_boundary [m], 1 nm to 20 um; that of extreme-pressure additives when not given.
-    boundary_friction : float
-        mu_b of the asperity pressure [-]; without sliding there is no friction.
-    peklenik_number : float
-        gamma of the side flow, at least 1/3; infinity: no side flow (sealed valleys).
-    thermal : bool
-        Heat in film and surfaces.
-    hardness : float
-        Largest total pressure [Pa].
-    materials : tuple of Material, optional
-        Thermal properties of both bodies; steel when not given.
-    temperature_bulk : tuple of float, optional
-        Bulk temperatures of both bodies [K]; that of the oil when not given.
-    rolling_heat : tuple of ndarray, optional
-        x [m], increasing, and the heat of the pressure-driven flow there [W/m2], with heat on: what the smooth film
-        has (`ThermalTraction.rolling_heat`). It is freed where the gap is many times the roughness, and
+    contact: geometry, load and motion; either surface may be faster, stand still or run backwards.
+    lubricant: laws at the inlet temperature.
+    surfaces: both profiles; smooth when not given.
+    accuracy: level, or relative tolerance on mu.
+    boundary_film: h_boundary [m], 1 nm to 20 um; that of extreme-pressure additives when not given.
+    boundary_friction: mu_b of the asperity pressure [-]; without sliding there is no friction.
+    peklenik_number: gamma of the side flow, at least 1/3; infinity: no side flow (sealed valleys).
+    thermal: heat in film and surfaces.
+    hardness: largest total pressure [Pa].
+    materials: thermal properties of both bodies; steel when not given.
+    temperature_bulk: bulk temperatures of both bodies [K]; that of the oil when not given.
+    rolling_heat: x [m], increasing, and the heat of the pressure-driven flow there [W/m2], with heat on: what the
+        smooth film has (`ThermalTraction.rolling_heat`). It is freed where the gap is many times the roughness, and
         stays the same whatever the rough film does.
-    nodes : int, optional
-        Fixed number of nodes.
-    travel : float, optional
-        Fixed window [b].
-    boundary_study : bool, optional
-        Compute mu at half and twice the boundary film even with accuracy "fast", or never.
-    boundary_range : tuple of float, optional
-        Boundary films to take instead of half and twice, whatever the asperities carry [m].
-    fine_roughness : bool
-        For roughness that is fine against the contact: more nodes, shorter start-up and window.
-    bounded : bool
-        Whether a contact whose shortest run takes more work than the accuracy allows is given up.
-
-    Returns
-    -------
-    TransientResult
-
-    Raises
-    ------
-    InputError
-        A value is out of range, or the given nodes cannot carry the profiles.
-    ConvergenceError
-        "mesh_budget": the nodes, or the work if `bounded`, of this accuracy cannot resolve the roughness.
+    nodes: fixed number of nodes.
+    travel: fixed window [b].
+    boundary_study: compute mu at half and twice the boundary film even with accuracy "fast", or never.
+    boundary_range: boundary films to take instead of half and twice, whatever the asperities carry [m].
+    fine_roughness: for roughness that is fine against the contact: more nodes, shorter start-up and window.
+    bounded: whether a contact whose shortest run takes more work than the accuracy allows is given up.
+    Raises `InputError`: a value is out of range, or the given nodes cannot carry the profiles; `ConvergenceError`:
+    "mesh_budget": the nodes, or the work if `bounded`, of this accuracy cannot resolve the roughness.
     """
     begin = time.perf_counter()
     rough = surfaces if surfaces is not None else RoughSurfaces()

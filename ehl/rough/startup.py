@@ -29,31 +29,13 @@ def start_up(
 ) -> tuple[RunPlan, Array | None, float]:
     """Roll the coarsest mesh until it is settled.
 
-    Parameters
-    ----------
-    window : Window
-        Of the coarsest mesh.
-    plan : RunPlan
-    levels : int
-        Meshes wanted.
-    correlation_length : float
-        Of the roughness [b].
-    problem : callable
-        The coarsest mesh by another plan.
-
-    Returns
-    -------
-    RunPlan
-        `thrifty` where the bound asks for it.
-    flux : ndarray, shape (2, n), or None
-        Mean heat flux into the surfaces, which warms those of the finer meshes [W/m2].
-    warming : float
-        Travel over which it does [b].
-
-    Raises
-    ------
-    ConvergenceError
-        "mesh_budget": the shortest run would take more than `plan.give_up`.
+    window: of the coarsest mesh.
+    levels: meshes wanted.
+    correlation_length: of the roughness [b].
+    problem: the coarsest mesh by another plan.
+    Returns: `thrifty` where the bound asks for it; flux: mean heat flux into the surfaces, which warms those of the
+    finer meshes [W/m2], shape (2, n); warming: travel over which it does [b].
+    Raises `ConvergenceError`: "mesh_budget": the shortest run would take more than `plan.give_up`.
     """
     thermal = window.run.problem.settings.thermal
     bounded = plan.window_max > plan.window_min
@@ -86,15 +68,9 @@ def start_up(
 def least_work(plan: RunPlan, rate: float, left: float, levels: int) -> float:
     """Work of the rest of the start-up and one block on as few meshes as will do.
 
-    Parameters
-    ----------
-    plan : RunPlan
-    rate : float
-        Work per b of travel on the coarsest mesh.
-    left : float
-        Travel of the start-up to go [b].
-    levels : int
-        Meshes wanted.
+    rate: work per b of travel on the coarsest mesh.
+    left: travel of the start-up to go [b].
+    levels: meshes wanted.
     """
     least = least_levels(plan, levels)
     return rate * left + sum(

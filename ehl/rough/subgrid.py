@@ -60,12 +60,8 @@ class SplitSurfaces:
 def split_surfaces(surface: SurfaceInput, half_width: float, length: float, cutoff: float) -> SplitSurfaces:
     """Divide the roughness of a contact at a wavelength.
 
-    Parameters
-    ----------
-    surface : SurfaceInput
-        Generated or measured roughness.
-    half_width, length, cutoff : float
-        Hertz half-width, length of generated profiles, and cut-off [m].
+    surface: generated or measured roughness.
+    half_width, length, cutoff: Hertz half-width, length of generated profiles, and cut-off [m].
     """
     kept: list[RoughProfile | None] = []
     whole = below = slope = 0.0

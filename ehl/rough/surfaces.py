@@ -87,10 +87,7 @@ def ring(profile: RoughProfile) -> tuple[Array, float]:
 def sample_ring(profile: RoughProfile | None, spacing: float) -> Array:
     """Heights at the spacing [m] nearest to the wanted one that divides the period (Fourier resampling).
 
-    Raises
-    ------
-    InputError
-        Two samples per shortest wavelength are not available at this spacing.
+    Raises `InputError`: two samples per shortest wavelength are not available at this spacing.
     """
     if profile is None or profile.rms == 0.0:
         return np.zeros(0)

@@ -111,10 +111,7 @@ def _predicted(now: Unknowns, before: Unknowns, factor: float) -> Unknowns:
 def cold_path(scaled: ScaledContact, nodes: int, report: PathReport) -> Level:
     """Solution on a coarse grid by continuation from the easy contact.
 
-    Raises
-    ------
-    NewtonFailure
-        "path_stalled" where the step shrinks to nothing, "path_limit" after too many iterations.
+    Raises `NewtonFailure`: "path_stalled" where the step shrinks to nothing, "path_limit" after too many iterations.
     """
     spent = report.iterations
     level, easy = easy_start(scaled, nodes, report)

@@ -73,15 +73,7 @@ class HeatModel:
         density = lubricant.density_ratio(pressure)
         heat = flow_heat(level.x * b, pressure, film, density, capacity * film / (12.0 * k_film), speed)
         return film_temperature(
-            pressure,
-            film,
-            contact,
-            lubricant,
-            self.bulk,
-            matrices,
-            rolling_heat=heat,
-            guess=guess,
-            tolerance=tolerance,
+            pressure, film, contact, lubricant, self.bulk, matrices, rolling_heat=heat, guess=guess, tolerance=tolerance
         )
 
 
@@ -91,10 +83,7 @@ class Mixer:
     Walker & Ni (2011), SIAM J. Numer. Anal. 49, 1715, with the first step relaxed. What earlier rounds showed serves on
     other nodes too.
 
-    Attributes
-    ----------
-    relaxation : float
-        Share of the residual that the next step takes besides the mixing [-].
+    relaxation: share of the residual that the next step takes besides the mixing [-].
     """
 
     def __init__(self, used: Offset) -> None:
@@ -138,16 +127,10 @@ class Mixer:
 class HotFilm:
     """The contact with heat on one grid after another.
 
-    Attributes
-    ----------
-    x : ndarray
-        Nodes of the last heat balance, in half-widths.
-    found : FilmTemperature or None
-        That balance.
-    change : tuple of float
-        Relative change of friction, and the larger one of both films, in the last round [-].
-    rounds, iterations : int
-        Of all grids; Newton iterations of the film.
+    x: nodes of the last heat balance, in half-widths.
+    found: that balance.
+    change: relative change of friction, and the larger one of both films, in the last round [-].
+    rounds, iterations: of all grids; Newton iterations of the film.
     """
 
     def __init__(self, model: HeatModel, scaled: ScaledContact, shear: FilmShear, tolerance: float) -> None:

@@ -38,11 +38,7 @@ class Features:
 
     def close_to(self, other: Features) -> bool:
         """Whether a mesh graded for ``other`` still serves."""
-        ratios = (
-            self.flow / other.flow,
-            self.inlet_width / other.inlet_width,
-            self.spike_width / other.spike_width,
-        )
+        ratios = (self.flow / other.flow, self.inlet_width / other.inlet_width, self.spike_width / other.spike_width)
         widths = all(0.65 < r < 1.5 for r in ratios)
         spike = abs(self.spike - other.spike) < 0.7 * other.spike_width
         inlet = abs(self.inlet - other.inlet) < 0.7 * other.inlet_width
@@ -147,10 +143,5 @@ def features_of(x: Array, pressure: Array, flow: float) -> Features:
     inlet, inlet_width = sharpest(-4.0 * size, -0.2 * size, -1.0)
     spike, spike_width = sharpest(0.2, end - 1e-3 * size, 0.9 * end)
     return Features(
-        flow,
-        end,
-        inlet,
-        min(max(inlet_width, 0.3 * sweep), sweep),
-        spike,
-        min(max(0.5 * spike_width, TIP), 0.4 * size),
+        flow, end, inlet, min(max(inlet_width, 0.3 * sweep), sweep), spike, min(max(0.5 * spike_width, TIP), 0.4 * size)
     )

@@ -118,10 +118,7 @@ def solve_level(
 ) -> Level:
     """Converge on one grid, from the factors of a matrix where some are known.
 
-    Raises
-    ------
-    NewtonFailure
-        Reasons: "start_infeasible", "singular_matrix", "damping_exhausted", "iteration_limit".
+    Raises `NewtonFailure`: reasons: "start_infeasible", "singular_matrix", "damping_exhausted", "iteration_limit".
     """
     n = grid.nodes.size
     u = np.concatenate([start.pressure, (start.h00, start.flow, start.stretch)])

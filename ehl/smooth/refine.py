@@ -56,14 +56,9 @@ def extrapolate(levels: list[Array], coarsest: int, *, hot: bool = False) -> Gri
     The value is the extrapolation of the two finest. Its error is judged by how far it moved from the extrapolation
     of the two coarser ones.
 
-    Parameters
-    ----------
-    levels : list of ndarray
-        Outputs of the grids, coarse to fine; the last three count.
-    coarsest : int
-        Nodes of the coarsest of these three.
-    hot : bool
-        Whether each grid has its own heat balance.
+    levels: outputs of the grids, coarse to fine; the last three count.
+    coarsest: nodes of the coarsest of these three.
+    hot: whether each grid has its own heat balance.
     """
     coarse, middle, fine = levels[-3:]
     value = fine + (fine - middle) / 3.0

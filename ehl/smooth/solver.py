@@ -22,13 +22,7 @@ from ehl.common.errors import InputError
 from ehl.common.threads import single_thread
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
-from ehl.smooth.continuation import (
-    HARD_NODES,
-    PATH_NODES,
-    PathReport,
-    cold_path,
-    from_neighbour,
-)
+from ehl.smooth.continuation import HARD_NODES, PATH_NODES, PathReport, cold_path, from_neighbour
 from ehl.smooth.newton import Level, NewtonFailure
 from ehl.smooth.outputs import FilmShear, friction_inlet, numbers_of
 from ehl.smooth.refine import COARSEST, Accuracy, GridLimit, nested, refined, rounding_errors, settled
@@ -102,34 +96,17 @@ class SteadyResult:
 
 
 def solve_steady(
-    contact: LineContact,
-    lubricant: Lubricant,
-    *,
-    accuracy: Accuracy = "standard",
-    start: SteadyResult | None = None,
+    contact: LineContact, lubricant: Lubricant, *, accuracy: Accuracy = "standard", start: SteadyResult | None = None
 ) -> SteadyResult:
     """Solve the smooth, steady, isothermal line contact.
 
     Reynolds d/dx(rho h^3/(12 eta) S dp/dx) = u_r d(rho h)/dx with p = dp/dx = 0 at the exit, elastic film and load.
 
-    Parameters
-    ----------
-    contact, lubricant
-        SI records.
-    accuracy : {"fast", "standard", "reference"}
-        Films and friction to about 1 %, 0.5 %, 0.05 % (the measured errors are far below).
-    start : SteadyResult, optional
-        Result of a neighbouring contact.
-
-    Returns
-    -------
-    SteadyResult
-        Never raises for a contact that cannot be solved: status "failed" and a reason of `REASONS`.
-
-    Raises
-    ------
-    InputError
-        Unknown accuracy.
+    contact, lubricant: SI records.
+    accuracy: films and friction to about 1 %, 0.5 %, 0.05 % (the measured errors are far below).
+    start: result of a neighbouring contact.
+    Returns: never raises for a contact that cannot be solved: status "failed" and a reason of `REASONS`.
+    Raises `InputError`: unknown accuracy.
     """
     if accuracy not in COARSEST:
         raise InputError("accuracy", accuracy, ", ".join(COARSEST))

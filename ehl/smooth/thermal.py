@@ -87,22 +87,11 @@ def solve_smooth(
 
     The film temperature acts on the viscosity in the Reynolds equation itself, inlet included.
 
-    Parameters
-    ----------
-    contact, lubricant, bodies, temperature_bulk
-        As in `ehl.heat.traction.thermal_traction`.
-    thermal : {"auto", "on", "off"}
-        "auto" leaves heat out where `estimate_thermal_effect` finds that it does not matter.
-    accuracy : {"fast", "standard", "reference"}
-        As in `ehl.smooth.solver.solve_steady`.
-    start : SteadyResult, optional
-        A neighbouring contact's isothermal film.
-    start_heat : ThermalTraction, optional
-        A neighbouring contact's temperatures.
-
-    Returns
-    -------
-    SmoothFilm
+    contact, lubricant, bodies, temperature_bulk: as in `ehl.heat.traction.thermal_traction`.
+    thermal: "auto" leaves heat out where `estimate_thermal_effect` finds that it does not matter.
+    accuracy: as in `ehl.smooth.solver.solve_steady`.
+    start: a neighbouring contact's isothermal film.
+    start_heat: a neighbouring contact's temperatures.
     """
     isothermal = solve_steady(contact, lubricant, accuracy=accuracy, start=start)
     if thermal == "off":

@@ -144,25 +144,13 @@ def contact_uncertainty(
 ) -> InputUncertainty:
     """Interval of the friction coefficient of a contact, solved with each input at both ends of its interval.
 
-    Parameters
-    ----------
-    problem : ContactProblem
-        The contact.
-    solve : callable
-        Friction coefficient [-], its relative error [-] and the film ratio [-] of a problem.
-    spreads : UncertaintyInput
-        How well inputs are known.
-    oil : Oil, optional
-        Card that says how well its figures are known; without one the oil counts as known.
-    level : float
-        Share of cases the interval is to hold [-].
-    jobs : int, optional
-        Worker processes; by default all cores granted.
-
-    Raises
-    ------
-    InputError
-        The level is no share between 0 and 1.
+    problem: the contact.
+    solve: friction coefficient [-], its relative error [-] and the film ratio [-] of a problem.
+    spreads: how well inputs are known.
+    oil: card that says how well its figures are known; without one the oil counts as known.
+    level: share of cases the interval is to hold [-].
+    jobs: worker processes; by default all cores granted.
+    Raises `InputError`: the level is no share between 0 and 1.
     """
     score = score_of(level)
     mu, error, ratio = solve(problem)

@@ -31,10 +31,7 @@ _BARS = 12  # at most, of a figure
 def score_of(level: float) -> float:
     """Standard deviations to either side that hold a share `level` of a normal distribution.
 
-    Raises
-    ------
-    InputError
-        The level is no share between 0 and 1.
+    Raises `InputError`: the level is no share between 0 and 1.
     """
     if not 0.0 < level < 1.0:
         raise InputError("level", level, "between 0 and 1, such as 0.9")

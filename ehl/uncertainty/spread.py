@@ -24,10 +24,7 @@ Kind = Literal["relative", "absolute"]
 class Spread:
     """How well a number is known: one standard deviation.
 
-    Raises
-    ------
-    InputError
-        It is below 0 or no number.
+    Raises `InputError`: it is below 0 or no number.
 
     Examples
     --------

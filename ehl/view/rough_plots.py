@@ -137,10 +137,8 @@ def _last_filling(axes: Axes, run: TransientResult, b: float) -> None:
 def running_mean(run: TransientResult) -> tuple[Array, Array, Array]:
     """Mean of mu and half width of its 90 % interval over the first 2, 4, 6... half-widths of the window.
 
-    Returns
-    -------
-    travel, mean, half_width : ndarray, shape (n,)
-        [b], [-], [-]; the half width is nan as long as the batches are too few.
+    Returns: travel, mean, half_width: [b], [-], [-]; the half width is nan as long as the batches are too few, shape
+    (n,).
     """
     mu = run.history_friction
     per_half_width = mu.size / run.travel

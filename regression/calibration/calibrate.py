@@ -74,10 +74,7 @@ class MisfitTooLarge(MixedEhlError):
 class ParameterEstimate:
     """One parameter after the calibration, SI.
 
-    Parameters
-    ----------
-    verdict : str
-        In words.
+    verdict: in words.
     """
 
     name: str
@@ -127,23 +124,11 @@ class Calibration(Reportable):
     def card(self, name: str, *, force: bool = False) -> Oil:
         """The oil card with the calibrated figures and the record of what they come from.
 
-        Parameters
-        ----------
-        name : str
-            Name of the new card.
-        force : bool
-            Make a card although the misfit is not credible; its description says so.
-
-        Returns
-        -------
-        Oil
-            Figures that are not identifiable stay those of the card the calibration began with, unless the data
-            exclude them.
-
-        Raises
-        ------
-        MisfitTooLarge
-            The misfit is not credible, so the figures are not those of the oil.
+        name: name of the new card.
+        force: make a card although the misfit is not credible; its description says so.
+        Returns: figures that are not identifiable stay those of the card the calibration began with, unless the data
+        exclude them.
+        Raises `MisfitTooLarge`: the misfit is not credible, so the figures are not those of the oil.
         """
         from regression.calibration.card import calibrated_card
 
@@ -167,24 +152,10 @@ class Calibration(Reportable):
     def save_card(self, path: str | PathLike[str], *, force: bool = False) -> Oil:
         """Write the calibrated oil card.
 
-        Parameters
-        ----------
-        path : str or path
-            A file ending in .toml; its stem is the name of the card.
-        force : bool
-            As of `card`.
-
-        Returns
-        -------
-        Oil
-            The card.
-
-        Raises
-        ------
-        InputError
-            The file cannot be written.
-        MisfitTooLarge
-            As of `card`.
+        path: a file ending in .toml; its stem is the name of the card.
+        force: as of `card`.
+        Returns: the card.
+        Raises `InputError`: the file cannot be written; `MisfitTooLarge`: as of `card`.
         """
         from ehl.fluid.oil_sheet import write_card
 
@@ -210,12 +181,7 @@ class Calibration(Reportable):
         return plot_calibration(self._inputs()[0], self, ax)
 
     def to_frame(self) -> pd.DataFrame:
-        """One row per parameter, SI: name, unit, status, value, standard error of ln(value), 95 % interval, note.
-
-        Returns
-        -------
-        pandas.DataFrame
-        """
+        """One row per parameter, SI: name, unit, status, value, standard error of ln(value), 95 % interval, note."""
         import pandas as pd
 
         return pd.DataFrame([asdict(estimate) for estimate in self.parameters])
@@ -240,12 +206,7 @@ class Calibration(Reportable):
         return self.measurement, self.setup
 
     def to_dict(self) -> dict[str, Any]:
-        """Numbers and notes for JSON, SI; not-a-number becomes None.
-
-        Returns
-        -------
-        dict
-        """
+        """Numbers and notes for JSON, SI; not-a-number becomes None."""
         content: dict[str, Any] = finite_or_none(replace(self, measurement=None, setup=None))
         for name in ("measurement", "setup"):
             del content[name]
@@ -479,13 +440,7 @@ def _noise(fit: Fit, target: Target) -> Noise:
 
 
 def _refit_without(
-    name: str,
-    card: float,
-    fit: Fit,
-    names: tuple[str, ...],
-    solver: FrictionSolver,
-    target: Target,
-    noise: Noise,
+    name: str, card: float, fit: Fit, names: tuple[str, ...], solver: FrictionSolver, target: Target, noise: Noise
 ) -> tuple[Fit, float, int]:
     """The fit with one parameter held: at the card's value, or where it was if the data exclude that."""
     rounds, limit = 0, EXCLUDED_GAIN / robust.DEVIANCE

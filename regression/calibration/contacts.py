@@ -131,14 +131,9 @@ def hertz_point_pressure(load: float, radius_1: float, radius_2: float, effectiv
     1/(2 R') = (p0/E*) b/(e^2 a^2) (K - E), 1/(2 R'') = (p0/E*) b/(e^2 a^2) ((a/b)^2 E - K), W = 2 pi a b p0/3, with
     E* = E'/2, R' the larger radius, a the longer half axis, e^2 = 1 - (b/a)^2, K and E complete elliptic integrals.
 
-    Parameters
-    ----------
-    load : float
-        W [N].
-    radius_1, radius_2 : float
-        Equivalent radii in both directions [m].
-    effective_modulus : float
-        E' [Pa].
+    load: W [N].
+    radius_1, radius_2: equivalent radii in both directions [m].
+    effective_modulus: E' [Pa].
     """
     stiff = 0.5 * effective_modulus
     larger, smaller = max(radius_1, radius_2), min(radius_1, radius_2)

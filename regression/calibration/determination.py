@@ -71,12 +71,8 @@ def determination_of(fit: Fit, target: Target, noise: Noise, labels: tuple[str, 
 def least_identifiable(fit: Fit, found: Determination, width: Array) -> str | None:
     """The least identifiable parameter, if it is not identifiable at all; None where all are.
 
-    Parameters
-    ----------
-    fit, found
-        The search, and what it says of its end.
-    width : ndarray, shape (k,)
-        Half widths of the 95 % intervals of ln(value).
+    fit, found: the search, and what it says of its end.
+    width (k,): half widths of the 95 % intervals of ln(value).
     """
     not_identifiable = [
         name in fit.pinned or share > ALONE for name, share in zip(fit.names, found.main_share, strict=True)

@@ -81,20 +81,11 @@ class Measurement:
 def read_measurement(path: Path, fixed: Mapping[str, float], *, friction: bool = True) -> Measurement:
     """Read a table of measured friction.
 
-    Parameters
-    ----------
-    path : Path
-        CSV, XLSX or the export of a test rig as `ehl.common.table_reader.read_table` takes it. Slip in both directions
-        is folded (`folded`).
-    fixed : mapping
-        Conditions that hold for every row, SI; each either here or in the table.
-    friction : bool
-        Whether the column friction_coefficient is needed (not for a planned test).
-
-    Raises
-    ------
-    InputError
-        Naming file, row and column.
+    path: CSV, XLSX or the export of a test rig as `ehl.common.table_reader.read_table` takes it. Slip in both
+        directions is folded (`folded`).
+    fixed: conditions that hold for every row, SI; each either here or in the table.
+    friction: whether the column friction_coefficient is needed (not for a planned test).
+    Raises `InputError`: naming file, row and column.
     """
     table, numbers = numbered_table(path, COLUMNS, ("friction_coefficient",) if friction else (), missing=True)
     size = len(next(iter(table.values())))

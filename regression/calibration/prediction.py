@@ -45,10 +45,7 @@ class FrozenFilm:
     Pressure, temperature and shape of the film stay those of the solution; its thickness follows the formula of Moes
     (1992), its shear stress the shear law with the new figures.
 
-    Parameters
-    ----------
-    log_rest : ndarray, shape (m,)
-        ln of v_s/h times the change of viscosity with temperature [1/s].
+    log_rest (m,): ln of v_s/h times the change of viscosity with temperature [1/s].
     """
 
     pressure: Array  # [Pa]; shape (m,)
@@ -111,15 +108,9 @@ def solve_group(
     of mu is narrow enough jumps from one set to the next, and mu with it by some per cent: more than the small changes
     a search follows.
 
-    Parameters
-    ----------
-    group : Group
-    sets : sequence of (lubricants, surface changes)
-        One lubricant per contact of the group.
-    model, bodies
-        As in `ehl.solve.solve_contact`.
-    windows : sequence of float or None
-        Travel each contact is averaged over [b], as far as known; empty where none is.
+    sets: one lubricant per contact of the group.
+    model, bodies: as in `ehl.solve.solve_contact`.
+    windows: travel each contact is averaged over [b], as far as known; empty where none is.
     """
     out = np.full((len(sets), len(group.contacts), PARTS), np.nan)
     first: list[ContactResult] = []
@@ -171,12 +162,8 @@ class FrictionSolver:
     def parts(self, sets: Sequence[Values], rows: Mask | None = None) -> Array:
         """Parts of the friction for each set of values, shape (sets, n, 3); nan where failed or not asked for.
 
-        Parameters
-        ----------
-        sets : sequence of mapping
-            Values of all parameters, SI; later ones start from the solutions of the first.
-        rows : ndarray of bool, optional
-            Rows that are solved; all when not given.
+        sets: values of all parameters, SI; later ones start from the solutions of the first.
+        rows: rows that are solved; all when not given.
         """
         wanted = np.ones(self.roughness.size, dtype=bool) if rows is None else rows
         keys = [self._key(values) for values in sets]

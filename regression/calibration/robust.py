@@ -58,16 +58,10 @@ class Noise:
 def noise_of(residuals: Array, fitted: int, *, stated: bool, tuned_to: float) -> Noise:
     """Scale of standardised residuals, and what it means for the intervals.
 
-    Parameters
-    ----------
-    residuals : ndarray, shape (n,)
-        Over the standard deviation stated for each row (over 1 where none is).
-    fitted : int
-        Number of parameters.
-    stated : bool
-        Whether the noise is stated.
-    tuned_to : float
-        The scale Huber's c was multiplied with in the fit.
+    residuals (n,): over the standard deviation stated for each row (over 1 where none is).
+    fitted: number of parameters.
+    stated: whether the noise is stated.
+    tuned_to: the scale Huber's c was multiplied with in the fit.
     """
     free = max(residuals.size - fitted, 1)
     psi = np.clip(residuals / tuned_to, -TUNING, TUNING)

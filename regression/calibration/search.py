@@ -69,10 +69,7 @@ class Fit:
 
 def bounds_of(names: tuple[str, ...]) -> tuple[Array, Array]:
     """Bounds of ln(value), two arrays of shape (k,)."""
-    return (
-        np.log([PARAMETERS[name].low for name in names]),
-        np.log([PARAMETERS[name].high for name in names]),
-    )
+    return (np.log([PARAMETERS[name].low for name in names]), np.log([PARAMETERS[name].high for name in names]))
 
 
 def surrogate_at(
@@ -197,21 +194,13 @@ def best_start(
     return best
 
 
-def search(
-    solver: FrictionSolver,
-    values: dict[str, float],
-    names: tuple[str, ...],
-    target: Target,
-) -> Fit:
+def search(solver: FrictionSolver, values: dict[str, float], names: tuple[str, ...], target: Target) -> Fit:
     """Least loss over the fitted parameters, from these values on.
 
     Each round solves all rows once. The surrogate begins with films held and is corrected along the steps; finite
     differences of the solver are taken where the search seems to have ended, and decide whether it has.
 
-    Raises
-    ------
-    ConvergenceError
-        The search did not come to rest.
+    Raises `ConvergenceError`: the search did not come to rest.
     """
     region, gained = REGION, np.inf
     surrogate = surrogate_at(solver, values, names, target.rows, differences=False)

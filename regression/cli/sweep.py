@@ -36,9 +36,7 @@ def sweep_run(
     plan: Annotated[
         str,
         typer.Argument(
-            metavar="PLAN",
-            help="Plan file, or a shipped plan: gear, gear_mesh, demo",
-            autocompletion=names_of("plans"),
+            metavar="PLAN", help="Plan file, or a shipped plan: gear, gear_mesh, demo", autocompletion=names_of("plans")
         ),
     ],
     run: Annotated[Path | None, typer.Option("-o", "--output", metavar="RUN", help="Folder of the results.")] = None,

@@ -240,10 +240,7 @@ def dataset_names() -> tuple[str, ...]:
 def results_path(run: Source) -> Path:
     """Folder or file of a run's results, or the file of the shipped dataset of that name.
 
-    Raises
-    ------
-    InputError
-        Neither exists; the message lists the names there are.
+    Raises `InputError`: neither exists; the message lists the names there are.
     """
     path = Path(run)
     if os.path.exists(path):
@@ -257,10 +254,7 @@ def results_path(run: Source) -> Path:
 def dataset_plan(name: str) -> Plan:
     """The plan a dataset was computed from, as stored with its results.
 
-    Raises
-    ------
-    InputError
-        There is no such dataset.
+    Raises `InputError`: there is no such dataset.
     """
     return Plan.from_json(str(read_meta(results_path(name))["plan"]))
 
@@ -443,10 +437,7 @@ _OF_STATUS = (
 def run_status(run: Path) -> RunStatus:
     """Progress of a run; also while it is being computed.
 
-    Raises
-    ------
-    InputError
-        There are no results, or a file cannot be read.
+    Raises `InputError`: there are no results, or a file cannot be read.
     """
     shards, parts = [], []
     plan_name, planned = "", 0

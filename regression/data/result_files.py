@@ -47,10 +47,7 @@ SAME_RUN = {
 def run_files(run: Path) -> list[Path]:
     """The result files of a run: the file itself, or all in the folder.
 
-    Raises
-    ------
-    InputError
-        There are none.
+    Raises `InputError`: there are none.
     """
     hint = "Run `mixed-ehl sweep PLAN.toml -o RUN` first."
     if os.path.isfile(run):
@@ -80,10 +77,7 @@ def read_file(path: Path) -> tuple[dict[str, Any], Rows]:
 
     Of a journal that another process writes these are the rows that are whole.
 
-    Raises
-    ------
-    InputError
-        The file is corrupt or no result file, or has a newer schema.
+    Raises `InputError`: the file is corrupt or no result file, or has a newer schema.
     """
     if path.suffix != JOURNAL:
         return _read_hdf5(path)
@@ -101,10 +95,7 @@ def read_run(run: Path) -> tuple[dict[str, Any], Rows]:
 
     The rows of journals are sorted by key; those of one HDF5 file have the order of the file.
 
-    Raises
-    ------
-    InputError
-        There are no results, or the files belong to different runs.
+    Raises `InputError`: there are no results, or the files belong to different runs.
     """
     files = run_files(run)
     (meta, rows), *others = [read_file(path) for path in files]
@@ -165,10 +156,7 @@ def cases_of_other_files(path: Path) -> dict[str, CaseStatus]:
 def merge(run: Path, target: Path, *, compress: bool = False) -> int:
     """Write all rows of a run into one HDF5 file; returns how many.
 
-    Raises
-    ------
-    InputError
-        As `read_run`; or the target exists already or cannot be written.
+    Raises `InputError`: as `read_run`; or the target exists already or cannot be written.
     """
     if os.path.exists(target):
         raise InputError("target", str(target), "a file that does not exist yet")

@@ -40,14 +40,7 @@ OUTPUT_UNITS = si_units(
     )
 )
 # of the rough surfaces; a formula may use the correlation length
-SURFACE_UNITS = si_units(
-    (
-        "boundary_friction",
-        "correlation_length",
-        "peklenik_number",
-        "seed",
-    )
-)
+SURFACE_UNITS = si_units(("boundary_friction", "correlation_length", "peklenik_number", "seed"))
 # times differ from run to run and are not part of the data
 TIMING_UNITS = si_units(("seconds", "seconds_cpu"))
 NUMBER_UNITS: dict[str, str] = {
@@ -60,14 +53,7 @@ NUMBER_UNITS: dict[str, str] = {
     "attempts": "",
     **TIMING_UNITS,
 }
-TEXT_WIDTHS: dict[str, int] = {
-    "origin": 8,
-    "oil": 48,
-    "status": 12,
-    "reason": 64,
-    "setting": 64,
-    "skipped": 256,
-}
+TEXT_WIDTHS: dict[str, int] = {"origin": 8, "oil": 48, "status": 12, "reason": 64, "setting": 64, "skipped": 256}
 KEY_WIDTH = 64
 
 ROW = np.dtype(

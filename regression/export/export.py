@@ -39,10 +39,7 @@ def export_formula(
 ) -> Program:
     """Write a formula as code; arguments as of `FittedFormula.export`.
 
-    Raises
-    ------
-    InputError
-        The language is not known, the name is no identifier, or the file cannot be written.
+    Raises `InputError`: the language is not known, the name is no identifier, or the file cannot be written.
     """
     text, _ = _LANGUAGES[_language(path, language)]
     if oil is not None and oil_arguments:

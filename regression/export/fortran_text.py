@@ -40,10 +40,7 @@ class FortranPrinter(Printer):
 
 
 # NaN goes through: what max and min do with it is left to the compiler
-_HELPERS = {
-    "maximum": ("larger", ">"),
-    "minimum": ("smaller", "<"),
-}
+_HELPERS = {"maximum": ("larger", ">"), "minimum": ("smaller", "<")}
 
 
 _LOOPS = {

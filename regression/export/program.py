@@ -15,20 +15,9 @@ from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from regression.export import record
-from regression.export.data_functions import (
-    DataFunction,
-    DataValue,
-    guard,
-    network_statistics,
-)
+from regression.export.data_functions import DataFunction, DataValue, guard, network_statistics
 from regression.export.record import NotRecordable, Value
-from regression.friction.conditions import (
-    LUBRICANT_UNITS,
-    STATE_UNITS,
-    UNITS,
-    derived_conditions,
-    lubricant_columns,
-)
+from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS, UNITS, derived_conditions, lubricant_columns
 from regression.friction.data_cloud import DataCloud
 from regression.friction.fitted import FittedFormula, flags_of, friction_of_form
 from regression.friction.models import FrictionFlag
@@ -90,11 +79,7 @@ class Program:
 
 
 def program_of(
-    formula: FittedFormula,
-    *,
-    oil: str | None = None,
-    oil_arguments: bool = False,
-    guard: bool = True,
+    formula: FittedFormula, *, oil: str | None = None, oil_arguments: bool = False, guard: bool = True
 ) -> Program:
     """Record a formula."""
     card = None if oil_arguments else _card(formula, oil)

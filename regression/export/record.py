@@ -48,17 +48,11 @@ class NotRecordable(TypeError):
 class Value(np.lib.mixins.NDArrayOperatorsMixin):
     """One number of a recorded computation, in place of an array of any shape.
 
-    Parameters
-    ----------
-    operation : str
-        ``argument``, ``coefficient``, ``constant``, a name of `FUNCTIONS` or `LOGICAL`, ``add``, ``subtract``,
+    operation: ``argument``, ``coefficient``, ``constant``, a name of `FUNCTIONS` or `LOGICAL`, ``add``, ``subtract``,
         ``multiply``, ``divide``, ``power`` or ``choose`` (condition, value if true, value if not).
-    operands : tuple of Value
-        What it is computed from.
-    number : float
-        Of a constant or a coefficient.
-    name : str
-        Its name in the program; empty where it has none.
+    operands: what it is computed from.
+    number: of a constant or a coefficient.
+    name: its name in the program; empty where it has none.
     """
 
     def __init__(
@@ -150,10 +144,7 @@ def constant(number: float) -> Any:
 def value_of(thing: Any) -> Value:
     """A value as it is; a number, or a value inside of an array without dimension, as a value.
 
-    Raises
-    ------
-    NotRecordable
-        It is an array of several numbers, or no number at all.
+    Raises `NotRecordable`: it is an array of several numbers, or no number at all.
     """
     if isinstance(thing, Value):
         return thing

@@ -119,16 +119,11 @@ def constrained_quantities(
 ) -> dict[str, Array]:
     """The quantities of `Constraints` at every point of a table of state columns.
 
-    Parameters
-    ----------
-    table : mapping
-        pressure_hertz, radius_equivalent, effective_modulus, speed_entrainment, slide_to_roll,
+    table: pressure_hertz, radius_equivalent, effective_modulus, speed_entrainment, slide_to_roll,
         speed_sliding_lengthwise, temperature_oil, roughness_rms_1, roughness_rms_2, correlation_length; arrays of one
         shape.
-    bodies : tuple of Material
-        Both bodies.
-    film_ratio : array, optional
-        lambda; left out where it is not needed.
+    bodies: both bodies.
+    film_ratio: lambda; left out where it is not needed.
     """
     pressure, radius, speed = table["pressure_hertz"], table["radius_equivalent"], table["speed_entrainment"]
     half_width = half_width_of_pressure(pressure, radius, table["effective_modulus"])

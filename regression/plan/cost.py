@@ -75,12 +75,8 @@ class CostEstimate:
 def contact_seconds(model: ModelInput, table: Mapping[str, Array]) -> tuple[Array, NDArray[np.bool_]]:
     """Estimated seconds of contacts, and which of them are transient rough contacts.
 
-    Parameters
-    ----------
-    model : ModelInput
-        Model and accuracy of the contact solver.
-    table : mapping
-        `regression.friction.conditions.conditions_of` the contacts, and their correlation length.
+    model: model and accuracy of the contact solver.
+    table: `regression.friction.conditions.conditions_of` the contacts, and their correlation length.
     """
     seconds = np.full(table["pressure_hertz"].shape, SMOOTH[model.accuracy])
     rough = np.zeros(seconds.shape, dtype=bool)

@@ -218,10 +218,7 @@ def weighted_quantile(values: ArrayLike, weights: ArrayLike, levels: ArrayLike) 
     With equal weights these are the quantiles of Hazen. Outside of the first and last half weight the extreme values
     hold.
 
-    Raises
-    ------
-    InputError
-        No values, a weight below zero or not finite, or no weight at all.
+    Raises `InputError`: no values, a weight below zero or not finite, or no weight at all.
     """
     x, w = np.ravel(np.asarray(values, dtype=float)), np.ravel(np.asarray(weights, dtype=float))
     if x.size == 0 or x.size != w.size:

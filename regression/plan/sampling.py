@@ -73,14 +73,9 @@ def lattice(axes: Mapping[str, PlanAxis]) -> Iterator[dict[str, float]]:
 class BoxSampler:
     """Points in the box of the sampled axes.
 
-    Parameters
-    ----------
-    axes : mapping
-        Axes of the plan; only those that are sampled count.
-    method : str
-        sobol or latin_hypercube.
-    seed : int
-        Of the sequence.
+    axes: axes of the plan; only those that are sampled count.
+    method: sobol or latin_hypercube.
+    seed: of the sequence.
     """
 
     def __init__(self, axes: Mapping[str, PlanAxis], method: str, seed: int) -> None:
@@ -110,10 +105,7 @@ class BoxSampler:
         A Sobol sequence is drawn on until there are enough (from its point `first` on); of a Latin hypercube only those
         that pass remain, since it cannot be continued.
 
-        Raises
-        ------
-        InputError
-            The constraints leave less than 1/64 of the points drawn.
+        Raises `InputError`: the constraints leave less than 1/64 of the points drawn.
         """
         dimension = len(self.ranges)
         if self.method == "latin_hypercube":

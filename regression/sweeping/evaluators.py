@@ -67,10 +67,7 @@ def input_row(case: Contact) -> dict[str, float | str]:
 def solve_outputs(case: Contact) -> Outputs:
     """Results of the contact solver, with its status (converged, unsettled) and reason.
 
-    Raises
-    ------
-    ConvergenceError
-        With the solver's reason.
+    Raises `ConvergenceError`: with the solver's reason.
     """
     result = case.solve()
     if result.status == "failed":
@@ -87,10 +84,7 @@ def solve_outputs(case: Contact) -> Outputs:
 def published_outputs(case: Contact, name: str) -> Outputs:
     """Friction by a formula of the registry: a sweep of milliseconds, to try a plan and to test the fit.
 
-    Raises
-    ------
-    ConvergenceError
-        The formula has no positive value for this case.
+    Raises `ConvergenceError`: the formula has no positive value for this case.
     """
     columns = derive({key: np.array([value]) for key, value in input_row(case).items() if key in UNITS})
     base = "mineral"
@@ -109,12 +103,8 @@ def fallback_settings(case: Contact, step: int) -> tuple[Contact, str] | None:
 
     A finer mesh comes first, then the solution without shortcuts.
 
-    Parameters
-    ----------
-    case : Contact
-        As planned.
-    step : int
-        0 is the case itself; each further step takes the next accuracy, the last one switches the shortcuts off.
+    case: as planned.
+    step: 0 is the case itself; each further step takes the next accuracy, the last one switches the shortcuts off.
     """
     if step == 0:
         return case, ""

@@ -59,27 +59,14 @@ def rerun(
 ) -> Iterator[Rerun]:
     """Compute a random share of a dataset's cases again.
 
-    Parameters
-    ----------
-    dataset : Dataset
-    plan : Plan
-        It was computed from.
-    share : float
-        Of the cases of the plan.
-    seed : int
-        Of the choice.
-    seconds : float
-        Budget [s]: cases that took more than a fifth of it are skipped, and the first after it is spent ends the
+    plan: it was computed from.
+    share: of the cases of the plan.
+    seed: of the choice.
+    seconds: budget [s]: cases that took more than a fifth of it are skipped, and the first after it is spent ends the
         rerun (by the stored times). The choice is then no longer blind to the cost of a case.
-    evaluate : callable
-        Contact to results.
-
-    Raises
-    ------
-    InputError
-        A case of the plan is not in the dataset: it belongs to another plan.
-    ConvergenceError
-        A case that had a result has none now.
+    evaluate: contact to results.
+    Raises `InputError`: a case of the plan is not in the dataset: it belongs to another plan; `ConvergenceError`: a
+    case that had a result has none now.
     """
     order = np.random.default_rng(seed).permutation(len(plan.points))
     remaining, spent = max(int(np.ceil(share * len(order))), 1), 0.0

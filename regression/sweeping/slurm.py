@@ -69,29 +69,16 @@ def job_script(
 ) -> str:
     """The script that submits a sweep, to be run by ``bash``.
 
-    Parameters
-    ----------
-    plan, run : str
-        As given to ``mixed-ehl sweep``.
-    shards : int
-        Tasks of the array.
-    options : sequence of str
-        Further arguments of the command, as ``["--set", "lubricant.oil=fva3"]``.
-    jobs : int
-        Processors of a task: its workers follow SLURM_CPUS_PER_TASK.
-    sbatch : mapping of str
-        Options of ``sbatch`` for all jobs, by their long names: ``partition``, ``account``, ``mem``, ``time``...
-    container : str, optional
-        Image in which ``apptainer`` runs the program.
-    merge, fit : str, optional
-        One file of all results, and the formula fitted to them: made by a job that waits for the array.
-    kernels : bool
-        Compile the kernels of contacts in a job of their own that the array waits for.
-
-    Raises
-    ------
-    InputError
-        Fewer than one task, or processor, or more than a cluster gives; an option sbatch does not take so.
+    plan, run: as given to ``mixed-ehl sweep``.
+    shards: tasks of the array.
+    options: further arguments of the command, as ``["--set", "lubricant.oil=fva3"]``.
+    jobs: processors of a task: its workers follow SLURM_CPUS_PER_TASK.
+    sbatch: options of ``sbatch`` for all jobs, by their long names: ``partition``, ``account``, ``mem``, ``time``...
+    container: image in which ``apptainer`` runs the program.
+    merge, fit: one file of all results, and the formula fitted to them: made by a job that waits for the array.
+    kernels: compile the kernels of contacts in a job of their own that the array waits for.
+    Raises `InputError`: fewer than one task, or processor, or more than a cluster gives; an option sbatch does not take
+    so.
     """
     for name, value, most in (("jobs", jobs, MAX_JOBS), ("tasks", shards, MAX_TASKS)):
         if not 1 <= value <= most:

@@ -134,29 +134,13 @@ class SweepOptions:
 def sweep_shard(plan: Plan, folder: Path, shard: tuple[int, int] = (1, 1), **options: Any) -> SweepReport:
     """Compute the cases of a plan, or of one shard of it, that are not on disk yet.
 
-    Parameters
-    ----------
-    plan : Plan
-        What to compute.
-    folder : Path
-        Folder of the results; created where it does not exist.
-    shard : tuple of int
-        (i, n): every n-th case, beginning with the i-th. One file per shard, so that shards may run at once.
-    **options
-        Fields of `SweepOptions`.
-
-    Returns
-    -------
-    SweepReport
-
-    Raises
-    ------
-    InputError
-        The folder holds another run, cannot be written, or the shard is not one of n.
-    AllWorkersCrashed, ClusterLost
-        Nothing can be computed any more; every finished case is on disk.
-    KeyboardInterrupt
-        Ctrl-C or SIGTERM came; every finished case is on disk.
+    plan: what to compute.
+    folder: folder of the results; created where it does not exist.
+    shard: (i, n): every n-th case, beginning with the i-th. One file per shard, so that shards may run at once.
+    **options: fields of `SweepOptions`.
+    Raises `InputError`: the folder holds another run, cannot be written, or the shard is not one of n;
+    `AllWorkersCrashed, ClusterLost`: nothing can be computed any more; every finished case is on disk;
+    `KeyboardInterrupt`: Ctrl-C or SIGTERM came; every finished case is on disk.
     """
     given = SweepOptions(**options)
     number, shards = shard
@@ -181,18 +165,11 @@ def compute_cases(
 ) -> SweepReport:
     """Compute those of some cases that are not in a result file yet, the longest first.
 
-    Parameters
-    ----------
-    path : Path
-        The result file; created where it does not exist.
-    meta : mapping
-        As of `run_meta`.
-    points : sequence of PlannedCase
-        The cases.
-    cost : array
-        Their estimated seconds.
-    options : SweepOptions
-        How they are computed.
+    path: the result file; created where it does not exist.
+    meta: as of `run_meta`.
+    points: the cases.
+    cost: their estimated seconds.
+    options: how they are computed.
     """
     clock = time.perf_counter()
     # the longest first: the last cases are short, and no core waits long for another
@@ -271,10 +248,7 @@ def _joined(*rows: Mapping[str, CaseStatus]) -> dict[str, CaseStatus]:
 def shard_path(folder: Path, number: int, shards: int) -> Path:
     """The result file of a shard; its folder is created.
 
-    Raises
-    ------
-    InputError
-        The folder cannot be created.
+    Raises `InputError`: the folder cannot be created.
     """
     make_folder(folder, "run")
     return folder / f"shard-{number:04d}-of-{shards:04d}{JOURNAL}"
@@ -288,10 +262,7 @@ def _failed_settings(status: str, reason: str, attempts: int) -> int:
 def run_meta(plan: Plan, version: str) -> dict[str, str | int]:
     """What every file of a run carries.
 
-    Raises
-    ------
-    InputError
-        The rows cannot hold the name of an oil: it would come back as another one.
+    Raises `InputError`: the rows cannot hold the name of an oil: it would come back as another one.
     """
     width = TEXT_WIDTHS["oil"]
     for name in plan.oils:

@@ -86,14 +86,9 @@ _LIBRARIES = ("numpy", "scipy", "scikit-learn", "pandas", "h5py", "numba")
 def fit_sections(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterable[str] = ()) -> list[Section]:
     """Sections of the page of a fit.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        What the formulas were fitted to.
-    formulas : sequence of FittedFormula
-        Best first.
-    tried : iterable of str
-        Families that were tried; those not among the formulas are named as not fitted.
+    dataset: what the formulas were fitted to.
+    formulas: best first.
+    tried: families that were tried; those not among the formulas are named as not fitted.
     """
     best = formulas[0]
     return [
@@ -466,13 +461,7 @@ def _failures(dataset: Dataset, best: FittedFormula) -> Section:
     missed = np.where(rest["key"].isin(fitted_rows(dataset, best)["key"]), np.abs(deviation), -1.0)
     worst = np.argsort(-missed)[:_WORST]
     shown = [
-        (
-            str(r["key"])[:8],
-            d,
-            r["friction_coefficient"],
-            r["friction_error"],
-            *(r[name] for name in _CONDITIONS),
-        )
+        (str(r["key"])[:8], d, r["friction_coefficient"], r["friction_error"], *(r[name] for name in _CONDITIONS))
         for r, d in zip(rest.iloc[worst].to_dict("records"), deviation[worst], strict=True)
     ]
     header: tuple[Column | str, ...] = (

@@ -98,11 +98,7 @@ def check_table(formula: FittedFormula) -> Table:
 def interval_table(formula: FittedFormula, spread: Sequence[tuple[float, float, float]]) -> Table:
     """Interval of mu by film ratio.
 
-    Parameters
-    ----------
-    formula : FittedFormula
-    spread : sequence of (median, low, high)
-        Of the factor within each band for networks, whose deviation differs from case to case, as of
+    spread: of the factor within each band for networks, whose deviation differs from case to case, as of
         `regression.fitting.cross_validation.interval_factors`; empty for other forms.
     """
     interval = formula.interval

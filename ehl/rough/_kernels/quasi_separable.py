@@ -62,16 +62,10 @@ def row_times(row, m0, m1, m2, m3):
 def factor_and_solve(first, last, kind, band, weights, ratios, rhs_f, rhs_c, unit_f, sol, work):
     """Solve for nodes first .. last-1, with the right-hand sides (rhs_f, rhs_c) and (unit_f, 1).
 
-    Parameters
-    ----------
-    kind : int64 array
-        Bit FLUID: row and unknown f are present; bit CONTACT: row and unknown c are present.
-    band : float64 array (6, n)
-        left, centre, right, a, b, c of the rows f.
-    sol : float64 array (4, n)
-        Out: f and c of the first right-hand side, then of the second; entries of absent unknowns are stale.
-    work : float64 array (n, 4 + 2 MODES)
-        Scratch: the inverted diagonal block (of a fluid node alone: pivot, sum of its generator) and the right
+    kind: bit FLUID: row and unknown f are present; bit CONTACT: row and unknown c are present.
+    band (6, n): left, centre, right, a, b, c of the rows f.
+    sol (4, n): out: f and c of the first right-hand side, then of the second; entries of absent unknowns are stale.
+    work: scratch: the inverted diagonal block (of a fluid node alone: pivot, sum of its generator) and the right
         generators of each node.
     """
     left, centre, right, ca, cb, cc = band[0], band[1], band[2], band[3], band[4], band[5]
