@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import os
 import re
 import sys
@@ -21,19 +19,26 @@ settings.load_profile("gate")
 
 # files of the marker `fast`, by folder: cheap tests of every package, some 70 s of processor time with warm kernels
 FAST = {
-    "unit/ehl": ("units validation table quantities inputs lubricant oil_sheet finish roughness"),
+    "unit/ehl": ("units validation table inputs lubricant oil_sheet finish roughness"),
     "unit/regression": (
-        "plan conditions families friction_models formula_file points code_record conformal model_label "
-        "table_files calibration_inputs"
+        "plan conditions families friction_models formula_file points code_record conformal table_files "
+        "calibration_inputs"
     ),
     "unit/efficiency": (
-        "blank cutting_design cutting_kinematics cutting_summary contact_piecewise_cubic contact_sample "
+        "blank cutting_design cutting_kinematics cutting_summary contact_sample "
         "load_equilibrium load_edge_contact lay external_load output_solid geometry_parts duty strength loss "
         "lubrication"
     ),
-    "unit": ("cli_imports import_direction"),
+    "unit": ("import_direction"),
     "golden": ("golden"),
 }
+
+# files of the longest tests, which come first: none is left to one process when the others have ended
+LONGEST = (
+    "verification/test_wheel verification/regression/test_real_slurm unit/test_examples unit/test_pages "
+    "unit/test_readme unit/test_public_docs verification/regression/test_slurm "
+    "unit/efficiency/test_app unit/regression/test_docs unit/regression/test_cli"
+)
 
 _approx = pytest.approx
 
@@ -58,6 +63,34 @@ def _close_figures() -> Iterator[None]:
     pyplot = sys.modules.get("matplotlib.pyplot")
     if pyplot is not None:
         pyplot.close("all")
+
+
+@pytest.fixture(scope="session")
+def design() -> Any:
+    """The shipped spiral bevel pair."""
+    from efficiency.design.design import load_design
+
+    return load_design("fm_spiral_bevel_14x39")
+
+
+@pytest.fixture
+def little_training(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Networks of a few steps, where what follows from the fit is in question: `test_fit_checks` trains them whole."""
+    monkeypatch.setattr("regression.fitting.training._STEPS", 5)
+
+
+@pytest.fixture
+def commands_alone(monkeypatch: pytest.MonkeyPatch, little_training: None) -> None:
+    """Figures of pages are made and not written as SVG, networks are hardly trained: both have tests of their own."""
+    monkeypatch.setattr("ehl.common.pages.figure_svg", lambda figure: "<svg></svg>")
+
+
+@pytest.fixture
+def small_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search for a better ease-off and its check on one small mesh: `test_optimise` is about the search."""
+    for name in ("optimise.SEARCH_GRID", "check.CHECK_GRID", "report.CHECK_GRID"):
+        monkeypatch.setattr(f"efficiency.optimisation.{name}", (6, 11))
+    monkeypatch.setattr("efficiency.optimisation.optimise._FIRST", 1)
 
 
 @dataclass(frozen=True)
@@ -107,6 +140,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 _TESTS = Path(__file__).parent
+_FIRST = [_TESTS / f"{name}.py" for name in LONGEST.split()]
 _FAST = {_TESTS / folder / f"test_{name}.py" for folder, names in FAST.items() for name in names.split()}
 
 
@@ -117,7 +151,8 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the tests of the files in `FAST`."""
+    """Put the files in `LONGEST` first, and mark the tests of those in `FAST`."""
+    items.sort(key=lambda item: _FIRST.index(item.path) if item.path in _FIRST else len(_FIRST))
     for item in items:
         if item.path in _FAST:
             item.add_marker(pytest.mark.fast)

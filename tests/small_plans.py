@@ -1,8 +1,9 @@
 """Plans of a few cases that tests of the sweep and the fit share."""
 
-from __future__ import annotations
-
 from typing import Any
+
+# the command line in a process of its own, whose networks are hardly trained: how jobs follow each other is in question
+PROGRAM = "import regression.fitting.training as t; t._STEPS = 5; from efficiency.cli import main; main()"
 
 # ranges of a spiral bevel pair in the middle of its duty, in which every published formula has a value
 GEAR_VARIABLES = """[variables]

@@ -6,8 +6,6 @@ parsed (`ONLY_READ`). Links lead to files that exist; what the pages on theory a
 their tests exists.
 """
 
-from __future__ import annotations
-
 import ast
 import re
 import shlex
@@ -69,10 +67,7 @@ RUN_BY = {
     ("docs/friction_formula.md", "sh"): "test_plan_and_commands_of_the_page",
     ("docs/friction_formula.md", "toml"): "test_plan_and_commands_of_the_page",
     ("docs/sweep.md", "toml"): SWEEPS,
-    (
-        "docs/sweep.md",
-        "mixed-ehl sweep gear --estimate --jobs 2",
-    ): "test_plan_and_commands_of_the_page_on_sweeps",
+    ("docs/sweep.md", "mixed-ehl sweep gear --estimate --jobs 2"): "test_plan_and_commands_of_the_page_on_sweeps",
     ("docs/sweep.md", "from dask_jobqueue import SLURMCluster"): "test_the_cluster_of_the_page_on_sweeps_computes",
     ("docs/formula_code.md", "c"): "test_example_of_the_page",
 } | {
@@ -189,6 +184,7 @@ def files_of(page: str, mixed_ehl: Callable[..., Any]) -> None:
             Path(name).symlink_to(ROOT / name)
 
 
+@pytest.mark.usefixtures("commands_alone")
 @pytest.mark.parametrize("page", RUNNING)
 def test_commands_of_a_page_run(
     page: str, mixed_ehl: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

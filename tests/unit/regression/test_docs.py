@@ -1,7 +1,5 @@
 """The pages docs/friction_formula.md and docs/sweep.md: their plans and their commands work as printed."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from collections.abc import Callable
@@ -19,6 +17,7 @@ def block(language: str) -> str:
     return found.group(1)
 
 
+@pytest.mark.usefixtures("commands_alone")
 def test_plan_and_commands_of_the_page(
     mixed_ehl: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,7 +1,5 @@
 """The fit's bookkeeping: rows left out, folds, bands, intervals, refusals."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 
@@ -24,10 +22,7 @@ from regression.sweeping.evaluators import published_outputs
 from regression.sweeping.sweep import sweep_shard
 
 PLAN = gear_plan(
-    "fit",
-    {"size": 64, "corners": True},
-    temperature_oil="80 degC",
-    roughness_rms={"low": "0.2 um", "high": "0.6 um"},
+    "fit", {"size": 64, "corners": True}, temperature_oil="80 degC", roughness_rms={"low": "0.2 um", "high": "0.6 um"}
 )
 
 
@@ -101,6 +96,7 @@ def test_corners_are_checked_where_they_were_not_fitted(dataset: Dataset) -> Non
     assert fit_formula(dataset, "short", corners=True).corners is None
 
 
+@pytest.mark.usefixtures("little_training")
 def test_families_come_best_first(dataset: Dataset) -> None:
     formulas = list(fit_families(dataset))
     assert formulas[0].family == "short"

@@ -1,7 +1,5 @@
 """What a fit is checked with: gear paths, repeated realisations, several oils and boundary frictions, the networks."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -133,6 +131,7 @@ def test_networks_keep_limits_and_bounds(dataset: Dataset, network: FittedFormul
 
 def test_networks_are_ranked_with_the_families(dataset: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("regression.fitting.fit.FAMILIES", LINEAR)
+    monkeypatch.setattr("regression.fitting.training._STEPS", 100)  # enough to be the best
     formulas = fit_families(rubbing_more(dataset), nested=True)
     assert formulas[0].network is not None
     held_out = [formula.validation.mape for formula in formulas]
@@ -244,6 +243,7 @@ def test_cards_of_several_oils_cannot_be_told_apart_once_one_changed() -> None:
     assert hashes_of_cards((), "") == {}
 
 
+@pytest.mark.usefixtures("little_training")
 def test_several_boundary_frictions_serve_a_family_that_takes_them(tmp_path: Path) -> None:
     variables = PLAN["variables"] | {"boundary_friction": [0.08, 0.10, 0.12]}
     data = of_short(swept(tmp_path, "arana_2019", sampling={"size": 64}, variables=variables))

@@ -3,8 +3,6 @@
 munged, slurmctld and slurmd are started by the test in a private folder, and ended by it.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import socket
@@ -16,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from small_plans import GEAR_VARIABLES
+from small_plans import GEAR_VARIABLES, PROGRAM
 
 from regression.data.dataset import load_dataset
 from regression.formula import Formula
@@ -33,7 +31,7 @@ SlurmctldHost={host}(127.0.0.1)
 SlurmctldPort={ports[0]}
 SlurmdPort={ports[1]}
 AuthType=auth/munge
-AuthInfo=socket={folder}/munge.socket,cred_expire=10
+AuthInfo=socket={folder}/munge.socket,cred_expire=5
 CryptoType=crypto/munge
 SlurmUser=root
 SlurmdUser=root
@@ -51,7 +49,7 @@ SwitchType=switch/none
 MpiDefault=none
 ReturnToService=2
 KillWait=2
-SchedulerParameters=bf_interval=2
+SchedulerParameters=bf_interval=2,sched_interval=2,batch_sched_delay=0
 JobRequeue=1
 AccountingStorageType=accounting_storage/none
 JobAcctGatherType=jobacct_gather/none
@@ -88,7 +86,7 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         two.bind(("127.0.0.1", 0))
         ports = (one.getsockname()[1], two.getsockname()[1])
     (folder / "slurm.conf").write_text(CONFIGURATION.format(host=host, ports=ports, folder=folder))
-    program = f"#!/bin/bash\nexec {sys.executable} -c 'from efficiency.cli import main; main()' \"$@\"\n"
+    program = f"#!/bin/bash\nexec {sys.executable} -c '{PROGRAM}' \"$@\"\n"
     (folder / "mixed-ehl").write_text(program)
     (folder / "mixed-ehl").chmod(0o755)
     before = dict(os.environ)

@@ -1,7 +1,5 @@
 """Slurm without a cluster: a stand-in for `sbatch` runs what a real one would; the data are those of a local run."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -11,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from small_plans import GEAR_VARIABLES, sweep_plan
+from small_plans import GEAR_VARIABLES, PROGRAM, sweep_plan
 
 from ehl.common.dask_workers import DaskCluster
 from ehl.common.validation import validate
@@ -63,7 +61,7 @@ def slurm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with `sbatch`, `scancel` and `mixed-ehl`, first in the path of commands."""
     commands = tmp_path / "commands"
     commands.mkdir()
-    program = f"#!/bin/bash\nexec {sys.executable} -c 'from efficiency.cli import main; main()' \"$@\"\n"
+    program = f"#!/bin/bash\nexec {sys.executable} -c '{PROGRAM}' \"$@\"\n"
     for name, text in (("sbatch", SBATCH), ("scancel", SCANCEL), ("mixed-ehl", program)):
         (commands / name).write_text(text)
         (commands / name).chmod(0o755)
