@@ -1,7 +1,5 @@
 """A friction law of one line in place of the contact solver, so that statistics of calibration take seconds."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

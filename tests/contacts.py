@@ -1,7 +1,5 @@
 """Contacts, oils and states that many tests of the contact solver and of friction models share."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from ehl.fluid.lubricant import Lubricant

@@ -6,8 +6,6 @@ cent; these do not scatter at all. A count far below its baseline fails too: it 
 of the program's own Python functions, compiled kernels and libraries left out.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Callable
@@ -17,6 +15,7 @@ from types import FrameType
 from typing import Any
 
 import numpy as np
+from contacts import line_contact
 from scipy.stats import qmc
 
 import efficiency
@@ -85,7 +84,7 @@ def smooth_contacts() -> list[tuple[LineContact, Lubricant]]:
         values = low * (high / low) ** share
         values[4] = low[4] + (high - low)[4] * share[4]
         p_h, radius, speed, viscosity, alpha, stress, slip = (float(value) for value in values)
-        line = LineContact.from_pressure(
+        line = line_contact(
             radius_equivalent=radius,
             effective_modulus=2.264e11,
             pressure_hertz=p_h,
@@ -98,13 +97,7 @@ def smooth_contacts() -> list[tuple[LineContact, Lubricant]]:
 
 def rough() -> tuple[int, int, float]:
     """Nodes, steps and Newton iterations a step of a small rough contact."""
-    line = LineContact.from_pressure(
-        radius_equivalent=0.015,
-        effective_modulus=2.264e11,
-        pressure_hertz=1e9,
-        speed_entrainment=5.0,
-        slide_to_roll=0.2,
-    )
+    line = line_contact(effective_modulus=2.264e11, slide_to_roll=0.2)
     oil = Lubricant(0.015, 15e-9, rheology="eyring", eyring_stress=5e6)
     profile = generate_profile(3e-7, 2e-5, 16.0 * line.half_width, 2e-6, 1)
     run = solve_transient(

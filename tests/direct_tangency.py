@@ -6,8 +6,6 @@ one equation of the normals gives way to the edge, the other says that the edge 
 flank. Newton's method, marched from angle to angle; no ease-off, no map, no interpolation.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -5,8 +5,6 @@ along them follow from the derivatives by all three and the tangent plane of tha
 numerically. Curvature is positive where the flank is hollow seen from outside the tooth, negative where it bulges.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

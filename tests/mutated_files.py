@@ -6,8 +6,6 @@ computed before solving. Anything but an answer or an `InputError` of readable l
 seconds of processor time is a hang; numbers that are not finite, or of the wrong sign, are impossible answers.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import random

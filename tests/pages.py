@@ -1,7 +1,5 @@
 """HTML pages as a reader sees them: visible words, sections, and what is wrong with the markup."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from html.parser import HTMLParser

@@ -1,7 +1,5 @@
 """Designs with every number changed: the mirror image, another scale."""
 
-from __future__ import annotations
-
 from typing import Any, get_args
 
 from pydantic import BaseModel

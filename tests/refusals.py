@@ -1,7 +1,5 @@
 """Errors of the program as tests expect them: by their field or reason, not by their wording."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 

@@ -3,11 +3,12 @@
 A mesh and its load are computed once per process and shared; nothing in them can be changed.
 """
 
-from __future__ import annotations
-
 from functools import cache
 
+import numpy as np
+
 from efficiency.contact.gear_flanks import Side
+from efficiency.cutting.blank import Blank
 from efficiency.design.design import load_design
 from efficiency.loss.efficiency import LoadedGrids, load_grids
 from efficiency.loss.kinematics import Operation
@@ -21,6 +22,17 @@ STEEL = Material.load("steel")
 AXLE_OIL = Oil.load("75w90")
 BEVEL = load_design("fm_spiral_bevel_14x39")
 OPERATION = Operation(125.0, 363.15, 0.4e-6, 0.4e-6)
+
+GEAR_BLANK = Blank(
+    teeth=39,
+    pitch_angle=np.radians(70.2532),
+    mean_cone_distance=0.081273,
+    face_width=0.0254,
+    mean_addendum=0.001591,
+    mean_dedendum=0.005639,
+    addendum_angle=np.radians(2.1342),
+    dedendum_angle=np.radians(6.4934),
+)
 
 # a contact of a gear and an oil by numbers, as tables of an input file
 CONTACT = {"radius_equivalent": 0.015, "pressure_hertz": 1e9, "speed_entrainment": 5.0, "slide_to_roll": 0.3}

@@ -1,7 +1,5 @@
 """Our own outputs, pinned: a change that moves them must be meant. Regenerate with `pytest --regenerate-golden`."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from functools import partial

@@ -1,7 +1,5 @@
 """The fitted formulas that come with the program: they belong to today's oil cards and keep the limits of friction."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -6,8 +6,6 @@ boundary film only). Friction, film and load share must agree within both stated
 histories near the boundary of contact go apart with the last digit.
 """
 
-from __future__ import annotations
-
 import math
 import tempfile
 from pathlib import Path

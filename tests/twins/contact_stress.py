@@ -6,8 +6,6 @@ interval or its lagged steps beyond the limits); "refused" (no result, and why);
 breaks an invariant: must not occur).
 """
 
-from __future__ import annotations
-
 import math
 import sys
 import tempfile

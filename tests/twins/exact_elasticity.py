@@ -1,7 +1,5 @@
 """The exactly integrated elastic kernel by zero-padded FFT, against the sums of exponentials of the solver."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

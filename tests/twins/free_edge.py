@@ -5,8 +5,6 @@ to the point at the depth h below: by `free_edge_compliance`, by finite elements
 strip of thickness 2 h, which represents the tip, toe and heel of a tooth. Unit: load per length over Young's modulus.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Any, Literal
 

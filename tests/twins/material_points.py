@@ -3,8 +3,6 @@
 The transient solver conducts so; with `conducts_like_the_transient_solver` the steady one does as well.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -5,8 +5,6 @@ in the Jacobian, primal-dual active sets for cavitation and contact.  NumPy and 
 and the pressure of the wedge ahead of the mesh are the product's, nothing else is.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

@@ -8,8 +8,6 @@ face-hobbing head below 25 deg. Where the blank warns of undercut the designer's
 factor, then larger pressure angles; what stays undercut is drawn again.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 import warnings

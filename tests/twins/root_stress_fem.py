@@ -6,8 +6,6 @@ contact forces of its pair; greatest principal stress at the faces of the elemen
 prints the table of docs/strength.md.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 import time

@@ -1,7 +1,5 @@
 """Flow factors by direct 2-D solutions of Reynolds' equation, and the dry contact at the geometry of a run."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rough contacts of the tests of the transient engine, and runs of one of them on several meshes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Synthetic measurements: friction by the solver with known parameters, and noise."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Mapping, Sequence

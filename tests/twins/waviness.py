@@ -4,8 +4,6 @@ The linear theory shares nothing with the engine but the laws of the oil: smooth
 integrated kernel, one complex system per wavelength instead of time steps.
 """
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Benchmarks and validation read their arguments; every figure of the documentation has its script; counts of work."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The page of tuned constants is made from the comments of the source."""
 
-from __future__ import annotations
-
 import runpy
 from pathlib import Path
 

@@ -4,8 +4,6 @@ One case-insensitive search for each term, in the folders named beside it. Terms
 in docs/ do not: the reader is looking for the place, not for a manual.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

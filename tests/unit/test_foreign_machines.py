@@ -1,7 +1,5 @@
 """Containers, clusters and settings of other programs: what the machine grants, and what it lacks."""
 
-from __future__ import annotations
-
 import os
 import pickle
 import shutil

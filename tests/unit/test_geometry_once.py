@@ -1,7 +1,5 @@
 """Geometry and load are computed once, whatever is asked of them afterwards."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable
 from typing import Any

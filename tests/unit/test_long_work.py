@@ -1,7 +1,5 @@
 """Progress of long computations on a terminal and in a log, and what a stopped command states."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable
 from dataclasses import dataclass

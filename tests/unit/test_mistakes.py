@@ -3,8 +3,6 @@
 A mistake is a value in place of a right one: in the file the command reads, or in its options.
 """
 
-from __future__ import annotations
-
 import re
 import tempfile
 from collections.abc import Callable
@@ -217,10 +215,10 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
         ("--temperature", "9000 degC"), ("--roughness-rms", "0.5 mm"), ("--oil", "75w91"),
     ]),
     "gear": (("gear", PAIR), {}, [
-        ("--torque", "300"), ("--torque", "300 rpm"), ("--speed", "1500"), ("--speed", "1500 N m"),
-        ("--temperature", "90"), ("--temperature", "900 degC"), ("--oil", "75w-91"), ("--side", "drives"),
-        ("--driver", "pinon"), ("--load-balance", "friction"), ("--friction", "constant:2"), ("--friction", "75w91"),
-        ("--units", "si"), ("--E", "0.1"), ("--report", "x.txt"),
+        ("--torque", "300"), ("--torque", "300 rpm"), ("--torque", "nan N m"), ("--speed", "1500"),
+        ("--speed", "1500 N m"), ("--temperature", "90"), ("--temperature", "900 degC"), ("--oil", "75w-91"),
+        ("--side", "drives"), ("--driver", "pinon"), ("--load-balance", "friction"),
+        ("--friction", "constant:2"), ("--friction", "75w91"), ("--units", "si"), ("--E", "0.1"), ("--report", "x.txt"),
     ]),
     "map": (("map", PAIR), {}, [
         ("--torque", "1:2 N m"), ("--torque", "1, x N m"), ("--speed", "1,5 rpm"),
@@ -340,7 +338,8 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
     "names": ((), {}, [
         ("gear", "fm_spiral_bevel_14x40"), ("gear", "75w90"), ("gear", "fm_spiral_bevel_14x39.toml"),
         ("gear", "mine.toml"), ("blank", "iso23509_f9"), ("settings", "fh_hypoid_9x35"), ("solve", "contact.toml"),
-        ("solve", f"{ROOT}/docs"), ("sweep", "demos"), ("oil", "fva"), ("compare", "demo"), ("new", "targts"),
+        ("solve", f"{ROOT}/docs"), ("sweep", "demos"), ("oil", "fva"), ("frobnicate", "x"),
+        ("compare", "demo"), ("new", "targts"),
     ]),
 }  # fmt: skip
 IN_OPTIONS = [(command, *mistake) for command, (_, _, mistakes) in OPTIONS.items() for mistake in mistakes]

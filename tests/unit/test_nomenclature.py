@@ -1,7 +1,5 @@
 """The table of quantities holds every TOML key and every result field."""
 
-from __future__ import annotations
-
 import dataclasses
 import typing
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Output files are whole or as they were before, whatever stops the process that writes them."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What a notebook shows of every public object fits on a screen."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Callable
 from functools import cache

@@ -1,7 +1,5 @@
 """What can go wrong, and that one sentence says so: the faults of docs/robustness.md, each provoked."""
 
-from __future__ import annotations
-
 import csv
 import json
 import os

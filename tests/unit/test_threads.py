@@ -1,7 +1,5 @@
 """Every public computation runs with one thread of the linear algebra, and leaves the threads of its caller."""
 
-from __future__ import annotations
-
 import inspect
 import os
 import subprocess
@@ -150,11 +148,7 @@ COMPUTATIONS: dict[str, tuple[Callable[[], Any], Callable[[Any], Any], str]] = {
         lambda p: p.misalignment(E=[0.0]),
         "efficiency.geometry.misalignment.misalignment_study",
     ),
-    "GearPair.plot_contact": (
-        lambda: PAIR,
-        lambda p: p.plot_contact(),
-        "efficiency.geometry.pair_geometry.flank_pair",
-    ),
+    "GearPair.plot_contact": (lambda: PAIR, lambda p: p.plot_contact(), "efficiency.geometry.pair_geometry.flank_pair"),
     "GearPair.export": (
         lambda: PAIR,
         lambda p: p.export("nowhere", ("summary",)),

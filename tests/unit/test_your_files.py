@@ -1,7 +1,5 @@
 """The examples of the page "Your files" are read as it says."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Mutated files of every kind give an answer or one clear refusal."""
 
-from __future__ import annotations
-
 import warnings
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A user without the checkout: build the wheel, install it in a fresh environment, run the main job elsewhere."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

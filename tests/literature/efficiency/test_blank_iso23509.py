@@ -4,8 +4,6 @@ A printed number is met when ours rounds to its last digit, or is one unit off w
 intermediate values (3 decimals) on; what differs by more stands in `EXPLAINED` with the reason.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from decimal import Decimal
@@ -240,11 +238,7 @@ def test_slots_and_top_lands_of_agma_929_c() -> None:
     shift = 2.0 * (0.5 - c_ham)
     k_t = (given["smn1"] - given["smn2"] - 4.0 * module * shift * tan20) / (2.0 * module)
     depth = inputs.depth.model_copy(
-        update={
-            "gear_addendum_factor": c_ham,
-            "clearance_factor": given["c"] / (2.0 * module),
-            "thickness_factor": k_t,
-        }
+        update={"gear_addendum_factor": c_ham, "clearance_factor": given["c"] / (2.0 * module), "thickness_factor": k_t}
     )
     taper = inputs.taper
     assert taper is not None

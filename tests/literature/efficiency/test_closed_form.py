@@ -1,7 +1,5 @@
 """Closed-form efficiencies of three ISO 23509 blanks, to the six digits of the project's table."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

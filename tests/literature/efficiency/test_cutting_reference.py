@@ -1,7 +1,5 @@
 """Cut flanks against published data and independent computations (data/reference/gear_cutting.json)."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from typing import Any

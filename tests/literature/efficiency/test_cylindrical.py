@@ -1,7 +1,5 @@
 """Cylindrical pairs against figures that a public program prints for the FZG test gears, and against textbooks."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

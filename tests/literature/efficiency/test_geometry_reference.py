@@ -1,7 +1,5 @@
 """Published and independently computed values of gear geometry (data/reference/gear_geometry.json)."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from typing import Any
@@ -22,17 +20,12 @@ from efficiency.cutting.cutter import Blade
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import MachineSettings
 from efficiency.cutting.rotation import turn
-from efficiency.design.design import Design, load_design
+from efficiency.design.design import Design
 from ehl.common.data import data_path
 
 MM, ARCSEC = 1e-3, np.pi / (180.0 * 3600.0)
 REFERENCE: dict[str, Any] = json.loads(data_path("reference", "gear_geometry.json").read_text(encoding="utf-8"))
 SIDES = ("drive", "coast")
-
-
-@pytest.fixture(scope="module")
-def design() -> Design:
-    return load_design("fm_spiral_bevel_14x39")
 
 
 @pytest.fixture(scope="module", params=SIDES)

@@ -4,8 +4,6 @@ They come from another program on the blank of ISO 23509:2016 Annex F.4, rounded
 moves the flanks by a few hundredths of a micrometre in the mean, which is the tolerance below.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

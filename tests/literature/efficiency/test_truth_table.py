@@ -1,7 +1,5 @@
 """The measured side of the truth table: the correlation by its printed figures, the statistics by hand."""
 
-from __future__ import annotations
-
 import importlib
 import math
 import sys

@@ -1,7 +1,5 @@
 """Film formulas against the reference solutions: a blunder in a coefficient or group would be far outside."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable
@@ -10,12 +8,7 @@ import numpy as np
 import pytest
 
 from ehl.common.data import data_path
-from ehl.fluid.film_formulas import (
-    dowson_higginson_1968,
-    moes_1992,
-    pan_hamrock_1989_central,
-    pan_hamrock_1989_minimum,
-)
+from ehl.fluid.film_formulas import dowson_higginson_1968, moes_1992, pan_hamrock_1989_central, pan_hamrock_1989_minimum
 
 CASES = json.loads(data_path("reference", "ehl_smooth_cases.json").read_text(encoding="utf-8"))["cases"]
 COMPRESSIBLE = [case for case in CASES if case["inputs"]["density"] == "dowson-higginson"]

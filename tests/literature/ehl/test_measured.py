@@ -1,7 +1,5 @@
 """Shape of measurements: order and ratios of oils, films of a ball on glass; all figures are on the validation page."""
 
-from __future__ import annotations
-
 import csv
 import math
 import tomllib

@@ -1,7 +1,5 @@
 """Laws of the oil against printed coefficients: a wrong exponent or constant is far outside."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -16,6 +14,7 @@ from ehl.fluid.oil_laws import GoldAlpha, ModulusViscosity, TabulatedAlpha
 from ehl.fluid.rheology import LinearStress
 from ehl.fluid.viscosity import GOLD_COEFFICIENTS, gold_2001, walther_1931, walther_slope
 from ehl.line_contact import LineContact
+from ehl.material import Material, effective_modulus
 
 ROELANDS = Lubricant(0.02, 18e-9, viscosity_law="roelands")
 BARUS = Lubricant(0.02, 18e-9, viscosity_law="barus")
@@ -105,6 +104,16 @@ def test_groups_of_the_line_contact_by_hand() -> None:
     assert contact.slide_to_roll_total == pytest.approx(1.0, rel=1e-12)
     assert contact.sliding_cosine == pytest.approx(0.6, rel=1e-12)
     assert (contact.speed_1, contact.speed_2) == pytest.approx((6.5, 3.5), rel=1e-12)
+    assert contact.load_per_length == pytest.approx(
+        math.pi / 2 * contact.half_width * contact.pressure_hertz, rel=1e-12
+    )
+    given = LineContact.from_pressure(
+        radius_equivalent=0.02, effective_modulus=200e9, pressure_hertz=1e9, speed_entrainment=5.0, slide_to_roll=-0.4
+    )
+    assert given.pressure_hertz == pytest.approx(1e9, rel=1e-12)
+    assert given.speed_1 - given.speed_2 == pytest.approx(-2.0)
+    steel = Material.load("steel")
+    assert effective_modulus(steel, steel) == pytest.approx(206e9 / (1 - 0.09), rel=1e-12)
     rolling = LineContact(0.02, 200e9, 4e5, 5.0)
     assert (rolling.speed_sliding, rolling.sliding_cosine) == (0.0, 1.0)
 

@@ -1,7 +1,5 @@
 """Laws of viscosity under pressure and their four coefficients against figures worked out from published constants."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -4,8 +4,6 @@ Its own error estimates are below 2.5e-4 in every value compared here; the toler
 for. Its friction belongs to a far but finite inlet, as ours does (s01: 3e-4 of mu between the two).
 """
 
-from __future__ import annotations
-
 import json
 
 import pytest

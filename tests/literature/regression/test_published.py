@@ -1,7 +1,5 @@
 """Published friction formulas against printed values and against their equations in the authors' units."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

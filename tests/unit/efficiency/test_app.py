@@ -1,7 +1,5 @@
 """The page of `mixed-ehl app`: what it answers is what the Python interface answers; nonsense makes a sentence."""
 
-from __future__ import annotations
-
 import base64
 import http.client
 import importlib.util

@@ -1,7 +1,5 @@
 """A whole axle: forces from the mesh, power and heat balance, intervals, maps, duty cycles, files for vehicles."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable

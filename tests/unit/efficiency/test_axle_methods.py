@@ -1,7 +1,5 @@
 """Losses of bearings, seals and gears in oil against calculations by hand, and their limits."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Blank files: what is refused and how, recommended values, warnings, the command."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -1,7 +1,5 @@
 """Misalignment study and contact pattern."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

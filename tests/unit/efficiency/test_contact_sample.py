@@ -1,7 +1,5 @@
 """Which contacts stand for a mesh, and the spline through them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

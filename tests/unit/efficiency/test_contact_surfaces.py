@@ -1,7 +1,5 @@
 """Flanks without settings: conjugate with an ease-off, grids of points, tables of ease-off; patches on parts."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

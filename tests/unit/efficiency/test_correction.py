@@ -1,7 +1,5 @@
 """Machine corrections from measured flanks, maps of ease-off, the command `correct`."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Cutters, machines and other ways to give a flank in a design file."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,29 +1,17 @@
 """Edge, blade, machine and the flank they cut, each for itself."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from samples import GEAR_BLANK as BLANK
 
 from efficiency.cutting import newton
-from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import Blade
 from efficiency.cutting.edge import Protuberance, Relief
 from efficiency.cutting.flank import CutFlank, Flank, index_start
 from efficiency.cutting.machine import FORMATE, GENERATED, MachineSettings
 
-BLANK = Blank(
-    teeth=39,
-    pitch_angle=np.radians(70.2532),
-    mean_cone_distance=0.081273,
-    face_width=0.0254,
-    mean_addendum=0.001591,
-    mean_dedendum=0.005639,
-    addendum_angle=np.radians(2.1342),
-    dedendum_angle=np.radians(6.4934),
-)
 MACHINE = MachineSettings(
     radial_setting=0.095,
     cradle_angle=1.2,

@@ -1,7 +1,5 @@
 """The recipe "adding a cutting process" on a toy: an object and how the gear is cut are all it takes."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

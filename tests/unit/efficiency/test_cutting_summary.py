@@ -1,7 +1,5 @@
 """Machine summaries read into tables of a design file."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`mixed-ehl plan`: designs and a duty cycle become the plan of a sweep."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from functools import cache, partialmethod

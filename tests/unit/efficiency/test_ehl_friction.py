@@ -1,7 +1,5 @@
 """The contact solver as a friction model: which points it solves, how it interpolates, what it says of failures."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any

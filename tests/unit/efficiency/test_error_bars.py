@@ -1,7 +1,5 @@
 """Error bars of the efficiency: every factor and every term, against numbers worked out apart."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

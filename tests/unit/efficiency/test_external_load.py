@@ -1,7 +1,5 @@
 """Load distributions in and out as CSV: round trip, other ways to give the same, files that cannot be used."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path

@@ -1,14 +1,13 @@
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
 import pytest
+from rebuilt_designs import mirror, rebuilt
 from refusals import fails, refuses
 
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.tooth_grid import tooth_shapes
-from efficiency.design.design import Design, load_design
+from efficiency.design.design import load_design
 from ehl.common.data import data_path
 from ehl.common.errors import InputError
 
@@ -99,28 +98,9 @@ def test_misalignment_is_set_and_leaves_the_rest(tmp_path: Path) -> None:
         design.with_misalignment(E=0.1)
 
 
-def mirrored(design: Design) -> Design:
-    """The same pair of opposite hands: its mirror image."""
-
-    def member(one: object) -> dict[str, object]:
-        data = one.model_dump()  # type: ignore[attr-defined]
-        data["blank"]["hand"] = "right" if data["blank"]["hand"] == "left" else "left"
-        for side in ("concave", "convex"):
-            machine = data[side]["machine"]
-            machine["cradle_angle"] *= -1.0
-            machine["blank_offset"] *= -1.0
-            # the cradle turns the other way: odd terms of the modified roll keep, even ones change their sign
-            machine["modified_roll_2c"] *= -1.0
-        return data
-
-    data = design.model_dump()
-    data["pinion"], data["gear"] = member(design.pinion), member(design.gear)
-    return Design.model_validate(data)
-
-
 def test_a_pair_of_opposite_hands_is_the_mirror_image() -> None:
     design = load_design("fm_spiral_bevel_14x39").with_misalignment(E=5e-5, P=-3e-5)
-    left, right = flank_pair(design.flanks(), "drive"), flank_pair(mirrored(design).flanks(), "drive")
+    left, right = flank_pair(design.flanks(), "drive"), flank_pair(rebuilt(design, mirror).flanks(), "drive")
     assert left.surface.direction == -right.surface.direction
     np.testing.assert_allclose(left.path.transmission_error, right.path.transmission_error, atol=1e-12)
     np.testing.assert_allclose(left.path.u, right.path.u, atol=1e-10)

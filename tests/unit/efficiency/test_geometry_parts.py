@@ -1,34 +1,21 @@
 """The parts of the geometry, each for itself."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
-from flank_curvature import flank_curvature
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from samples import GEAR_BLANK as BLANK
+from scipy.interpolate import Akima1DInterpolator, CubicSpline
 
 from efficiency.contact.assembly import Assembly
-from efficiency.contact.chebyshev import Patch
+from efficiency.contact.chebyshev import Patch, akima_curve, cubic_spline
 from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.tooth_grid import tooth_shapes
 from efficiency.cutting import newton
-from efficiency.cutting.blank import Blank
 from efficiency.cutting.rotation import turn
 from efficiency.design.design import load_design
 from ehl.common.errors import InputError
-
-BLANK = Blank(
-    teeth=39,
-    pitch_angle=np.radians(70.2532),
-    mean_cone_distance=0.081273,
-    face_width=0.0254,
-    mean_addendum=0.001591,
-    mean_dedendum=0.005639,
-    addendum_angle=np.radians(2.1342),
-    dedendum_angle=np.radians(6.4934),
-)
 
 
 @pytest.fixture(scope="module")
@@ -49,37 +36,6 @@ def test_blank_heights() -> None:
     np.testing.assert_allclose(BLANK.height(u, np.ones(3)), BLANK.tip(u))
     assert (np.diff(BLANK.root(u)) < 0.0).all()
     assert (np.diff(BLANK.tip(u)) > 0.0).all()
-
-
-def test_flank_points_lie_where_asked_and_satisfy_the_equation_of_meshing() -> None:
-    flank = load_design("fm_spiral_bevel_14x39").gear.flank("convex")
-    u, v = (g.ravel() for g in np.meshgrid(np.linspace(-0.0127, 0.0127, 5), np.linspace(0.1, 1.0, 4)))
-    h = flank.blank.height(u, v)
-    points, found = flank.solve(u, h)
-    assert found.all()
-    back = flank.blank.coordinates(np.hypot(points.position[0], points.position[1]), points.position[2])
-    np.testing.assert_allclose(np.real(back), [u, h], atol=1e-13)
-    assert np.abs(flank.sweep(points.parameters)[2]).max() < 1e-13
-    # the normal of the envelope is that of the surface: differences of its own points
-    small = 1e-6
-    for du, dh in ((small, 0.0), (0.0, small)):
-        ahead, behind = (flank.solve(u + k * du, h + k * dh)[0].position for k in (1.0, -1.0))
-        tangent = (ahead - behind) / np.linalg.norm(ahead - behind, axis=0)
-        assert np.abs((tangent * points.normal).sum(axis=0)).max() < 1e-9
-
-
-def test_curvature_against_differences_of_the_normal() -> None:
-    flank = load_design("fm_spiral_bevel_14x39").pinion.flank("concave")
-    u, h, small = np.array([0.0, 0.005]), np.array([0.0, 0.001]), 1e-6
-    points, _ = flank.solve(u, h)
-    shape = flank_curvature(flank, points.parameters)
-    for du, dh in ((small, 0.0), (0.0, small)):
-        ahead, behind = (flank.solve(u + k * du, h + k * dh)[0] for k in (1.0, -1.0))
-        step, bend = ahead.position - behind.position, ahead.normal - behind.normal
-        a, b = (step * shape.tangent_1).sum(axis=0), (step * shape.tangent_2).sum(axis=0)
-        along = np.stack([a, b], axis=1)
-        predicted = -np.einsum("ni,nij,nj->n", along, shape.matrix, along)
-        np.testing.assert_allclose((bend * step).sum(axis=0), predicted, rtol=1e-5)
 
 
 def test_newton_reports_points_without_solution() -> None:
@@ -159,3 +115,25 @@ def test_tooth_shapes(pair: FlankPair) -> None:
 def test_mesh_cycle_refuses_impossible_counts(pair: FlankPair, positions: int, points: int) -> None:
     with pytest.raises(InputError, match="whole number"):
         mesh_cycle(pair.surface, positions, points)
+
+
+@pytest.mark.parametrize("count", [5, 7, 15])
+def test_cubic_spline(count: int) -> None:
+    rng = np.random.default_rng(count)
+    x = np.cumsum(rng.uniform(0.2, 2.0, count))
+    y = rng.normal(size=(3, count))
+    at = np.linspace(x[0] - 0.3, x[-1] + 0.3, 101)
+    np.testing.assert_allclose(cubic_spline(x, y, at), CubicSpline(x, y, axis=-1)(at), atol=1e-12 * count)
+    np.testing.assert_allclose(cubic_spline(x, y[1], at), cubic_spline(x, y, at)[1], atol=1e-13 * count)
+    np.testing.assert_allclose(cubic_spline(x, x**3, at), at**3, rtol=1e-11)
+
+
+def test_akima_curve() -> None:
+    rng = np.random.default_rng(1)
+    x = np.cumsum(rng.uniform(0.2, 2.0, 30))
+    # a flat part, a straight part and a kink among the rest
+    y = np.concatenate([rng.normal(size=15), np.zeros(5), 2.0 * x[20:26] - 3.0, rng.normal(size=4)])
+    at = np.append(np.linspace(x[0] - 0.5, x[-1] + 0.5, 500), x)
+    np.testing.assert_allclose(akima_curve(x, y, at), Akima1DInterpolator(x, y, method="makima")(at), atol=1e-13)
+    assert np.isnan(akima_curve(x, y, x[:1] - 1e-9)).all()
+    assert np.all(akima_curve(x, y, np.linspace(x[16], x[18], 9)) == 0.0)

@@ -1,7 +1,5 @@
 """Energies of a duty cycle, and efficiency over any axes: each geometry and each load once."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Bodies, roots and geometry of a design from disk: the same bits, and another entry for other content."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Lay of cut flanks: marks of both members at the contact line, texture of finishes there, finish of a design."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import replace
 
@@ -72,8 +70,7 @@ def test_texture_of_finishes(loaded):
     np.testing.assert_allclose(gamma, np.maximum(expected[1], 1.0 / 3.0))
     # twice the Rq of the same finish: waves as long
     np.testing.assert_allclose(
-        replace(both, roughness_rms_pinion=2.0 * rms, roughness_rms_gear=2.0 * rms).texture(angle, angle)[0],
-        length,
+        replace(both, roughness_rms_pinion=2.0 * rms, roughness_rms_gear=2.0 * rms).texture(angle, angle)[0], length
     )
     given = replace(both, correlation_length=33e-6, peklenik_number=4.0).texture(angle, angle)
     assert (given[0] == 33e-6).all()

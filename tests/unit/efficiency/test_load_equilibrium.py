@@ -1,7 +1,5 @@
 """The complementarity solver against closed forms, an exhaustive search and a general optimiser."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np
@@ -71,12 +69,7 @@ def test_matches_exhaustive_search_of_active_sets() -> None:
 
 
 @settings(max_examples=60, deadline=None, derandomize=True)
-@given(
-    seed=st.integers(0, 10**6),
-    n=st.integers(2, 120),
-    torque=st.floats(1e-3, 1e4),
-    scale=st.floats(-12.0, -8.0),
-)
+@given(seed=st.integers(0, 10**6), n=st.integers(2, 120), torque=st.floats(1e-3, 1e4), scale=st.floats(-12.0, -8.0))
 def test_complementarity_and_balance(seed: int, n: int, torque: float, scale: float) -> None:
     compliance, gap, lever = random_problem(seed, n)
     local = logarithmic(10**scale)

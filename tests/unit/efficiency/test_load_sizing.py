@@ -1,7 +1,5 @@
 """Crowning and relief sized for a torque."""
 
-from __future__ import annotations
-
 import tomllib
 
 import efficiency

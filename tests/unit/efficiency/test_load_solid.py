@@ -1,7 +1,5 @@
 """Parts of the solid tooth: polynomials, a cell, the ring of cells, the body of a member."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -20,11 +18,6 @@ STEEL = Material.load("steel")
 RIM = 8e-3
 LOW = Orders(tooth=(3, 4, 6), body=(3, 3, 5))
 MODULI = dict.fromkeys(("foot", "slot", "tooth"), STEEL.youngs_modulus)
-
-
-@pytest.fixture(scope="module")
-def design() -> Design:
-    return load_design("fm_spiral_bevel_14x39")
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,5 @@
 """Loss, result, map and what they refuse, on a small real mesh."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import dataclass, replace
@@ -23,11 +21,7 @@ from efficiency.loss.power_loss import efficiency_of, position_losses
 from efficiency.ltca.limits import limit_notes, pressure_peak
 from efficiency.ltca.load_distribution import distribute_load
 from efficiency.output.plots_comparison import plot_comparison
-from efficiency.output.plots_load import (
-    plot_friction_and_loss,
-    plot_load_sharing,
-    plot_transmission_error,
-)
+from efficiency.output.plots_load import plot_friction_and_loss, plot_load_sharing, plot_transmission_error
 from efficiency.output.plots_map import plot_map
 from efficiency.pair import GearPair
 from ehl.common.data import data_path
@@ -103,10 +97,7 @@ def test_points_outside_the_range_are_told(loaded: LoadedGrids) -> None:
 
 @pytest.mark.parametrize(
     ("flag", "reason"),
-    [
-        (FrictionFlag.NOT_CONVERGED, "friction_not_converged"),
-        (FrictionFlag.UNDEFINED, "friction_undefined"),
-    ],
+    [(FrictionFlag.NOT_CONVERGED, "friction_not_converged"), (FrictionFlag.UNDEFINED, "friction_undefined")],
 )
 def test_missing_friction_is_a_failure_not_a_number(loaded: LoadedGrids, flag: FrictionFlag, reason: str) -> None:
     result = mesh_efficiency(loaded, FromPressure(worse=flag), OIL, OPERATION)
@@ -222,7 +213,7 @@ def test_operating_points_are_held_to_the_ranges_of_the_design_file(changes: dic
         PAIR.over(grid=COARSE, **{name: [value] for name, value in changes.items()})
 
 
-@pytest.mark.parametrize("torque", [0.0, -300.0, float("nan"), float("inf")])
+@pytest.mark.parametrize("torque", [0.0, -300.0, math.nan, math.inf])
 def test_impossible_torque_is_refused(mesh: MeshGrids, torque: float) -> None:
     with refuses("torque"):
         distribute_load(mesh.fine, mesh.teeth, torque)
@@ -230,16 +221,17 @@ def test_impossible_torque_is_refused(mesh: MeshGrids, torque: float) -> None:
         PAIR.at(grid=COARSE, torque=torque)
 
 
-@pytest.mark.parametrize("speed", [0.0, -1.0, float("nan")])
-def test_impossible_speed_is_refused(speed: float) -> None:
-    with refuses("speed"):
-        PAIR.at(grid=COARSE, speed=speed)
-
-
-@pytest.mark.parametrize("temperature", [90.0, 600.0, float("nan")])
-def test_impossible_temperature_is_refused(temperature: float) -> None:
-    with refuses("temperature"):
-        PAIR.at(grid=COARSE, temperature=temperature)
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *(("speed", speed) for speed in (0.0, -1.0, math.nan)),
+        *(("temperature", temperature) for temperature in (90.0, 600.0, math.nan)),
+        *(("grid", grid) for grid in ((5, 9), (2, 9), (4, 3))),
+    ],
+)
+def test_impossible_conditions_are_refused(name: str, value: Any) -> None:
+    with pytest.raises(InputError, match="positions|points_per_line" if name == "grid" else name):
+        PAIR.at(**{"grid": COARSE, name: value})
 
 
 def test_impossible_roughness_is_refused() -> None:
@@ -249,12 +241,6 @@ def test_impossible_roughness_is_refused() -> None:
     assert Operation(100.0, 363.15, 2e-5, 2e-5).roughness_rms_pinion == 2e-5
     with refuses("roughness_rms_pinion"):
         Operation(100.0, 363.15, 2.1e-5)
-
-
-@pytest.mark.parametrize(("positions", "points"), [(5, 9), (2, 9), (4, 3)])
-def test_impossible_resolution_is_refused(positions: int, points: int) -> None:
-    with pytest.raises(InputError, match=r"positions|points_per_line"):
-        PAIR.at(grid=(positions, points))
 
 
 def test_names_are_checked_before_anything_is_computed() -> None:

@@ -1,7 +1,5 @@
 """Loss maps for vehicle simulation: power balance, files, losses beside the mesh, refusals."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Film, flash temperature and rolling traction at contact points against the solver and independent computations."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

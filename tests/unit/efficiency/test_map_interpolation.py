@@ -1,7 +1,5 @@
 """Maps from few solved points: what is interpolated, how well, and when every point is solved."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Measured flanks: noise smoothed by the stated uncertainty, its effect on the transmission error, wrong files."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,11 +18,6 @@ from efficiency.output.inspection_grid import InspectionGrid, inspection_grid, w
 
 NAME = "fm_spiral_bevel_14x39"
 ARCSEC = np.pi / 648000.0
-
-
-@pytest.fixture(scope="module")
-def design() -> Design:
-    return load_design(NAME)
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,5 @@
 """`mixed-ehl new` and `efficiency.new_file`: what they write works as it is."""
 
-from __future__ import annotations
-
 import sys
 import tomllib
 from collections.abc import Callable

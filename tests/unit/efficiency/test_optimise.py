@@ -1,7 +1,5 @@
 """Search for a better ease-off: front, kill and resume, bounds, figures without data, files, command."""
 
-from __future__ import annotations
-
 import json
 import math
 import shutil

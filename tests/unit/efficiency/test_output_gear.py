@@ -1,7 +1,5 @@
 """What a gear run leaves behind: fields over the flank, figures, page, workbook, CSV, each against the result."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Callable
@@ -155,10 +153,7 @@ def test_every_axis_has_its_unit(flank: FlankMap, result: EfficiencyResult, grid
         assert picture.caption.endswith(".")
         names.append(picture.name)
     assert len(set(names)) == len(names)
-    for figure in (
-        plot_friction_along_mesh(comparison),
-        plot_loss_along_mesh(comparison),
-    ):
+    for figure in (plot_friction_along_mesh(comparison), plot_loss_along_mesh(comparison)):
         require_units(figure)
     assert plot_run_time(comparison).axes[0].get_xlabel().endswith("[s]")
     shown = plot_loss_by_region(comparison).axes[0].images[0].get_array()

@@ -1,7 +1,5 @@
 """Geometry of a pair as tables, figures, page and files: what they say agrees with the design and with each other."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re
@@ -31,11 +29,6 @@ EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "gear_geom
 TOUR = EXAMPLE.parents[1] / "tour.md"
 PAIR = "fm_spiral_bevel_14x39"
 Cli = Callable[..., Any]
-
-
-@pytest.fixture(scope="module")
-def design() -> Design:
-    return load_design(PAIR)
 
 
 @pytest.fixture(scope="module")
@@ -227,12 +220,6 @@ def test_the_tour_shows_the_example_commands() -> None:
     page = TOUR.read_text(encoding="utf-8")
     for line in commands():
         assert line in page
-
-
-def test_help_lists_the_commands(mixed_ehl: Cli) -> None:
-    page = mixed_ehl("--help").out
-    for command in ("gear", "export", "import", "misalignment"):
-        assert command in page
 
 
 def test_geometry_on_the_command_line(mixed_ehl: Cli) -> None:

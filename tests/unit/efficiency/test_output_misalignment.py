@@ -1,7 +1,5 @@
 """Misalignment study on the command line, as table, CSV and figures."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -13,18 +11,13 @@ import pytest
 
 import efficiency
 from efficiency.contact.flank_pair import flank_pair
-from efficiency.design.design import Design, load_design
+from efficiency.design.design import Design
 from efficiency.geometry.misalignment import MisalignmentGrid, MisalignmentStudy, misalignment_study
 from efficiency.output.misalignment_report import misalignment_table
 from efficiency.output.plots_misalignment import map_figure, section_contacts, section_figure, section_points
 
 PAIR = "fm_spiral_bevel_14x39"
 Cli = Callable[..., Any]
-
-
-@pytest.fixture(scope="module")
-def design() -> Design:
-    return load_design(PAIR)
 
 
 @pytest.fixture(scope="module")

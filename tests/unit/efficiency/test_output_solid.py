@@ -1,7 +1,5 @@
 """Closed solids: manifold, of the right topology, and of the volume an independent integral gives."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from pathlib import Path
 
@@ -18,11 +16,6 @@ from efficiency.design.design import Design, bevel_names, load_design
 from efficiency.output.solid import Solid, member_solid, read_stl, tooth_space_solid, write_stl
 
 MEMBERS: tuple[Member, ...] = ("pinion", "gear")
-
-
-@pytest.fixture(scope="module")
-def design() -> Design:
-    return load_design("fm_spiral_bevel_14x39")
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,5 @@
 """STEP solids, re-read by the kernel: closed, of the volume of the STL, flanks where the cutter leaves them."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from pathlib import Path

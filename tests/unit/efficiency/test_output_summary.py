@@ -1,7 +1,5 @@
 """Setting sheets: what is written is read back, and a sheet becomes a design."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any

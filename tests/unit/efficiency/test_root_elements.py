@@ -1,7 +1,5 @@
 """Finite elements of the tooth root: patch test, bending of a bar, forces of unit loads, fillets of the mesh."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """Targets files, wanted ease-off, the command `settings`."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Shafts and bearings that give way under the mesh force."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

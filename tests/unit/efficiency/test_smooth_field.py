@@ -1,7 +1,5 @@
 """Smooth function behind noisy values: likelihood, mean and covariance against plain formulas, honest uncertainty."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

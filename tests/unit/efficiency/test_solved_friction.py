@@ -1,7 +1,5 @@
 """Efficiency with solved contacts of which some fail, and the texture of the flanks on its way to the contacts."""
 
-from __future__ import annotations
-
 import json
 import math
 import tomllib

@@ -1,7 +1,5 @@
 """Strength of the teeth: limits of pressure, factors of ISO 10300, finite elements of the root, grades of a mesh."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Parameter study: points against single computations, resuming, failures by name, files, command."""
 
-from __future__ import annotations
-
 import csv
 import json
 import math

@@ -1,7 +1,5 @@
 """Bulk temperature of the teeth: the published formula, the balance with the loss, and where it is switched off."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

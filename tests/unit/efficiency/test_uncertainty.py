@@ -1,7 +1,5 @@
 """Interval of the efficiency by uncertain inputs: exact where friction is a product of them, else random draws."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Kernels that a wheel carries: taken where all fits, else compiled; a carried one gives the bits of its target."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -1,7 +1,5 @@
 """`ehl.Contact` and `ContactResult`: keywords, files, changes, tables and pages."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any
@@ -48,11 +46,7 @@ def test_keywords_and_tables_say_the_same() -> None:
             "slide_to_roll": 0.2,
         },
         "lubricant": {"oil": "75w90", "temperature_oil": 363.15},
-        "surface": {
-            "finish": "ground",
-            "roughness_rms_1": 0.4e-6 / 2.0**0.5,
-            "roughness_rms_2": 0.4e-6 / 2.0**0.5,
-        },
+        "surface": {"finish": "ground", "roughness_rms_1": 0.4e-6 / 2.0**0.5, "roughness_rms_2": 0.4e-6 / 2.0**0.5},
         "model": {"accuracy": "fast"},
     }
     contact = ehl.Contact(**GIVEN)

@@ -1,7 +1,5 @@
 """Interval of one contact: every input reaches the solver, and products add as squares."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

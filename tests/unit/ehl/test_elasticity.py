@@ -1,7 +1,5 @@
 """Influence coefficients of the line contact and their FFT operator."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Error bars as hard as values: every factor and every term of a stated error against numbers worked out by hand."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
@@ -162,6 +160,7 @@ def test_interval_corrects_the_correlation_of_its_batches() -> None:
     """
     series = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0])
     assert neighbour_correlation(series) == pytest.approx(0.125)
+    assert neighbour_correlation(np.ones(8)) == 0.0
     # batches of one step, of which half a batch is one step as well
     _, half = batch_means(series, 1)
     error = math.sqrt(2.0 / 7.0 * 1.844444444 / 8.0)

@@ -1,7 +1,5 @@
 """Finishes and additives: figures inside their ranges, sources, lay at an angle, ranges of a surface by numbers."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -10,14 +8,7 @@ from refusals import refuses
 from scipy import integrate
 
 import ehl
-from ehl.surface.finish import (
-    STATES,
-    Additive,
-    Finish,
-    default_correlation_length,
-    lay_seen,
-    surface_uncertainty,
-)
+from ehl.surface.finish import STATES, Additive, Finish, default_correlation_length, lay_seen, surface_uncertainty
 from ehl.surface.roughness import SelfAffine, generate_profile
 
 

@@ -1,7 +1,5 @@
 """Finish cards of measured profiles: written from a trace or map, accepted wherever a finish is named."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Heat in the smooth contact: division of heat, thermal balance, limits, inlet factors, the estimate for "auto"."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -99,17 +97,6 @@ def test_asperity_heat_counts_in_the_balance_and_warms_the_surfaces():
     assert rubbed.friction_fluid < plain.friction_fluid
 
 
-def test_isothermal_limit_is_reached_as_all_conductivities_grow():
-    gaps = []
-    for factor in (1.0, 1e2, 1e4, 1e6):
-        body = STEEL.model_copy(update={"thermal_conductivity": 46.0 * factor})
-        result = solve(contact(), oil(thermal_conductivity=0.14 * factor), (body, body))
-        gaps.append(1.0 - result.friction_fluid / cold_friction(contact(), oil()))
-    assert gaps[0] > 0.2
-    assert np.all(np.diff(gaps) < 0.0)
-    assert abs(gaps[-1]) < 1e-3
-
-
 @pytest.mark.parametrize("law", ["roelands", "barus"])
 @pytest.mark.parametrize("rheology", ["eyring", "newtonian"])
 def test_film_balance_against_a_scalar_root_finder(law, rheology):
@@ -178,20 +165,6 @@ def test_lagged_temperature_agrees_where_it_settles_and_oscillates_where_the_imp
     assert implicit.iterations < 12
 
 
-@pytest.mark.parametrize("pressure_viscosity", [9.68e-9, 15e-9])
-def test_friction_over_slide_to_roll_rises_peaks_and_falls(pressure_viscosity):
-    slides = np.geomspace(0.003, 1.5, 12)
-    lines = [contact(slide_to_roll=s, speed_entrainment=15.0) for s in slides]
-    lubricant = oil(pressure_viscosity=pressure_viscosity)
-    thermal = np.array([solve(line, lubricant).friction_fluid for line in lines])
-    isothermal = np.array([cold_friction(line, lubricant) for line in lines])
-    peak = int(np.argmax(thermal))
-    assert 0 < peak < len(slides) - 1
-    assert np.all(np.diff(thermal[: peak + 1]) > 0.0)
-    assert np.all(np.diff(thermal[peak:]) < 0.0)
-    assert np.all(np.diff(isothermal) > 0.0)
-
-
 def test_sign_of_sliding_mirrors_the_bodies():
     forward, backward = solve(contact(slide_to_roll=0.8), oil()), solve(contact(slide_to_roll=-0.8), oil())
     assert forward.friction_fluid == pytest.approx(backward.friction_fluid, rel=1e-9)
@@ -254,13 +227,6 @@ def test_limiting_stress_caps_the_film():
     assert capped.energy_residual < 1e-8
 
 
-def test_hot_bodies_lower_friction():
-    assert (
-        solve(contact(), oil(), temperature_bulk=(403.15, 403.15)).friction_fluid
-        < 0.9 * solve(contact(), oil()).friction_fluid
-    )
-
-
 def test_every_contact_of_a_wide_range_balances():
     # p_h 0.1..4 GPa, R 1..500 mm, u 0.005..60 m/s, SR to 2, eta0 0.001..2 Pa s, alpha 5..35 1/GPa
     low = np.log([0.1e9, 1e-3, 0.005, 1e-4, 0.001, 5e-9, 1e6, 0.02e-6])
@@ -306,27 +272,6 @@ def test_estimate_counts_bulk_temperatures_and_pure_rolling():
     warm = estimate_thermal_effect(rolling, oil(), (STEEL, STEEL), temperature_bulk=(375.15, 373.15))
     assert warm.matters
     assert warm.bulk_offset == 2.0
-
-
-@pytest.mark.parametrize(
-    "lubricant",
-    [
-        oil(),
-        oil(viscosity_law="barus"),
-        oil(
-            viscosity_law="modulus",
-            modulus_constants=(3.3e7, 2.99e5, 4.4e-3, 3.0e-4),
-            temperature_constants=(1021.7, 101.55),
-        ),
-        oil(viscosity_law="modulus", modulus_constants=(3.3e7, 2.99e5, 4.4e-3, 3.0e-4)),
-    ],
-)
-def test_viscosity_derivative_with_temperature(lubricant):
-    pressure, temperature, step = np.array([0.0, 0.5e9, 2e9]), np.array([353.15, 373.15, 450.0]), 1e-3
-    slope = lubricant.log_viscosity(pressure, temperature + step) - lubricant.log_viscosity(
-        pressure, temperature - step
-    )
-    assert_allclose(lubricant.dlog_viscosity_dtemperature(pressure, temperature), slope / (2 * step), rtol=1e-6)
 
 
 def test_film_conductivity_doubles_at_one_gigapascal():
@@ -393,13 +338,6 @@ def test_nodes_without_pressure_make_no_heat():
     assert np.all(result.shear_stress[-2:] == 0.0)
     assert result.temperature_film[-1] > 373.15  # the surfaces carry their heat out
     assert result.friction_fluid == pytest.approx(solve(line, oil()).friction_fluid, rel=1e-3)
-
-
-def test_matrices_of_both_conduction_models_agree_at_high_speed():
-    x = UNIT * 1e-3
-    flux = np.sqrt(np.maximum(1.0 - UNIT**2, 0.0))
-    exact, limit = jaeger_matrix(x, 50.0, STEEL, 1e-3) @ flux, material_point_matrix(x, 50.0, STEEL) @ flux
-    assert_allclose(exact, limit, atol=2e-3 * limit.max())
 
 
 def test_estimate_of_heat_by_hand():

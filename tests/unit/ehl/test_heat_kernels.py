@@ -1,7 +1,5 @@
 """Compiled loops of the steady heat balance against plain NumPy twins."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 

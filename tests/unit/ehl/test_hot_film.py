@@ -1,7 +1,5 @@
 """Rounds of film and heat: mixing of the change of viscosity, carrying over to other grids."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from contacts import BEARING_STEEL as STEEL

@@ -1,7 +1,5 @@
 """Spreads of inputs and how their changes make an interval."""
 
-from __future__ import annotations
-
 import csv
 import math
 

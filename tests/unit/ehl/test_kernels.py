@@ -1,7 +1,5 @@
 """Compiled kernels: the same code however they came, on disk under the contents of their sources, never in silence."""
 
-from __future__ import annotations
-
 import json
 import os
 import pickle

@@ -1,7 +1,5 @@
 """Lateral elasticity and side flow of rough contacts: kernel, wave number, mean total pressure, outflow of spots."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

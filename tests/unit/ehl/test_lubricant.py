@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -13,9 +11,6 @@ from ehl.common.units import KELVIN
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.rheology import stress_at
-from ehl.fluid.viscosity import walther_1931
-from ehl.line_contact import LineContact
-from ehl.material import Material, effective_modulus
 
 LAWS = {
     "barus": Lubricant(0.02, 18e-9, viscosity_law="barus"),
@@ -23,13 +18,6 @@ LAWS = {
     "modulus": Oil.load("fva3").at(353.15),
 }
 PRESSURE = np.linspace(0.0, 2e9, 41)
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_slope_at_zero_pressure_is_alpha(law: str) -> None:
-    lubricant = LAWS[law]
-    assert lubricant.log_viscosity_ratio(np.zeros(1))[0] == 0.0
-    assert lubricant.pressure_law.by_pressure(np.zeros(1))[0] == pytest.approx(lubricant.pressure_viscosity, rel=1e-12)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -50,36 +38,6 @@ def test_temperature_form_reduces_to_the_inlet_temperature(law: str) -> None:
     np.testing.assert_allclose(at_inlet, np.log(lubricant.viscosity(PRESSURE)), rtol=1e-12)
     warmer = lubricant.log_viscosity(PRESSURE, np.full_like(PRESSURE, lubricant.temperature + 20.0))
     assert np.all(warmer < at_inlet)
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_temperature_slope_agrees_with_differences(law: str) -> None:
-    lubricant, step = LAWS[law], 0.01
-    for temperature in (300.0, 353.15, 420.0):
-        warm, cold = (lubricant.log_viscosity(PRESSURE, np.full(41, temperature + d)) for d in (step, -step))
-        slope = lubricant.dlog_viscosity_dtemperature(PRESSURE, np.full(41, temperature))
-        np.testing.assert_allclose(slope, (warm - cold) / (2.0 * step), rtol=1e-6)
-
-
-def test_pressure_laws_by_hand() -> None:
-    """Worked out with the printed equations: A = ln 0.02 + 9.67 = 5.75798, z = 18 * 0.196/A = 0.612715."""
-    one = np.array([1e9])
-    assert LAWS["barus"].log_viscosity_ratio(one)[0] == pytest.approx(18.0, rel=1e-12)
-    assert LAWS["roelands"].log_viscosity_ratio(one)[0] == pytest.approx(11.6819, rel=1e-4)
-    # 20 K warmer: s0 = 0.03 (353.15 - 138)/A = 1.12097, the growth 3.02881 becomes 2.74157
-    warmer = LAWS["roelands"].log_viscosity(one, np.array([373.15]))[0] - math.log(0.02)
-    assert warmer == pytest.approx(10.0279, rel=1e-4)
-    a1, a2, b1, b2 = LAWS["modulus"].modulus_constants
-    stiff = LAWS["modulus"].log_viscosity_ratio(one)[0]
-    assert stiff == pytest.approx(1e9 / (a1 + 80.0 * a2 + (b1 + 80.0 * b2) * 1e9), rel=1e-12)
-    assert LAWS["roelands"].density_ratio(one)[0] == pytest.approx(1.0 + 0.6 / 2.7, rel=1e-12)
-
-
-def test_roelands_slope_with_temperature_at_ambient_pressure_is_beta() -> None:
-    lubricant = LAWS["roelands"]
-    up = lubricant.log_viscosity(np.zeros(1), np.array([lubricant.temperature + 0.01]))[0]
-    down = lubricant.log_viscosity(np.zeros(1), np.array([lubricant.temperature - 0.01]))[0]
-    assert (down - up) / 0.02 == pytest.approx(lubricant.temperature_viscosity, rel=1e-6)
 
 
 def test_fva3_modulus_law_agrees_with_its_tabulated_values() -> None:
@@ -136,11 +94,6 @@ def test_every_card_thins_with_temperature(name: str) -> None:
     assert oil.at(KELVIN - 30.0).extrapolated
 
 
-def test_walther_passes_through_its_two_points() -> None:
-    assert walther_1931(313.15, 96.9e-6, 11.8e-6) == pytest.approx(96.9e-6, rel=1e-9)
-    assert walther_1931(373.15, 96.9e-6, 11.8e-6) == pytest.approx(11.8e-6, rel=1e-9)
-
-
 @pytest.mark.parametrize("name", data_names("oils"))
 def test_temperature_slope_of_every_oil_is_that_of_its_viscosity(name: str) -> None:
     oil, step = Oil.load(name), 0.03
@@ -174,27 +127,3 @@ def test_limiting_stress_caps_and_zero_sliding_is_zero() -> None:
     assert np.all(stress <= 0.04 * PRESSURE)
     assert np.any(stress == 0.04 * PRESSURE)
     assert np.all(lubricant.shear_stress(PRESSURE, film, 0.0) < 1e-200)
-
-
-def test_contact_groups_and_hertz() -> None:
-    steel = Material.load("steel")
-    modulus = effective_modulus(steel, steel)
-    assert modulus == pytest.approx(206e9 / (1 - 0.09), rel=1e-12)
-    contact = LineContact.from_pressure(
-        radius_equivalent=0.01,
-        effective_modulus=modulus,
-        pressure_hertz=1e9,
-        speed_entrainment=5.0,
-        slide_to_roll=-0.4,
-        speed_sliding_lengthwise=1.5,
-    )
-    assert contact.pressure_hertz == pytest.approx(1e9, rel=1e-12)
-    assert contact.load_per_length == pytest.approx(math.pi / 2 * contact.half_width * 1e9, rel=1e-12)
-    assert contact.speed_1 - contact.speed_2 == pytest.approx(-2.0)
-    assert contact.speed_sliding == pytest.approx(2.5)
-    assert contact.slide_to_roll_total == pytest.approx(0.5)
-    assert contact.sliding_cosine == pytest.approx(0.8)
-    speed, load, material = contact.dowson_groups(LAWS["roelands"])
-    moes_load, moes_lubricant = contact.moes_groups(LAWS["roelands"])
-    assert moes_load == pytest.approx(load / math.sqrt(2 * speed))
-    assert moes_lubricant == pytest.approx(material * (2 * speed) ** 0.25)

@@ -1,7 +1,5 @@
 """Shear laws in the input file: what each asks for, and what it makes of the lubricant."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

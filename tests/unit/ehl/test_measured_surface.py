@@ -1,7 +1,5 @@
 """Roughness of measured traces and maps: parameters of known surfaces, lay, cut-offs by the standard, the command."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """`mixed-ehl oil` and what a card shows in a notebook."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

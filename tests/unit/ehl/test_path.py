@@ -1,7 +1,5 @@
 """Many neighbouring contacts: order, warm starts, failures that stay alone."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from typing import Any

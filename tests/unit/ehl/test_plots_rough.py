@@ -1,7 +1,5 @@
 """The figure of a rough contact shows the solution it was given."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

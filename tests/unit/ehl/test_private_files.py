@@ -1,7 +1,5 @@
 """Results kept on disk between processes: found again, computed again where an entry cannot be trusted."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import pickle

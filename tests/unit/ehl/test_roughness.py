@@ -1,7 +1,5 @@
 """Generated profiles: statistics, independence of the spacing, translation of heights."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -11,13 +9,7 @@ from refusals import refuses
 
 from ehl.common.errors import InputError
 from ehl.surface.height_translation import lognormal_kurtosis, translation
-from ehl.surface.roughness import (
-    RoughProfile,
-    autocorrelation,
-    generate_profile,
-    measured_correlation_length,
-    moments,
-)
+from ehl.surface.roughness import RoughProfile, autocorrelation, generate_profile, measured_correlation_length, moments
 
 LC, LENGTH = 20e-6, 6.4e-3
 
@@ -72,8 +64,7 @@ def test_correlation_length_of_white_noise_is_below_one_sample():
 
 
 @pytest.mark.parametrize(
-    ("skewness", "kurtosis"),
-    [(0.0, 1.9), (0.0, 6.0), (-1.2, 6.0), (0.5, 2.2), (-0.6, 2.4), (2.0, 12.0), (-3.0, 25.0)],
+    ("skewness", "kurtosis"), [(0.0, 1.9), (0.0, 6.0), (-1.2, 6.0), (0.5, 2.2), (-0.6, 2.4), (2.0, 12.0), (-3.0, 25.0)]
 )
 def test_translation_has_the_moments_and_rises(skewness, kurtosis):
     curve = translation(skewness, kurtosis)

@@ -1,7 +1,5 @@
 """Measured profiles: reading with units, what is refused and how, filters, ends, what falls below the cut-off."""
 
-from __future__ import annotations
-
 import math
 import sys
 from types import SimpleNamespace

@@ -1,22 +1,18 @@
 """Running-in by plastic flattening."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
+from contacts import line_contact
 
 import ehl
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.line_contact import LineContact
 from ehl.rough.dry import solve_dry, uniform_grid
 from ehl.rough.running_in import flattened
 from ehl.surface.roughness import RoughProfile, generate_profile
 
-LINE = LineContact.from_pressure(
-    radius_equivalent=0.015, effective_modulus=228e9, pressure_hertz=1.2e9, speed_entrainment=1.0, slide_to_roll=0.0
-)
+LINE = line_contact(pressure_hertz=1.2e9, speed_entrainment=1.0, slide_to_roll=0.0)
 B = LINE.half_width
 
 

@@ -1,7 +1,5 @@
 """The rough contact as a user meets it: results, seeds, measured profiles, and its shortcuts."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable

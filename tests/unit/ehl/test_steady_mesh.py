@@ -1,7 +1,5 @@
 """Graded mesh, outputs and extrapolation of the smooth solver."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

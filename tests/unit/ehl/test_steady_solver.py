@@ -1,16 +1,14 @@
 """What solve_steady promises: invariances, shear laws, starts, offsets, failures."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 
 import numpy as np
 import pytest
+from contacts import line_contact
 from refusals import refuses
 
 from ehl.fluid.lubricant import Lubricant
-from ehl.line_contact import LineContact
 from ehl.smooth import continuation, scaling
 from ehl.smooth.newton import solve_level
 from ehl.smooth.outputs import numbers_of
@@ -20,7 +18,7 @@ OIL = Lubricant(0.02, 1.8e-8, "roelands", rheology="eyring", eyring_stress=5e6)
 
 
 def contact(pressure=1.0e9, radius=0.01, speed=5.0, slip=0.3, lengthwise=0.0):
-    return LineContact.from_pressure(
+    return line_contact(
         radius_equivalent=radius,
         effective_modulus=2.264e11,
         pressure_hertz=pressure,

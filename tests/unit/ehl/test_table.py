@@ -1,7 +1,5 @@
 """One table in every form: hostile words stay words, numbers keep their digits, files are SI."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

@@ -1,12 +1,11 @@
 """Kernels of the transient solver against plain NumPy twins."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from contacts import line_contact
 from twins.exact_elasticity import LogConvolution
 
 from ehl.common.data import data_names
@@ -16,7 +15,6 @@ from ehl.fluid.free_volume import Doolittle, McEwenPaluch
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.yasutomi import ImprovedYasutomi, OriginalYasutomi
-from ehl.line_contact import LineContact
 from ehl.rough._kernels.fluid import balanced_shear_row, fluidity_rows, isothermal_shear_row, temperature_place
 from ehl.rough._kernels.motion import sample_profile
 from ehl.rough._kernels.quasi_separable import MODES, exponential_product, factor_and_solve
@@ -142,14 +140,7 @@ def lubricant(law: str, rheology: str, **extra: object) -> Lubricant:
 
 
 def scaled(law: str, rheology: str, lengthwise: float = 0.0, heated: bool = False, **extra: object):
-    contact = LineContact.from_pressure(
-        radius_equivalent=0.015,
-        effective_modulus=228e9,
-        pressure_hertz=1e9,
-        speed_entrainment=5.0,
-        slide_to_roll=0.4,
-        speed_sliding_lengthwise=lengthwise,
-    )
+    contact = line_contact(slide_to_roll=0.4, speed_sliding_lengthwise=lengthwise)
     oil = lubricant(law, rheology, **extra)
     units = Units(contact.half_width, 1e9, 1e-6, 2e-6, 4e-7)
     return contact, oil, scaled_fluid(contact, oil, units, 20e-6, heated)

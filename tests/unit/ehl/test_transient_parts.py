@@ -1,19 +1,18 @@
 """Batch means, closed profiles and the change of mesh of the transient solver."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from contacts import line_contact
 from refusals import refuses
 
 from ehl.fluid.lubricant import Lubricant
-from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces
-from ehl.rough.batch_means import batch_means, neighbour_correlation
+from ehl.rough.accuracy import PER_SWEEP, inlet_sweep, make_run_plan
+from ehl.rough.batch_means import batch_means
 from ehl.rough.run import TransientRun
 from ehl.rough.scaling import Settings, build_problem
 from ehl.rough.surfaces import ring, sample_ring
@@ -38,21 +37,6 @@ def test_intervals_cover_the_true_mean(memory: float) -> None:
         mean, half_width = batch_means(3.0 + correlated_series(rng, 1200, memory), 60)
         hits += abs(mean - 3.0) <= half_width
     assert 0.84 <= hits / 300 <= 0.95
-
-
-def test_slowly_varying_series_merge_their_batches() -> None:
-    rng = np.random.default_rng(2)
-    series = correlated_series(rng, 4000, 0.995)
-    _, wide = batch_means(series, 20)
-    naive = 1.65 * float(np.std(series.reshape(200, 20).mean(axis=1), ddof=1)) / math.sqrt(200.0)
-    assert wide > 2.0 * naive
-
-
-def test_too_short_a_series_gives_no_interval() -> None:
-    mean, half_width = batch_means(np.arange(40.0), 10)
-    assert mean == pytest.approx(19.5)
-    assert math.isnan(half_width)
-    assert neighbour_correlation(np.ones(8)) == 0.0
 
 
 def test_open_profile_is_closed_without_a_jump() -> None:
@@ -83,9 +67,7 @@ def test_statistics_of_both_surfaces() -> None:
 
 
 def test_finer_run_takes_over_the_coarse_state() -> None:
-    line = LineContact.from_pressure(
-        radius_equivalent=0.015, effective_modulus=228e9, pressure_hertz=1e9, speed_entrainment=5.0, slide_to_roll=0.5
-    )
+    line = line_contact()
     oil = Lubricant(0.015, 15e-9, rheology="eyring", eyring_stress=5e6)
     steel = Material.load("steel")
     surfaces = RoughSurfaces(generate_profile(0.2e-6, 30e-6, 16.0 * line.half_width, 3e-6, 1), None)
@@ -102,3 +84,14 @@ def test_finer_run_takes_over_the_coarse_state() -> None:
         run.advance(round(0.5 * per_width))
         means.append(float(run.advance(round(1.0 * per_width))[0][:, 0].mean()))
     assert means[1] == pytest.approx(means[0], rel=0.02)
+
+
+def test_mesh_resolves_the_inlet_of_a_thin_film() -> None:
+    contact = line_contact(pressure_hertz=2e9, speed_entrainment=0.1, slide_to_roll=0.1)
+    film = 50e-9
+    sweep = inlet_sweep(contact, film)
+    assert sweep == pytest.approx((film * 0.015 / contact.half_width**2) ** (2 / 3))
+    plan = make_run_plan("standard", contact, RoughSurfaces(), film, drained=False, thermal=False)
+    assert plan.spacing == pytest.approx(0.5 * PER_SWEEP["standard"] * sweep)
+    thick = make_run_plan("standard", contact, RoughSurfaces(), 1e-5, drained=False, thermal=False)
+    assert thick.spacing == pytest.approx(1.0 / 128.0)

@@ -1,12 +1,11 @@
 """Mesh, window and interval of a transient run: what is planned, and what is refused."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from contacts import line_contact
 from refusals import fails, refuses
 
 from ehl.common.validation import validate
@@ -27,13 +26,7 @@ LENGTH = 4.0  # of the mesh [b]
 
 
 def contact(pressure: float = 1e9, radius: float = 0.015) -> LineContact:
-    return LineContact.from_pressure(
-        radius_equivalent=radius,
-        effective_modulus=228e9,
-        pressure_hertz=pressure,
-        speed_entrainment=5.0,
-        slide_to_roll=0.5,
-    )
+    return line_contact(radius_equivalent=radius, pressure_hertz=pressure)
 
 
 def plan_of(line: LineContact, profile: RoughProfile, accuracy: str = "fast"):  # type: ignore[no-untyped-def]
@@ -189,8 +182,9 @@ def test_film_at_high_pressure_does_not_collapse_on_a_coarse_mesh() -> None:
     assert 0.01 < result.friction_coefficient < 0.03
 
 
-def test_a_contact_that_cannot_settle_ends_at_its_budget(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With 1.6e6 node-iterations the answer has a wide interval, and no more than twice that is spent."""
+@pytest.fixture
+def found(monkeypatch: pytest.MonkeyPatch) -> list[MeshLevels]:
+    """The meshes of each contact that is rolled."""
     found: list[MeshLevels] = []
     rolled = MeshLevels.roll
 
@@ -199,6 +193,13 @@ def test_a_contact_that_cannot_settle_ends_at_its_budget(monkeypatch: pytest.Mon
         found.append(self)
 
     monkeypatch.setattr(MeshLevels, "roll", roll)
+    return found
+
+
+def test_a_contact_that_cannot_settle_ends_at_its_budget(
+    monkeypatch: pytest.MonkeyPatch, found: list[MeshLevels]
+) -> None:
+    """With 1.6e6 node-iterations the answer has a wide interval, and no more than twice that is spent."""
     monkeypatch.setitem(WORK, "fast", 1.6e6)
     rough = Contact(
         oil="75w90", temperature=353.15, pressure_hertz=1e9, radius_equivalent=15e-3, speed_entrainment=1.0,
@@ -233,17 +234,9 @@ def test_a_contact_inside_its_bound_does_not_know_of_it(monkeypatch: pytest.Monk
 
 
 def test_a_contact_beyond_its_bound_is_shortened_and_its_interval_holds_the_longer_run(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: pytest.MonkeyPatch, found: list[MeshLevels]
 ) -> None:
     """Half of the travel, less work, and both means inside both errors."""
-    found: list[MeshLevels] = []
-    rolled = MeshLevels.roll
-
-    def roll(self: MeshLevels) -> None:
-        rolled(self)
-        found.append(self)
-
-    monkeypatch.setattr(MeshLevels, "roll", roll)
     monkeypatch.setitem(WORK, "fast", 1e6)
     monkeypatch.setattr(accuracy, "BOUND", 1e6)
     longer = bounded().solve()
@@ -262,19 +255,11 @@ def test_a_contact_beyond_its_bound_is_shortened_and_its_interval_holds_the_long
     )
 
 
-def test_the_dearest_contacts_of_the_gear_range_stay_near_their_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_dearest_contacts_of_the_gear_range_stay_near_their_bound(found: list[MeshLevels]) -> None:
     """Thin films at high load, whose inlet needs 1385 nodes: 5e7 node-iterations for what it takes.
 
     That gives mu 0.0312, with an error of 5 %.
     """
-    found: list[MeshLevels] = []
-    rolled = MeshLevels.roll
-
-    def roll(self: MeshLevels) -> None:
-        rolled(self)
-        found.append(self)
-
-    monkeypatch.setattr(MeshLevels, "roll", roll)
     dear = Contact(
         oil="75w90", temperature=399.607, pressure_hertz=1.19501e9, radius_equivalent=26.942e-3,
         speed_entrainment=0.118761, slide_to_roll=0.13462, speed_sliding_lengthwise=0.209,

@@ -1,7 +1,5 @@
 """Places in the input models: paths as a user wrote them, and what belongs there in words."""
 
-from __future__ import annotations
-
 import pytest
 from pydantic import BaseModel
 

@@ -1,7 +1,5 @@
 """Calibration: measured tables, setups, and sentences with exit code 2 where they cannot be used."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path

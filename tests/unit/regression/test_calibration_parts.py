@@ -1,7 +1,5 @@
 """Parts of the calibration: point contacts, parameters on cards, robust noise, the card that is written."""
 
-from __future__ import annotations
-
 import datetime
 import math
 from dataclasses import replace

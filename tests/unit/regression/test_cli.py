@@ -1,7 +1,5 @@
 """The commands `sweep`, `fit` and `mu`, from plan to friction value, and what they say to bad input."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys
@@ -39,6 +37,7 @@ def point(**changes: str) -> list[str]:
     return [part for item in options.items() for part in item]
 
 
+@pytest.mark.usefixtures("little_training")
 def test_plan_to_friction_value(mixed_ehl: Call, plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run, formula = tmp_path / "run", tmp_path / "formula.json"
     for number in (1, 2):
@@ -269,18 +268,6 @@ def test_failed_cases_are_listed(mixed_ehl: Call, plan: Path, tmp_path: Path) ->
     assert len(failed) == sum(content["shards"][0]["failed"].values()) > 0
     assert {case["reason"] for case in failed} == {"undefined"}
     assert set(failed[0]["conditions"]) >= {"pressure_hertz", "slide_to_roll", "temperature_oil"}
-
-
-def test_slurm_script_is_shell(mixed_ehl: Call, tmp_path: Path) -> None:
-    change = ("--set", "lubricant.oil=fva3", "--with", "arana_2019", "--time-cap", "90 s", "--jobs", "2")
-    printed = mixed_ehl("sweep", "demo", "-o", tmp_path / "run", "--slurm", "8", *change)
-    assert printed.code == 0
-    # every option a task needs is in its command
-    wanted = "sweep demo --set lubricant.oil=fva3 --with arana_2019 --time-cap '90 s' --retries 1 -o"
-    assert wanted in printed.out
-    assert "--cpus-per-task=2" in printed.out
-    assert not (tmp_path / "run").exists()
-    subprocess.run(["bash", "-n"], input=printed.out, text=True, check=True)
 
 
 def test_help_imports_nothing_heavy() -> None:

@@ -1,7 +1,5 @@
 """Recording: operations, names and refusals; laws of all oil cards; every family can be exported."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -1,7 +1,5 @@
 """Local conditions of a contact point, worked out by hand from its state and its oil."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

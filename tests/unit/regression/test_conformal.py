@@ -1,7 +1,5 @@
 """Coverage of the intervals by bands of lambda: measured on folds that did not calibrate them."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

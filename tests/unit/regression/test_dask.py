@@ -1,7 +1,5 @@
 """A sweep on a real dask cluster of processes: the same data, deadly cases found, time caps kept, clear words."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

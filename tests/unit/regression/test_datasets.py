@@ -1,7 +1,5 @@
 """Datasets by name and computed again: the mechanism on a small real sweep, and every dataset that is shipped."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import replace

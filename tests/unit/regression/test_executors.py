@@ -1,7 +1,5 @@
 """Crashed workers, fallback settings, time caps in threads, order of work and progress of a sweep."""
 
-from __future__ import annotations
-
 import os
 import threading
 import time

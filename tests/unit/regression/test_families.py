@@ -1,7 +1,5 @@
 """Limits of every family of formulas, over and beyond the range of gears."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -14,19 +12,13 @@ from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.fitting.coefficients import fit_coefficients, parts_of
 from regression.friction.conditions import conditions_of
-from regression.friction.families import (
-    FAMILIES,
-    SHORT,
-    short_parts,
-)
+from regression.friction.families import FAMILIES, SHORT, short_parts
 from regression.friction.families.film_regimes import KNOTS, hats
 from regression.friction.families.heated_film import CAP_ORDER, film_friction, heated_film
 from regression.friction.published import XU_COEFFICIENTS
 
 OILS = {name: Oil.load(name) for name in ("75w90", "fva3")}
-SHARE_FAMILIES = {
-    "short": (SHORT, short_parts),
-}
+SHARE_FAMILIES = {"short": (SHORT, short_parts)}
 START = {family.name: dict(zip(family.terms, family.start, strict=True)) for family, _ in SHARE_FAMILIES.values()}
 COEFFICIENTS: dict[str, dict[str, float]] = {
     **START,

@@ -1,7 +1,5 @@
 """Report of a fit: its tables say what the formula file says, every axis has a name and a unit, nothing is left out."""
 
-from __future__ import annotations
-
 import html
 import re
 from collections.abc import Callable
@@ -33,9 +31,7 @@ from regression.view.plots import plot_regimes, plot_residuals, plot_sensitivity
 from regression.view.plots_curves import middle_conditions, plot_maps, plot_stribeck, plot_traction
 
 PLAN = gear_plan(
-    "report",
-    {"size": 64, "corners": True},
-    roughness_rms={"low": "0.1 um", "high": "0.6 um", "scale": "log"},
+    "report", {"size": 64, "corners": True}, roughness_rms={"low": "0.1 um", "high": "0.6 um", "scale": "log"}
 )
 
 

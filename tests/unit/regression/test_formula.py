@@ -1,7 +1,5 @@
 """Formula files and families: round trip, ranges, limits of the forms, refused files."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any
@@ -9,15 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 from contacts import gear_state as state
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
 from regression.data.dataset import columns, load_dataset
 from regression.formula import Formula, friction_model
 from regression.friction.conditions import conditions_of
-from regression.friction.families import FAMILIES, SHORT, short_parts
+from regression.friction.families import FAMILIES, SHORT
 from regression.friction.fitted import FORMULA_SCHEMA
 from regression.friction.models import FrictionFlag, FrictionModel
 from regression.friction.published import XU_COEFFICIENTS, xu_kahraman_2007
@@ -117,16 +113,6 @@ def test_points_outside_are_flagged_and_get_the_widest_error() -> None:
     assert other.flag.tolist() == [FrictionFlag.OTHER_OIL, FrictionFlag.OUTSIDE_RANGE, FrictionFlag.OTHER_OIL]
 
 
-@settings(max_examples=40, deadline=None)
-@given(ratio=st.floats(1e-6, 2.0), family=st.sampled_from(sorted(FORMULAS)))
-def test_friction_is_even_in_sliding_and_vanishes_with_it(ratio: float, family: str) -> None:
-    points = state(slide_to_roll=np.array([ratio, -ratio, 0.0]))
-    mu = FORMULAS[family].evaluate(conditions_of(points, OIL)).mu
-    assert mu[0] == mu[1]
-    assert mu[2] == 0.0
-    assert np.isfinite(mu).all()
-
-
 def test_friction_falls_to_zero_with_a_continuous_slope_below_the_least_sliding() -> None:
     """Proportional to sliding near zero, rising up to the least sliding of the data, and without a bend there."""
     least, step = 0.02, 1e-4
@@ -138,27 +124,6 @@ def test_friction_falls_to_zero_with_a_continuous_slope_below_the_least_sliding(
     before, after = np.diff(value.mu[5:]) / step
     assert before == pytest.approx(after, abs=1e-3 * value.mu[6])
     assert (value.flag[[3, 4, 6, 7]] == FrictionFlag.OUTSIDE_RANGE).tolist() == [True, True, False, False]
-
-
-@settings(max_examples=30, deadline=None)
-@given(speed=st.floats(0.05, 15.0), factor=st.floats(1.01, 3.0), rough=st.floats(0.05, 2.0))
-def test_asperity_share_falls_with_speed_and_friction_stays_bounded(speed: float, factor: float, rough: float) -> None:
-    points = state(
-        speed_entrainment=np.array([speed, speed * factor]),
-        roughness_rms_1=rough * 1e-6,
-        roughness_rms_2=rough * 1e-6,
-    )
-    table = conditions_of(points, OIL)
-    share, fluid = short_parts(table, SHARE["coefficients"] | {"inlet": 0.0})
-    assert share[1] <= share[0]
-    assert (fluid <= OIL.limiting_stress[1]).all()
-    assert (FORMULAS["short"].evaluate(table).mu <= max(0.1, OIL.limiting_stress[1])).all()
-
-
-def test_boundary_friction_is_the_limit_of_vanishing_films() -> None:
-    points = state(speed_entrainment=np.array([1e-4]), roughness_rms_1=2e-6, roughness_rms_2=2e-6)
-    value = FORMULAS["short"].evaluate(conditions_of(points, OIL))
-    assert value.mu[0] == pytest.approx(0.1, rel=0.02)
 
 
 def _damaged(change: dict[str, Any] | None, remove: str = "") -> dict[str, Any]:

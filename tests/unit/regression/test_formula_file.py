@@ -1,7 +1,5 @@
 """Formula files: checksum, refusals on the command line with the remedy."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Friction models: names, flags, and what must hold for each of them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from contacts import gear_state as state
@@ -11,9 +9,8 @@ from hypothesis import strategies as st
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
 from regression.formula import friction_model
-from regression.friction.conditions import UNITS, conditions_of
-from regression.friction.models import ConstantFriction, FrictionFlag, FrictionModel
-from regression.friction.published_registry import PUBLISHED, SLIDING_FLOOR
+from regression.friction.models import FrictionFlag, FrictionModel
+from regression.friction.published_registry import PUBLISHED, SLIDING_FLOOR, model_label
 
 OIL = Oil.load("fva3")
 
@@ -105,15 +102,6 @@ def test_base_oil_enters_the_lubricant_factor() -> None:
     assert float(pao.mu / mineral.mu) == pytest.approx(0.8 * viscosity**0.05, rel=1e-12)
 
 
-def test_conditions_use_each_points_own_temperature() -> None:
-    table = conditions_of(state(temperature_oil=np.array([333.15, 373.15, 333.15])), OIL)
-    assert set(table) == {*UNITS, "temperature_bulk_1", "temperature_bulk_2"}
-    assert table["viscosity_inlet"][0] == table["viscosity_inlet"][2] == OIL.at(333.15).viscosity_inlet
-    assert table["viscosity_inlet"][1] == OIL.at(373.15).viscosity_inlet
-    mean = np.pi / 4 * np.array([1.2e9])
-    assert table["viscosity_mean_pressure"][1] == pytest.approx(float(OIL.at(373.15).viscosity(mean)[0]), rel=1e-14)
-
-
 @pytest.mark.parametrize(
     ("spec", "words"),
     [
@@ -132,6 +120,25 @@ def test_bad_names_say_what_exists(spec: str, words: list[str]) -> None:
         assert word in str(caught.value)
 
 
-def test_constant_is_a_friction_model() -> None:
-    assert isinstance(ConstantFriction(0.05), FrictionModel)
-    assert friction_model("constant:0.05").name == "constant:0.05"
+@pytest.mark.parametrize(
+    ("name", "label"),
+    [
+        ("constant:0.05", "constant 0.05"),
+        ("constant:0.0277647, fitted to ehl", "constant 0.0278, fitted to solved contacts"),
+        ("xu_kahraman_2007", "Xu & Kahraman 2007"),
+        ("odonoghue_cameron_1966", "O'Donoghue & Cameron 1966"),
+        ("iso_tr_14179_2", "ISO/TR 14179-2"),
+        ("ehl", "solved contacts"),
+        ("ehl:smooth:all", "solved contacts, smooth, all"),
+        ("75w90", "formula 75w90"),
+        ("oils/formula_iso_220.json", "formula iso_220"),
+        ("formula.json", "formula"),
+    ],
+)
+def test_label(name: str, label: str) -> None:
+    assert model_label(name) == label
+
+
+def test_no_published_label_is_a_code_name() -> None:
+    assert all("_" not in formula.label for formula in PUBLISHED.values())
+    assert len({formula.label for formula in PUBLISHED.values()}) == len(PUBLISHED)

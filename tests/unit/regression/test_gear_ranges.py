@@ -1,7 +1,5 @@
 """Ranges from what gears see: weighted quantiles, and the plan written over them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The public interface of `regression`: one line for each step, short texts, tables, and the same errors."""
 
-from __future__ import annotations
-
 import signal
 from pathlib import Path
 

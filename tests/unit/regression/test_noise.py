@@ -1,7 +1,5 @@
 """Noise floor from repeated realisations: known scatter is found again, by region."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

@@ -1,7 +1,5 @@
 """Plan files: what they accept, what they mean, and what they refuse in which words."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable
 from pathlib import Path
@@ -157,10 +155,7 @@ def test_plan_hash_follows_the_cases_and_not_the_words() -> None:
         (lambda c: c.update(surface={"roughness_rms_1": 1e-7}), ["surface.roughness_rms_1", "[variables]"]),
         (lambda c: c.update(surface={"profile_1": "x.csv"}), ["surface.profile_1", "[variables]"]),
         (lambda c: c.update(effective_modulus="1 mm"), ["effective_modulus", "1 mm"]),
-        (
-            lambda c: c["variables"].update(speed_entrainment=list(range(1, 1002))),
-            ["speed_entrainment", "1 to 1000"],
-        ),
+        (lambda c: c["variables"].update(speed_entrainment=list(range(1, 1002))), ["speed_entrainment", "1 to 1000"]),
         (lambda c: c["sampling"].update(size=2**20), ["sampling.size"]),
     ],
 )

@@ -1,7 +1,5 @@
 """Points of a plan: constraints, Latin hypercubes, factorials, oils and roughness realisations as factors."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -183,10 +181,7 @@ def test_every_point_has_a_roughness_of_its_own_and_realisations_are_a_factor() 
     assert seeds == list(range(1, 49))
     pressures = rough.points.columns["pressure_hertz"].reshape(16, 3)
     assert (pressures == pressures[:, :1]).all()
-    same = plan(
-        sampling={"size": 16, "realisations": 3, "same_profile": True},
-        surface={"seed": 5},
-    )
+    same = plan(sampling={"size": 16, "realisations": 3, "same_profile": True}, surface={"seed": 5})
     assert [case.surface.seed for _, case in same.cases()] == [5, 6, 7] * 16
     # a constrained plan keeps the roughness of a point
     free = plan(sampling={"size": 256, "seed": 3})
@@ -201,7 +196,7 @@ def test_variables_of_the_surface() -> None:
             **RANGES,
             "correlation_length": {"low": "20 um", "high": "100 um"},
             "boundary_friction": [0.08, 0.12],
-        },
+        }
     )
     surfaces = [case.surface for _, case in rough.cases()]
     assert len(surfaces) == 128

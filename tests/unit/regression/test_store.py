@@ -1,7 +1,5 @@
 """Result files: whole rows survive whatever happens to the process, and foreign files are refused."""
 
-from __future__ import annotations
-
 import errno
 import json
 import os

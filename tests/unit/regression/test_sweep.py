@@ -1,7 +1,5 @@
 """The sweep: every case ends as a row, whatever happens to it, to its worker or to the process."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import signal
@@ -153,16 +151,6 @@ def test_workers_and_shards_give_the_data_of_one_process(plan: Plan, tmp_path: P
     hashes = {load_dataset(tmp_path / run).data_hash for run in ("one", "two", "three")}
     assert len(hashes) == 1
     assert len(list((tmp_path / "three").glob("*.jsonl"))) == 3
-
-
-def test_interrupted_rows_are_kept(plan: Plan, tmp_path: Path) -> None:
-    def stop(progress: Progress) -> None:
-        if progress.done == 5:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        sweep_shard(plan, tmp_path, evaluate=XU, progress=stop)
-    assert sweep_shard(plan, tmp_path, evaluate=XU).resumed == 5
 
 
 def test_ctrl_c_ends_between_two_cases(plan: Plan, tmp_path: Path) -> None:

@@ -1,7 +1,5 @@
 """Tables users bring: units in header or cells, spreadsheets, and complaints that name row and column."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

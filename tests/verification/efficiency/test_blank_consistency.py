@@ -1,7 +1,6 @@
 """Blanks of a pair against geometry in space, and properties every blank has."""
 
-from __future__ import annotations
-
+import math
 from dataclasses import asdict
 from math import cos, degrees, hypot, pi, radians, sin, tan
 from typing import Any, Literal
@@ -11,6 +10,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
+from twins.random_blanks import REASONS, blank_content, run_case
 
 from efficiency.blanks.inputs import PairBlankInput, load_blank
 from efficiency.blanks.lengthwise import tooth_trace
@@ -228,3 +228,21 @@ def test_middle_of_the_face_and_calculation_point_describe_the_same_cones() -> N
             assert z == pytest.approx([member.crossing_to_front_crown, member.crossing_to_crown], rel=1e-12)
             radius, _ = cones.axial(half, cones.root(half))
             assert 2.0 * radius == pytest.approx([member.inner_root_diameter, member.outer_root_diameter], rel=1e-12)
+
+
+def test_blanks_are_answered_or_refused_by_a_listed_reason() -> None:
+    rows = [run_case(2, index, "blank") for index in range(300)]
+    assert [row["detail"] for row in rows if row["outcome"] == "wrong"] == []
+    assert sum(row["outcome"] == "answered" for row in rows) >= 0.98 * len(rows)
+    assert {row["reason"] for row in rows if row["outcome"] == "refused"} <= set(REASONS)
+
+
+@pytest.mark.parametrize("index", range(0, 60, 5))
+def test_converged_cones_lie_near_the_printed_iteration(index: int) -> None:
+    # the tolerance of the standard, 1 %, lets delta_2 err by some tenths of a degree
+    inputs = PairBlankInput.model_validate(blank_content(2, index))
+    converged, printed = (
+        pitch_cones(inputs.model_copy(update={"pitch_cones": mode})) for mode in ("converged", "standard")
+    )
+    assert abs(converged.closure) < 1e-10
+    assert abs(math.degrees(converged.pitch_angle_2 - printed.pitch_angle_2)) < 0.5

@@ -1,7 +1,5 @@
 """Hypoid pairs, face-hobbed and Formate: velocities, curvatures, gaps and teeth against independent computations."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

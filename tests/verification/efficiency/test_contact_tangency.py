@@ -1,7 +1,5 @@
 """Unloaded contact of every shipped design against direct tangency in space, edges included."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

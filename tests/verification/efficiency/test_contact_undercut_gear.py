@@ -1,7 +1,5 @@
 """Random blanks that a wrong root of the equation of meshing, or a gear undercut at its root, used to spoil."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Fillet, root line, and undercut against closed forms and a search over all positions of the blade."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 

@@ -1,7 +1,5 @@
 """Cut surfaces: equation of meshing, normals and curvatures against independent computations."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tip and end relief: depth at points, gap against sections in space, and what it does to load, error and loss."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Friction in the load equilibrium against the exact pitch point of a hypoid pair, and the energy balance."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from functools import cache

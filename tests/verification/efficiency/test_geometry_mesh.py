@@ -1,7 +1,5 @@
 """Geometry of the mesh against exact cases and against second, independent algorithms."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -24,11 +22,6 @@ from efficiency.design.design import Design, load_design
 
 ARCSEC = np.pi / (180.0 * 3600.0)
 SIDES = ("drive", "coast")
-
-
-@pytest.fixture(scope="module")
-def design() -> Design:
-    return load_design("fm_spiral_bevel_14x39")
 
 
 @pytest.fixture(scope="module", params=SIDES)

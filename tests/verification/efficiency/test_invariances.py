@@ -1,7 +1,5 @@
 """What must not change: a map point solved alone, the mirror image, another scale; face-hobbed hypoid pairs too."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

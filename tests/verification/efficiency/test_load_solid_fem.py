@@ -1,13 +1,16 @@
-"""The solid tooth against finite elements of the same tooth with scikit-fem (`tests/twins/compliance_fem.py`)."""
-
-from __future__ import annotations
+"""Elastic teeth and root stress against other finite elements (`tests/twins`), and the deflection near a free edge."""
 
 import numpy as np
 import pytest
 from twins.compliance_fem import Counts, line_load, nine_points
+from twins.free_edge import approach
+from twins.root_stress_fem import root_peaks
 
+import efficiency
 from efficiency.contact.gear_flanks import Member
 from efficiency.design.design import load_design
+from efficiency.ltca.edge_contact import free_edge_compliance
+from efficiency.ltca.local_compliance import weber_local
 from efficiency.ltca.ritz_solid import ORDERS
 from efficiency.ltca.solid_tooth import solid_tooth_of
 
@@ -48,3 +51,26 @@ def test_orders_have_converged(name: str, member: Member) -> None:
     assert np.abs(default / fine - 1.0).max() < 0.5 * np.abs(coarse / fine - 1.0).max()
     assert default.mean() == pytest.approx(fine.mean(), rel=0.015)
     assert coarse.mean() < default.mean()
+
+
+def test_elements_find_the_half_plane_far_from_all_faces() -> None:
+    """A load forty depths from the side face of a quarter-plane: Weber's approach."""
+    plain = float(weber_local(1.0, 0.2, 1.0, 1.0, 0.3))
+    assert approach("quarter-plane", 40.0, 1.0, 0.2, 0.3) == pytest.approx(plain, rel=0.005)
+
+
+@pytest.mark.parametrize("distance", [0.05, 0.15, 0.4])
+def test_load_next_to_the_end_of_a_strip(distance: float) -> None:
+    """What the end adds, from a strip far from its end, in the unit of the whole approach."""
+    half_width = 0.2 * distance
+    plain, far = (float(weber_local(1.0, b, 1.0, 1.0, 0.3)) for b in (half_width, 0.2))
+    end = approach("strip", distance, 1.0, half_width, 0.3)
+    added = end - plain - (approach("strip", 4.0, 1.0, 0.2, 0.3) - far)
+    assert float(free_edge_compliance(distance, 1.0, 1.0, 0.3)) == pytest.approx(added, abs=0.035 * end)
+
+
+def test_root_stress_under_the_contact_forces() -> None:
+    """Coarse elements; finer ones of ten members are in docs/strength.md."""
+    loaded = efficiency.load("fh_spiral_bevel_12x37").mesh(positions=8, points_per_line=15).load()
+    found = root_peaks(loaded, "pinion", Counts(tooth=3, slot=2, rows=16, body=3, along=8), 1.0e-3)
+    assert found.model == pytest.approx(found.elements, rel=0.05)

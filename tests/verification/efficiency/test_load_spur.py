@@ -1,7 +1,5 @@
 """An exact involute spur pair: everything about its mesh has a textbook answer."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import cache

@@ -1,7 +1,5 @@
 """Loss against independent quadrature and exact limits; efficiencies of the shipped pairs by offset."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Shipped designs made from targets: the files hold what the targets ask for, and can be made again."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

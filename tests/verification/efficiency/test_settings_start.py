@@ -1,7 +1,5 @@
 """Exactly conjugate start, derivatives of the fit, root line: against independent computations."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

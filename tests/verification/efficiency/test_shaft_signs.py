@@ -9,8 +9,6 @@ convex flanks the tangential force turns round and the spiral pulls the pinion i
 image in y, and its E counts against y.
 """
 
-from __future__ import annotations
-
 import math
 from functools import cache
 from typing import Any

@@ -1,7 +1,5 @@
 """Cold start: smooth contacts of oils from -40 degC on, whose films heat makes a hundred times thinner."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

@@ -1,12 +1,13 @@
-"""A sample of the campaign over the whole range that inputs may have, solved to the end."""
-
-from __future__ import annotations
+"""Samples of the campaigns of `tests/twins`: random contacts, and the same contact seen otherwise."""
 
 import os
 import re
 import subprocess
 import sys
 from pathlib import Path
+
+import pytest
+from twins.contact_invariances import cases, checked
 
 ROOT = Path(__file__).parents[3]
 
@@ -21,3 +22,16 @@ def test_sample_of_the_campaign() -> None:
     assert not [text for text in found if text[0].isupper()], found
     failed = sum(number for text, number in found.items() if text.startswith("failed"))
     assert failed <= 0.1 * (64 - found.get("refused", 0)), found
+
+
+ROWS = cases(4, 11)
+CHANGES = [{"exchanged", "other units"}, {"exchanged", "other units", "mirrored", "twice the size"},
+           {"exchanged", "other units", "mirrored"}, {"exchanged", "other units", "twice the size"}]  # fmt: skip
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_the_same_contact_seen_otherwise(number: int) -> None:
+    found = checked(number, ROWS[number], 1.0, 128)
+    assert {row["change"] for row in found} == CHANGES[number]
+    # film ratios from 0.5 on: no history that amplifies the last digit
+    assert all(row["equal"] and row["inside"] for row in found)

@@ -1,7 +1,5 @@
 """No shortcut, switch or bound of the model makes friction or film jump by more than the stated error."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

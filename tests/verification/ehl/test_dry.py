@@ -1,23 +1,19 @@
 """Dry contact: Hertz, an independent solution of the complementarity problem, full contact of a wave, the cap."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
+from contacts import line_contact
 from numpy.testing import assert_allclose
 from scipy import linalg, optimize
 
 from ehl.common.errors import InputError
 from ehl.elasticity import DeflectionOperator
-from ehl.line_contact import LineContact
 from ehl.rough.dry import solve_dry, uniform_grid
 from ehl.surface.roughness import generate_profile
 
-CONTACT = LineContact.from_pressure(
-    radius_equivalent=15e-3, effective_modulus=228e9, pressure_hertz=1e9, speed_entrainment=1.0
-)
+CONTACT = line_contact(speed_entrainment=1.0, slide_to_roll=0.0)
 B = CONTACT.half_width
 
 

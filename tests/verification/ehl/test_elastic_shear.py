@@ -1,25 +1,17 @@
 """Elastic part of the film shear: closed forms, its estimate, no step in mu, the rough solver beside the smooth one."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from contacts import line_contact
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from ehl.contact import Contact
-from ehl.elastic_shear import (
-    SHARE_FULL,
-    SHARE_NEGLECTED,
-    body_compliance,
-    counted,
-    elastic_shear,
-    elastic_stress,
-)
+from ehl.elastic_shear import SHARE_FULL, SHARE_NEGLECTED, body_compliance, counted, elastic_shear, elastic_stress
 from ehl.fluid._kernels import march_stress, stress_after
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
@@ -39,13 +31,7 @@ STATE: dict[str, Any] = {
 
 def even_film(oil: Lubricant, slip: float, nodes: int = 401) -> tuple[LineContact, Array, Array, Array, Array]:
     """A film of constant pressure and height over 0.4 mm, and its viscous stress."""
-    line = LineContact.from_pressure(
-        pressure_hertz=1e9,
-        radius_equivalent=0.015,
-        effective_modulus=2.28e11,
-        speed_entrainment=5.0,
-        slide_to_roll=slip,
-    )
+    line = line_contact(slide_to_roll=slip)
     x = np.linspace(0.0, 4e-4, nodes)
     pressure, film = np.full(nodes, 0.8e9), np.full(nodes, 4e-7)
     return line, x, pressure, film, oil.shear_stress(pressure, film, line.speed_sliding)

@@ -1,13 +1,12 @@
 """Moving heat sources: closed forms, the exact band source of Jaeger, and an independent solution in depth."""
 
-from __future__ import annotations
-
 import itertools
 import math
 
 import numpy as np
 import pytest
 from contacts import BEARING_STEEL as STEEL
+from contacts import line_contact
 from numpy.testing import assert_allclose
 from scipy.integrate import quad
 from scipy.linalg import solve_banded
@@ -17,7 +16,6 @@ from twins.material_points import material_point_matrices, material_point_matrix
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.conduction import jaeger_matrix
 from ehl.heat.traction import thermal_traction
-from ehl.line_contact import LineContact
 
 B = 2e-4
 
@@ -131,13 +129,7 @@ def half_space(x: np.ndarray, flux: np.ndarray, u: float) -> tuple[float, float]
 
 @pytest.mark.parametrize("slide", [0.5, -1.2])
 def test_surfaces_of_a_solved_contact_against_an_independent_solution_in_depth(slide):
-    line = LineContact.from_pressure(
-        radius_equivalent=15e-3,
-        effective_modulus=228e9,
-        pressure_hertz=1e9,
-        speed_entrainment=10.0,
-        slide_to_roll=slide,
-    )
+    line = line_contact(speed_entrainment=10.0, slide_to_roll=slide)
     oil = Lubricant(0.0106, 15e-9, rheology="eyring", temperature=373.15, temperature_viscosity=0.04)
     unit = np.sin(0.5 * np.pi * np.linspace(-1.0, 1.0, 241))
     x = unit * line.half_width

@@ -1,12 +1,11 @@
 """Heat of the pressure-driven flow in the transient solver: fast films of gear oils against the steady solver."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from contacts import line_contact
 from twins.material_points import without_flow_heat
 
 import ehl.smooth.thermal
@@ -34,12 +33,8 @@ STEEL = Material.load("steel")
 
 
 def line(speed: float, slide_to_roll: float) -> LineContact:
-    return LineContact.from_pressure(
-        radius_equivalent=0.01,
-        effective_modulus=226e9,
-        pressure_hertz=1e9,
-        speed_entrainment=speed,
-        slide_to_roll=slide_to_roll,
+    return line_contact(
+        radius_equivalent=0.01, effective_modulus=226e9, speed_entrainment=speed, slide_to_roll=slide_to_roll
     )
 
 

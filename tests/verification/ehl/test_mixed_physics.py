@@ -1,7 +1,5 @@
 """The deterministic rough solver against independent solutions."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

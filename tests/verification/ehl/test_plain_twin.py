@@ -1,7 +1,5 @@
 """The rough engine against the plain dense solver of tests/twins/plain_twin.py: another algorithm, the same physics."""
 
-from __future__ import annotations
-
 import pytest
 from twins.plain_twin import PlainTwin, roll
 from twins.rough_scenes import Scene, eyring_oil, gaussian_pair, line, speed_of_film_ratio
@@ -15,10 +13,7 @@ RMS = 0.4e-6
 STARTUP = 3.4
 
 
-@pytest.mark.parametrize(
-    ("ratio", "per_width", "touches"),
-    [(1.0, 38.0, False), (0.3, 30.0, True)],
-)
+@pytest.mark.parametrize(("ratio", "per_width", "touches"), [(1.0, 38.0, False), (0.3, 30.0, True)])
 def test_engine_and_plain_solver_agree_on_rough_surfaces(ratio: float, per_width: float, touches: bool) -> None:
     oil = eyring_oil()
     contact = line(speed_of_film_ratio(ratio, RMS, oil))

@@ -1,15 +1,13 @@
 """What one stretch of a surface, and one window of its side drainage, say of the rest."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from contacts import line_contact
 
 from ehl.fluid.lubricant import Lubricant
-from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces, TransientResult, solve_transient
 from ehl.rough.averaging import net_exchange
 from ehl.surface.roughness import generate_profile
@@ -19,13 +17,7 @@ OIL = Lubricant(0.015, 15e-9, rheology="eyring", eyring_stress=5e6)
 
 def run(seed: int, slide_to_roll: float, period: float, travel: float) -> TransientResult:
     """Film ratio about 0.5, sealed, on a coarse mesh; period and travel in half-widths."""
-    line = LineContact.from_pressure(
-        radius_equivalent=0.015,
-        effective_modulus=228e9,
-        pressure_hertz=1e9,
-        speed_entrainment=0.86,
-        slide_to_roll=slide_to_roll,
-    )
+    line = line_contact(speed_entrainment=0.86, slide_to_roll=slide_to_roll)
     b = line.half_width
     surfaces = RoughSurfaces(
         *(generate_profile(0.28e-6, 0.15 * b, period * b, 0.0075 * b, 2 * seed + i) for i in (1, 2))

@@ -1,7 +1,5 @@
 """Shear laws: the mobility of the pressure flow against the flow of the same law integrated across the film."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

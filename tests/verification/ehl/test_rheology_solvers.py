@@ -1,12 +1,11 @@
 """Every shear law in both solvers: the transient solution of a smooth contact is the steady one."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from contacts import line_contact
 
 from ehl.fluid._kernels import log_mobility
 from ehl.fluid.lubricant import Lubricant
@@ -23,14 +22,7 @@ from ehl.rough.scaling import Settings, Units, build_problem, scaled_fluid
 from ehl.smooth.solver import solve_steady
 
 STEEL = Material.load("steel")
-CONTACT = LineContact.from_pressure(
-    radius_equivalent=0.015,
-    effective_modulus=228e9,
-    pressure_hertz=1e9,
-    speed_entrainment=5.0,
-    slide_to_roll=0.5,
-    speed_sliding_lengthwise=1.0,
-)
+CONTACT = line_contact(speed_sliding_lengthwise=1.0)
 OIL = Lubricant(0.015, 15e-9, temperature=353.15, temperature_viscosity=0.04)
 SMOOTH = {"limiting_shear_coefficient": 0.06, "limiting_shear": "smooth", "limiting_shear_ambient": 2e6}
 CARREAU = {"rheology": "carreau", "carreau_stress": 5e6, "carreau_exponent": 0.5}

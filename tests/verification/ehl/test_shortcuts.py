@@ -1,7 +1,5 @@
 """Shortcuts of the rough solver against the runs without them: dry contact, roughness beyond the mesh budget."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Limits of the smooth contact with known answers: rigid cylinders, the Hertz contact, the kernel."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

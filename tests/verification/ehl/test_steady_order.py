@@ -1,13 +1,11 @@
 """Observed order of the smooth solver, and its error estimate against much finer grids."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
+from contacts import line_contact
 from scipy.stats import qmc
 
 from ehl.fluid.lubricant import Lubricant
-from ehl.line_contact import LineContact
 from ehl.smooth.continuation import PathReport, cold_path, features_of_level, transfer
 from ehl.smooth.mesh import grade
 from ehl.smooth.newton import NodeGrid, solve_level
@@ -26,7 +24,7 @@ def gear_range(count, seed):
     high = np.array([2.5e9, 0.08, 20.0, 0.15, 25e-9, 10e6, 1.5])
     for share in qmc.Sobol(7, rng=seed).random(count):
         p_h, radius, speed, viscosity, alpha, stress, slip = low * (high / low) ** share
-        contact = LineContact.from_pressure(
+        contact = line_contact(
             radius_equivalent=radius,
             effective_modulus=2.264e11,
             pressure_hertz=p_h,

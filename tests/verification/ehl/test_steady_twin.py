@@ -4,8 +4,6 @@ Uniform grid past the exit, piecewise constant pressure, nodal conservative Reyn
 flow, P >= 0 by the Fischer-Burmeister function instead of a tracked exit, dense semi-smooth Newton.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Nasty contacts far outside the gear range: every answer is either sound or a refusal with its reason."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

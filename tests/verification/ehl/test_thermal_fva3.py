@@ -4,15 +4,13 @@ That estimate takes the Hertz pressure, the film of a formula with the Zhu-Cheng
 division of the heat and k = 0.14 (1 + 0.8 p/GPa) W/(m K); here film and temperature are solved together.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
+from contacts import line_contact
 
 from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.oil import Oil
-from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.smooth.thermal import solve_smooth
 
@@ -32,7 +30,7 @@ ESTIMATE = [
 
 @pytest.mark.parametrize(("pressure", "speed", "slide", "ratio", "friction"), ESTIMATE)
 def test_isothermal_over_thermal_friction(pressure, speed, slide, ratio, friction):
-    contact = LineContact.from_pressure(
+    contact = line_contact(
         radius_equivalent=10e-3,
         effective_modulus=226e9,
         pressure_hertz=pressure * 1e9,

@@ -1,12 +1,13 @@
 """Film and temperature solved together: limits, balances, an independent program, published inlet factors."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from contacts import BEARING_STEEL as STEEL
+from contacts import hot_oil as oil
+from contacts import line_contact as contact
 from scipy.stats import qmc
 from twins.material_points import conducts_like_the_transient_solver, without_flow_heat
 
@@ -15,41 +16,13 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.heat.estimate import murch_wilson_1975, thermal_loading
 from ehl.line_contact import LineContact
-from ehl.material import Material
 from ehl.smooth import hot_film, refine
 from ehl.smooth import thermal as thermal_steady
 from ehl.smooth.newton import NewtonFailure
 from ehl.smooth.solver import solve_steady
 from ehl.smooth.thermal import solve_smooth
 
-STEEL = Material(
-    youngs_modulus=206e9, poisson_ratio=0.3, thermal_conductivity=46.0, heat_capacity=470.0, density=7850.0
-)
 BODIES = (STEEL, STEEL)
-
-
-def contact(**change) -> LineContact:
-    values = {
-        "radius_equivalent": 15e-3,
-        "effective_modulus": 228e9,
-        "pressure_hertz": 1e9,
-        "speed_entrainment": 5.0,
-        "slide_to_roll": 0.5,
-    }
-    return LineContact.from_pressure(**(values | change))
-
-
-def oil(**change) -> Lubricant:
-    values = {
-        "viscosity_inlet": 0.0106,
-        "pressure_viscosity": 15e-9,
-        "rheology": "eyring",
-        "eyring_stress": 5e6,
-        "temperature": 373.15,
-        "temperature_viscosity": 0.04,
-    }
-    return Lubricant(**(values | change))
-
 
 # alpha [1/GPa], p_h [GPa], u_r [m/s], SR: mu isothermal and thermal, highest rise of film and surface [K] (or nan)
 PROTOTYPE = [

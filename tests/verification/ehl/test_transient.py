@@ -1,11 +1,10 @@
 """The transient solver against the steady one, the sealed and the dry limit, balances and symmetries."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
+from contacts import line_contact
 from scipy.optimize import brentq, nnls
 from twins.exact_elasticity import elastic_error
 from twins.rough_scenes import eyring_oil as oil
@@ -30,9 +29,7 @@ STEEL = Material.load("steel")
 def contact(
     speed: float = 5.0, slide_to_roll: float = 0.5, lengthwise: float = 0.0, pressure: float = 1e9
 ) -> LineContact:
-    return LineContact.from_pressure(
-        radius_equivalent=0.015,
-        effective_modulus=228e9,
+    return line_contact(
         pressure_hertz=pressure,
         speed_entrainment=speed,
         slide_to_roll=slide_to_roll,
@@ -202,13 +199,6 @@ def test_dry_limit_agrees_with_a_dry_contact_solution(gamma: float) -> None:
     assert records[-1, MU_FLUID] + 0.1 * records[-1, SHARE] == pytest.approx(0.1, rel=0.02)
 
 
-def test_swapped_surfaces_give_the_same_friction() -> None:
-    one, two = profile(0.2e-6, 1), profile(0.3e-6, 2)
-    forward = make_run(contact(1.0, 0.6), oil(), RoughSurfaces(one, two))
-    backward = make_run(contact(1.0, -0.6), oil(), RoughSurfaces(two, one))
-    assert friction(roll(backward, 3.0)) == pytest.approx(friction(roll(forward, 3.0)), rel=1e-9)
-
-
 @pytest.mark.parametrize(
     ("slide_to_roll", "lengthwise", "smooth"),
     [(0.0, 0.0, 0), (2.0, 0.0, 0), (-2.0, 0.0, 0), (3.0, 0.0, 0), (0.0, 3.0, 0), (0.4, 4.0, 1), (-0.4, 0.0, 2)],
@@ -245,9 +235,8 @@ def test_random_cases_stay_finite() -> None:
     rng = np.random.default_rng(11)
     failed = 0
     for seed in range(12):
-        line = LineContact.from_pressure(
+        line = line_contact(
             radius_equivalent=float(10 ** rng.uniform(-2.3, -1.1)),
-            effective_modulus=228e9,
             pressure_hertz=float(rng.uniform(0.4e9, 2.2e9)),
             speed_entrainment=float(10 ** rng.uniform(-0.7, 1.3)),
             slide_to_roll=float(rng.uniform(-1.8, 1.8)),

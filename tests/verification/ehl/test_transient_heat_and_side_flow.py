@@ -1,13 +1,12 @@
 """Heat of the transient solver against direct quadrature and energy; drainage against 2-D Reynolds solutions."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import scipy.sparse as sparse
+from contacts import line_contact
 from scipy.sparse.linalg import spsolve
 from twins.material_points import material_point_matrix
 
@@ -29,13 +28,7 @@ STEEL = Material.load("steel")
 
 
 def contact(speed: float = 10.0, slide_to_roll: float = 0.3) -> LineContact:
-    return LineContact.from_pressure(
-        radius_equivalent=0.015,
-        effective_modulus=228e9,
-        pressure_hertz=1e9,
-        speed_entrainment=speed,
-        slide_to_roll=slide_to_roll,
-    )
+    return line_contact(speed_entrainment=speed, slide_to_roll=slide_to_roll)
 
 
 CONSTANT = FilmConductivity(c1=0.0, c2=0.0)

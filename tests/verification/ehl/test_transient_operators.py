@@ -1,7 +1,5 @@
 """Elastic kernels, step tolerance, bulk temperatures and length of the mesh of the transient solver."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Rough contacts against an independent solver with roughness, Reynolds equation and elasticity in two dimensions."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

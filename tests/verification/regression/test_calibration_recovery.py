@@ -3,8 +3,6 @@
 Statistics are run on a friction law of one line in place of the contact solver; one recovery uses the solver itself.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable

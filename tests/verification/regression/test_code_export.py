@@ -3,8 +3,6 @@
 With a process, to the rounding of its sum as well.
 """
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

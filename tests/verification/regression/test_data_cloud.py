@@ -1,7 +1,5 @@
 """The extrapolation guard against plain geometry, linear programs and held-out points."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A sweep killed in mid-run and resumed ends with the data, and the formula bit for bit, of one that was not."""
 
-from __future__ import annotations
-
 import os
 import resource
 import signal
@@ -102,18 +100,6 @@ def test_killed_solver_sweep_is_bit_identical(tmp_path: Path) -> None:
     assert (killed.frame["status"] == "converged").all()
     assert killed.data_hash == whole.data_hash
     assert fit_formula(killed, "xu").to_json() == fit_formula(whole, "xu").to_json()
-
-
-def test_shards_merged_are_the_single_run(tmp_path: Path) -> None:
-    plan = Plan.from_file(_plan(tmp_path, 64))
-    evaluate = partial(published_outputs, name="arana_2019")
-    sweep_shard(plan, tmp_path / "whole", evaluate=evaluate, version="arana_2019")
-    for number in (1, 2, 3, 4):
-        sweep_shard(plan, tmp_path / "shards", evaluate=evaluate, version="arana_2019", shard=(number, 4))
-    assert merge(tmp_path / "shards", tmp_path / "merged.h5") == 64
-    merged, whole = load_dataset(tmp_path / "merged.h5"), load_dataset(tmp_path / "whole")
-    assert merged.data_hash == whole.data_hash
-    assert fit_formula(merged, "power_law").to_json() == fit_formula(whole, "power_law").to_json()
 
 
 def _formula(run: Path) -> str:

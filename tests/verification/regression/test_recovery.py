@@ -1,7 +1,5 @@
 """Does the fit find what is known to be in the data, and are its error bars right?"""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 

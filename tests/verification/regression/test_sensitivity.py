@@ -1,7 +1,5 @@
 """Sobol indices against closed forms, and what a formula is known to depend on."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy import stats
