@@ -16,13 +16,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.fluid._kernels import march_stress
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
-
-Array = NDArray[np.float64]
 
 # tuned: estimated share of mu below which the elastic part is left out, and from which on it counts in full; may be
 # changed by whoever runs tests/verification/ehl/test_elastic_shear.py
@@ -75,7 +73,7 @@ class ElasticShear:
     ratio: float  # mu with it over mu without it [-]
     # what the march, of first order, leaves in mu: half as much again as its change from steps twice as long [-]
     error: float
-    stress: Array  # shear stress on the nodes of the film [Pa]; shape (n,)
+    stress: FloatArray  # shear stress on the nodes of the film [Pa]; shape (n,)
 
     def notes(self) -> tuple[str, ...]:
         """What it did to the friction; nothing where it did not count."""
@@ -85,7 +83,12 @@ class ElasticShear:
 
 
 def elastic_shear(
-    x: Array, pressure: Array, film: Array, viscous: Array, contact: LineContact, lubricant: Lubricant
+    x: FloatArray,
+    pressure: FloatArray,
+    film: FloatArray,
+    viscous: FloatArray,
+    contact: LineContact,
+    lubricant: Lubricant,
 ) -> ElasticShear:
     """The elastic part of the shear of a steady film, where its estimate says that it counts.
 
@@ -106,14 +109,14 @@ def elastic_shear(
 
 
 def elastic_stress(
-    x: Array,
-    pressure: Array,
-    film: Array,
-    viscous: Array,
+    x: FloatArray,
+    pressure: FloatArray,
+    film: FloatArray,
+    viscous: FloatArray,
     contact: LineContact,
     lubricant: Lubricant,
     subdivision: int = SUBDIVISION,
-) -> Array:
+) -> FloatArray:
     """Shear stress with its elastic part on the nodes of a steady film [Pa].
 
     x, pressure, film (n,): nodes [m], pressure [Pa], film thickness [m].

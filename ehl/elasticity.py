@@ -10,12 +10,11 @@ import math
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft, linalg
 
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 
-FloatArray = NDArray[np.float64]
 Element = Literal["constant", "linear"]
 
 

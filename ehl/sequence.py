@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import InputError, MixedEhlError
 from ehl.common.validation import validate
 from ehl.contact import Contact
@@ -26,8 +26,6 @@ from ehl.state import ContactState
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # the smooth solver's word for a start it did not use
 START_DROPPED = "neighbour_too_far"

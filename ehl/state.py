@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ehl.common.arrays import FloatArray
 from ehl.line_contact import half_width_of_pressure, hertz_load
 from ehl.surface.finish import default_correlation_length
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -50,19 +49,19 @@ class ContactState:
     (2, [0.000212, 0.000319])
     """
 
-    pressure_hertz: Array
-    radius_equivalent: Array
-    effective_modulus: Array
-    speed_entrainment: Array
-    slide_to_roll: Array
-    speed_sliding_lengthwise: Array
-    temperature_oil: Array
-    roughness_rms_1: Array
-    roughness_rms_2: Array
-    temperature_bulk_1: Array
-    temperature_bulk_2: Array
-    correlation_length: Array
-    peklenik_number: Array
+    pressure_hertz: FloatArray
+    radius_equivalent: FloatArray
+    effective_modulus: FloatArray
+    speed_entrainment: FloatArray
+    slide_to_roll: FloatArray
+    speed_sliding_lengthwise: FloatArray
+    temperature_oil: FloatArray
+    roughness_rms_1: FloatArray
+    roughness_rms_2: FloatArray
+    temperature_bulk_1: FloatArray
+    temperature_bulk_2: FloatArray
+    correlation_length: FloatArray
+    peklenik_number: FloatArray
 
     @classmethod
     def of(cls, **values: ArrayLike) -> ContactState:
@@ -110,7 +109,7 @@ class ContactState:
         return cls(**{name: np.array(array) for name, array in zip(names, arrays, strict=True)})
 
     def __repr__(self) -> str:
-        def span(values: Array) -> str:
+        def span(values: FloatArray) -> str:
             low, high = (float(f(values)) for f in (np.min, np.max)) if values.size else (np.nan, np.nan)
             return f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
 
@@ -123,26 +122,26 @@ class ContactState:
         return int(self.pressure_hertz.size)
 
     @property
-    def half_width(self) -> Array:
+    def half_width(self) -> FloatArray:
         """Hertz half-width b = 4 R p_h/E' [m]."""
         return half_width_of_pressure(self.pressure_hertz, self.radius_equivalent, self.effective_modulus)
 
     @property
-    def load_per_length(self) -> Array:
+    def load_per_length(self) -> FloatArray:
         """w' = pi b p_h/2 [N/m]."""
         return hertz_load(self.pressure_hertz, self.radius_equivalent, self.effective_modulus)
 
     @property
-    def speed_sliding(self) -> Array:
+    def speed_sliding(self) -> FloatArray:
         """Length of the sliding vector [m/s]."""
         return np.hypot(self.slide_to_roll * self.speed_entrainment, self.speed_sliding_lengthwise)
 
     @property
-    def slide_to_roll_total(self) -> Array:
+    def slide_to_roll_total(self) -> FloatArray:
         """Magnitude of the sliding vector over that of u_r [-]."""
         return np.asarray(self.speed_sliding / np.abs(self.speed_entrainment))
 
     @property
-    def roughness_rms(self) -> Array:
+    def roughness_rms(self) -> FloatArray:
         """Composite Rq [m]."""
         return np.hypot(self.roughness_rms_1, self.roughness_rms_2)

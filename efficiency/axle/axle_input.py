@@ -7,17 +7,15 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import model_validator
 
 from efficiency.axle.bearings import BearingInput, Length, Place
+from ehl.common.arrays import FloatArray
 from ehl.common.data import named_file
 from ehl.common.errors import InputError
 from ehl.common.units import KELVIN, ValueRange
 from ehl.common.validation import InputModel, Name, read_toml, validate
 from ehl.fluid.viscosity import Temperature
-
-FloatArray = NDArray[np.float64]
 
 Coefficient = Annotated[float, ValueRange("W/(m^2*K)", gt=0.0, le=1e5)]
 

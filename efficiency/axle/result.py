@@ -7,20 +7,18 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.conditions.duty import HOUR
 from efficiency.conditions.grid import count_reasons
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.vehicle.loss_map import LossMap, LossPoint, LossTable
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.numbers import finite_or_none
 from ehl.common.quantities import quantity
 from ehl.common.sections import Head, Item, MainResult, Medium, Notes, Section, Text
 from ehl.common.table import Table
 from regression.friction.published_registry import model_label
-
-FloatArray = NDArray[np.float64]
 
 OUTSIDE = (
     "Outside the model: differential, half shafts, wheel hubs and their bearings, splash from gear to gear and onto "

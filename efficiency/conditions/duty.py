@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.conditions.grid import GridPoint, count_reasons
 from efficiency.contact.gear_flanks import Side
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import OPERATION_LIMITS, Driver
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.numbers import finite_or_none
 from ehl.common.pages import Reportable
@@ -26,7 +26,6 @@ from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, combined
 if TYPE_CHECKING:
     import pandas
 
-FloatArray = NDArray[np.float64]
 
 HOUR = 3600.0
 _MAX_TORQUE, _MAX_SPEED = (float(OPERATION_LIMITS[name].le or 1e6) for name in ("torque", "speed"))

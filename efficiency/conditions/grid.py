@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.conditions.conditions import AXES
 from efficiency.loss.efficiency_result import EfficiencyResult
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.numbers import finite_or_none
 from ehl.common.pages import Reportable
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     import pandas
 
 
-FloatArray = NDArray[np.float64]
 Condition = Mapping[str, Any]
 Solve = Callable[[Condition], EfficiencyResult]
 Place = tuple[int, ...]

@@ -13,14 +13,13 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.conditions.grid import Grid, GridPoint, Place, Solve, named_axes, solve_grid, solve_places
 from efficiency.contact.chebyshev import cubic_spline
 from efficiency.loss.power_loss import efficiency_of
+from ehl.common.arrays import FloatArray
 from ehl.common.progress import ProgressCallback
 
-FloatArray = NDArray[np.float64]
 Rule = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 """Values (..., m) at places (m,) from nodes (n,) and values (..., n)."""
 

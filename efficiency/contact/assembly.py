@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.cutting.rotation import AnyArray, cross, dot, spin, turn
-
-FloatArray = NDArray[np.float64]
+from ehl.common.arrays import FloatArray
 
 
 @dataclass(frozen=True)

@@ -17,12 +17,10 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 from scipy.linalg import qr, solve_triangular
 
 from efficiency.cutting.newton import Array
-
-FloatArray = NDArray[np.float64]
+from ehl.common.arrays import FloatArray
 
 # pivots below this share of the largest are taken for directions that the points do not see
 _RANK = 1e-13

@@ -32,12 +32,12 @@ from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank, FlankPoints
 from efficiency.cutting.newton import Array
 from efficiency.cutting.rotation import dot, spin, turn
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import read_text
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 
-FloatArray = NDArray[np.float64]
 Relieved = Annotated[float, ValueRange("m", ge=-2e-3, le=2e-3)]
 Place = Annotated[float, ValueRange("", ge=-1.0, le=1.0)]
 EaseOff = Callable[[FloatArray, FloatArray], FloatArray]

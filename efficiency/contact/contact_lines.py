@@ -18,10 +18,8 @@ from efficiency.contact.line_tracing import Lines, Spans, line_points, line_span
 from efficiency.contact.mesh_surface import EDGES, NORMAL, POSITION, MeshSurface, line_frame, tangent_angle, undirected
 from efficiency.contact.relief import relief_section
 from efficiency.cutting.rotation import cross, dot, turn
+from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError, InputError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # tuned: gear rotation up to which edges are followed by default, as a share of the pitch of the gear (ours);
 # may be changed freely, heavier loads extend it

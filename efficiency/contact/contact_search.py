@@ -15,13 +15,11 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.contact.mesh_surface import PINION, MeshSurface
 from efficiency.cutting.blank import Blank
 from efficiency.cutting.newton import Array
-
-FloatArray = NDArray[np.float64]
+from ehl.common.arrays import BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True)
@@ -102,9 +100,6 @@ def point_contact(surface: MeshSurface, angle: FloatArray, u: Array, v: Array) -
         gear_rotation=np.angle(np.exp(1j * (here - np.real(azimuth[0])))),
     )
 
-
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 _STEP = 1e-30
 # tuned: directions in which the gap is flatter than this share of the steepest count as level, because conjugate

@@ -16,9 +16,8 @@ from efficiency.contact.assembly import Assembly
 from efficiency.cutting import newton
 from efficiency.cutting.flank import Flank, FlankPoints
 from efficiency.cutting.rotation import turn
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

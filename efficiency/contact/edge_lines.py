@@ -11,14 +11,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.contact.contact_search import point_contact
 from efficiency.contact.mesh_surface import EDGES, POSITION, MeshSurface, line_frame
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
+from ehl.common.arrays import BoolArray, FloatArray, IntArray
 
 # edges where a tooth ends in the air
 FREE = tuple(k for k, name in enumerate(EDGES) if name.split()[1] in ("toe", "heel", "tip"))

@@ -5,17 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.chebyshev import Patch
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off, pinion_phase, relative_regularity
 from efficiency.cutting.flank import Flank, FlankPoints
 from efficiency.cutting.rotation import turn
+from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.errors import ConvergenceError
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 # tuned: coefficients along face and depth, by the error of the map (docs/gear_geometry.md); may be changed by whoever
 # repeats that page

@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.contact.conjugate import ConjugateFlank
 from efficiency.contact.flank_grid import SHAPE, FlankGrid
@@ -20,10 +19,8 @@ from efficiency.contact.grid_flank import GridFlank
 from efficiency.contact.measured_flank import MeasuredFlank
 from efficiency.contact.mesh_surface import EDGES, MeshSurface, mesh_surface
 from efficiency.contact.transmission import ContactPath, Transmission, transmission
+from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.quantities import to_display
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 # 0.00025 inch, the usual thickness of marking compound
 MARKING = 6.35e-6

@@ -28,11 +28,11 @@ from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank
 from efficiency.cutting.newton import Array
+from ehl.common.arrays import FloatArray
 from ehl.common.dialect import Dialect
 from ehl.common.errors import InputError
 from ehl.common.files import read_text
 
-FloatArray = NDArray[np.float64]
 Hand = Literal["left", "right"]
 
 

@@ -9,10 +9,8 @@ from numpy.typing import NDArray
 
 from efficiency.contact.mesh_surface import POSITION, MeshSurface
 from efficiency.cutting.rotation import dot
+from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # ends of lines: error of the distance from the boundary over the depth, or of the place over the step between samples
 _END_ERROR, _END_STEPS = 1e-11, 60

@@ -31,9 +31,8 @@ from efficiency.contact.grid_flank import Hand, PointGrid, SmoothFlank, normal_s
 from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank, FlankPoints
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
-
-FloatArray = NDArray[np.float64]
 
 # coefficients of the azimuth over face and depth, and how far beyond the blank it is laid
 _SHAPE = (20, 14)

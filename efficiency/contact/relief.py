@@ -15,15 +15,14 @@ from math import pi, sin, tan
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import model_validator
 
 from efficiency.cutting.blank import Blank
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 
-FloatArray = NDArray[np.float64]
 ReliefForm = Literal["linear", "parabolic", "circular"]
 
 # samples of the sections: over the range, then between the neighbours of the lowest one

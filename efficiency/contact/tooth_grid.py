@@ -10,20 +10,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.contact.gear_flanks import MEMBERS, GearFlanks, Member
 from efficiency.cutting.flank import CutFlank, Flank, FlankPoints
 from efficiency.cutting.limits import flank_limits
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
 
 if TYPE_CHECKING:
     from efficiency.cutting.blank import Blank
     from efficiency.cutting.cutter import FlankSide
     from efficiency.cutting.flank import Flank, FlankPoints
-
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

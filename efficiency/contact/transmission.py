@@ -11,17 +11,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.contact.chebyshev import akima_curve
 from efficiency.contact.contact_search import contact_search, point_contact
 from efficiency.contact.measured_flank import MeasuredFlank
 from efficiency.contact.mesh_surface import EDGES, MeshSurface
+from ehl.common.arrays import BoolArray, FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 ORDERS = 10
 # angles of the path of one pair in a pitch, and of the curve of the mesh

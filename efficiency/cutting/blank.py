@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
@@ -23,7 +24,6 @@ Depth = Annotated[float, ValueRange("m", ge=0.0, le=0.2)]
 TaperAngle = Annotated[float, ValueRange("rad", ge=-0.35, le=0.35)]
 Shift = Annotated[float, ValueRange("m", ge=-1.0, le=1.0)]
 
-FloatArray = NDArray[np.float64]
 Array = NDArray[np.inexact[Any]]
 """Real or complex."""
 

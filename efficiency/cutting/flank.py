@@ -15,10 +15,8 @@ from efficiency.cutting.cutter import Blade, FlankSide
 from efficiency.cutting.machine import MachineSettings
 from efficiency.cutting.newton import Array
 from efficiency.cutting.rotation import cross, dot, spin, turn, unit
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
-
-FloatArray = NDArray[np.float64]
-
 
 # levels of the depth at which a flank is looked for
 _PROBES = 81

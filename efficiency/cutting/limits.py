@@ -14,14 +14,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.cutting import newton
 from efficiency.cutting.flank import CutFlank
+from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.errors import ConvergenceError
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 # every so many rows the edge is followed step by step
 _STRIDE = 4

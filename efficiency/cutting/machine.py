@@ -13,15 +13,14 @@ from functools import cached_property
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.cutting.blank import Length, Shift
 from efficiency.cutting.newton import Array
 from efficiency.cutting.rotation import spin, turn
+from ehl.common.arrays import FloatArray
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 
-FloatArray = NDArray[np.float64]
 Turn = Annotated[float, ValueRange("rad", ge=-3.1416, le=3.1416)]
 
 # natural steps of settings that a correction changes [m], [rad]

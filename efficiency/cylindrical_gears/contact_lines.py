@@ -11,13 +11,12 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.contact.assembly import Axis
 from efficiency.contact.contact_lines import MeshPosition
 from efficiency.cylindrical_gears.involute import InvolutePair
+from ehl.common.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
 Relief = Callable[[FloatArray], FloatArray]
 """Gap by tip relief of both members [m] over the place on the path of contact [m]."""
 

@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from efficiency.contact.gear_flanks import MEMBERS
@@ -16,6 +15,7 @@ from efficiency.cylindrical_gears.involute import InvolutePair
 from efficiency.design.design import EdgeRounding, FlankSurfaceInput, MemberSurface, PairDesign, Rms
 from efficiency.loss.kinematics import OperatingPoint
 from efficiency.loss.tooth_temperature import CoolingInput
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import Name
@@ -23,7 +23,6 @@ from ehl.material import Material
 from ehl.surface.finish import State
 from ehl.uncertainty.spread import UncertaintyInput
 
-FloatArray = NDArray[np.float64]
 Factor = Annotated[float, ValueRange("", gt=0.0, le=3.0)]
 # radius of the tip edges over the module, as for bevel gears
 _EDGE_ROUNDING = 0.05

@@ -10,12 +10,7 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ehl.common.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 
 def involute(angle: float) -> float:

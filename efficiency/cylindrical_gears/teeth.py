@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.contact.contact_lines import MeshPosition
 from efficiency.contact.tooth_grid import ToothGrid
@@ -14,9 +13,8 @@ from efficiency.cutting.blank import Blank
 from efficiency.cylindrical_gears.involute import InvolutePair
 from efficiency.ltca.load_distribution import TeethElasticity
 from efficiency.ltca.solid_tooth import COLUMNS, ROWS, SolidTooth, ToothBody, solid_tooth
+from ehl.common.arrays import FloatArray
 from ehl.material import Material
-
-FloatArray = NDArray[np.float64]
 
 # rim under the teeth over the whole depth (backup ratio of solid gears, as for bevel gears), at most half the way to
 # the axis

@@ -6,16 +6,14 @@ import math
 from typing import Annotated, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from efficiency.ltca.shaft_deflection import MemberCompliance, shaft_compliance
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 from ehl.material import Material
-
-FloatArray = NDArray[np.float64]
 
 Place = Annotated[float, ValueRange("m", ge=-5.0, le=5.0)]
 SpringRate = Annotated[float, ValueRange("N/m", ge=0.0, le=1e14)]

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
 from efficiency.contact.flank_pair import MARKING, ContactPattern, FlankPair, flank_pair
@@ -17,12 +16,11 @@ from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import flank_limits
 from efficiency.design.design import Design
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.numbers import finite_or_none
 from ehl.common.pages import Reportable
 from ehl.common.units import ValueRange
-
-FloatArray = NDArray[np.float64]
 
 MARKING_LIMITS = ValueRange("m", gt=0.0, le=1e-3)
 _STATIONS = 9

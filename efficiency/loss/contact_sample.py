@@ -9,12 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray, IntArray
 from ehl.state import ContactState
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # share of the sliding power that the most lightly loaded points hold together, of which none is solved
 LIGHT_SHARE = 1e-3

@@ -28,6 +28,7 @@ from efficiency.ltca.mesh_grids import LoadedGrids as LoadedGrids
 from efficiency.ltca.mesh_grids import MeshGrids as MeshGrids
 from efficiency.ltca.mesh_grids import load_grids as load_grids
 from efficiency.ltca.tangent_load import TangentLoad
+from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
 from ehl.common.quantities import quantity
 from ehl.fluid.oil import Oil
@@ -35,9 +36,6 @@ from regression.formula import Formula
 from regression.friction.conditions import Conditions, conditions_of
 from regression.friction.models import ConstantFriction, FrictionEstimate, FrictionFlag, FrictionModel
 from regression.friction.published_registry import PUBLISHED, model_label
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 SHAFTS = "shafts, bearings and gear-body deformation outside the tooth model"
 SKIPPED = (SHAFTS, "churning, windage and bearing losses")

@@ -10,11 +10,11 @@ from html import escape
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.loss.kinematics import Driver, LoadedPoints, Operation
 from efficiency.loss.lubrication import LocalLubrication
 from efficiency.ltca.load_distribution import LoadDistribution
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.notes import Note, NoteKind, group_notes
 from ehl.common.pages import Reportable
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from efficiency.strength.result import Strength
     from ehl.uncertainty.spread import UncertaintyInput
 
-FloatArray = NDArray[np.float64]
 
 LoadBalance = Literal["frictional", "frictionless"]
 Bulk = Literal["estimate", "oil"]

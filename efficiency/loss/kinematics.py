@@ -7,11 +7,11 @@ from dataclasses import dataclass, fields
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import model_validator
 
 from efficiency.contact.assembly import Axis as Axis
 from efficiency.ltca.load_distribution import LoadDistribution
+from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, in_any_case, value_range_of
@@ -22,8 +22,6 @@ from ehl.state import ContactState
 from ehl.surface.finish import Finish, default_correlation_length, lay_seen
 from ehl.uncertainty.spread import DEFAULT, UncertaintyInput
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Driver = Literal["pinion", "gear"]
 
 # texture of the flanks: unit and range

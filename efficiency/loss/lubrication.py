@@ -10,15 +10,13 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.loss.kinematics import LoadedPoints
+from ehl.common.arrays import FloatArray
 from ehl.material import Material
 from ehl.state import ContactState
 from regression.friction.conditions import Conditions
 from regression.friction.models import FrictionEstimate
-
-FloatArray = NDArray[np.float64]
 
 # sharpness of the transition between both regimes of rolling traction
 BLEND = 10.0

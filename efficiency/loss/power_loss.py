@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.loss.kinematics import Driver, LoadedPoints
+from ehl.common.arrays import FloatArray
 
 if TYPE_CHECKING:
     from efficiency.loss.efficiency_result import EfficiencyResult
 
-FloatArray = NDArray[np.float64]
 
 HEIGHTS = ("root", "middle", "tip")
 FACES = ("toe", "middle", "heel")

@@ -12,11 +12,11 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.loss.contact_sample import coordinates, nearest, spread, worth_solving
 from efficiency.loss.kinematics import LoadedPoints, Operation
 from efficiency.loss.power_loss import efficiency_of
+from ehl.common.arrays import FloatArray
 from ehl.common.runner import run_tasks
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
@@ -25,8 +25,6 @@ from ehl.uncertainty.spread import UncertaintyInput
 from regression.formula import Formula, shipped_formulas
 from regression.friction.models import FrictionEstimate, FrictionModel
 from regression.friction.uncertainty import FORMULA, Case, FrictionChanges, friction_changes, friction_of, missing
-
-FloatArray = NDArray[np.float64]
 
 # contact points that answer for all of a mesh
 POINTS = 400

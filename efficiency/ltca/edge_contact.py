@@ -21,9 +21,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-FloatArray = NDArray[np.float64]
+from ehl.common.arrays import FloatArray
 
 _ANGLES = 121
 # tuned: distance from a side face, in depths over 6, within which a body is a corner: finite elements of the end of a

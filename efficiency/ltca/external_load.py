@@ -39,7 +39,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.contact.contact_lines import EdgeProximity, MeshPosition, conjugate_fields
 from efficiency.contact.edge_lines import nearest_edge
@@ -55,14 +54,12 @@ from efficiency.ltca.load_distribution import (
     require_torque,
 )
 from efficiency.ltca.mesh_grids import FrictionBalance, LoadedGrids, MeshGrids
+from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.dialect import with_point
 from ehl.common.errors import InputError
 from ehl.common.files import read_text, replacing
 from ehl.common.table_reader import numbered_table
 from ehl.common.units import ValueRange, parse_quantity
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _COLUMNS = {
     "pinion_angle": ValueRange("rad"),

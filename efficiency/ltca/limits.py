@@ -6,16 +6,14 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.contact.mesh_surface import EDGES
 from efficiency.ltca.edge_contact import EdgeSection
 from efficiency.ltca.load_distribution import LoadDistribution, TeethElasticity
 from efficiency.ltca.solid_tooth import SolidTooth
+from ehl.common.arrays import FloatArray
 from ehl.common.units import ARCSEC
 from ehl.line_contact import half_width_of_pressure
-
-FloatArray = NDArray[np.float64]
 
 # points within this share of the face width or tooth height from the middle belong to no side
 _MIDDLE = 1.0 / 6.0

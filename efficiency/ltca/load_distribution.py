@@ -12,7 +12,6 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.contact.contact_lines import EdgeProximity, MeshPosition
 from efficiency.contact.mesh_surface import EDGES
@@ -20,13 +19,11 @@ from efficiency.ltca.edge_contact import free_edge_compliance
 from efficiency.ltca.equilibrium import Equilibrium, EquilibriumProblem, solve_equilibria
 from efficiency.ltca.local_compliance import LocalApproach, LocalCompliance
 from efficiency.ltca.solid_tooth import SolidTooth
+from ehl.common.arrays import BoolArray, FloatArray, IntArray
 from ehl.common.errors import InputError
 from ehl.line_contact import hertz_pressure
 from ehl.material import Material, effective_modulus
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.int64]
 _PLACE = ("face", "height")
 _OF_LOAD = ("force", "pressure_hertz", "at_edge")
 # angles of the lay, which not every mesh has

@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from efficiency.ltca.edge_contact import EdgeSection
+from ehl.common.arrays import FloatArray, IntArray
 from ehl.line_contact import hertz_half_width
 from ehl.material import Material
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def weber_local(

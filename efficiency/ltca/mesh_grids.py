@@ -14,7 +14,6 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.contact.assembly import Axis
 from efficiency.contact.contact_lines import MeshPosition
@@ -28,9 +27,8 @@ from efficiency.ltca.load_distribution import (
     require_torque,
 )
 from efficiency.ltca.tangent_load import TangentLoad, TangentLoads
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 # tuned: below this share of loaded points on the line that carries most, the lines are cut down (ours); may be
 # changed by whoever runs `test_error_estimate_covers_a_finer_grid`

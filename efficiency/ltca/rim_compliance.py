@@ -9,15 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, cholesky, solve_triangular
 
 from efficiency.ltca.ritz_solid import RitzSolid
-from efficiency.ltca.tooth_cell import FloatArray
+from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
-
-IntArray = NDArray[np.int64]
-
 
 REACH = 3
 """Teeth ahead of the loaded one whose deflection is kept."""

@@ -10,20 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from efficiency.ltca.tooth_cell import (
-    Block,
-    FloatArray,
-    Part,
-    ToothCell,
-    gauss_rule,
-    hierarchic_functions,
-    legendre_polynomials,
-)
+from efficiency.ltca.tooth_cell import Block, Part, ToothCell, gauss_rule, hierarchic_functions, legendre_polynomials
+from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
 
-IntArray = NDArray[np.int64]
 Key = tuple[tuple[str, int, int], tuple[str, int, int], int]
 """A function: node or bubble across (interval, degree), over the height, and degree along the face."""
 

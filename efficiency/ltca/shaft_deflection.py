@@ -14,14 +14,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.contact.assembly import Assembly, DisplacedAxes, RigidMove, displaced_axes
 from efficiency.ltca.load_distribution import LoadDistribution
 from efficiency.ltca.mesh_grids import MeshGrids, ShaftDeflection, load_grids
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
-
-FloatArray = NDArray[np.float64]
 
 # tuned: last change of E, P, G [m] and of the shaft angle [rad], a tenth of what changes a transmission error visibly
 # (ours); may be lowered freely

@@ -17,7 +17,8 @@ from efficiency.contact.gear_flanks import GearFlanks, Member, Side
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid, tooth_shapes
 from efficiency.ltca.rim_compliance import ring_response
 from efficiency.ltca.ritz_solid import ORDERS, Orders, RitzSolid, ritz_solid
-from efficiency.ltca.tooth_cell import FloatArray, Part, ToothCell, lagrange_values, lobatto_nodes, tooth_cell
+from efficiency.ltca.tooth_cell import Part, ToothCell, lagrange_values, lobatto_nodes, tooth_cell
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
 from ehl.material import Material
 

@@ -29,10 +29,8 @@ from efficiency.ltca.load_distribution import (
     loads_of_forces,
 )
 from efficiency.ltca.local_compliance import LocalApproach
+from ehl.common.arrays import FloatArray, IntArray
 from ehl.line_contact import half_width_of_pressure, hertz_pressure
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # friction coefficients at which the cycle is solved: the first, and their distance; change of torque between two
 # tuned: the three are ours; may be changed by whoever checks the stated error of the torque balance

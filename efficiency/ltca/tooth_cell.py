@@ -15,12 +15,11 @@ from typing import Literal
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
 from efficiency.contact.chebyshev import cubic_spline
 from efficiency.contact.tooth_grid import ToothGrid
+from ehl.common.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
 Part = Literal["foot", "tooth", "slot"]
 Pair = tuple[FloatArray, FloatArray]
 """Values and derivatives, each (points, functions)."""

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.contact.conjugate import read_ease_off_map
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points
@@ -22,9 +21,8 @@ from efficiency.machine_settings.fit import RootLine, TargetFlank
 from efficiency.machine_settings.gear import GearCut, PairDimensions
 from efficiency.machine_settings.generating import ToolPose, free_axis, machine_pose
 from efficiency.machine_settings.inputs import FlankTarget
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
-
-FloatArray = NDArray[np.float64]
 
 _SHAPE = (15, 9)
 # of the root line, in face widths

@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.contact.gear_flanks import Member
 from efficiency.contact.grid_flank import PointGrid, read_point_grid
@@ -30,12 +29,12 @@ from efficiency.cutting.rotation import dot, spin
 from efficiency.design.design import Design, MemberInput, load_design
 from efficiency.machine_settings.design_file import machine_tables
 from efficiency.machine_settings.fit import FitParameter, RootLine, with_setting
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.pages import Reportable
 from ehl.common.threads import one_thread
 from ehl.common.units import parse_quantity
 
-FloatArray = NDArray[np.float64]
 Order = Literal[1, 2]
 
 # settings of every machine and their natural steps

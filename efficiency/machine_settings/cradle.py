@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.cutting.flank import CutFlank
 from efficiency.machine_settings.fit import FitParameter, FitResult, FittedFlank, FreeSettings, TargetFlank, fit
@@ -30,8 +29,7 @@ from efficiency.machine_settings.generating import (
     tilt_and_swivel,
     work_facing,
 )
-
-FloatArray = NDArray[np.float64]
+from ehl.common.arrays import FloatArray
 
 
 def cradle_shares(pair: PairDimensions, screw: GeneratingScrew, steps: int) -> FloatArray:

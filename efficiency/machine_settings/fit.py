@@ -19,15 +19,13 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.cutting import newton
 from efficiency.cutting.blank import Blank
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.newton import Array
 from efficiency.cutting.rotation import dot, spin, turn
-
-FloatArray = NDArray[np.float64]
+from ehl.common.arrays import BoolArray, FloatArray
 
 _DELTA = 1e-5
 
@@ -105,8 +103,6 @@ class RootLine:
         slope = (h_th * u_th + h_phi * u_phi) / (u_th * u_th + u_phi * u_phi)
         return RootState(x, value[1] - self.height, slope, flank.blank)
 
-
-BoolArray = NDArray[np.bool_]
 
 _STEP = 1e-30
 # rows of a linearised flank: the point and the condition

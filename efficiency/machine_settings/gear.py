@@ -14,7 +14,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.blanks.pair_blank import PairBlank
 from efficiency.contact.assembly import Assembly
@@ -30,9 +29,8 @@ from efficiency.machine_settings.generating import (
     machine_pose,
     share_of_root_angle,
 )
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

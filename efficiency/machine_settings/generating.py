@@ -16,14 +16,12 @@ from functools import cached_property
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from efficiency.contact.assembly import Assembly
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import MachineSettings
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

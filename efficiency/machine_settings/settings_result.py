@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.blanks.checks import TOP_LAND
 from efficiency.contact.gear_flanks import MEMBERS, GearFlanks
@@ -16,10 +15,9 @@ from efficiency.cutting.cutter import FlankSide
 from efficiency.design.design import Design
 from efficiency.machine_settings.conjugate import FitGrid
 from efficiency.machine_settings.fit import FittedFlank
+from ehl.common.arrays import FloatArray
 from ehl.common.numbers import finite_or_none
 from ehl.common.pages import Reportable
-
-FloatArray = NDArray[np.float64]
 
 RESIDUAL_LIMIT = 3e-6
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.blanks.inputs import PairBlankInput
 from efficiency.blanks.pair import pair_blank
@@ -52,8 +51,6 @@ from efficiency.machine_settings.settings_result import (
 )
 from ehl.common.errors import ConvergenceError
 from ehl.common.threads import one_thread
-
-FloatArray = NDArray[np.float64]
 
 _DRIVE: dict[FlankSide, Side] = {"concave": "drive", "convex": "coast"}
 _AMPLITUDE_TOLERANCE = 0.01

@@ -11,17 +11,16 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.mesh import POINTS_PER_LINE, POSITIONS
 from efficiency.optimisation.evaluation import Evaluation, EvaluationTask, allowed_of, evaluate_all
 from efficiency.optimisation.problem import SearchProblem
 from efficiency.optimisation.result import Candidate, front_of, spread_out
+from ehl.common.arrays import FloatArray
 from ehl.common.journal import Journal
 from ehl.common.quantities import quantities
 from ehl.common.runner import ThisProcess
 
-FloatArray = NDArray[np.float64]
 Evaluate = Callable[[list[EvaluationTask]], list[Evaluation]]
 
 CHECK_GRID = (POSITIONS, POINTS_PER_LINE)

@@ -11,12 +11,12 @@ from operator import mul
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.blanks.inputs import DepthTypeTwo, PairBlankInput, PressureAngles
 from efficiency.conditions.duty import DutyRow
 from efficiency.design.design import Misalignment
 from efficiency.machine_settings.inputs import FlankTarget, MemberTargets, SettingsInput, Targets
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.quantities import Quantity, quantities
 from ehl.common.units import ValueRange
@@ -25,7 +25,6 @@ from ehl.common.validation import value_range_of
 Flanks = Literal["drive", "coast", "both"]
 Over = Literal["mean", "worst"]
 Bounds = tuple[float, float]
-FloatArray = NDArray[np.float64]
 
 _AMOUNT = value_range_of(FlankTarget, "crowning_toe")
 _RELIEF, _LEAST_RELIEF = ValueRange("m", gt=0.0, le=1e-3), 1e-8

@@ -22,8 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm, qmc
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from ehl.common.arrays import FloatArray
 
 _AUGMENTED = 0.05
 _DRAWS = 64

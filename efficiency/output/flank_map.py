@@ -11,16 +11,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from ehl.common.arrays import BoolArray, FloatArray, IntArray
 
 if TYPE_CHECKING:
     from efficiency.contact.contact_lines import MeshPosition
     from efficiency.contact.gear_flanks import GearFlanks, Member
     from efficiency.loss.efficiency_result import EfficiencyResult
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.int64]
 
 # lines, and points on a line, below which there is no field
 _MIN_POINTS = 2

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
 
 if TYPE_CHECKING:
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from efficiency.cutting.flank import Flank
     from efficiency.design.design import Design
 
-FloatArray = NDArray[np.float64]
 
 FORMAT = "mixed-ehl flank grid v1"
 COLUMNS = "row,column,x,y,z,nx,ny,nz"

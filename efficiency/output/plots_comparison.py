@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.ticker import NullFormatter
-from numpy.typing import NDArray
 
 from efficiency.loss.power_loss import FACES, HEIGHTS, friction_along_mesh
+from ehl.common.arrays import FloatArray
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, figure_of, new_figure
 from ehl.common.quantities import quantity, typeset_units
 
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
     from efficiency.loss.compare import Comparison
 
-FloatArray = NDArray[np.float64]
 MARKERS = "os^vD<>PX*"
 
 

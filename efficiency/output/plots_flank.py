@@ -15,6 +15,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.common.figures import GREY, ORANGE, new_figure
 from ehl.common.units import KELVIN
 
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from efficiency.contact.gear_flanks import Member
     from efficiency.output.flank_map import FlankMap
 
-FloatArray = NDArray[np.float64]
 
 _MM = 1e3
 _EDGE = "0.25"

@@ -14,6 +14,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.common.figures import BLUE, GREY, ORANGE, figure_of, new_figure
 from ehl.common.units import ARCSEC
 
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from efficiency.geometry.pair_geometry import SideGeometry
 
 
-FloatArray = NDArray[np.float64]
 Member = Literal["pinion", "gear"]
 
 _MM, _UM = 1e3, 1e6

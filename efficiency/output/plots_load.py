@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, new_figure
 from ehl.common.quantities import axis_label, to_display
@@ -16,9 +15,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from efficiency.loss.efficiency_result import EfficiencyResult
-
-
-FloatArray = NDArray[np.float64]
 
 
 def plot_load_sharing(result: EfficiencyResult, ax: Axes | None = None) -> Axes:

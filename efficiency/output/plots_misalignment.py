@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib import colormaps
-from numpy.typing import NDArray
 
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.geometry.misalignment import AXES
 from efficiency.output.plots_geometry import flank_axes, flank_figure
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
 from ehl.common.figures import BLUE, GREY, ORANGE, new_figure
 from ehl.common.quantities import Quantity, axis_label, quantity, to_display, typeset_units
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from efficiency.design.design import Design
     from efficiency.geometry.misalignment import MisalignmentGrid, MisalignmentPoint, MisalignmentStudy
 
-FloatArray = NDArray[np.float64]
 
 _PATTERNS = 7
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
-from numpy.typing import NDArray
 
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
+from ehl.common.arrays import FloatArray
 from ehl.common.figures import BLUE, ORANGE, new_figure
 
 if TYPE_CHECKING:
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
     from efficiency.contact.flank_pair import FlankPair
 
-FloatArray = NDArray[np.float64]
 
 _ROWS, _COLUMNS = 7, 17
 

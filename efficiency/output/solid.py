@@ -15,11 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.tooth_grid import ToothGrid
+from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import read_bytes, write_file
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _ACROSS = 5  # points across a top land and a root
 

@@ -12,15 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
 from efficiency.contact.tooth_grid import ToothGrid
 from efficiency.output.solid import body_section
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import make_folder
-
-FloatArray = NDArray[np.float64]
 
 TOLERANCE = 1e-4  # between edges that meet [mm]
 _ACROSS = 7  # points across a top land, a root, a part of the body

@@ -11,14 +11,10 @@ from functools import lru_cache
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cholesky, solve_triangular
 
+from ehl.common.arrays import BoolArray, FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 CORNERS_AND_EDGES = np.array([p for p in product((-1, 0, 1), repeat=3) if p.count(0) <= 1])
 """Places of the nodes in the cube from -1 to 1, (20, 3): corners and middles of edges."""

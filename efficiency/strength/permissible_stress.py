@@ -20,9 +20,9 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-FloatArray = NDArray[np.float64]
+from ehl.common.arrays import FloatArray
 
 STRESS_CORRECTION = 2.0
 """Y_ST: root stress of the test gears over their nominal one."""

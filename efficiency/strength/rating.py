@@ -10,7 +10,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.contact.mesh_surface import EDGES
 from efficiency.ltca.limits import EDGE_NOTE, EdgeLoad, flank_place
@@ -18,9 +17,8 @@ from efficiency.ltca.load_distribution import LoadDistribution, TeethElasticity
 from efficiency.strength import permissible_stress as permissible
 from efficiency.strength.result import Grade, Strength
 from efficiency.strength.root_stress import RootStress, RootTooth, root_stress
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 # tuned: share of the torque on edges from which they are worth a warning (ours); may be changed freely
 EDGE_WARNING = 0.02

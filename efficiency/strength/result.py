@@ -7,16 +7,15 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.strength.root_stress import RootStress
+from ehl.common.arrays import FloatArray
 from ehl.common.pages import TableResult
 from ehl.common.table import Table
 
 if TYPE_CHECKING:
     import pandas
 
-FloatArray = NDArray[np.float64]
 Level = Literal["note", "warning"]
 
 _SHOWN = (

@@ -20,10 +20,8 @@ from efficiency.contact.gear_flanks import GearFlanks, Member
 from efficiency.contact.tooth_grid import RootProfile, ToothGrid, root_profile
 from efficiency.cutting.flank import CutFlank
 from efficiency.strength.hexahedra import CORNERS_AND_EDGES
+from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError, InputError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # tuned: edge radius of a cutter that states none, in mean normal modules (ours; basic racks have 0.2 to 0.4); may be
 # changed freely, a design states its own

@@ -19,9 +19,8 @@ from efficiency.ltca.rim_compliance import ring_displacements, rotation
 from efficiency.ltca.solid_tooth import SolidTooth
 from efficiency.strength.hexahedra import CORNERS_AND_EDGES, FACE, Factors, element_stiffness, shape_functions
 from efficiency.strength.root_mesh import Counts, RootMesh, root_mesh
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 # teeth in the ring: more change the stress by less than 0.1 %
 _RING = 3

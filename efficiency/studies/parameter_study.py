@@ -107,7 +107,7 @@ class Levels:
         }
         return {name: min(getattr(self, name), key=lambda level: abs(level - value)) for name, value in values.items()}
 
-    def shifts(self) -> list[dict[str, float]]:
+    def shifts(self) -> list[dict[str, Any]]:
         """Misalignments, one at a time, zero left out."""
         return [{name: value} for name in MISALIGNED for value in getattr(self, name) if value != 0.0]
 
@@ -446,7 +446,7 @@ def _solve(task: StudyTask) -> dict[str, list[dict[str, Any]]]:
 
     for state in task.states:
         clock = time.perf_counter()
-        condition = dict(zip(OPERATING, state, strict=True))
+        condition: dict[str, Any] = dict(zip(OPERATING, state, strict=True))
         [found] = solve_points([condition], solve, strength=task.strength)
         point = replace(task.blank, **condition)
         if found.result is None:

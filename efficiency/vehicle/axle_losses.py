@@ -8,15 +8,13 @@ from pathlib import Path
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.loss.kinematics import OPERATION_LIMITS
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.quantities import quantity
 from ehl.common.table_reader import read_table
 from ehl.common.units import ValueRange
-
-FloatArray = NDArray[np.float64]
 
 _TORQUE = float(OPERATION_LIMITS["torque"].le or 1e6)
 _SPEED = float(OPERATION_LIMITS["speed"].le or 5e3)

@@ -14,10 +14,10 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from efficiency.vehicle.axle_losses import AxleLosses
 from efficiency.vehicle.loss_map import LossMap, LossTable, require_all
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file
 from ehl.common.numbers import finite_or_none
@@ -26,7 +26,6 @@ from ehl.common.table import Column, Table
 from ehl.common.units import ValueRange
 from regression.friction.published_registry import model_label
 
-FloatArray = NDArray[np.float64]
 Application = Literal["single", "tandem"]
 
 RPM = 2.0 * np.pi / 60.0

@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.conditions.duty import DutyRow
 from efficiency.conditions.grid import Condition, GridPoint, count_reasons, solve_points
 from efficiency.loss.efficiency_result import EfficiencyResult, pair_notes
 from efficiency.loss.kinematics import OPERATION_LIMITS
 from efficiency.vehicle.axle_losses import SIGNED_TORQUE, AxleLosses
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file
 from ehl.common.numbers import finite_or_none
@@ -35,7 +35,6 @@ from regression.friction.published_registry import model_label
 if TYPE_CHECKING:
     pass
 
-FloatArray = NDArray[np.float64]
 
 VECTO_HEAD = "Input Speed [rpm],Input Torque [Nm],Torque Loss [Nm]"
 MESH_ALONE = "loss of the mesh alone: an axle loses more, state its bearings and drag"

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from ehl.common.arrays import FloatArray
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 from ehl.fluid.density import Murnaghan, Tait
@@ -22,8 +22,6 @@ from ehl.fluid.viscosity import (
     vogel_1921,
     vogel_slope,
 )
-
-Array = NDArray[np.float64]
 
 LAST_OCCUPIED = 0.93  # occupied share of the volume: from there on along the tangent
 LAST_SHARE = 0.9  # of the diverging pressure: from there on along the tangent
@@ -49,20 +47,20 @@ class Doolittle(InputModel):
     volume_expansion: Expansion
     state: Annotated[Tait | Murnaghan, Field(discriminator="law")]  # V/V0 over pressure
 
-    def log_viscosity(self, pressure: Array, temperature: Array) -> Array:
+    def log_viscosity(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """ln eta, eta in Pa s, at pressures [Pa] and temperatures [K]."""
         growth, _ = pole_growth(self._share(pressure, temperature), LAST_OCCUPIED)
         at_reference = self.R0 / (1.0 - self.R0)
         return np.asarray(np.log(self.viscosity_reference) + self.B * (growth - at_reference))
 
-    def by_pressure(self, pressure: Array, temperature: Array) -> Array:
+    def by_pressure(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """d ln eta/dp [1/Pa]."""
         share = self._share(pressure, temperature)
         state = self.state.at(temperature)
         share_p = share * state.slope(pressure) / state.ratio(pressure)
         return np.asarray(self.B * pole_growth(share, LAST_OCCUPIED)[1] * share_p)
 
-    def by_temperature(self, pressure: Array, temperature: Array) -> Array:
+    def by_temperature(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """d ln eta/dT [1/K]."""
         share, over = self._share(pressure, temperature), temperature - self.temperature_reference
         occupied = self.epsilon / (1.0 + self.epsilon * over)
@@ -72,7 +70,7 @@ class Doolittle(InputModel):
         softer = self.state.betaK * pressure * state.slope(pressure) / state.ratio(pressure)
         return np.asarray(self.B * pole_growth(share, LAST_OCCUPIED)[1] * share * (occupied - volume + softer))
 
-    def _share(self, pressure: Array, temperature: Array) -> Array:
+    def _share(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         over = temperature - self.temperature_reference
         volume = (1.0 + self.volume_expansion * over) / self.state.at(temperature).ratio(pressure)
         return np.asarray(self.R0 * (1.0 + self.epsilon * over) / volume)
@@ -102,20 +100,20 @@ class McEwenPaluch(InputModel):
     pinf: Annotated[float, ValueRange("Pa", ge=1e8, le=1e12)]
     pinf_rise: Annotated[float, ValueRange("Pa/K", ge=0.0, le=1e9)] = 0.0
 
-    def log_viscosity(self, pressure: Array, temperature: Array) -> Array:
+    def log_viscosity(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """ln eta, eta in Pa s, at pressures [Pa] and temperatures [K]."""
         initial, end = self._at(temperature)
         rise = self.q * np.log(1.0 + initial * pressure / self.q)
         growth, _ = pole_growth(pressure / end, LAST_SHARE)
         return np.asarray(np.log(vogel_1921(temperature, self.K, self.B, self.C)) + rise + self.CF * growth)
 
-    def by_pressure(self, pressure: Array, temperature: Array) -> Array:
+    def by_pressure(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """d ln eta/dp [1/Pa]."""
         initial, end = self._at(temperature)
         _, growth = pole_growth(pressure / end, LAST_SHARE)
         return np.asarray(initial / (1.0 + initial * pressure / self.q) + self.CF * growth / end)
 
-    def by_temperature(self, pressure: Array, temperature: Array) -> Array:
+    def by_temperature(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """d ln eta/dT [1/K]."""
         initial, end = self._at(temperature)
         _, growth = pole_growth(pressure / end, LAST_SHARE)
@@ -123,7 +121,7 @@ class McEwenPaluch(InputModel):
         fall = self.a0_fall * initial * pressure / (1.0 + initial * pressure / self.q)
         return np.asarray(-thinning - fall - self.CF * growth * pressure * self.pinf_rise / end**2)
 
-    def _at(self, temperature: Array) -> tuple[Array, Array]:
+    def _at(self, temperature: FloatArray) -> tuple[FloatArray, FloatArray]:
         """a0 and pinf."""
         warmer = temperature - 313.15
         # far from where it was measured pinf is kept from falling to nothing

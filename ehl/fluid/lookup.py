@@ -19,13 +19,11 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.fluid.density import Compression
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.viscosity import PressureLaw
-
-Array = NDArray[np.float64]
 
 PRESSURE_SHIFT = 5e7  # p1: near the smallest pressure a law bends over, K0/(1 + K0') of hot oil [Pa]
 PRESSURE_TOP = 10e9  # [Pa]
@@ -42,8 +40,8 @@ _SLOPES = np.array([[-25.0, 48.0, -36.0, 16.0, -3.0], [-3.0, -10.0, 18.0, -6.0, 
 class LawTable(NamedTuple):
     """What the compiled loops read; pressures in the solver's unit, temperatures in K."""
 
-    row: Array  # (cells, 8): cubics of ln(eta/eta0) and rho/rho0 at the inlet temperature
-    sheet: Array  # (cells, temperature cells, 16): entry 4 j + i goes with T-coordinate^j p-coordinate^i
+    row: FloatArray  # (cells, 8): cubics of ln(eta/eta0) and rho/rho0 at the inlet temperature
+    sheet: FloatArray  # (cells, temperature cells, 16): entry 4 j + i goes with T-coordinate^j p-coordinate^i
     shift: float  # p1; place in the row: rate (sqrt(p + p1) - sqrt(p1))
     root: float
     rate: float
@@ -76,7 +74,7 @@ def law_table(lubricant: Lubricant, pressure_unit: float, heated: bool) -> LawTa
 
 
 @lru_cache(maxsize=64)
-def _row(law: PressureLaw, density: Compression) -> Array:
+def _row(law: PressureLaw, density: Compression) -> FloatArray:
     """Cubics over pressure at the inlet temperature, shape (cells, 8)."""
     pressure = _pressures(ROW_CELLS)
     with np.errstate(all="ignore"):
@@ -85,7 +83,7 @@ def _row(law: PressureLaw, density: Compression) -> Array:
 
 
 @lru_cache(maxsize=8)
-def _sheet(law: PressureLaw) -> tuple[Array, float]:
+def _sheet(law: PressureLaw) -> tuple[FloatArray, float]:
     """Bicubics over pressure and temperature, shape (cells, temperature cells, 16), and the pole T2."""
     pole = min(TEMPERATURE_POLES, key=lambda pole: _temperature_error(law, pole))
     with np.errstate(all="ignore"):
@@ -106,12 +104,12 @@ def _temperature_error(law: PressureLaw, pole: float) -> float:
     return float(np.max(np.abs(found.T - wanted), where=used, initial=0.0))
 
 
-def _pressures(cells: int) -> Array:
+def _pressures(cells: int) -> FloatArray:
     low, high = math.sqrt(PRESSURE_SHIFT), math.sqrt(PRESSURE_TOP + PRESSURE_SHIFT)
     return np.asarray(np.linspace(low, high, cells + 1) ** 2 - PRESSURE_SHIFT)
 
 
-def _temperatures(pole: float, middle: float = 0.0) -> Array:
+def _temperatures(pole: float, middle: float = 0.0) -> FloatArray:
     """Temperatures at the nodes, or inside of the cells."""
     cold, warm = TEMPERATURE_ENDS
     place = np.arange(TEMPERATURE_CELLS + (1 if middle == 0.0 else 0)) + middle
@@ -119,7 +117,7 @@ def _temperatures(pole: float, middle: float = 0.0) -> Array:
     return np.asarray((cold - pole * share) / (1.0 - share))
 
 
-def _continued(values: Array) -> Array:
+def _continued(values: FloatArray) -> FloatArray:
     """Values over pressure (axis 0), on along the last slope from where a law leaves its range."""
     rising = np.diff(values, axis=0, prepend=-math.inf) >= 0.0
     good = np.logical_and.accumulate(rising & (np.abs(values) < LARGEST_LOG), axis=0)
@@ -130,7 +128,7 @@ def _continued(values: Array) -> Array:
     return np.where(good, values, top + slope * (index - last))
 
 
-def _held(values: Array, pole: float) -> Array:
+def _held(values: FloatArray, pole: float) -> FloatArray:
     """Values over pressure and temperature, held from the temperatures on at which a law no longer rises at all."""
     right = np.isfinite(values).all(axis=0) & (np.diff(values, axis=0) >= 0.0).all(axis=0)
     right &= values[1] - values[0] < 1.0  # alpha above 150 1/GPa: a solid
@@ -141,7 +139,7 @@ def _held(values: Array, pole: float) -> Array:
     return np.asarray(values[:, np.clip(np.arange(right.size), low, max(high, low))])
 
 
-def _cubics(values: Array) -> Array:
+def _cubics(values: FloatArray) -> FloatArray:
     """Coefficients of the cubics between nodes along axis 0, in a new last axis; slopes by five-point differences."""
     slope = np.empty_like(values)
     slope[2:-2] = 8.0 / 12.0 * (values[3:-1] - values[1:-3]) - (values[4:] - values[:-4]) / 12.0

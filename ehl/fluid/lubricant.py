@@ -11,8 +11,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.fluid.conductivity import PAO, FilmConductivity
 from ehl.fluid.density import DOWSON_HIGGINSON_LAW, Compression
 from ehl.fluid.pressure_viscosity import alpha_of
@@ -27,8 +27,6 @@ from ehl.fluid.viscosity import (
     RoelandsLaw,
     ScaledRise,
 )
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -194,28 +192,28 @@ class Lubricant:
             )
         return law if self.pressure_rise_factor == 1.0 else ScaledRise(law, self.pressure_rise_factor)
 
-    def log_viscosity_ratio(self, pressure: Array) -> Array:
+    def log_viscosity_ratio(self, pressure: FloatArray) -> FloatArray:
         """ln(eta/eta0) at the inlet temperature, elementwise."""
         return self.pressure_law.log_ratio(pressure)
 
-    def viscosity(self, pressure: Array) -> Array:
+    def viscosity(self, pressure: FloatArray) -> FloatArray:
         """eta(p) [Pa s] at the inlet temperature; beyond the range of doubles it is held at 1e300 Pa s."""
         exponent = np.log(self.viscosity_inlet) + self.log_viscosity_ratio(pressure)
         return np.asarray(np.exp(np.minimum(exponent, 690.0)))
 
-    def log_viscosity(self, pressure: Array, temperature: Array) -> Array:
+    def log_viscosity(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """ln eta(p, T) with eta in Pa s, elementwise; `temperature` in K."""
         return np.asarray(np.log(self.viscosity_inlet) + self.pressure_law.log_ratio(pressure, temperature))
 
-    def dlog_viscosity_dtemperature(self, pressure: Array, temperature: Array) -> Array:
+    def dlog_viscosity_dtemperature(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """d ln eta/dT [1/K] at (p, T), elementwise; the derivative of `log_viscosity`."""
         return self.pressure_law.by_temperature(pressure, temperature)
 
-    def density_ratio(self, pressure: Array) -> Array:
+    def density_ratio(self, pressure: FloatArray) -> FloatArray:
         """rho/rho0, elementwise."""
         return self.compression.ratio(pressure)
 
-    def shear_stress(self, pressure: Array, film: Array, speed_sliding: float) -> Array:
+    def shear_stress(self, pressure: FloatArray, film: FloatArray, speed_sliding: float) -> FloatArray:
         """Shear stress along the sliding vector [Pa] at the inlet temperature, at most the limiting one."""
         log_viscous = (
             np.log(self.viscosity_inlet)

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import (
     Field,
     SerializerFunctionWrapHandler,
@@ -21,6 +20,7 @@ from pydantic import (
     model_validator,
 )
 
+from ehl.common.arrays import FloatArray
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, near, same_name
 from ehl.common.figures import interactive
@@ -51,8 +51,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from pandas import DataFrame
 
-Array = NDArray[np.float64]
-Values = TypeVar("Values", float, Array)
+Values = TypeVar("Values", float, FloatArray)
 
 KinematicViscosity = Annotated[float, ValueRange("m^2/s", gt=1e-7, le=1.0)]
 
@@ -320,7 +319,7 @@ class Oil(InputModel):
             changes["eyring_stress_pressure"] = rising.scaled(scale)
         return self.model_copy(update=changes)
 
-    def at(self, temperature: float | Array) -> Lubricant:
+    def at(self, temperature: float | FloatArray) -> Lubricant:
         """The lubricant at an inlet temperature [K]; its fields are arrays where the temperature is one.
 
         Without figures of its own the card takes Eyring stress, limiting stress and shear modulus of its base oil.

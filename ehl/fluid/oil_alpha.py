@@ -8,8 +8,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.fluid.oil_laws import GoldAlpha, ModulusAlpha, TabulatedAlpha, figures_by_constants, scale_of_law
 from ehl.fluid.pressure_viscosity import TemperatureFit, alpha_film, roelands_slope, solve_constant, temperature_fit
 from ehl.fluid.viscosity import GOLD_COEFFICIENTS, TEMPERATURE_RANGE, RoelandsLaw, WaltherViscosity, gold_2001
@@ -17,7 +17,6 @@ from ehl.fluid.viscosity import GOLD_COEFFICIENTS, TEMPERATURE_RANGE, RoelandsLa
 if TYPE_CHECKING:
     from ehl.fluid.oil import Oil
 
-Array = NDArray[np.float64]
 
 _KEPT: dict[tuple[Any, ...], Any] = {}  # what was computed once for the figures of a card
 _MOST_KEPT = 512
@@ -47,7 +46,7 @@ def slope(card: Oil, temperature: Any) -> Any:
     if definition == "secant_200":
         return roelands_slope(stated(card, temperature), card.viscosity_dynamic(temperature))
 
-    def over_stated(at: Array) -> Array:
+    def over_stated(at: FloatArray) -> FloatArray:
         value = stated(card, at)
         found = solve_constant(
             lambda alpha: RoelandsLaw(card.viscosity_dynamic(at), alpha, at, 0.0),  # type: ignore[arg-type]
@@ -75,7 +74,7 @@ def film(card: Oil, temperature: Any, alpha: Any) -> Any:
     if card.viscosity.law == "barus":
         return card.factors.pressure_viscosity * alpha
 
-    def over_slope(at: Array) -> Array:
+    def over_slope(at: FloatArray) -> FloatArray:
         return np.asarray(alpha_film(card.without_film(at).pressure_law) / slope(card, at))
 
     return alpha * _fit(card, "film", over_slope)(temperature)
@@ -88,7 +87,7 @@ def fit_error(card: Oil) -> float:
     return max((_KEPT[key].error for key in (_key(card, "slope"), _key(card, "film")) if key in _KEPT), default=0.0)
 
 
-def _fit(card: Oil, what: str, function: Callable[[Array], Array]) -> TemperatureFit:
+def _fit(card: Oil, what: str, function: Callable[[FloatArray], FloatArray]) -> TemperatureFit:
     low, high = TEMPERATURE_RANGE
     law = card.pressure_viscosity
     kinks = law.temperature[1:-1] if isinstance(law, TabulatedAlpha) else ()

@@ -17,12 +17,11 @@ from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.fluid.viscosity import ROELANDS_LOG_VISCOSITY, ROELANDS_PRESSURE, PressureLaw
-
-Array = NDArray[np.float64]
 
 AlphaDefinition = Literal["slope", "secant_200", "star", "film"]
 DEFINITIONS: tuple[AlphaDefinition, ...] = get_args(AlphaDefinition)
@@ -33,17 +32,17 @@ _PIECES = np.array([0.0, 0.03, 0.1, 0.25, 0.5, 1.0, 1.8, 3.0]) * 1e9  # of the i
 _ROUNDS = 60
 
 
-def alpha_slope(law: PressureLaw) -> Array:
+def alpha_slope(law: PressureLaw) -> FloatArray:
     """L'(0) [1/Pa]."""
     return np.asarray(law.by_pressure(np.zeros(1)))
 
 
-def alpha_secant(law: PressureLaw) -> Array:
+def alpha_secant(law: PressureLaw) -> FloatArray:
     """L(0.2 GPa)/0.2 GPa [1/Pa]."""
     return np.asarray(law.log_ratio(np.full(1, SECANT_PRESSURE)) / SECANT_PRESSURE)
 
 
-def alpha_star(law: PressureLaw) -> Array:
+def alpha_star(law: PressureLaw) -> FloatArray:
     """1/int_0^inf exp(-L) dp [1/Pa]."""
     half = 0.5 * np.diff(_PIECES)[:, None]
     nodes = (_PIECES[:-1, None] + half * (1.0 + _NODES)).ravel()[:, None]
@@ -54,14 +53,14 @@ def alpha_star(law: PressureLaw) -> Array:
     return np.asarray(1.0 / (weights @ np.exp(-law.log_ratio(nodes)) + tail[0]))
 
 
-def alpha_film(law: PressureLaw) -> Array:
+def alpha_film(law: PressureLaw) -> FloatArray:
     """(1 - e^-3)/int_0^(3/alpha*) exp(-L) dp [1/Pa]."""
     half = 1.5 / alpha_star(law)
     nodes = half * (1.0 + _NODES[:, None])
     return np.asarray(-math.expm1(-3.0) / (half * (_WEIGHTS @ np.exp(-law.log_ratio(nodes)))))
 
 
-_ALPHAS: dict[AlphaDefinition, Callable[[PressureLaw], Array]] = {
+_ALPHAS: dict[AlphaDefinition, Callable[[PressureLaw], FloatArray]] = {
     "slope": alpha_slope,
     "secant_200": alpha_secant,
     "star": alpha_star,
@@ -99,7 +98,7 @@ def solve_constant(
     wanted = np.log(np.atleast_1d(np.asarray(stated, dtype=float)))
     x = np.broadcast_to(np.log(np.asarray(start, dtype=float)), wanted.shape).copy()
 
-    def error(place: Array) -> Array:
+    def error(place: FloatArray) -> FloatArray:
         return np.asarray(np.log(_ALPHAS[definition](law_of(np.exp(place)))) - wanted)
 
     value = error(x)
@@ -169,7 +168,9 @@ class TemperatureFit:
 _FIT_ERROR, _SHORTEST_PIECE = 1e-6, 5.0
 
 
-def temperature_fit(function: Callable[[Array], Array], ends: tuple[float, ...], degree: int = 20) -> TemperatureFit:
+def temperature_fit(
+    function: Callable[[FloatArray], FloatArray], ends: tuple[float, ...], degree: int = 20
+) -> TemperatureFit:
     """A `TemperatureFit` between temperatures [K]; inner ends are kinks of the function, others are looked for."""
     pieces, error = [], 0.0
     spot = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))

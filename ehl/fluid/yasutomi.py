@@ -9,11 +9,10 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.common.units import KELVIN, ValueRange
 from ehl.common.validation import InputModel
 from ehl.fluid.viscosity import MEASURED_DEVIATION, DynamicViscosity, pole_growth
-
-Array = NDArray[np.float64]
 
 LAST_DEPTH = 0.5  # of the way from the glass transition to the pole: from there on along the tangent
 _REST = 2e-13  # slope where the original form would fall: no viscosity is the same at two pressures [1/Pa]
@@ -40,14 +39,14 @@ class _Yasutomi(InputModel):
     C1: Positive
     C2: Difference
 
-    def log_viscosity(self, pressure: Array, temperature: Array) -> Array:
+    def log_viscosity(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """ln eta, eta in Pa s, at pressures [Pa] and temperatures [K]."""
         held = self._held(pressure, temperature)
         growth, _ = pole_growth(-self._distance(held, temperature) / self.C2, LAST_DEPTH)
         rest = _REST * (pressure - held)
         return np.asarray(np.log(self.viscosity_glass) + math.log(10.0) * self.C1 * growth + rest)
 
-    def by_pressure(self, pressure: Array, temperature: Array) -> Array:
+    def by_pressure(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """d ln eta/dp [1/Pa]."""
         held = self._held(pressure, temperature)
         factor, factor_p = self._factor(held)
@@ -56,27 +55,27 @@ class _Yasutomi(InputModel):
         slope = self._by_distance(held, temperature) * distance_p
         return np.where(pressure > held, _REST, slope)
 
-    def by_temperature(self, pressure: Array, temperature: Array) -> Array:
+    def by_temperature(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """d ln eta/dT [1/K]."""
         pressure = self._held(pressure, temperature)
         return np.asarray(self._by_distance(pressure, temperature) * self._factor(pressure)[0])
 
-    def _by_distance(self, pressure: Array, temperature: Array) -> Array:
+    def _by_distance(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         _, slope = pole_growth(-self._distance(pressure, temperature) / self.C2, LAST_DEPTH)
         return np.asarray(-math.log(10.0) * self.C1 / self.C2 * slope)
 
-    def _above_glass(self, pressure: Array, temperature: Array) -> Array:
+    def _above_glass(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         glass = (self.Tg0 - KELVIN) + self.A1 * np.log(1.0 + self.A2 * pressure)
         return np.asarray(temperature - KELVIN - glass)
 
-    def _distance(self, pressure: Array, temperature: Array) -> Array:
+    def _distance(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         return np.asarray(self._above_glass(pressure, temperature) * self._factor(pressure)[0])
 
-    def _factor(self, pressure: Array) -> tuple[Array, Array]:
+    def _factor(self, pressure: FloatArray) -> tuple[FloatArray, FloatArray]:
         """F and dF/dp."""
         raise NotImplementedError
 
-    def _held(self, pressure: Array, temperature: Array) -> Array:
+    def _held(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         """The pressure, or that from which on the viscosity stays."""
         return pressure
 
@@ -88,7 +87,7 @@ class ImprovedYasutomi(_Yasutomi):
     b1: PerPressure
     b2: Annotated[float, ValueRange("", ge=-2.0, lt=0.0)]
 
-    def _factor(self, pressure: Array) -> tuple[Array, Array]:
+    def _factor(self, pressure: FloatArray) -> tuple[FloatArray, FloatArray]:
         inside = 1.0 + self.b1 * pressure
         factor = inside**self.b2
         return factor, self.b2 * self.b1 * factor / inside
@@ -104,24 +103,24 @@ class OriginalYasutomi(_Yasutomi):
     B1: Positive
     B2: PerPressure
 
-    def _factor(self, pressure: Array) -> tuple[Array, Array]:
+    def _factor(self, pressure: FloatArray) -> tuple[FloatArray, FloatArray]:
         inside = 1.0 + self.B2 * pressure
         return 1.0 - self.B1 * np.log(inside), -self.B1 * self.B2 / inside
 
-    def _held(self, pressure: Array, temperature: Array) -> Array:
+    def _held(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
         return np.minimum(pressure, pressure_of_largest(self, temperature))
 
 
-def pressure_of_largest(law: OriginalYasutomi, temperature: Array) -> Array:
+def pressure_of_largest(law: OriginalYasutomi, temperature: FloatArray) -> FloatArray:
     """Pressure up to which the viscosity of the original form rises [Pa]; `temperature` in K."""
     return np.asarray(np.interp(temperature, _TEMPERATURES, _largest(law)))
 
 
 @lru_cache(maxsize=32)
-def _largest(law: OriginalYasutomi) -> Array:
+def _largest(law: OriginalYasutomi) -> FloatArray:
     """dX/dp = 0 by bisection, at `_TEMPERATURES`."""
 
-    def falls(pressure: Array) -> NDArray[np.bool_]:
+    def falls(pressure: FloatArray) -> NDArray[np.bool_]:
         factor, factor_p = law._factor(pressure)
         glass_p = law.A1 * law.A2 / (1.0 + law.A2 * pressure)
         return np.asarray(law._above_glass(pressure, _TEMPERATURES) * factor_p - glass_p * factor >= 0.0, dtype=bool)

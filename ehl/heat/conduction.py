@@ -10,14 +10,13 @@ import math
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import k0e, k1e
 
+from ehl.common.arrays import FloatArray
 from ehl.heat import _kernels
 from ehl.line_contact import LineContact
 from ehl.material import Material
 
-FloatArray = NDArray[np.float64]
 Matrices = tuple[FloatArray, FloatArray]
 
 # a body at rest has no steady field of its own: about 10 half-widths down, as deep as the field of a body at this

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg.lapack import dgesv, dgetrf, dgetrs
 
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import _kernels
@@ -17,8 +17,6 @@ from ehl.heat._kernels import Film, Walls
 from ehl.heat.conduction import Matrices, peclet_number, surface_matrices
 from ehl.line_contact import LineContact
 from ehl.material import Material
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,17 +7,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from ehl.common.arrays import FloatArray
 from ehl.line_contact import LineContact
 from ehl.rough._kernels.march import FILM_MEAN, ITERATIONS, MU_FLUID, SHARE
 from ehl.rough.accuracy import BATCH, FRONT_STARTUP
 from ehl.rough.batch_means import ONE_DRAW, batch_means
 from ehl.rough.run import TransientRun
 from ehl.rough.surfaces import RoughSurfaces
-
-Array = NDArray[np.float64]
 
 # work of a step: (nodes + 100)(iterations + 1.5); over 40 contacts with heat 150 ns each, within a factor of 1.5
 STEP_NODES, STEP_ITERATIONS = 100.0, 1.5
@@ -34,17 +32,19 @@ class Window:
 
     run: TransientRun
     batch: float = BATCH  # travel of a batch of the mean [b]
-    started: list[Array] = field(default_factory=list)
-    recorded: list[Array] = field(default_factory=list)
-    sums: list[Array] = field(default_factory=list)  # of the profiles, by block
-    exchanges: list[Array] = field(default_factory=list)  # of the side flow per step, by block and batch
+    started: list[FloatArray] = field(default_factory=list)
+    recorded: list[FloatArray] = field(default_factory=list)
+    sums: list[FloatArray] = field(default_factory=list)  # of the profiles, by block
+    exchanges: list[FloatArray] = field(default_factory=list)  # of the side flow per step, by block and batch
     numbers: list[int] = field(default_factory=list)  # of the blocks along the travel: the same stretch on every mesh
     rolled: float = 0.0  # travel of the blocks [b]
     passed: int = 0  # blocks rolled, those that went astray as well
     repeats: int = 0
     steps: int = 0  # of all rolling, that without averaging as well
     iterations: float = 0.0
-    _means: dict[tuple[int, int], tuple[Array, Array]] = field(default_factory=dict, repr=False)  # what `parts` found
+    _means: dict[tuple[int, int], tuple[FloatArray, FloatArray]] = field(
+        default_factory=dict, repr=False
+    )  # what `parts` found
 
     @property
     def work(self) -> float:
@@ -61,7 +61,7 @@ class Window:
         run = self.run.branch(self.run.problem)
         return Window(run, self.batch, started=[*self.started], steps=self.steps, iterations=self.iterations)
 
-    def _march(self, travel: float) -> tuple[Array, Array]:
+    def _march(self, travel: float) -> tuple[FloatArray, FloatArray]:
         records, profiles = self.run.advance(max(1, round(travel * self.run.problem.units.steps_per_half_width)))
         self.steps += len(records)
         self.iterations += float(records[:, ITERATIONS].sum())
@@ -71,7 +71,7 @@ class Window:
         """Roll without averaging."""
         self.started.append(self._march(travel)[0])
 
-    def mean_flux(self, travel: float) -> Array:
+    def mean_flux(self, travel: float) -> FloatArray:
         """Roll without averaging, but for the heat flux into both surfaces (2, n) [W/m2]."""
         flux = np.zeros_like(self.run.state.flux_into)
         for _ in range(FLUX_SAMPLES):
@@ -101,11 +101,11 @@ class Window:
         self.numbers.append(self.passed - 1)
         self.rolled += travel
 
-    def records_of(self, numbers: Sequence[int]) -> Array:
+    def records_of(self, numbers: Sequence[int]) -> FloatArray:
         """Steps of some blocks."""
         return np.concatenate([self.recorded[self.numbers.index(number)] for number in numbers])
 
-    def friction_of(self, numbers: Sequence[int]) -> Array:
+    def friction_of(self, numbers: Sequence[int]) -> FloatArray:
         """mu of every step of some blocks."""
         return self._friction_of(self.records_of(numbers))
 
@@ -114,7 +114,7 @@ class Window:
         per_length = length * self.run.problem.units.steps_per_half_width
         return [max(1, round(len(self._block(number)) / per_length)) for number in numbers]
 
-    def parts(self, numbers: Sequence[int], pieces: Sequence[int]) -> Array:
+    def parts(self, numbers: Sequence[int], pieces: Sequence[int]) -> FloatArray:
         """Mean friction of parts of some blocks, each divided into so many.
 
         Two meshes are compared in the same pieces: their steps divide a block unlike, and 2.5 lengths are two to one
@@ -122,7 +122,7 @@ class Window:
         """
         return np.concatenate([self._parts(number, count) for number, count in zip(numbers, pieces, strict=True)])
 
-    def _parts(self, number: int, count: int) -> Array:
+    def _parts(self, number: int, count: int) -> FloatArray:
         block, means = self._means.get((number, count), (None, np.zeros(0)))
         if block is not self._block(number):
             block = self._block(number)
@@ -130,15 +130,15 @@ class Window:
             self._means[number, count] = block, means
         return means
 
-    def _block(self, number: int) -> Array:
+    def _block(self, number: int) -> FloatArray:
         return self.recorded[self.numbers.index(number)]
 
-    def _friction_of(self, records: Array) -> Array:
+    def _friction_of(self, records: FloatArray) -> FloatArray:
         if self.run.problem.model.fluid.sliding == 0.0:
             return np.zeros(len(records))
         return np.asarray(records[:, MU_FLUID] + self.run.problem.model.contact.friction * records[:, SHARE])
 
-    def _advance(self, travel: float) -> tuple[Array, Array, Array]:
+    def _advance(self, travel: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         before = self.run.macroscopic.total_exchange.copy()
         records, profiles = self._march(travel)
         return records, profiles, (self.run.macroscopic.total_exchange - before) / len(records)
@@ -162,24 +162,24 @@ class Window:
         self.repeats += 1
 
     @property
-    def profiles(self) -> Array:
+    def profiles(self) -> FloatArray:
         """Mean profiles of the window."""
         return np.asarray(np.sum(self.sums, axis=0) / len(self.records))
 
     @property
-    def records(self) -> Array:
+    def records(self) -> FloatArray:
         """Steps of the window."""
         return np.concatenate(self.recorded)
 
-    def column(self, column: int) -> Array:
+    def column(self, column: int) -> FloatArray:
         """One column of the records."""
         return np.concatenate([block[:, column] for block in self.recorded])
 
-    def friction_since(self, step: int) -> Array:
+    def friction_since(self, step: int) -> FloatArray:
         """mu of every step from one on, of start-up and window."""
         return self._friction_of(np.concatenate([*self.started, *self.recorded])[step:])
 
-    def friction(self) -> Array:
+    def friction(self) -> FloatArray:
         """mu of every step of the window; zero without sliding."""
         return np.concatenate([self._friction_of(block) for block in self.recorded])
 
@@ -193,7 +193,7 @@ class Window:
         return mean, half_width if math.isfinite(half_width) else ONE_DRAW * float(np.std(friction))
 
 
-def film_jumped(part: Array, films: Array, roughness: float) -> bool:
+def film_jumped(part: FloatArray, films: FloatArray, roughness: float) -> bool:
     """Whether the mean film of a step is many times the median, or no number: a fallback let the bodies fly apart.
 
     No film counts that is not also many times the composite Rq, film units: a valley as wide as the contact holds one.

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-Array = NDArray[np.float64]
+from ehl.common.arrays import FloatArray
 
 MIN_BATCHES = 5  # batches below which no interval is given
 ONE_DRAW = 1.645  # half width of the 90 % interval of a normal variable over its standard deviation
@@ -18,7 +17,7 @@ MAX_CORRELATION = 0.8
 CORRECTION_MAX = 0.1 / 3.0  # of the mean, for a difference of 10 % between two meshes
 
 
-def batch_means(series: Array, batch: int, confidence: float = 0.90) -> tuple[float, float]:
+def batch_means(series: FloatArray, batch: int, confidence: float = 0.90) -> tuple[float, float]:
     """Mean and half width of its confidence interval.
 
     Half batches are merged while their correlation stays above 0.2 and 10 of them remain. What correlation r is left
@@ -42,7 +41,7 @@ def batch_means(series: Array, batch: int, confidence: float = 0.90) -> tuple[fl
     return mean, interval_of_means(means, confidence)
 
 
-def interval_of_means(means: Array, confidence: float = 0.90) -> float:
+def interval_of_means(means: FloatArray, confidence: float = 0.90) -> float:
     """Half width of the interval of the mean of equal parts of a series, neighbours correlated (`batch_means`).
 
     means (n,): in their order.
@@ -74,7 +73,7 @@ def richardson(coarse: float, fine: float) -> tuple[float, float]:
     return fine + correction, abs(third) + 2.0 * abs(third - correction)
 
 
-def neighbour_correlation(values: Array) -> float:
+def neighbour_correlation(values: FloatArray) -> float:
     """Correlation of each value with the next; 0 for a constant series."""
     centred = values - values.mean()
     power = float(centred @ centred)

@@ -10,13 +10,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.elasticity import DeflectionOperator
 from ehl.line_contact import LineContact
-
-FloatArray = NDArray[np.float64]
 
 REASONS = ("hardness_too_low", "domain_too_small", "iteration_limit")
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehl.elasticity import FloatArray
+from ehl.common.arrays import FloatArray
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.conduction import surface_matrices
 from ehl.heat.traction import flux_to_surface_1

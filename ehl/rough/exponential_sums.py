@@ -18,11 +18,10 @@ from functools import cache, lru_cache
 from importlib.resources import files
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares, nnls
 from scipy.special import iti0k0
 
-Array = NDArray[np.float64]
+from ehl.common.arrays import FloatArray
 
 
 @dataclass(frozen=True)
@@ -30,13 +29,13 @@ class ExponentialSum:
     """``sum_m weights_m ratios_m^d`` for d = 0, 1, ..."""
 
     # the last ratio is zero; shape (modes,)
-    weights: Array
-    ratios: Array
+    weights: FloatArray
+    ratios: FloatArray
     # largest deviation from the kernel it stands for, over the range it was fitted on; absolute (unit of the kernel)
     # for the logarithm, relative for the inverse root
     error: float
 
-    def evaluate(self, distance: Array) -> Array:
+    def evaluate(self, distance: FloatArray) -> FloatArray:
         """The sum at whole-number distances."""
         return np.asarray(np.power.outer(self.ratios, distance).T @ self.weights)
 
@@ -52,7 +51,7 @@ def kernel_constant(n: int) -> float:
     return float(np.log(n) + 1.3)
 
 
-def log_coefficients(n: int) -> Array:
+def log_coefficients(n: int) -> FloatArray:
     """``-int ln|d - s| ds`` over the unit cell around s = 0, for d = 0 .. n-1 (no constant added)."""
     d = np.arange(n, dtype=float)
     above, below = d + 0.5, d - 0.5
@@ -91,14 +90,14 @@ def fit_log_kernel(n: int, modes: int) -> ExponentialSum:
     target = kernel[d.astype(int)]
     m = modes - 1
 
-    def unpack(z: Array) -> tuple[Array, Array]:
+    def unpack(z: FloatArray) -> tuple[FloatArray, FloatArray]:
         return np.exp(np.clip(z[:m], -40.0, 25.0)), np.exp(np.clip(z[m:], -14.0, 2.6))
 
-    def residual(z: Array) -> Array:
+    def residual(z: FloatArray) -> FloatArray:
         weights, rates = unpack(z)
         return np.asarray(np.exp(-np.outer(d, rates)) @ weights - target)
 
-    def jacobian(z: Array) -> Array:
+    def jacobian(z: FloatArray) -> FloatArray:
         weights, rates = unpack(z)
         terms = np.exp(-np.outer(d, rates)) * weights
         return np.hstack([terms, -terms * d[:, None] * rates])
@@ -136,7 +135,7 @@ def bessel_kernel(wave_number: float, modes: int, newton_modes: int) -> tuple[Ex
     target = np.array([quad_bessel(wave_number, d) for d in distance])
     here = quad_bessel(wave_number, 0.0)
 
-    def closed(weights: Array, rates: Array) -> ExponentialSum:
+    def closed(weights: FloatArray, rates: FloatArray) -> ExponentialSum:
         ratios = np.exp(-rates)
         error = float(np.abs(np.power.outer(ratios, distance).T @ weights - target).max())
         return ExponentialSum(np.append(weights, here - weights.sum()), np.append(ratios, 0.0), error)

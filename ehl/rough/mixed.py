@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.traction import ThermalTraction
@@ -23,8 +23,6 @@ from ehl.rough.solve import ERROR_ALLOWED
 from ehl.rough.subgrid import BUDGET_SHARE, CUTOFF_NODES, SplitSurfaces, share_left_out, split_surfaces
 from ehl.surface.measured_profile import load_profile, profile_points
 from ehl.surface.roughness import CUTOFF_PER_CORRELATION_LENGTH, RoughProfile, generate_profile
-
-FloatArray = NDArray[np.float64]
 
 # tuned: shortest wave of a self-affine profile over lc; finer ones change mu by -4 to +5 % (H 0.85, film ratio 0.7,
 # gamma 1 and 5); may be changed by whoever runs validation/mixed_shortcuts.py

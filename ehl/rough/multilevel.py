@@ -13,16 +13,14 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
 from ehl.rough._kernels.march import FILM_MEAN, SHARE
 from ehl.rough.accuracy import FRONT_STARTUP, PER_SWEEP, SETTLING, RunPlan
 from ehl.rough.averaging import Window
 from ehl.rough.batch_means import ONE_DRAW, batch_means, interval_of_means, richardson
-
-Array = NDArray[np.float64]
 
 HOPELESS = 1.5  # predicted interval at the end of the budget, over the tolerance, above which a contact will not settle
 SHARE_WITHOUT_HOPE = 0.75  # of the budget that is spent on it all the same
@@ -53,7 +51,7 @@ class MeshLevels:
     windows: list[Window]  # each mesh has half the spacing of the one before
     plan: RunPlan  # tolerance, windows and budget
     reserved: float = 0.0  # work that what follows will take
-    _changes: dict[int, tuple[tuple[int, int], Array]] = field(default_factory=dict, repr=False)
+    _changes: dict[int, tuple[tuple[int, int], FloatArray]] = field(default_factory=dict, repr=False)
 
     @property
     def work(self) -> float:
@@ -75,7 +73,7 @@ class MeshLevels:
         """The window of the longest travel, the finest of several as long."""
         return max(reversed(self.windows), key=lambda window: round(window.rolled, 6))
 
-    def differences(self, level: int) -> Array:
+    def differences(self, level: int) -> FloatArray:
         """Mean of mu on a mesh less that on the one before, in parts of half a batch of their common travel."""
         finer, coarser = self.windows[level], self.windows[level - 1]
         rolled = len(finer.numbers), len(coarser.numbers)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.rough._kernels.fluid import temperature_place
 from ehl.rough._kernels.heat import preheat
 from ehl.rough._kernels.march import COLUMNS, march
@@ -26,8 +26,6 @@ from ehl.rough._kernels.records import (
 )
 from ehl.rough._kernels.side_flow import deflect_mean
 from ehl.rough.scaling import RunProblem, hertz_start
-
-Array = NDArray[np.float64]
 
 PROFILES = 6
 
@@ -56,7 +54,7 @@ def _work_arrays(n: int) -> Work:
     )
 
 
-def _macroscopic(pressure: Array) -> Macroscopic:
+def _macroscopic(pressure: FloatArray) -> Macroscopic:
     n = pressure.size
     return Macroscopic(
         pressure=pressure,
@@ -144,11 +142,11 @@ class TransientRun:
         return float(self.state.scalars[TRAVEL]) * self.problem.model.surfaces.spacing
 
     @property
-    def flow(self) -> Array:
+    def flow(self) -> FloatArray:
         """Pressure flow times the time step, between node i and i + 1, of the last step; positive against x."""
         return self._work.flow
 
-    def advance(self, steps: int) -> tuple[Array, Array]:
+    def advance(self, steps: int) -> tuple[FloatArray, FloatArray]:
         """March; returns the records (steps, COLUMNS) and the mean profiles (PROFILES, n) of these steps."""
         records = np.zeros((steps, COLUMNS))
         profiles = np.zeros((PROFILES, self.problem.x.size))
@@ -165,12 +163,12 @@ class TransientRun:
         )
         return records, profiles / max(steps, 1)
 
-    def preheat(self, travel: float, flux: Array) -> None:
+    def preheat(self, travel: float, flux: FloatArray) -> None:
         """Warm the surfaces by a steady flux into them (2, n) [W/m2] over a way [b], from their bulk temperatures."""
         steps = round(travel * self.problem.units.steps_per_half_width)
         preheat(steps, flux, self.state, self._work, self.problem.model)
 
-    def elastic_response(self, total: Array) -> Array:
+    def elastic_response(self, total: FloatArray) -> FloatArray:
         """Elastic gap under a pressure film units."""
         elastic, response = self.problem.model.elastic, np.zeros(total.size)
         exponential_product(total, elastic.weights, elastic.ratios, response)
@@ -183,7 +181,7 @@ class TransientRun:
         """
         x, x_other = self.problem.x, other.problem.x
 
-        def take(target: Array, source: Array) -> None:
+        def take(target: FloatArray, source: FloatArray) -> None:
             target[:] = np.interp(x, x_other, source)
 
         ratio = other.problem.units.film / self.problem.units.film

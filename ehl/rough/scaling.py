@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
 from ehl.elastic_shear import body_compliance, counted, elastic_share, isothermal_stress
 from ehl.fluid.lookup import law_table
@@ -20,8 +20,6 @@ from ehl.rough._kernels.quasi_separable import MODES, exponential_product
 from ehl.rough._kernels.records import Elastic, Fluid, Heat, Model, SideFlow, Solids, Strain, Surfaces
 from ehl.rough.exponential_sums import ExponentialSum, bessel_kernel, fit_root_kernel, log_kernel, range_of
 from ehl.rough.surfaces import RoughSurfaces, sample_ring
-
-Array = NDArray[np.float64]
 
 OUTLET = 1.2  # no fluid pressure beyond [b]: later there is a spurious branch, a fluid island at the edge
 FARTHEST = 8.0  # distance from the middle at which contact is given up [b]
@@ -58,7 +56,7 @@ class Settings:
     # bulk temperatures of both bodies with heat on [K]; the inlet temperature when not given
     temperature_bulk: tuple[float, float] | None = None
     # x [m] and the heat of the pressure-driven flow there [W/m2]; none when not given
-    rolling_heat: tuple[Array, Array] | None = field(default=None, repr=False, compare=False)
+    rolling_heat: tuple[FloatArray, FloatArray] | None = field(default=None, repr=False, compare=False)
     exchange_window: float = EXCHANGE_WINDOW  # travel per update of the macroscopic pressure [b]
 
 
@@ -85,7 +83,7 @@ class RunProblem:
     units: Units
     settings: Settings
     model: Model
-    x: Array
+    x: FloatArray
     film_estimate: float
     deflection: float  # film units per unit of the integrated log kernel and p_h
 
@@ -99,7 +97,7 @@ def solved_length(contact: LineContact, film: float) -> tuple[float, float]:
     return -max(2.5, 1.0 + 4.0 * rigid), max(OUTLET, rigid + 0.2)
 
 
-def hertz_gap(contact: LineContact, reach: Array) -> Array:
+def hertz_gap(contact: LineContact, reach: FloatArray) -> FloatArray:
     """Gap of a smooth dry contact at a distance above 1 from the middle; distance in b, gap in m."""
     root = np.sqrt(reach**2 - 1.0)
     scale = contact.half_width**2 / (2.0 * contact.radius_equivalent)
@@ -133,7 +131,7 @@ def inlet_wedge(contact: LineContact, viscosity: float, film: float, inlet: floa
     return float(np.trapezoid(slope, reach)), float(load), float(shear)
 
 
-def drained_from(contact: LineContact, film: float, rms: float, x: Array) -> int:
+def drained_from(contact: LineContact, film: float, rms: float, x: FloatArray) -> int:
     """First node whose smooth gap is below 10 Rq; at least 2."""
     wide = x < -1.0
     gap = hertz_gap(contact, np.where(wide, -x, 1.0))
@@ -183,7 +181,7 @@ def scaled_heat(
     materials: tuple[Material, Material],
     units: Units,
     settings: Settings,
-    x: Array,
+    x: FloatArray,
 ) -> Heat:
     """Thermal kernels of both surfaces for this time step, and the heat of the pressure-driven flow on the nodes."""
     bulk = bulk_temperatures(settings, lubricant)
@@ -311,14 +309,14 @@ def flattening_wave_number(correlation_length: float, gamma: float) -> float:
     return math.sqrt(2.0 * (1.0 + 3.0 / gamma**2) / (1.0 + 1.0 / gamma**2)) / (gamma * correlation_length)
 
 
-def density_ratio(pressure: Array, fluid: Fluid) -> Array:
+def density_ratio(pressure: FloatArray, fluid: Fluid) -> FloatArray:
     """rho/rho0 at pressures in the solver's unit."""
     place, growth, density, slope = np.zeros((4, pressure.size))
     density_rows(np.ascontiguousarray(pressure), fluid.table, place, growth, density, slope)
     return density
 
 
-def hertz_start(problem: RunProblem) -> tuple[Array, Array, float]:
+def hertz_start(problem: RunProblem) -> tuple[FloatArray, FloatArray, float]:
     """Hertz pressure, the mass of a film of the estimated height under it, and the approach of the bodies."""
     x, model = problem.x, problem.model
     if not np.any(np.abs(x) < 0.7):

@@ -15,8 +15,8 @@ import time
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
@@ -43,8 +43,6 @@ from ehl.rough.startup import start_up
 from ehl.rough.surfaces import RoughSurfaces
 from ehl.rough.transient_result import Fallbacks, Profiles, Snapshot, TransientResult
 from ehl.surface.roughness import EP_FILM
-
-Array = NDArray[np.float64]
 
 # shares of the steps without a solution above which a result is unsettled and above which it has failed: one hard spot
 # is in the contact for many steps
@@ -74,7 +72,7 @@ def solve_transient(
     hardness: float = 8e9,
     materials: tuple[Material, Material] | None = None,
     temperature_bulk: tuple[float, float] | None = None,
-    rolling_heat: tuple[Array, Array] | None = None,
+    rolling_heat: tuple[FloatArray, FloatArray] | None = None,
     nodes: int | None = None,
     travel: float | None = None,
     boundary_study: bool | None = None,
@@ -182,7 +180,7 @@ def solve_transient(
     return _result(contact, lubricant, rough, bodies, levels, len(meshes), estimate, factors, begin)
 
 
-def interpolated(rows: Array, x: Array, x_new: Array) -> Array:
+def interpolated(rows: FloatArray, x: FloatArray, x_new: FloatArray) -> FloatArray:
     """Rows of values on other nodes."""
     return np.array([np.interp(x_new, x, row) for row in rows])
 
@@ -261,7 +259,7 @@ def exchange_error(levels: MeshLevels, exchanged: float) -> float:
     return EXCHANGE_EFFECT * exchanged * (1.0 - min(max(levels.share(), 0.0), 1.0))
 
 
-def _everything(window: Window) -> Array:
+def _everything(window: Window) -> FloatArray:
     """All steps of a run, start-up included."""
     return np.concatenate([*window.started, *window.recorded])
 

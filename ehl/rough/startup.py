@@ -9,16 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
 from ehl.rough.accuracy import FRONT_STARTUP, SETTLING, RunPlan, thrifty
 from ehl.rough.averaging import Window
 from ehl.rough.multilevel import FINER_STEP, least_levels
 from ehl.rough.scaling import RunProblem
-
-Array = NDArray[np.float64]
 
 FIRST_LOOK = 0.3  # at a contact that may be given up: the roughness is still to come, and with it most of the work [b]
 WARMING_ROUNDS, WARMING_TRAVEL = 2, 0.5  # of the preheating; travel that its mean flux is taken over [b]
@@ -26,7 +22,7 @@ WARMING_ROUNDS, WARMING_TRAVEL = 2, 0.5  # of the preheating; travel that its me
 
 def start_up(
     window: Window, plan: RunPlan, levels: int, correlation_length: float, problem: Callable[[RunPlan], RunProblem]
-) -> tuple[RunPlan, Array | None, float]:
+) -> tuple[RunPlan, FloatArray | None, float]:
     """Roll the coarsest mesh until it is settled.
 
     window: of the coarsest mesh.
@@ -78,7 +74,7 @@ def least_work(plan: RunPlan, rate: float, left: float, levels: int) -> float:
     )
 
 
-def warmed(window: Window, plan: RunPlan) -> Array:
+def warmed(window: Window, plan: RunPlan) -> FloatArray:
     """Warm the surfaces of a run by its own mean heat instead of rolling on until they are; returns that flux."""
     for _ in range(WARMING_ROUNDS):
         flux = window.mean_flux(WARMING_TRAVEL)

@@ -6,12 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.surface.roughness import RoughProfile
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -68,7 +66,7 @@ def _correlation_length(profile: RoughProfile) -> float:
     return profile.correlation_length if math.isfinite(profile.correlation_length) else 0.5 * profile.length
 
 
-def ring(profile: RoughProfile) -> tuple[Array, float]:
+def ring(profile: RoughProfile) -> tuple[FloatArray, float]:
     """Heights and period of a profile as a closed ring [m].
 
     A profile that is not periodic loses a tenth of its length: its end is blended into its start with weights
@@ -84,7 +82,7 @@ def ring(profile: RoughProfile) -> tuple[Array, float]:
     return closed - closed.mean(), profile.spacing * closed.size
 
 
-def sample_ring(profile: RoughProfile | None, spacing: float) -> Array:
+def sample_ring(profile: RoughProfile | None, spacing: float) -> FloatArray:
     """Heights at the spacing [m] nearest to the wanted one that divides the period (Fourier resampling).
 
     Raises `InputError`: two samples per shortest wavelength are not available at this spacing.

@@ -6,13 +6,11 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
+from ehl.common.arrays import FloatArray
 
 if TYPE_CHECKING:
     from ehl.rough.run import TransientRun
 
-Array = NDArray[np.float64]
 
 REASONS = (
     "",
@@ -48,27 +46,27 @@ class Fallbacks:
 class Profiles:
     """Time means along x over the window; shape (n,) each."""
 
-    x: Array  # nodes [m]
+    x: FloatArray  # nodes [m]
     # parts of the pressure [Pa]
-    pressure_fluid: Array
-    pressure_asperity: Array
-    pressure_macroscopic: Array  # P of the side flow [Pa]; zero when sealed
-    film: Array  # gap [m]
-    temperature_film: Array  # mid-layer [K]
-    temperature_surface: Array  # warmer surface [K]
+    pressure_fluid: FloatArray
+    pressure_asperity: FloatArray
+    pressure_macroscopic: FloatArray  # P of the side flow [Pa]; zero when sealed
+    film: FloatArray  # gap [m]
+    temperature_film: FloatArray  # mid-layer [K]
+    temperature_surface: FloatArray  # warmer surface [K]
 
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
     """The last time step; shape (n,) each."""
 
-    x: Array  # nodes [m]
+    x: FloatArray  # nodes [m]
     # [Pa]
-    pressure_fluid: Array
-    pressure_asperity: Array
-    film: Array  # gap [m]
-    filling: Array  # mass over the mass of a full gap [-]; below 1 where the film is broken
-    temperature_film: Array  # [K]
+    pressure_fluid: FloatArray
+    pressure_asperity: FloatArray
+    film: FloatArray  # gap [m]
+    filling: FloatArray  # mass over the mass of a full gap [-]; below 1 where the film is broken
+    temperature_film: FloatArray  # [K]
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,8 +120,8 @@ class TransientResult:
     travel: float  # window [b]
     seconds: float  # wall time of everything
     # mu over the rolled distance [b] in the window
-    history_travel: Array = field(repr=False)
-    history_friction: Array = field(repr=False)
+    history_travel: FloatArray = field(repr=False)
+    history_friction: FloatArray = field(repr=False)
     profiles: Profiles = field(repr=False)  # time means
     snapshot: Snapshot = field(repr=False)  # last step
     # the fine run as it stands after the last step; a copy of it can be marched on

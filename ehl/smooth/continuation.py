@@ -7,15 +7,12 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ehl.fluid.rheology import NEWTONIAN
 from ehl.smooth import _kernels
 from ehl.smooth.mesh import Features, features_of, grade
 from ehl.smooth.newton import Level, NewtonFailure, NodeGrid, Unknowns, solve_level
 from ehl.smooth.scaling import ScaledContact
-
-Array = NDArray[np.float64]
 
 EASY_LOG_VISCOSITY = 2.0
 EASY_SHEAR = (0.03, 0.1)  # range of shear numbers at the start, where the contact has any: no sharp spike on the way

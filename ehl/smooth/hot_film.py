@@ -10,9 +10,9 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg.lapack import dgelss
 
+from ehl.common.arrays import FloatArray
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat._kernels import flow_heat
 from ehl.heat.conduction import Matrices, surface_matrices
@@ -23,8 +23,6 @@ from ehl.smooth.continuation import HARD_NODES, features_of_level, grid_for, tra
 from ehl.smooth.newton import Level, NewtonFactors, NewtonFailure, NodeGrid, Unknowns, solve_level
 from ehl.smooth.outputs import FilmShear, numbers_of
 from ehl.smooth.scaling import Offset, ScaledContact
-
-Array = NDArray[np.float64]
 
 MAX_ROUNDS = 60
 MAX_HALVINGS = 6
@@ -58,7 +56,7 @@ class HeatModel:
         return surface_matrices(level.x * self.contact.half_width, self.contact, self.bodies)
 
     def balance(
-        self, level: Level, matrices: Matrices, guess: tuple[Array, Array] | None, tolerance: float
+        self, level: Level, matrices: Matrices, guess: tuple[FloatArray, FloatArray] | None, tolerance: float
     ) -> FilmTemperature:
         """Temperatures at the film of a level."""
         contact, lubricant, b = self.contact, self.lubricant, self.contact.half_width
@@ -88,10 +86,10 @@ class Mixer:
 
     def __init__(self, used: Offset) -> None:
         self.used, self.relaxation, self._norm = used, RELAXATION, math.inf
-        self._before: tuple[Array, Array] | None = None  # used and residual of the last round on these nodes
-        self._secants: list[tuple[Array, Array]] = []  # changes of both from round to round
+        self._before: tuple[FloatArray, FloatArray] | None = None  # used and residual of the last round on these nodes
+        self._secants: list[tuple[FloatArray, FloatArray]] = []  # changes of both from round to round
 
-    def on_nodes(self, x: Array, *, finer: bool = False) -> Mixer:
+    def on_nodes(self, x: FloatArray, *, finer: bool = False) -> Mixer:
         """The same on other nodes; on finer ones residuals begin higher than they ended."""
         moved, old = Mixer(Offset(x, self.used.at(x)[0])), self.used.x
         moved.relaxation, moved._norm = self.relaxation, math.inf if finer else self._norm
@@ -141,9 +139,11 @@ class HotFilm:
         self.found: FilmTemperature | None = None
         self.change = (math.inf, math.inf)
         self.rounds = self.iterations = 0
-        self.x: Array = np.zeros(0)
+        self.x: FloatArray = np.zeros(0)
         self._mixer = Mixer(Offset(self.x, self.x))
-        self._trend: tuple[Array, Array] | None = None  # change of the offset from the grid before to the last one
+        self._trend: tuple[FloatArray, FloatArray] | None = (
+            None  # change of the offset from the grid before to the last one
+        )
         self._grids = 0
         self._matrices: tuple[NodeGrid, float, Matrices] | None = None
         self._factors: tuple[NodeGrid, NewtonFactors] | None = None
@@ -246,7 +246,7 @@ class HotFilm:
         scaled = replace(self._scaled, offset=mixer.used)
         return solve_level(grid, scaled, start, tolerance=self._film_tolerance, factors=factors)
 
-    def _guess_at(self, x: Array) -> tuple[Array, Array] | None:
+    def _guess_at(self, x: FloatArray) -> tuple[FloatArray, FloatArray] | None:
         """Stress and temperature of the surfaces as last found."""
         if self.found is None:
             return None
@@ -263,11 +263,11 @@ class HotFilm:
         return matrices
 
 
-def _nodes(grid: NodeGrid, unknowns: Unknowns) -> Array:
+def _nodes(grid: NodeGrid, unknowns: Unknowns) -> FloatArray:
     return grid.grading.x_in + unknowns.stretch * (grid.nodes - grid.grading.x_in)
 
 
-def _changes(before: Array, after: Array) -> tuple[float, float]:
+def _changes(before: FloatArray, after: FloatArray) -> tuple[float, float]:
     """Relative change of friction, and the larger one of both films."""
 
     def change(a: float, b: float) -> float:

@@ -6,9 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ehl.common.arrays import FloatArray
 
 TIP = 1e-3  # least spike length resolved, in half-widths
 LADDER_RATIO = 2.5  # widths of neighbouring rungs
@@ -51,7 +50,7 @@ class Grading:
 
     x_in: float
     x_exit: float
-    terms: Array  # shape (3, K): centres, widths, amounts
+    terms: FloatArray  # shape (3, K): centres, widths, amounts
     features: Features
 
     @property
@@ -59,7 +58,7 @@ class Grading:
         """Length of the loaded zone the mesh was laid for."""
         return self.features.size
 
-    def points(self, count: int) -> Array:
+    def points(self, count: int) -> FloatArray:
         """``count`` points, uniform in the integral of the density (a sum of arctangents)."""
         table_x = self._table()
         table, density = self._integral(table_x)
@@ -79,7 +78,7 @@ class Grading:
         x[0], x[-1] = self.x_in, self.x_exit
         return np.asarray(x)
 
-    def _integral(self, x: Array) -> tuple[Array, Array]:
+    def _integral(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Integral of the density, and the density."""
         centre, width, amount = self.terms
         place = (x - centre[:, None]) * (1.0 / width)[:, None]
@@ -88,7 +87,7 @@ class Grading:
         place += 1.0
         return integral, (amount / width) @ np.reciprocal(place, out=place)
 
-    def _table(self) -> Array:
+    def _table(self) -> FloatArray:
         """Points dense enough to start the inversion within Newton's reach."""
         parts = self.terms[0][:, None] + self.terms[1][:, None] * _TABLE
         x = np.sort(parts, axis=None)
@@ -122,7 +121,7 @@ def grade(features: Features) -> Grading:
     return Grading(x_in, features.exit, np.array(terms).T.copy(), features)
 
 
-def features_of(x: Array, pressure: Array, flow: float) -> Features:
+def features_of(x: FloatArray, pressure: FloatArray, flow: float) -> Features:
     """Features of a solution."""
     size = math.sqrt(1.0 + 2.0 * flow)
     step = x[1:] - x[:-1]

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.fluid.rheology import ShearLaw, ShearNumbers
 from ehl.smooth import _kernels
 from ehl.smooth.newton import Level
-
-Array = NDArray[np.float64]
 
 # The shear is integrated from this many lengths of the loaded zone upstream (mesh and open inlet together).
 FRICTION_INLET = 100.0
@@ -38,7 +36,7 @@ class FilmShear:
             self.law.limit_slope if cut else math.inf,
         )
 
-    def stress_at(self, log_eta: Array, film: Array, pressure: Array) -> Array:
+    def stress_at(self, log_eta: FloatArray, film: FloatArray, pressure: FloatArray) -> FloatArray:
         """Shear stress at the nodes."""
         if self.rate == 0.0:
             return np.zeros(film.size)
@@ -60,7 +58,7 @@ class Numbers:
     exit: float
     rolling: float
 
-    def as_array(self) -> Array:
+    def as_array(self) -> FloatArray:
         """The same as an array."""
         values = (self.film_central, self.film_min, self.friction, self.pressure_max, self.flow, self.exit)
         return np.array([*values, self.rolling])

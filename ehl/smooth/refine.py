@@ -7,15 +7,14 @@ from dataclasses import dataclass, fields
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.smooth.continuation import PathReport, features_of_level, grid_for, transfer
 from ehl.smooth.mesh import grade
 from ehl.smooth.newton import Level, NewtonFailure, NodeGrid, Unknowns, solve_level
 from ehl.smooth.outputs import FilmShear, Numbers, numbers_of
 from ehl.smooth.scaling import ScaledContact
 
-Array = NDArray[np.float64]
 Accuracy = Literal["fast", "standard", "reference"]
 LevelSolver = Callable[[NodeGrid, Unknowns], Level]
 
@@ -31,10 +30,10 @@ UNDERSHOOT = 1e-4  # of p_h; more below zero is no solution
 class GridLimit:
     """Richardson values of the outputs and their error estimates (absolute)."""
 
-    values: Array
-    errors: Array
+    values: FloatArray
+    errors: FloatArray
 
-    def relative(self) -> Array:
+    def relative(self) -> FloatArray:
         """Errors over the size of the values; zero where both vanish."""
         return self.errors / np.maximum(np.abs(self.values), 1e-300)
 
@@ -50,7 +49,7 @@ HOT_CHANGE_SHARE, HOT_RAW_SHARE = 0.8, 0.2
 FLOOR = 5e-7  # what ending the mesh in an open parabolic inlet leaves (measured against four times the length)
 
 
-def extrapolate(levels: list[Array], coarsest: int, *, hot: bool = False) -> GridLimit:
+def extrapolate(levels: list[FloatArray], coarsest: int, *, hot: bool = False) -> GridLimit:
     """Second-order Richardson over grids n, 2n - 1, 4n - 3.
 
     The value is the extrapolation of the two finest. Its error is judged by how far it moved from the extrapolation
@@ -138,7 +137,7 @@ def nested(
     return levels, limit
 
 
-def rounding_errors(scaled: ScaledContact, near: Level, shear: FilmShear, report: PathReport) -> Array:
+def rounding_errors(scaled: ScaledContact, near: Level, shear: FilmShear, report: PathReport) -> FloatArray:
     """What the rounding of the spike may have changed the outputs by, from three times as much of it."""
     if near.scaled.gamma == scaled.gamma:
         return np.zeros(len(fields(Numbers)))

@@ -6,15 +6,13 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.fluid.lookup import LawTable, law_table
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.rheology import PLAIN, ShearNumbers
 from ehl.line_contact import LineContact
 from ehl.smooth._kernels import Groups, monotone_cubic
-
-Array = NDArray[np.float64]
 
 # tuned: shear thinning that rounds a spike, share of the flow at the edge of the Hertz pressure; may be changed by
 # whoever runs validation/smooth_campaign.py
@@ -25,10 +23,10 @@ ROUNDING = 3e-3
 class Offset:
     """A curve over x/b, monotone between its nodes and constant beyond them."""
 
-    x: Array
-    values: Array
+    x: FloatArray
+    values: FloatArray
 
-    def at(self, points: Array) -> tuple[Array, Array]:
+    def at(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Values and slopes at increasing points."""
         values, slopes = monotone_cubic(self.x, self.values, points)
         return np.asarray(values), np.asarray(slopes)

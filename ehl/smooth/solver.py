@@ -16,8 +16,8 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.threads import single_thread
 from ehl.fluid.lubricant import Lubricant
@@ -27,8 +27,6 @@ from ehl.smooth.newton import Level, NewtonFailure
 from ehl.smooth.outputs import FilmShear, friction_inlet, numbers_of
 from ehl.smooth.refine import COARSEST, Accuracy, GridLimit, nested, refined, rounding_errors, settled
 from ehl.smooth.scaling import ScaledContact, scaled_contact
-
-Array = NDArray[np.float64]
 
 REASONS = (
     "no_entrainment",
@@ -57,10 +55,10 @@ class SteadyResult:
     status: Literal["converged", "failed"]
     reason: str  # "" or the reason of the failure, one of `REASONS`
     # profiles on the graded mesh [m, Pa, m, Pa]; x = 0 is the centre of the undeformed parabola
-    x: Array
-    pressure: Array
-    film: Array
-    shear_stress: Array
+    x: FloatArray
+    pressure: FloatArray
+    film: FloatArray
+    shear_stress: FloatArray
     # h at x = 0 and the smallest h [m]
     film_central: float
     film_min: float

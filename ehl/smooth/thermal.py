@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.estimate import ThermalEstimate, estimate_thermal_effect
@@ -27,7 +26,6 @@ from ehl.smooth.refine import Accuracy, GridLimit, nested, rounding_errors
 from ehl.smooth.scaling import Offset, ScaledContact, scaled_contact
 from ehl.smooth.solver import ROUNDED, SteadyResult, film_shear, solve_steady, steady_result, undisturbed
 
-FloatArray = NDArray[np.float64]
 Thermal = Literal["auto", "on", "off"]
 
 # on the change of friction and film between two rounds

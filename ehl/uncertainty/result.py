@@ -9,8 +9,8 @@ from statistics import NormalDist
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.figures import BLUE, GREY, axes_or_new
 from ehl.common.numbers import finite_or_none
@@ -22,7 +22,6 @@ from ehl.common.table import Column, Table
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 LEVEL = 0.90
 _BARS = 12  # at most, of a figure
@@ -51,14 +50,14 @@ class Change:
     note: str = ""  # where spread and change come from
 
 
-def combined(changes: Sequence[Change]) -> tuple[Array, Array]:
+def combined(changes: Sequence[Change]) -> tuple[FloatArray, FloatArray]:
     """Both ends of ln(friction) over its value, for independent inputs: the changes of each side add as squares.
 
     lower = -sqrt(sum min(below, above, 0)^2), upper = sqrt(sum max(below, above, 0)^2). Exact for one input and for
     many that ln(friction) is linear in; an input that raises friction at both its ends widens the upper side only.
     """
-    down: Array | float = 0.0
-    up: Array | float = 0.0
+    down: FloatArray | float = 0.0
+    up: FloatArray | float = 0.0
     for change in changes:
         low, high = np.minimum(change.below, change.above), np.maximum(change.below, change.above)
         down = down + np.minimum(low, 0.0) ** 2

@@ -9,19 +9,17 @@ import csv
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.common.data import data_path
 from ehl.uncertainty.spread import Spread
-
-Array = NDArray[np.float64]
 
 FILE = "sensitivities.csv"
 FILM_RATIOS = (0.1, 0.2, 0.4, 0.8, 1.6, 3.2)
 
 
 @cache
-def _slopes() -> dict[str, tuple[Array, Array, Array]]:
+def _slopes() -> dict[str, tuple[FloatArray, FloatArray, FloatArray]]:
     """Of each input: ln of the film ratios, slopes of ln mu below and above the value."""
     rows: dict[str, list[tuple[float, ...]]] = {}
     with data_path(FILE).open(encoding="utf-8", newline="") as file:
@@ -31,11 +29,13 @@ def _slopes() -> dict[str, tuple[Array, Array, Array]]:
     return {name: (np.log(found[:, 0]), found[:, 1], found[:, 2]) for name, found in _arrays(rows)}
 
 
-def _arrays(rows: dict[str, list[tuple[float, ...]]]) -> list[tuple[str, Array]]:
+def _arrays(rows: dict[str, list[tuple[float, ...]]]) -> list[tuple[str, FloatArray]]:
     return [(name, np.array(sorted(found))) for name, found in rows.items()]
 
 
-def stated_change(name: str, spread: Spread, film_ratio: Array, score: float) -> tuple[Array, Array] | None:
+def stated_change(
+    name: str, spread: Spread, film_ratio: FloatArray, score: float
+) -> tuple[FloatArray, FloatArray] | None:
     """Change of ln mu with an input `score` standard deviations below and above; None for an input without a table.
 
     Linear in ln(film ratio) between the entries, the nearest entry beyond them; smooth surfaces feel the bodies alone.

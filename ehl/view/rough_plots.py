@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.common.figures import BLUE, GREY, ORANGE, new_figure
 from ehl.common.quantities import axis_label, to_display
 from ehl.rough import TransientResult
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from ehl.line_contact import LineContact
     from ehl.smooth.solver import SteadyResult
 
-Array = NDArray[np.float64]
 
 DARK, RED = "#222831", "#a3242c"
 SURFACES = (BLUE, ORANGE)
@@ -134,7 +133,7 @@ def _last_filling(axes: Axes, run: TransientResult, b: float) -> None:
     axes.set(ylabel="filling of the gap [-]", ylim=(0.0, 1.05))
 
 
-def running_mean(run: TransientResult) -> tuple[Array, Array, Array]:
+def running_mean(run: TransientResult) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Mean of mu and half width of its 90 % interval over the first 2, 4, 6... half-widths of the window.
 
     Returns: travel, mean, half_width: [b], [-], [-]; the half width is nan as long as the batches are too few, shape

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ehl.common.errors import InputError, MixedEhlError
 from ehl.common.numbers import finite_or_none
@@ -51,7 +50,6 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 PROFILE_CALLS = 6000  # profiles are made where they ask for at most so many solutions, and those are smooth ones
 MAX_MISFIT = 0.1  # RMS over the mean friction, where no noise is stated: beyond it the model does not describe the rows

@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.inputs import MAX_PRESSURE_OVER_MODULUS, MAX_SLIDING, SurfaceInput
 from ehl.line_contact import LineContact
 from ehl.material import effective_modulus
 from regression.calibration.measurement import CONDITIONS, Measurement
 from regression.calibration.setup import CalibrationSetup
-
-Array = NDArray[np.float64]
 
 # mean over maximum pressure: 2/3 of an ellipsoid, pi/4 of a half cylinder
 MEAN_POINT, MEAN_LINE = 2.0 / 3.0, math.pi / 4.0
@@ -44,7 +43,7 @@ class ContactGroup:
         )
 
 
-def line_pressure(measurement: Measurement, setup: CalibrationSetup) -> Array:
+def line_pressure(measurement: Measurement, setup: CalibrationSetup) -> FloatArray:
     """Hertz pressure of the line contact that is solved for each row, shape (n,) [Pa]."""
     modulus = effective_modulus(setup.solid_1.body(), setup.solid_2.body())
     specimens, radius = setup.specimens, measurement.columns["radius_equivalent"]

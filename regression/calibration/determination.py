@@ -6,16 +6,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.common.quantities import quantity
 from regression.calibration import robust
 from regression.calibration.parameters import PARAMETERS
 from regression.calibration.prediction import FrictionSolver
 from regression.calibration.robust import Noise
 from regression.calibration.search import Fit, Target, bounds_of, inverse_information, minimise
-
-Array = NDArray[np.float64]
 
 # half width of the 95 % interval of ln(value): up to a factor of 1.5 is a value, up to 3 a weak one, beyond none
 DETERMINED, IDENTIFIABLE = math.log(1.5), math.log(3.0)
@@ -30,11 +28,11 @@ class Determination:
     """Standard errors and correlations of the fitted parameters."""
 
     names: tuple[str, ...]
-    errors: Array  # standard errors of ln(value); shape (k,)
-    alone: Array  # the same if all other parameters were known; shape (k,)
-    correlation: Array  # shape (k, k)
+    errors: FloatArray  # standard errors of ln(value); shape (k,)
+    alone: FloatArray  # the same if all other parameters were known; shape (k,)
+    correlation: FloatArray  # shape (k, k)
     main_row: tuple[int, ...]  # row that adds most to the information on each parameter, given the others
-    main_share: Array  # its share of the information of all rows; shape (k,)
+    main_share: FloatArray  # its share of the information of all rows; shape (k,)
     widening: float  # factor on the errors for residuals that go together along the curves; 1 without
 
 
@@ -68,7 +66,7 @@ def determination_of(fit: Fit, target: Target, noise: Noise, labels: tuple[str, 
     )
 
 
-def least_identifiable(fit: Fit, found: Determination, width: Array) -> str | None:
+def least_identifiable(fit: Fit, found: Determination, width: FloatArray) -> str | None:
     """The least identifiable parameter, if it is not identifiable at all; None where all are.
 
     fit, found: the search, and what it says of its end.
@@ -224,5 +222,5 @@ class _Side:
         self.size = min(reach, self.room, MAX_PROFILE_REACH * self.first)
 
 
-def _with(fit: Fit, log_values: Array) -> dict[str, float]:
+def _with(fit: Fit, log_values: FloatArray) -> dict[str, float]:
     return {**fit.values, **dict(zip(fit.names, map(float, np.exp(log_values)), strict=True))}

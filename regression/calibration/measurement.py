@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl import inputs
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.files import read_bytes
 from ehl.common.table_reader import numbered_table
 from ehl.common.units import ValueRange
 from ehl.fluid.viscosity import Temperature
-
-Array = NDArray[np.float64]
 
 
 def _quantity(annotation: object) -> ValueRange:
@@ -57,11 +56,11 @@ class Measurement:
 
     name: str  # file name, and "(synthetic)" where the file says so
     file_hash: str  # SHA-256 of the file
-    columns: dict[str, Array]  # conditions by name; those that hold for all rows are filled in; shape (n,)
+    columns: dict[str, FloatArray]  # conditions by name; those that hold for all rows are filled in; shape (n,)
     load: str  # which of `LOADS` there is
     # mu and its standard deviation [-]; nan where none is given; shape (n,)
-    friction: Array
-    uncertainty: Array
+    friction: FloatArray
+    uncertainty: FloatArray
     curve: tuple[str, ...]  # label of each row
     # of each row in the file, counted from 1; below a header of one line where not given. Of rows that were averaged
     # the first.

@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.runner import run_tasks
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
@@ -29,8 +29,6 @@ from regression.calibration.contacts import ContactGroup
 from regression.calibration.parameters import card_with, lubricant_of
 from regression.calibration.setup import CalibrationSetup
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Values = Mapping[str, float]
 
 # shares are kept as ln(s/(1 - s)), friction as ln mu; both are held off nothing
@@ -48,10 +46,10 @@ class FrozenFilm:
     log_rest (m,): ln of v_s/h times the change of viscosity with temperature [1/s].
     """
 
-    pressure: Array  # [Pa]; shape (m,)
-    log_shear_rate: Array
+    pressure: FloatArray  # [Pa]; shape (m,)
+    log_shear_rate: FloatArray
     # length of each node over the load per length [m^2/N]: friction is the sum of weight times stress; shape (m,)
-    weight: Array
+    weight: FloatArray
     log_film: float  # ln of the film of Moes of the solution
 
     def log_friction(self, contact: LineContact, lubricant: Lubricant) -> float:
@@ -88,7 +86,7 @@ def _parts(result: ContactResult) -> tuple[float, float, float]:
     return result.friction_fluid, result.asperity_load_share, result.friction_error
 
 
-def _solve_task(task: tuple[Any, ...]) -> tuple[Array, tuple[FrozenFilm | None, ...], tuple[float | None, ...]]:
+def _solve_task(task: tuple[Any, ...]) -> tuple[FloatArray, tuple[FrozenFilm | None, ...], tuple[float | None, ...]]:
     return solve_group(*task)
 
 
@@ -98,7 +96,7 @@ def solve_group(
     model: ModelInput,
     bodies: tuple[Material, Material],
     windows: Sequence[float | None] = (),
-) -> tuple[Array, tuple[FrozenFilm | None, ...], tuple[float | None, ...]]:
+) -> tuple[FloatArray, tuple[FrozenFilm | None, ...], tuple[float | None, ...]]:
     """Parts of the friction of one group for several sets of parameters, and films and windows of the first set.
 
     The contacts of the first set are solved one from the other, those of the others from the same contact of the first.
@@ -145,12 +143,12 @@ class FrictionSolver:
 
     setup: CalibrationSetup
     groups: tuple[ContactGroup, ...]
-    roughness: Array  # composite Rq of each row [m]; shape (n,)
+    roughness: FloatArray  # composite Rq of each row [m]; shape (n,)
     temperature: float  # where `pressure_viscosity` is meant [K]
     jobs: int | None = None  # worker processes
     calls: int = 0  # contacts solved so far
     seconds: float = 0.0  # wall time of that
-    _known: dict[tuple[float, ...], Array] = field(default_factory=dict, repr=False)
+    _known: dict[tuple[float, ...], FloatArray] = field(default_factory=dict, repr=False)
     films: dict[int, FrozenFilm] = field(default_factory=dict, repr=False)  # films of each row as solved last
     # travel each row of resolved roughness is averaged over, that of its first solution [b]
     windows: dict[int, float] = field(default_factory=dict, repr=False)
@@ -159,7 +157,7 @@ class FrictionSolver:
         """Whether a change of this parameter asks for new solutions."""
         return name != "boundary_friction"  # it mixes the two parts
 
-    def parts(self, sets: Sequence[Values], rows: Mask | None = None) -> Array:
+    def parts(self, sets: Sequence[Values], rows: BoolArray | None = None) -> FloatArray:
         """Parts of the friction for each set of values, shape (sets, n, 3); nan where failed or not asked for.
 
         sets: values of all parameters, SI; later ones start from the solutions of the first.
@@ -181,7 +179,7 @@ class FrictionSolver:
         names = [n for n in values if self.needs_solution(n) or n == "boundary_friction"]
         return tuple(values[name] for name in sorted(names))
 
-    def _solve(self, sets: Sequence[Values], keys: Sequence[tuple[float, ...]], wanted: Mask) -> None:
+    def _solve(self, sets: Sequence[Values], keys: Sequence[tuple[float, ...]], wanted: BoolArray) -> None:
         clock = time.perf_counter()
         bodies = (self.setup.solid_1.body(), self.setup.solid_2.body())
         cards = [card_with(Oil.load(self.setup.oil), values, self.temperature) for values in sets]
@@ -205,7 +203,7 @@ class FrictionSolver:
                 self._known[key][list(group.rows)] = np.column_stack([of_set, np.ones(len(group.rows))])
         self.seconds += time.perf_counter() - clock
 
-    def held(self, values: Values, films: Mapping[int, FrozenFilm]) -> Array:
+    def held(self, values: Values, films: Mapping[int, FrozenFilm]) -> FloatArray:
         """Transformed parts with these films held, shape (n, 2), to a constant for each row; 0 without films."""
         out = np.zeros((self.roughness.size, 2))
         if not films:
@@ -224,13 +222,13 @@ class FrictionSolver:
         """What the parameters say of the surfaces the solver meets."""
         return {name: values[name] for name in ("boundary_friction", "boundary_film") if name in values}
 
-    def transformed(self, parts: Array) -> Array:
+    def transformed(self, parts: FloatArray) -> FloatArray:
         """The first two parts, shape (..., n, 2), as the surrogate expands them."""
         friction = np.log(np.maximum(parts[..., 0], MIN_FRICTION))
         share = np.clip(parts[..., 1], MIN_SHARE, 1.0 - MIN_SHARE)
         return np.stack([friction, np.log(share / (1.0 - share))], axis=-1)
 
-    def friction(self, transformed: Array, values: Values) -> Array:
+    def friction(self, transformed: FloatArray, values: Values) -> FloatArray:
         """mu of all rows, shape (n,), from the transformed parts and the parameters that only mix them."""
         film = np.exp(transformed[..., 0])
         share = 1.0 / (1.0 + np.exp(-transformed[..., 1]))
@@ -245,12 +243,12 @@ class Surrogate:
     solver: FrictionSolver
     values: dict[str, float]  # where it was built: values of all parameters
     names: tuple[str, ...]  # parameters being fitted
-    centre: Array  # transformed parts there; shape (n, 2)
+    centre: FloatArray  # transformed parts there; shape (n, 2)
     # what their derivatives by the logarithm of each fitted parameter have beyond those with films held; 0 for those
     # that only mix; shape (n, 2, k)
-    slopes: Array
+    slopes: FloatArray
     films: Mapping[int, FrozenFilm]  # the films that are held
-    held: Array  # parts with them at `values`; shape (n, 2)
+    held: FloatArray  # parts with them at `values`; shape (n, 2)
 
     @property
     def moving(self) -> bool:
@@ -258,18 +256,18 @@ class Surrogate:
         return any(self.solver.needs_solution(name) for name in self.names)
 
     @property
-    def log_values(self) -> Array:
+    def log_values(self) -> FloatArray:
         """Logarithms of the fitted values where it was built, shape (k,)."""
         return np.log([self.values[name] for name in self.names])
 
-    def at(self, log_values: Array) -> Array:
+    def at(self, log_values: FloatArray) -> FloatArray:
         """mu of all rows, shape (n,)."""
         step = log_values - self.log_values
         values = {**self.values, **dict(zip(self.names, np.exp(log_values), strict=True))}
         change = self.solver.held(values, self.films) - self.held if self.moving else 0.0
         return self.solver.friction(self.centre + change + self.slopes @ step, values)
 
-    def jacobian(self, log_values: Array) -> Array:
+    def jacobian(self, log_values: FloatArray) -> FloatArray:
         """d mu/d ln(value), shape (n, k), by differences of the surrogate."""
         columns, here = [], self.at(log_values)
         for j in range(len(self.names)):
@@ -278,7 +276,7 @@ class Surrogate:
             columns.append((self.at(log_values + step) - here) / 1e-5)
         return np.column_stack(columns)
 
-    def moved(self, values: dict[str, float], centre: Array) -> Surrogate:
+    def moved(self, values: dict[str, float], centre: FloatArray) -> Surrogate:
         """The surrogate about another solved place, its slopes corrected along the step (Broyden 1965)."""
         place = np.log([values[name] for name in self.names])
         step = place - self.log_values

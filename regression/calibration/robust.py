@@ -9,10 +9,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
-Array = NDArray[np.float64]
+from ehl.common.arrays import FloatArray
 
 TUNING = 1.5  # c over the standard deviation: 96 % efficient where the noise is Gaussian
 FAR = 4.0  # residuals beyond so many standard deviations are listed as outliers
@@ -31,13 +30,13 @@ PSI_SQUARED, PSI_SLOPE, INEFFICIENCY = _gaussian_moments()
 DEVIANCE = 2.0 * PSI_SLOPE / PSI_SQUARED
 
 
-def loss(standardised: Array) -> float:
+def loss(standardised: FloatArray) -> float:
     """Sum of Huber's rho, r^2/2 within c and c|r| - c^2/2 beyond."""
     size = np.abs(standardised)
     return float(np.sum(np.where(size <= TUNING, 0.5 * size**2, TUNING * size - 0.5 * TUNING**2)))
 
 
-def spread(residuals: Array, fitted: int) -> float:
+def spread(residuals: FloatArray, fitted: int) -> float:
     """Robust standard deviation of residuals about 0: 1.4826 times the median size, for the parameters fitted."""
     free = max(residuals.size - fitted, 1)
     return float(1.4826 * np.median(np.abs(residuals)) * math.sqrt(residuals.size / free))
@@ -55,7 +54,7 @@ class Noise:
     larger_than_stated: bool = False
 
 
-def noise_of(residuals: Array, fitted: int, *, stated: bool, tuned_to: float) -> Noise:
+def noise_of(residuals: FloatArray, fitted: int, *, stated: bool, tuned_to: float) -> Noise:
     """Scale of standardised residuals, and what it means for the intervals.
 
     residuals (n,): over the standard deviation stated for each row (over 1 where none is).
@@ -82,7 +81,7 @@ def noise_of(residuals: Array, fitted: int, *, stated: bool, tuned_to: float) ->
     return Noise(1.0, INEFFICIENCY**2, chi, float(stats.norm.ppf(0.975)))
 
 
-def serial_correlation(residuals: Array, labels: tuple[str, ...]) -> tuple[float, float]:
+def serial_correlation(residuals: FloatArray, labels: tuple[str, ...]) -> tuple[float, float]:
     """Correlation of neighbours along the curves, and the value that independent residuals exceed once in a hundred."""
     first, second = [], []
     for label in dict.fromkeys(labels):

@@ -5,18 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
+from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.errors import ConvergenceError
 from ehl.common.progress import report_progress
 from regression.calibration import robust
 from regression.calibration.parameters import PARAMETERS
 from regression.calibration.prediction import FrictionSolver, Surrogate
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 STEP = 0.08  # of the finite differences in ln(value)
 REGION, MIN_REGION = 1.2, 3e-3  # largest step in ln(value), and where the search gives up
@@ -34,16 +31,16 @@ class Target:
     """What is fitted to."""
 
     # measured mu and its standard deviation (1 where it is estimated) [-]; shape (n,)
-    friction: Array
-    sigma: Array
-    rows: Mask  # rows that take part; shape (n,)
+    friction: FloatArray
+    sigma: FloatArray
+    rows: BoolArray  # rows that take part; shape (n,)
     stated: bool  # whether `sigma` is known
 
-    def residuals(self, friction: Array) -> Array:
+    def residuals(self, friction: FloatArray) -> FloatArray:
         """(mu - measured)/sigma of the rows that take part."""
         return np.asarray(((friction - self.friction) / self.sigma)[self.rows])
 
-    def scale(self, residuals: Array, fitted: int) -> float:
+    def scale(self, residuals: FloatArray, fitted: int) -> float:
         """Scale Huber's c is multiplied with; never below a hundredth of a thousandth of mu."""
         if self.stated:
             return 1.0
@@ -57,8 +54,8 @@ class Fit:
 
     names: tuple[str, ...]  # fitted parameters
     values: dict[str, float]  # all values, SI
-    friction: Array  # mu of all rows by the solver there; shape (n,)
-    jacobian: Array  # d mu/d ln(value); shape (n, k)
+    friction: FloatArray  # mu of all rows by the solver there; shape (n,)
+    jacobian: FloatArray  # d mu/d ln(value); shape (n, k)
     surrogate: Surrogate
     # scale of the residuals in Huber's loss, and that loss
     scale: float
@@ -67,13 +64,18 @@ class Fit:
     pinned: tuple[str, ...]  # parameters that ended at a bound
 
 
-def bounds_of(names: tuple[str, ...]) -> tuple[Array, Array]:
+def bounds_of(names: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
     """Bounds of ln(value), two arrays of shape (k,)."""
     return (np.log([PARAMETERS[name].low for name in names]), np.log([PARAMETERS[name].high for name in names]))
 
 
 def surrogate_at(
-    solver: FrictionSolver, values: dict[str, float], names: tuple[str, ...], rows: Mask, *, differences: bool = True
+    solver: FrictionSolver,
+    values: dict[str, float],
+    names: tuple[str, ...],
+    rows: BoolArray,
+    *,
+    differences: bool = True,
 ) -> Surrogate:
     """The surrogate about these values.
 
@@ -107,8 +109,8 @@ def minimise(
     scale: float,
     region: float,
     held: dict[int, float] | None = None,
-    start: Array | None = None,
-) -> Array:
+    start: FloatArray | None = None,
+) -> FloatArray:
     """ln(values) of least loss on the surrogate within the bounds and the region; `held` ones stay, shape (k,)."""
     low, high = bounds_of(surrogate.names)
     here = surrogate.log_values
@@ -120,15 +122,15 @@ def minimise(
         return start
     low, high = np.maximum(low, here - region)[free], np.minimum(high, here + region)[free]
 
-    def place(x: Array) -> Array:
+    def place(x: FloatArray) -> FloatArray:
         full = start.copy()
         full[free] = x
         return full
 
-    def standardised(x: Array) -> Array:
+    def standardised(x: FloatArray) -> FloatArray:
         return target.residuals(surrogate.at(place(x))) / scale
 
-    def slopes(x: Array) -> Array:
+    def slopes(x: FloatArray) -> FloatArray:
         return np.asarray((surrogate.jacobian(place(x))[:, free] / target.sigma[:, None])[target.rows] / scale)
 
     found = least_squares(
@@ -147,7 +149,7 @@ def minimise(
     return place(np.asarray(found.x))
 
 
-def inverse_information(scaled: Array) -> Array:
+def inverse_information(scaled: FloatArray) -> FloatArray:
     """(J^T J)^-1, with a variance of 1e12 for directions nothing is known of."""
     _, s, vt = np.linalg.svd(scaled, full_matrices=False)
     return np.asarray((vt.T * np.minimum(1.0 / np.maximum(s, 1e-150) ** 2, 1e12)) @ vt)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator
 
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
@@ -22,8 +23,6 @@ from ehl.line_contact import half_width_of_pressure, hertz_load
 from ehl.material import Material
 from regression.friction.conditions import MIN_ROUGHNESS
 from regression.plan.axes import read_ends, value_range_of
-
-Array = NDArray[np.float64]
 
 # friction coefficient the flash temperature of the constraint is taken with (Coleman's constant)
 FLASH_FRICTION = 0.05
@@ -35,7 +34,7 @@ class ConstraintWindow(InputModel):
     low: float | None = None
     high: float | None = None
 
-    def holds(self, values: Array) -> NDArray[np.bool_]:
+    def holds(self, values: FloatArray) -> NDArray[np.bool_]:
         """Whether each value lies inside."""
         inside = np.ones(values.shape, dtype=bool)
         if self.low is not None:
@@ -95,13 +94,13 @@ class Constraints(InputModel):
 
 
 def flash_temperature_blok(
-    load: Array,
-    sliding: Array,
-    speed: Array,
-    slide_to_roll: Array,
-    half_width: Array,
+    load: FloatArray,
+    sliding: FloatArray,
+    speed: FloatArray,
+    slide_to_roll: FloatArray,
+    half_width: FloatArray,
     bodies: tuple[Material, Material],
-) -> Array:
+) -> FloatArray:
     """Largest flash temperature rise of a band contact with mu = `FLASH_FRICTION` [K].
 
     1.11 mu w' |v_s| / ((e1 sqrt|u1| + e2 sqrt|u2|) sqrt(2 b)), e the thermal effusivity (Blok 1963, fast moving
@@ -115,8 +114,8 @@ def flash_temperature_blok(
 
 
 def constrained_quantities(
-    table: Mapping[str, Array], bodies: tuple[Material, Material], film_ratio: Array | None
-) -> dict[str, Array]:
+    table: Mapping[str, FloatArray], bodies: tuple[Material, Material], film_ratio: FloatArray | None
+) -> dict[str, FloatArray]:
     """The quantities of `Constraints` at every point of a table of state columns.
 
     table: pressure_hertz, radius_equivalent, effective_modulus, speed_entrainment, slide_to_roll,

@@ -15,13 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.common.duration import duration
 from ehl.common.errors import InputError
 from ehl.common.runner import MAX_JOBS, granted_workers
 from ehl.inputs import ModelInput
 from ehl.rough.mixed import roughness_matters
-
-Array = NDArray[np.float64]
 
 # seconds of the smooth solution with its heat, by accuracy
 SMOOTH: dict[str, float] = {"fast": 0.05, "standard": 0.15, "reference": 1.0}
@@ -72,7 +71,7 @@ class CostEstimate:
         return self.to_text()
 
 
-def contact_seconds(model: ModelInput, table: Mapping[str, Array]) -> tuple[Array, NDArray[np.bool_]]:
+def contact_seconds(model: ModelInput, table: Mapping[str, FloatArray]) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Estimated seconds of contacts, and which of them are transient rough contacts.
 
     model: model and accuracy of the contact solver.
@@ -88,7 +87,7 @@ def contact_seconds(model: ModelInput, table: Mapping[str, Array]) -> tuple[Arra
     return seconds, rough
 
 
-def _hot_film(table: Mapping[str, Array]) -> tuple[list[float], list[float]]:
+def _hot_film(table: Mapping[str, FloatArray]) -> tuple[list[float], list[float]]:
     """Film ratio with the heat of the inlet (Wilson & Gupta), and shear stress over the Eyring stress, as estimated.
 
     A cold film says that contacts at 20 m/s are smooth, some of which are the longest of all.
@@ -104,7 +103,7 @@ def _hot_film(table: Mapping[str, Array]) -> tuple[list[float], list[float]]:
     return (factor * table["film_ratio_formula"]).tolist(), stress.tolist()
 
 
-def cost_terms(table: Mapping[str, Array]) -> Array:
+def cost_terms(table: Mapping[str, FloatArray]) -> FloatArray:
     """Terms of the model of ln(seconds) besides the constant; not finite where a contact is smooth."""
     with np.errstate(divide="ignore", invalid="ignore"):
         q = np.log(table["half_width"] / table["correlation_length"])

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.pages import TableResult
 from ehl.common.quantities import quantity, si_unit, to_display
@@ -28,7 +29,6 @@ from regression.plan.plan import Plan
 if TYPE_CHECKING:
     import pandas as pd
 
-Array = NDArray[np.float64]
 
 # how each variable of the plan is drawn
 _SCALES = {
@@ -70,7 +70,7 @@ class WeightedPoints:
     """
 
     state: ContactState
-    weight: Array
+    weight: FloatArray
     oil: Oil
 
 
@@ -212,7 +212,7 @@ class OperatingRange(TableResult):
         return Plan.from_dict(tomllib.loads(self.plan_text(name, oils, size=size, **options)))
 
 
-def weighted_quantile(values: ArrayLike, weights: ArrayLike, levels: ArrayLike) -> Array:
+def weighted_quantile(values: ArrayLike, weights: ArrayLike, levels: ArrayLike) -> FloatArray:
     """Quantiles of weighted values: where the cumulated weight, half of its own counted for each, reaches the level.
 
     With equal weights these are the quantiles of Hazen. Outside of the first and last half weight the extreme values
@@ -272,7 +272,7 @@ def operating_range(points: Sequence[WeightedPoints], coverage: float = 0.98) ->
         raise InputError("points", "none", "contact points of at least one design")
     if not 0.5 <= coverage <= 1.0:
         raise InputError("coverage", coverage, "0.5 to 1")
-    columns: dict[str, list[Array]] = {name: [] for name in (*_SCALES, "film_ratio", "pressure_velocity")}
+    columns: dict[str, list[FloatArray]] = {name: [] for name in (*_SCALES, "film_ratio", "pressure_velocity")}
     for part in points:
         table = conditions_of(part.state, part.oil)
         quantities = {

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
 from ehl import inputs as case_inputs
+from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, same_name
 from ehl.common.files import parse_json, parse_toml
@@ -36,7 +37,7 @@ from regression.friction.conditions import LUBRICANT_UNITS, derive, lubricant_co
 from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, PlanAxis, Variables, levels_of, value_range_of
 from regression.plan.constraints import Constraints, constrained_quantities
 from regression.plan.cost import CostEstimate, contact_seconds
-from regression.plan.sampling import Accept, Array, BoxSampler, IntArray, PointBlock, filtered, lattice
+from regression.plan.sampling import Accept, BoxSampler, PointBlock, filtered, lattice
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -74,7 +75,7 @@ class PlanPoints:
     """All points of a plan, in a fixed order."""
 
     origin: tuple[str, ...]  # sobol, latin, corner, lattice or table
-    columns: dict[str, Array]  # values of the variables, SI
+    columns: dict[str, FloatArray]  # values of the variables, SI
     oils: tuple[str | None, ...]  # oil card of each point; None where the lubricant is given by numbers
     seed: IntArray  # of the roughness of each point
     rejected: dict[str, float]  # ConstraintWindow to the share of the points drawn that lie outside of it
@@ -363,7 +364,7 @@ class Plan(InputModel):
         """All points, in a fixed order: by oil, list, origin, number and realisation."""
         origin: list[str] = []
         oils: list[str | None] = []
-        columns: dict[str, list[Array]] = {name: [] for name in (*self.axes, *self.columns)}
+        columns: dict[str, list[FloatArray]] = {name: [] for name in (*self.axes, *self.columns)}
         numbers: list[IntArray] = []
         rejected: Counter[str] = Counter()
         for oil in (None,) if "oil" in self.table else self.oils or (None,):
@@ -420,7 +421,7 @@ class Plan(InputModel):
             return None
         counts: Counter[str] = Counter() if rejected is None else rejected
 
-        def accept(columns: dict[str, Array], number: IntArray) -> NDArray[np.bool_]:
+        def accept(columns: dict[str, FloatArray], number: IntArray) -> NDArray[np.bool_]:
             values = {**{name: np.full(number.size, value) for name, value in fixed.items()}, **columns}
             quantities = self.constrained(values, self._oils_of(number, oil))
             passed = np.ones(number.size, dtype=bool)
@@ -433,16 +434,16 @@ class Plan(InputModel):
 
         return accept
 
-    def constrained(self, columns: Mapping[str, Array], oils: Sequence[str | None]) -> dict[str, Array]:
+    def constrained(self, columns: Mapping[str, FloatArray], oils: Sequence[str | None]) -> dict[str, FloatArray]:
         """The quantities of `Constraints` at points given by values of the variables."""
         ratio = self.conditions(columns, oils)["film_ratio_formula"] if self.constraints.need_oil else None
         return constrained_quantities(self._state_columns(columns, len(oils)), self.bodies, ratio)
 
-    def conditions(self, columns: Mapping[str, Array], oils: Sequence[str | None]) -> dict[str, Array]:
+    def conditions(self, columns: Mapping[str, FloatArray], oils: Sequence[str | None]) -> dict[str, FloatArray]:
         """All variables a formula may use, at points given by values of the variables."""
         return derive({**self._state_columns(columns, len(oils)), **self._lubricant_columns(columns, oils)})
 
-    def _state_columns(self, columns: Mapping[str, Array], size: int) -> dict[str, Array]:
+    def _state_columns(self, columns: Mapping[str, FloatArray], size: int) -> dict[str, FloatArray]:
         """Columns of `regression.friction.conditions.STATE_UNITS` from the values of the variables."""
         temperature = value_range_of(VARIABLES["temperature_oil"]).check(
             self.lubricant.get("temperature_oil", 353.15), "lubricant.temperature_oil"
@@ -467,7 +468,9 @@ class Plan(InputModel):
             table["peklenik_number"] = np.full(size, self.surface.peklenik_number)
         return table
 
-    def _lubricant_columns(self, columns: Mapping[str, Array], oils: Sequence[str | None]) -> dict[str, Array]:
+    def _lubricant_columns(
+        self, columns: Mapping[str, FloatArray], oils: Sequence[str | None]
+    ) -> dict[str, FloatArray]:
         """Columns of `regression.friction.conditions.LUBRICANT_UNITS` at the points."""
         names = [name for name in columns if TABLE_OF.get(name) == "lubricant" and name != "temperature_oil"]
         # points that differ in nothing but their temperature, together
@@ -492,11 +495,11 @@ class Plan(InputModel):
                     found[name][part] = column
         return found
 
-    def case_seconds(self) -> Array:
+    def case_seconds(self) -> FloatArray:
         """Estimated processor time of every case, in the order of `points` [s]."""
         return self._cost()[0]
 
-    def _cost(self) -> tuple[Array, NDArray[np.bool_]]:
+    def _cost(self) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Estimated seconds of every case, and which of them are transient rough contacts."""
         return contact_seconds(self.model, self.conditions(self.points.columns, self.points.oils))
 
@@ -562,7 +565,7 @@ class Plan(InputModel):
         return Table(("", *columns), rows, title=repr(self), vertical=True).html()
 
     @cached_property
-    def columns(self) -> dict[str, Array]:
+    def columns(self) -> dict[str, FloatArray]:
         """The columns of numbers of the table."""
         return {name: np.array(cells, dtype=float) for name, cells in self.table.items() if name != "oil"}
 

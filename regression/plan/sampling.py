@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
+from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import InputError
 from regression.plan.axes import PlanAxis
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 # from values of the sampled variables and the numbers of the points to which of them are accepted
-Accept = Callable[[dict[str, Array], IntArray], NDArray[np.bool_]]
+Accept = Callable[[dict[str, FloatArray], IntArray], NDArray[np.bool_]]
 
 # a Sobol sequence is drawn on until enough points pass the constraints, up to this many times its size
 MAX_DRAWN = 64
@@ -27,12 +26,12 @@ class PointBlock:
     """Points of one origin."""
 
     origin: str  # sobol, latin, corner, lattice or table
-    columns: dict[str, Array]  # values of every variable, SI
+    columns: dict[str, FloatArray]  # values of every variable, SI
     # number of each point in its sequence, skipped ones counted: it names the roughness the point gets
     number: IntArray
 
 
-def sobol_unit(dimension: int, size: int, seed: int) -> Array:
+def sobol_unit(dimension: int, size: int, seed: int) -> FloatArray:
     """Scrambled Sobol points in the unit cube, shape (size, dimension); `size` is a power of two.
 
     The same seed gives the same points; a longer sequence of one seed begins with the shorter one.
@@ -41,12 +40,12 @@ def sobol_unit(dimension: int, size: int, seed: int) -> Array:
     return np.asarray(engine.random(size))
 
 
-def latin_unit(dimension: int, size: int, seed: int) -> Array:
+def latin_unit(dimension: int, size: int, seed: int) -> FloatArray:
     """A Latin hypercube in the unit cube, shape (size, dimension): one point per row of each axis."""
     return np.asarray(qmc.LatinHypercube(dimension, rng=np.random.default_rng(seed)).random(size))
 
 
-def corner_unit(dimension: int, count: int | None = None, seed: int = 0) -> Array:
+def corner_unit(dimension: int, count: int | None = None, seed: int = 0) -> FloatArray:
     """The 2^dimension corners of the unit cube, or `count` of them drawn at random."""
     if count is None or count >= 2**dimension:
         return np.array(list(itertools.product((0.0, 1.0), repeat=dimension)))
@@ -54,7 +53,7 @@ def corner_unit(dimension: int, count: int | None = None, seed: int = 0) -> Arra
     return np.array([[(int(c) >> k) & 1 for k in range(dimension)] for c in chosen], dtype=float)
 
 
-def to_range(unit: Array, low: float, high: float, scale: str) -> Array:
+def to_range(unit: FloatArray, low: float, high: float, scale: str) -> FloatArray:
     """Map [0, 1] to a range, linearly or in the logarithm; the ends are met exactly."""
     if scale == "log":
         value = np.exp(np.log(low) + unit * (np.log(high) - np.log(low)))
@@ -82,12 +81,12 @@ class BoxSampler:
         self.ranges = {name: axis for name, axis in axes.items() if axis.sampled}
         self.method, self.seed = method, seed
 
-    def columns(self, unit: Array) -> dict[str, Array]:
+    def columns(self, unit: FloatArray) -> dict[str, FloatArray]:
         """Values of the sampled variables at points of the unit cube."""
         ranges = enumerate(self.ranges.items())
         return {name: to_range(unit[:, i], axis.values[0], axis.values[1], axis.scale) for i, (name, axis) in ranges}
 
-    def unit(self, columns: Mapping[str, Array]) -> Array:
+    def unit(self, columns: Mapping[str, FloatArray]) -> FloatArray:
         """Points of the unit cube from the values of the sampled variables; the inverse of `columns`."""
         unit = []
         for name, axis in self.ranges.items():
@@ -139,7 +138,7 @@ class BoxSampler:
         )
 
 
-def filtered(origin: str, columns: dict[str, Array], number: IntArray, accept: Accept | None) -> PointBlock:
+def filtered(origin: str, columns: dict[str, FloatArray], number: IntArray, accept: Accept | None) -> PointBlock:
     """A block of those points that pass."""
     if accept is None:
         return PointBlock(origin, columns, number)

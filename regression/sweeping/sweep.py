@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from ehl import SOLVER
+from ehl.common.arrays import FloatArray
 from ehl.common.duration import duration
 from ehl.common.errors import InputError
 from ehl.common.files import make_folder
@@ -31,7 +32,6 @@ from regression.data.result_files import JOURNAL, SAME_RUN, CaseStatus, case_sta
 from regression.data.row_format import TEXT_WIDTHS
 from regression.friction.oil_cards import card_hash, cards_hash
 from regression.plan.plan import Plan
-from regression.plan.sampling import Array
 from regression.sweeping.evaluators import Evaluator, case_key, fallback_settings, solve_outputs
 from regression.sweeping.recorder import Recorder, stop_requests
 from regression.sweeping.workers import TIME_CAP, WORKER_CRASHED, CaseRunner, CaseTask
@@ -161,7 +161,7 @@ class PlannedCase:
 
 
 def compute_cases(
-    path: Path, meta: Mapping[str, str | int], points: Sequence[PlannedCase], cost: Array, options: SweepOptions
+    path: Path, meta: Mapping[str, str | int], points: Sequence[PlannedCase], cost: FloatArray, options: SweepOptions
 ) -> SweepReport:
     """Compute those of some cases that are not in a result file yet, the longest first.
 
