@@ -81,7 +81,15 @@ def little_training(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def commands_alone(monkeypatch: pytest.MonkeyPatch, little_training: None) -> None:
-    """Figures of pages are made and not written as SVG, networks are hardly trained: both have tests of their own."""
+    """Coarse meshes, figures of pages made and not written as SVG, networks hardly trained: each has its own tests."""
+    from efficiency.pair import GearPair
+
+    mesh = GearPair.mesh
+
+    def coarse(self: Any, side: Any = "drive", positions: int = 8, points_per_line: int = 15, **moved: Any) -> Any:
+        return mesh(self, side, positions, points_per_line, **moved)
+
+    monkeypatch.setattr(GearPair, "mesh", coarse)
     monkeypatch.setattr("ehl.common.pages.figure_svg", lambda figure: "<svg></svg>")
 
 

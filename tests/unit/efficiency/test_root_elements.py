@@ -1,15 +1,18 @@
 """Finite elements of the tooth root: patch test, bending of a bar, forces of unit loads, fillets of the mesh."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from refusals import fails
 
 import efficiency
+from efficiency.contact.gear_flanks import Member
 from efficiency.mesh import Mesh
 from efficiency.strength.hexahedra import CORNERS_AND_EDGES, Factors, element_stiffness
 from efficiency.strength.root_mesh import Counts, _with_arc, root_mesh
-from efficiency.strength.root_stress import _unit_forces, root_tooth
+from efficiency.strength.root_stress import RootTooth, _unit_forces, root_tooth
 
 FloatArray = NDArray[np.float64]
 E = 2.1e11
@@ -18,6 +21,12 @@ E = 2.1e11
 @pytest.fixture(scope="module")
 def mesh() -> Mesh:
     return efficiency.load("fm_spiral_bevel_14x39").mesh(positions=4, points_per_line=9)
+
+
+@cache
+def tooth_of(mesh: Mesh, member: Member) -> RootTooth:
+    """The tooth with the elements of the program."""
+    return root_tooth(mesh.bevel.flanks(), member, getattr(mesh.grids.teeth, member), mesh.pitch.module_normal)
 
 
 def box(counts: tuple[int, int, int], size: tuple[float, float, float]) -> tuple[FloatArray, NDArray[np.int64]]:
@@ -84,7 +93,7 @@ def test_bending_of_a_bar() -> None:
 
 
 @pytest.mark.parametrize("member", ["pinion", "gear"])
-def test_unit_loads_keep_force_and_moment(mesh: Mesh, member: str) -> None:
+def test_unit_loads_keep_force_and_moment(mesh: Mesh, member: Member) -> None:
     """Consistent forces of each place of load: one newton, less what the flank is curved; shares keep the place."""
     solid = getattr(mesh.grids.teeth, member)
     rim, module = solid.body.rim_thickness, mesh.pitch.module_normal
@@ -92,7 +101,7 @@ def test_unit_loads_keep_force_and_moment(mesh: Mesh, member: str) -> None:
     forces = _unit_forces(found, int(solid.side)).reshape(len(found.nodes), 3, -1)
     size = np.linalg.norm(forces.sum(axis=0), axis=0)
     np.testing.assert_allclose(size, 1.0, atol=0.02)
-    tooth = root_tooth(mesh.bevel.flanks(), member, solid, mesh.pitch.module_normal)
+    tooth = tooth_of(mesh, member)
     face, height = 0.4 * tooth.width, np.interp(0.4, np.linspace(0.0, 1.0, 13), tooth.levels[3])
     share = tooth.shares(np.array([face]), np.array([height]))[0]
     assert share.sum() == pytest.approx(1.0)
@@ -104,12 +113,10 @@ def test_unit_loads_keep_force_and_moment(mesh: Mesh, member: str) -> None:
 
 def test_stress_converges_with_the_elements(mesh: Mesh) -> None:
     """Half again as many elements in each direction: less than 2 % of the stress under a load high on the tooth."""
-    solid = mesh.grids.teeth.pinion
-    flanks, module = mesh.bevel.flanks(), mesh.pitch.module_normal
+    given = mesh.bevel.flanks(), "pinion", mesh.grids.teeth.pinion, mesh.pitch.module_normal
     face = np.linspace(0.35, 0.65, 7)
     stresses = []
-    for counts in (Counts(), Counts(6, 9, 3, 3, 3, 18)):
-        tooth = root_tooth(flanks, "pinion", solid, module, counts)
+    for tooth in (tooth_of(mesh, "pinion"), root_tooth(*given, Counts(6, 9, 3, 3, 3, 18))):
         height = np.interp(face, np.linspace(0.0, 1.0, tooth.levels.shape[1]), 0.8 * tooth.levels[-1])
         load = tooth.shares(face * tooth.width, height).sum(axis=0) * 1e3
         one, two, shear = np.moveaxis(tooth.loaded[0] @ load, 2, 0)
