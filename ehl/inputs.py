@@ -98,6 +98,11 @@ class SolidInput(InputModel):
         return Material.load(self.material).model_copy(update=changes)
 
 
+def kurtosis_of(skewness: float) -> float:
+    """Kurtosis where none is given [-]: of heights cut off above, below that of the lognormal distribution."""
+    return 3.0 + 1.5 * skewness**2
+
+
 EACH_RMS = ("roughness_rms_1", "roughness_rms_2")
 PRINTED = {
     "rsm": ValueRange("m", ge=5e-6, le=5e-3),
@@ -189,18 +194,19 @@ class SurfaceInput(InputModel):
         values: dict[str, Any] = {"boundary_friction": Additive.load(self.additive).boundary_friction.value}
         if self.finish is None:
             return values | {
-                "correlation_length": float(default_correlation_length(self.roughness_rms_1, self.roughness_rms_2))
+                "correlation_length": float(default_correlation_length(self.roughness_rms_1, self.roughness_rms_2)),
+                "kurtosis": kurtosis_of(self.skewness),
             }
         finish = Finish.load(self.finish, self.finish_state)
         for rms, path in (("roughness_rms_1", self.profile_1), ("roughness_rms_2", self.profile_2)):
             if rms not in self.model_fields_set and path is None:
                 self.__dict__[rms] = values[rms] = finish.roughness_rms.value
-        skewness = finish.skewness.value
+        skewness = self.skewness if "skewness" in self.model_fields_set else finish.skewness.value
         length, gamma = lay_seen(finish.correlation_length.value, finish.lay_ratio.value, self.lay_angle)
         return values | {
             "correlation_length": float(length),
             "skewness": skewness,
-            "kurtosis": 3.0 + 1.5 * skewness**2,  # of heights cut off above, below the lognormal's
+            "kurtosis": kurtosis_of(skewness),
             "peklenik_number": max(float(gamma), 1.0 / 3.0),
         }
 

@@ -277,5 +277,6 @@ def resolve_friction(friction: Friction | None, design: PairDesign, oil: Any = N
     if friction.partition(":")[0] == "ehl":
         from efficiency.loss.ehl_friction import ehl_friction
 
-        return ehl_friction(friction, (design.pinion.elastic_material(), design.gear.elastic_material()))
+        bodies = design.pinion.elastic_material(), design.gear.elastic_material()
+        return ehl_friction(friction, bodies, design.surface_skewness())
     return friction_model(friction)

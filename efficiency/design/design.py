@@ -35,7 +35,7 @@ from ehl.common.validation import InputModel, Name, read_toml, validate
 from ehl.inputs import Length as TextureLength
 from ehl.inputs import PeklenikNumber
 from ehl.material import Material
-from ehl.surface.finish import Finish, State
+from ehl.surface.finish import FLANK_SKEWNESS, Finish, State
 from ehl.uncertainty.spread import UncertaintyInput
 
 Surface = Literal["base", "toe", "heel"]
@@ -149,6 +149,16 @@ class PairDesign(InputModel):
         made = {"finish": finish, "finish_state": state, "roughness_rms": rms}
         members: dict[str, Any] = {name: getattr(self, name).model_copy(update=made) for name in MEMBERS}
         return self.model_copy(update={**members, "surface": FlankSurfaceInput()})
+
+    def surface_skewness(self) -> float:
+        """Skewness of the heights of both flanks together, of members without a finish `FLANK_SKEWNESS` [-]."""
+        members = [getattr(self, name) for name in MEMBERS]
+        if not any(member.roughness_rms for member in members):
+            return FLANK_SKEWNESS
+        finishes = [member.surface_finish() for member in members]
+        each = [FLANK_SKEWNESS if finish is None else finish.skewness.value for finish in finishes]
+        weights = [member.roughness_rms**3 for member in members]
+        return sum(weight * value for weight, value in zip(weights, each, strict=True)) / sum(weights)
 
     def running(self, speed: float, temperature: float, driver: Driver = "pinion") -> Operation:
         """The flanks at a pinion speed [rad/s] and an oil temperature [K]."""

@@ -27,6 +27,7 @@ from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.solve import solve_contact
 from ehl.state import ContactState
+from ehl.surface.finish import FLANK_SKEWNESS
 from ehl.warmup import prepare_workers
 from regression.friction.conditions import Conditions, conditions_of, state_of
 from regression.friction.models import FrictionFlag, FrictionModel
@@ -100,8 +101,10 @@ class EhlFriction(FrictionModel):
         Pinion and gear.
     model : ModelInput
         Physics and accuracy of each contact.
-    boundary_friction : float
-        mu_b of asperity contacts [-].
+    boundary_friction : float, optional
+        mu_b of asperity contacts [-]; that of extreme-pressure additives where not given.
+    skewness : float
+        Of the heights of both flanks [-].
     boundary_film : float, optional
         Gap at which asperities touch [m]; from the roughness where not given.
     seed : int
@@ -116,7 +119,8 @@ class EhlFriction(FrictionModel):
     jobs: int | None = None
     bodies: tuple[Material, Material] = field(default_factory=lambda: (Material.load("steel"),) * 2)
     model: ModelInput = field(default_factory=lambda: ModelInput(accuracy="fast"))
-    boundary_friction: float = 0.10
+    boundary_friction: float | None = None
+    skewness: float = FLANK_SKEWNESS
     boundary_film: float | None = None
     seed: int = 1
 
@@ -193,14 +197,15 @@ class EhlFriction(FrictionModel):
 
     def _contact(self, state: ContactState, oil: Oil, at: int, seed: int) -> Scene:
         rms = (0.0, 0.0) if self.smooth else (float(state.roughness_rms_1[at]), float(state.roughness_rms_2[at]))
+        chemistry = {"boundary_film": self.boundary_film, "boundary_friction": self.boundary_friction}
         surface = SurfaceInput(
             roughness_rms_1=rms[0],
             roughness_rms_2=rms[1],
             correlation_length=float(state.correlation_length[at]),
             peklenik_number=float(state.peklenik_number[at]),
-            boundary_film=self.boundary_film,
-            boundary_friction=self.boundary_friction,
+            skewness=self.skewness,
             seed=seed,
+            **{name: value for name, value in chemistry.items() if value is not None},
         )
         bulk = float(state.temperature_bulk_1[at]), float(state.temperature_bulk_2[at])
         return _line(state, at), oil.at(float(state.temperature_oil[at])), surface, bulk
@@ -290,7 +295,9 @@ def _friction(place: FloatArray, power: FloatArray, chosen: IntArray, solved: So
     )
 
 
-def ehl_friction(spec: str, bodies: tuple[Material, Material] | None = None) -> EhlFriction:
+def ehl_friction(
+    spec: str, bodies: tuple[Material, Material] | None = None, skewness: float = FLANK_SKEWNESS
+) -> EhlFriction:
     """The model of a name: ``ehl`` (the rough surfaces rolled through) or ``ehl:smooth``.
 
     They solve contacts until chance leaves at most 3 % of the mean friction open, 0.2 % the second, 320 at most, and
@@ -314,7 +321,7 @@ def ehl_friction(spec: str, bodies: tuple[Material, Material] | None = None) -> 
     if asked:
         tolerance = 0.01 * ValueRange("", gt=0.0, le=100.0).check(asked[0][:-1], "friction model")
     points = None if "all" in wanted else SAMPLED if "sampled" in wanted else POINTS
-    return EhlFriction(spec, "smooth" in wanted, points, tolerance, bodies=bodies or (steel, steel))
+    return EhlFriction(spec, "smooth" in wanted, points, tolerance, bodies=bodies or (steel, steel), skewness=skewness)
 
 
 def _line(state: ContactState, at: int) -> LineContact:

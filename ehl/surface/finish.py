@@ -37,6 +37,8 @@ SHORTEST_LENGTH, LONGEST_LENGTH = 8e-6, 150e-6
 SPACING_TIMES_SLOPE, SPACING_OVER_SAL = (6.0, 20.0), (2.5, 8.0)
 UNNAMED = {"roughness_rms": 1.2, "correlation_length": 2.6, "peklenik_number": 3.0}
 DEFAULT_ADDITIVE = "EP"
+# of flanks that have run, where no finish is named [-]: that of every run-in finish of data/finishes
+FLANK_SKEWNESS = -0.8
 
 
 class Figure(InputModel):
