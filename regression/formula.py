@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from regression.data.dataset import Dataset
     from regression.fitting.rows import Results
 
+ANY_OIL = "gear"  # the shipped formula of all shipped oils, for oils that have none of their own
+
 
 @dataclass(frozen=True, eq=False)
 class FitRecord:
@@ -253,8 +255,9 @@ def fit(
     *,
     corners: bool = False,
     nested: bool = False,
-    paths: Dataset | str | PathLike[str] | None = None,
-    noise: Dataset | str | PathLike[str] | None = None,
+    paths: Results | None = None,
+    noise: Results | None = None,
+    oil: str | None = None,
 ) -> Formula:
     """Fit a friction formula to the results of one or more sweeps.
 
@@ -269,11 +272,14 @@ def fit(
         Fit the corner points too, which a plan may have added.
     nested : bool
         Measure what the choice of the family itself costs (minutes); only with ``"best"``.
-    paths : Dataset, str or path, optional
+    paths : Run, Dataset, str or path, or several of them, optional
         Contacts along gear meshes: checked, not fitted.
-    noise : Dataset, str or path, optional
+    noise : Run, Dataset, str or path, or several of them, optional
         Points computed with several roughness profiles each, not fitted: the noise floor, and errors against the
         means over the profiles.
+    oil : str, optional
+        Of several oils the one whose errors, range and interval are stated; the contacts of the others are learnt
+        from. Results of an own oil together with the shipped datasets give a better formula than alone.
 
     Returns
     -------
@@ -302,9 +308,10 @@ def fit(
     if family != "best" and nested:
         raise InputError("nested", family, "family 'best'", "One family leaves no choice to hold out.")
     dataset = dataset_of(results)
-    checks = {
+    checks: Any = {
         "paths": None if paths is None else dataset_of(paths),
         "noise": None if noise is None else dataset_of(noise),
+        "oil": oil,
     }
     if family == "best":
         found = fit_families(dataset, corners=corners, nested=nested, **checks)
@@ -402,11 +409,11 @@ def published() -> pd.DataFrame:
 
 
 def shipped_formulas(oil: str | None = None) -> tuple[str, ...]:
-    """Names of the fitted formulas that come with the program: all, or those fitted to one oil."""
+    """Names of the fitted formulas that come with the program: all, or those that state their errors for one oil."""
     names = data_names("formulas", ".json")
     if oil is None:
         return names
-    return tuple(name for name in names if oil in {o.name for o in Formula.load(name).oils})
+    return tuple(name for name in names if {oil} == {o.name for o in Formula.load(name).oils})
 
 
 def friction_model_choices() -> str:

@@ -16,7 +16,7 @@ from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import value_range_of
 from ehl.fluid.oil import Oil
-from regression.formula import friction_model, shipped_formulas
+from regression.formula import ANY_OIL, friction_model, shipped_formulas
 from regression.friction.models import FrictionModel
 
 MISALIGNMENTS = tuple(Misalignment.model_fields)
@@ -250,9 +250,9 @@ def refuse_composite(name: str, value: Any) -> None:
 
 
 def default_friction(oil: str) -> str:
-    """The formula shipped for an oil, else a published one with pressure, speeds, viscosity and roughness."""
+    """The formula shipped for an oil, else the one fitted to all shipped oils."""
     shipped = shipped_formulas(oil)
-    return shipped[0] if shipped else "xu_kahraman_2007"
+    return shipped[0] if shipped else ANY_OIL
 
 
 def resolve_friction(friction: Friction | None, design: PairDesign, oil: Any = None) -> FrictionModel:

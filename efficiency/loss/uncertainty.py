@@ -22,7 +22,7 @@ from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, Together
 from ehl.uncertainty.spread import UncertaintyInput
-from regression.formula import Formula, shipped_formulas
+from regression.formula import ANY_OIL, Formula, shipped_formulas
 from regression.friction.models import FrictionEstimate, FrictionModel
 from regression.friction.uncertainty import FORMULA, Case, FrictionChanges, friction_changes, friction_of, missing
 
@@ -30,8 +30,6 @@ from regression.friction.uncertainty import FORMULA, Case, FrictionChanges, fric
 POINTS = 400
 # contacts of a mesh that are solved at both ends of every input
 CONTACTS = 8
-# in place of a formula of the oil where none is shipped
-ANY_OIL = "75w90"
 
 
 @dataclass(frozen=True)
@@ -76,7 +74,7 @@ class LossChanges:
 
 def stand_in(model: FrictionModel, oil: Oil) -> tuple[FrictionModel, str]:
     """The formula that says how friction of solved contacts answers, and what is to be said of it."""
-    name = (shipped_formulas(oil.name) or shipped_formulas(ANY_OIL))[0]
+    name = (*shipped_formulas(oil.name), ANY_OIL)[0]
     found = Formula.load(name, boundary_friction=getattr(model, "boundary_friction", None))
     other = "" if shipped_formulas(oil.name) else ", of another oil"
     return found, f"by the formula {name}{other}"

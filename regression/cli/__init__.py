@@ -28,6 +28,9 @@ def fit(
             help="Run of points with several roughness profiles each: noise floor, and errors against their means."
         ),
     ] = None,
+    oil: Annotated[
+        str | None, advanced(help="Of several oils the one whose errors are stated; the others are learnt from.")
+    ] = None,
     nested: Annotated[bool, typer.Option("--nested", help="Hold the choice of the family out too (minutes).")] = False,
     plot: Annotated[Path | None, typer.Option(help="Write a figure of held-out over computed friction.")] = None,
     report: Annotated[
@@ -38,7 +41,7 @@ def fit(
     """Fit a friction formula to the results of one or more sweeps, and say what it is worth."""
     check_outputs({"output": output, "plot": plot, "report": report}, output=".json")
     with working("fit"):
-        formula = regression.fit(runs, family, corners=corners, nested=nested, paths=paths, noise=noise)
+        formula = regression.fit(runs, family, corners=corners, nested=nested, paths=paths, noise=noise, oil=oil)
     formula.save(output)
     formula.write(plot=plot, report=report)
     if json_output:

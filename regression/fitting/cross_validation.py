@@ -21,8 +21,8 @@ from regression.friction.fitted import FittedFormula
 
 FOLDS = 10
 _INNER_FOLDS = 5
-# held-out friction of the fits of this process: their reports show it, and to find it again takes as long as the fit
-_KEPT: dict[tuple[str, bool, bytes], HeldOut] = {}
+# fits of this process with their held-out friction: reports show it, and formulas of several oils share one fit
+_KEPT: dict[tuple[str, bool, bytes], tuple[FittedForm, HeldOut]] = {}
 _MAX_KEPT = 32
 _CELLS = 4  # cells per axis of the (p, R) groups
 
@@ -45,6 +45,11 @@ class HeldOut:
     deviation: Array | None
     folds: NDArray[np.int64]
     extrapolated: NDArray[np.bool_]
+
+    def of(self, rows: NDArray[np.bool_]) -> HeldOut:
+        """Some of the rows."""
+        deviation = None if self.deviation is None else self.deviation[rows]
+        return HeldOut(self.mu[rows], deviation, self.folds[rows], self.extrapolated[rows])
 
 
 def cell_groups(frame: pd.DataFrame) -> NDArray[np.int64]:
@@ -90,7 +95,6 @@ def cross_validate(
     folds : array of int, shape (n,), optional
         Those of `fold_numbers` if not given.
     """
-    identity = (family.name, network, _digest(frame)) if folds is None else None
     folds = fold_numbers(frame) if folds is None else folds
     mu, deviation = np.empty(len(frame)), np.zeros(len(frame))
     extrapolated = np.zeros(len(frame), dtype=bool)
@@ -106,17 +110,18 @@ def cross_validate(
         cloud = data_cloud(columns(rest), box_of(family, rest))
         if cloud is not None:
             extrapolated[held] = cloud.extrapolation(columns(frame[held])) >= CloudDistance.NEAR
-    held_out = HeldOut(mu, deviation if network else None, folds, extrapolated)
-    if identity is not None:
+    return HeldOut(mu, deviation if network else None, folds, extrapolated)
+
+
+def fitted_and_held_out(family: Family, frame: pd.DataFrame, *, network: bool = False) -> tuple[FittedForm, HeldOut]:
+    """The fit to all rows and what `cross_validate` gives; at once where this process has done it before."""
+    identity = (family.name, network, _digest(frame))
+    if identity not in _KEPT:
+        found = fit_form(family, frame, network=network), cross_validate(family, frame, network=network)
         while len(_KEPT) >= _MAX_KEPT:
             del _KEPT[next(iter(_KEPT))]
-        _KEPT[identity] = held_out
-    return held_out
-
-
-def held_out_of(family: Family, frame: pd.DataFrame, *, network: bool = False) -> HeldOut:
-    """What `cross_validate` gives with its own folds; at once where this process has done it before."""
-    return _KEPT.get((family.name, network, _digest(frame))) or cross_validate(family, frame, network=network)
+        _KEPT[identity] = found
+    return _KEPT[identity]
 
 
 def _digest(frame: pd.DataFrame) -> bytes:
@@ -167,7 +172,8 @@ def held_out_friction(dataset: Dataset, formula: FittedFormula) -> HeldOut:
 
     At once for a formula this process has fitted; else it is cross-validated again.
     """
-    return held_out_of(FAMILIES[formula.family], fitted_rows(dataset, formula), network=formula.network is not None)
+    rows = fitted_rows(dataset, formula)
+    return fitted_and_held_out(FAMILIES[formula.family], rows, network=formula.network is not None)[1]
 
 
 def interval_factors(dataset: Dataset, formula: FittedFormula) -> list[tuple[float, float, float]]:

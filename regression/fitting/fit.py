@@ -15,20 +15,29 @@ from ehl.common.threads import single_thread
 from regression import __version__
 from regression.data.dataset import Dataset, columns
 from regression.fitting.coefficients import fit_form
-from regression.fitting.cross_validation import cross_validate, nested_cross_validate
+from regression.fitting.cross_validation import fitted_and_held_out, nested_cross_validate
 from regression.fitting.noise import expected_rows, measured_noise, realisation_scatter
 from regression.fitting.rows import (
     box_of,
     checkable_rows,
     computed_friction,
     kept_rows,
+    own_rows,
     usable_rows,
 )
-from regression.fitting.scores import bands, covered_by_other_folds, interval_of, noise_floor, scores
+from regression.fitting.scores import (
+    INTERVAL_LEVEL,
+    bands,
+    conformal_width,
+    covered_by_other_folds,
+    interval_of,
+    noise_floor,
+    scores,
+)
 from regression.friction.conditions import UNITS, Array
 from regression.friction.data_cloud import CloudDistance, data_cloud
 from regression.friction.error_tables import NoiseFloor, Scores
-from regression.friction.families import FAMILIES, family_named
+from regression.friction.families import FAMILIES, Family, family_named
 from regression.friction.fitted import FORMULA_SCHEMA, NETWORK, DataIdentity, FittedFormula
 from regression.friction.oil_cards import OilIdentity
 
@@ -40,6 +49,7 @@ def fit_formula(
     corners: bool = False,
     paths: Dataset | None = None,
     noise: Dataset | None = None,
+    oil: str | None = None,
 ) -> FittedFormula:
     """Fit one family of formulas to a dataset; arguments as of `regression.fit`.
 
@@ -61,10 +71,15 @@ def fit_formula(
                 f"contacts with the oils of the data, {', '.join(dataset.oils)}",
                 f"Sweep the plan of {name} with that oil, or leave {name} out.",
             )
+    if oil is not None and oil not in dataset.oils:
+        raise InputError("oil", oil, "one of the oils of the data: " + ", ".join(dataset.oils))
     with single_thread():
-        form = fit_form(family, frame, network=network)
-        held_out = cross_validate(family, frame, network=network)
-        within, _ = form.friction(frame)
+        form, held_out = fitted_and_held_out(family, frame, network=network)
+        other_oil = None if oil is not None else _width_of_oils_left_out(family, frame, network=network)
+    # all rows were learnt from; what follows is stated of one oil alone where it was asked for
+    own = own_rows(frame, oil)
+    frame, held_out = frame[own].reset_index(drop=True), held_out.of(own)
+    within, _ = form.friction(frame)
     box = box_of(family, frame)
     fitted, floor = form.coefficients, noise_of(dataset, noise)
     error = np.abs(np.log(held_out.mu / computed_friction(frame)))
@@ -87,7 +102,7 @@ def fit_formula(
         boundary_friction_range=(float(mu_b.min()), float(mu_b.max())),
         ranges={name: _rounded_range(frame[name].to_numpy(dtype=float)) for name in box},
         units={name: UNITS[name] for name in box},
-        oils=oil_identities(dataset),
+        oils=tuple(identity for identity in oil_identities(dataset) if oil in (None, identity.name)),
         fit=scores(frame, within),
         validation=scores(frame, held_out.mu).model_copy(
             update={"coverage": float(covered.mean()), "extrapolated": float(held_out.extrapolated.mean())}
@@ -95,7 +110,9 @@ def fit_formula(
         corners=None,
         folds=int(np.unique(held_out.folds).size),
         bands=bands(frame, held_out.mu, covered, floor),
-        interval=interval_of(frame, error, held_out.folds, deviation=deviation, extrapolated=held_out.extrapolated),
+        interval=interval_of(
+            frame, error, held_out.folds, deviation=deviation, extrapolated=held_out.extrapolated
+        ).model_copy(update={"other_oil": other_oil}),
         noise_floor=noise_floor(frame),
         noise=floor,
         data=DataIdentity(
@@ -104,7 +121,7 @@ def fit_formula(
             plan_hash=dataset.plan_hash,
             solver_version=dataset.solver_version,
             count=len(dataset.frame),
-            used=len(frame),
+            used=len(own),
             excluded=excluded,
         ),
         cloud=data_cloud(columns(frame), box),
@@ -113,14 +130,16 @@ def fit_formula(
     on_paths = kept_rows(dataset, "path")
     if paths is not None:
         on_paths = pd.concat([on_paths, checkable_rows(paths.frame)], ignore_index=True)
+    on_paths = on_paths[own_rows(on_paths, oil)]
     if len(on_paths):
         on_paths = expected_rows(on_paths)
     corner_rows = kept_rows(dataset, "corner")
+    corner_rows = corner_rows[own_rows(corner_rows, oil)]
     return formula.model_copy(
         update={
             "corners": None if corners else checked_scores(formula, corner_rows),
             "paths": checked_scores(formula, on_paths),
-            **({} if noise is None else _unseen_errors(formula, dataset, noise)),
+            **({} if noise is None else _unseen_errors(formula, dataset, noise.frame[own_rows(noise.frame, oil)])),
         }
     )
 
@@ -132,6 +151,7 @@ def fit_families(
     nested: bool = False,
     paths: Dataset | None = None,
     noise: Dataset | None = None,
+    oil: str | None = None,
 ) -> tuple[FittedFormula, ...]:
     """Every family fitted to the same rows, best first: smallest mean held-out error of mu.
 
@@ -147,7 +167,7 @@ def fit_families(
     refused: dict[str, MixedEhlError] = {}
     for name in (*FAMILIES, NETWORK):
         try:
-            fitted.append(fit_formula(dataset, name, corners=corners, paths=paths, noise=noise))
+            fitted.append(fit_formula(dataset, name, corners=corners, paths=paths, noise=noise, oil=oil))
         except (InputError, ConvergenceError) as error:
             refused[name] = error
     if not fitted:
@@ -162,6 +182,19 @@ def fit_families(
         place = ordered.index(closed[0])
         ordered[place] = closed[0].model_copy(update={"nested": scores(frame, mu)})
     return tuple(ordered)
+
+
+def _width_of_oils_left_out(family: Family, frame: pd.DataFrame, *, network: bool) -> float | None:
+    """Half width of ln mu that covers the cases of each oil by a fit without it; None for fewer than three oils."""
+    oils = frame["oil"].unique() if "oil" in frame else ()
+    if len(oils) < 3:
+        return None
+    error = []
+    for oil in oils:
+        held = own_rows(frame, oil)
+        form = fit_form(family, frame[~held].reset_index(drop=True), network=network)
+        error.append(np.abs(np.log(form.friction(frame[held])[0] / computed_friction(frame[held]))))
+    return conformal_width(np.concatenate(error), INTERVAL_LEVEL)
 
 
 def _with_noise(error: Array, spread: Array | None) -> tuple[float, Array | None]:
@@ -199,9 +232,9 @@ def checked_scores(formula: FittedFormula, frame: pd.DataFrame) -> Scores | None
     )
 
 
-def _unseen_errors(formula: FittedFormula, dataset: Dataset, repeated: Dataset) -> dict[str, object]:
+def _unseen_errors(formula: FittedFormula, dataset: Dataset, repeated: pd.DataFrame) -> dict[str, object]:
     """Errors against the means over the profiles of points that were not fitted, in all and by film ratio."""
-    rows = checkable_rows(repeated.frame[~repeated.frame["key"].isin(dataset.frame["key"])])
+    rows = checkable_rows(repeated[~repeated["key"].isin(dataset.frame["key"])])
     means = expected_rows(rows) if len(rows) else rows
     found = checked_scores(formula, means)
     if found is None:

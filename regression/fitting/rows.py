@@ -7,6 +7,7 @@ from os import PathLike
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from regression.data.dataset import Dataset, load_dataset
 from regression.fitting.noise import expected_rows
@@ -59,6 +60,11 @@ def fitted_rows(dataset: Dataset, formula: FittedFormula | None = None) -> pd.Da
     """The rows formulas are fitted to; with the corners where the formula was fitted to these too."""
     corners = formula is not None and not any("corner" in reason for reason in formula.data.excluded)
     return usable_rows(dataset, corners=corners)[0]
+
+
+def own_rows(frame: pd.DataFrame, oil: str | None) -> NDArray[np.bool_]:
+    """Rows whose oil a formula states its errors for: all, or those of one of several oils."""
+    return np.ones(len(frame), dtype=bool) if oil is None else (frame["oil"] == oil).to_numpy()
 
 
 def checkable_rows(frame: pd.DataFrame) -> pd.DataFrame:

@@ -118,7 +118,8 @@ class ErrorInterval(InputModel):
     `log_width` covers the share `level` of all held-out cases, that of a band the same share of the cases in it.
     Beside the data no case can calibrate it: near them the widest band holds at least, outside the range it grows
     with the distance, and far from them it is `largest`, the greatest error of all. With `normalised`, widths are
-    multiples of the formula's own standard deviation at the point (that of its networks).
+    multiples of the formula's own standard deviation at the point (that of its networks). `other_oil` covers the same
+    share of the cases of each oil by a formula fitted without that oil; None where there are fewer than three.
     """
 
     level: Annotated[float, ValueRange("", gt=0.0, lt=1.0)]
@@ -127,6 +128,7 @@ class ErrorInterval(InputModel):
     bands: tuple[WidthBand, ...] = ()
     normalised: bool = False
     near: Width = 0.0
+    other_oil: Width | None = None
 
     def width(self, film_ratio: Array, deviation: Array | None = None) -> Array:
         """Half width at every point, by its band; that of all cases where no band holds it.

@@ -296,7 +296,9 @@ class FittedFormula(FrictionModel, InputModel):
 
     @one_thread
     def evaluate(self, conditions: Conditions, oil: Oil | None = None) -> FrictionEstimate:
-        """Friction with the interval of the fit; outside its range and with another oil the largest error seen.
+        """Friction with the interval of the fit; outside its range the largest error seen.
+
+        With another oil the interval is at least that of oils left out of the fit, or else the largest error seen.
 
         Below the least sliding of the data mu falls smoothly to 0 with it: the form itself may be infinite there.
 
@@ -325,7 +327,7 @@ class FittedFormula(FrictionModel, InputModel):
         lower, upper = mu * np.exp(-width), mu * np.exp(width)
         oil_flag = FrictionFlag.OK if oil is None else self.oil_flag(oil)
         if oil_flag == FrictionFlag.OTHER_OIL:
-            widest = self.interval.largest
+            widest = self.interval.largest if self.interval.other_oil is None else self.interval.other_oil
             lower, upper = np.minimum(lower, mu * np.exp(-widest)), np.maximum(upper, mu * np.exp(widest))
         flag = flags_of(oil_flag, near, far, outside, np.isnan(mu))
         return FrictionEstimate(mu, lower, upper, np.asarray(flag).astype(np.int8))
@@ -437,9 +439,13 @@ class FittedFormula(FrictionModel, InputModel):
         if flag == FrictionFlag.OK:
             return ""
         names = ", ".join(str(identity.name or "a lubricant by numbers") for identity in self.oils)
+        if self.interval.other_oil is None:
+            width = f"its largest error seen, and nothing says how far {oil.name} differs"
+        else:
+            width = f"{100.0 * math.expm1(self.interval.other_oil):.0f} %, as for oils left out of the fit"
         return (
-            f"friction model {self.name} was fitted to {names}, not to {oil.name}: its interval is at least its "
-            f"largest error seen, and nothing says how far {oil.name} differs; fit a formula to it, or use ehl"
+            f"friction model {self.name} was fitted to {names}, not to {oil.name}: its interval is at least {width}; "
+            "fit a formula to it, or use ehl"
         )
 
     def oil_flag(self, oil: Oil) -> FrictionFlag:
