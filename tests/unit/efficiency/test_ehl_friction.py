@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 from refusals import refuses
 
+import efficiency
+from efficiency.conditions.conditions import resolve_friction
 from efficiency.loss import ehl_friction as module
 from efficiency.loss.ehl_friction import EhlFriction, ehl_friction
 from ehl.common.progress import Progress, progress_to
 from ehl.fluid.oil import Oil
+from ehl.inputs import SurfaceInput
 from ehl.line_contact import LineContact
 from ehl.state import ContactState
 from regression.friction.models import FrictionFlag, FrictionModel
@@ -339,3 +342,16 @@ def test_names() -> None:
     for spec in (*wrong, "ehl:0%", "ehl:x%", "ehl:200%", "ehl:all:5%", "ehl:5%:6%"):
         with refuses("friction model"):
             ehl_friction(spec)
+
+
+@pytest.mark.parametrize(("state", "skewness"), [("run_in", -0.8), ("new", 0.0)])
+def test_surfaces_of_flanks_are_those_of_contacts_with_their_finish(state: str, skewness: float) -> None:
+    """Boundary friction of the additive and the heights of the finish: a gear and a contact have one surface."""
+    design = efficiency.load("fm_spiral_bevel_14x39").design.with_finish("ground", state)
+    model = resolve_friction("ehl", design)
+    assert isinstance(model, EhlFriction)
+    _, _, surface, _ = model._contact(states(3), OIL, 0, 1)
+    named = SurfaceInput(finish="ground", finish_state=state)
+    for name in ("boundary_friction", "film_of_contact", "skewness", "kurtosis"):
+        assert getattr(surface, name) == getattr(named, name)
+    assert surface.skewness == pytest.approx(skewness)

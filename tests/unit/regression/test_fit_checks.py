@@ -17,7 +17,7 @@ from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.data.dataset import Dataset, columns, load_dataset
 from regression.fitting.coefficients import fit_form
-from regression.fitting.cross_validation import fold_numbers, nested_cross_validate
+from regression.fitting.cross_validation import fold_numbers, held_out_friction, nested_cross_validate
 from regression.fitting.fit import fit_families, fit_formula
 from regression.fitting.rows import computed_friction, usable_rows
 from regression.formula import Formula
@@ -233,6 +233,46 @@ def test_an_oil_whose_card_changed_is_said(dataset: Dataset) -> None:
     assert int(formula.mu(state(), oil=changed).flag) == FrictionFlag.OTHER_CARD
     reworded = oil.model_copy(update={"description": "the same oil"})
     assert int(formula.mu(state(), oil=reworded).flag) == FrictionFlag.OK
+
+
+def test_errors_of_one_of_several_oils(two_oils: Dataset) -> None:
+    """Coefficients of all rows; range, errors and interval of the rows of that oil, with the folds of all."""
+    every, one = fit_formula(two_oils, "short"), fit_formula(two_oils, "short", oil="75w90")
+    assert one.coefficients == every.coefficients
+    assert [identity.name for identity in one.oils] == ["75w90"]
+    rows, _ = usable_rows(two_oils, corners=False)
+    own = (rows["oil"] == "75w90").to_numpy()
+    assert one.validation.count == own.sum() < every.validation.count == len(rows)
+    held_out = held_out_friction(two_oils, every).mu
+    error = np.abs(held_out / computed_friction(rows) - 1.0)[own]
+    assert one.validation.mape == pytest.approx(error.mean(), rel=1e-12)
+    assert one.ranges["viscosity_inlet"][1] == pytest.approx(rows["viscosity_inlet"][own].max(), rel=0.01)
+    with pytest.raises(InputError) as refused:
+        fit_formula(two_oils, "short", oil="eaxle")
+    assert refused.value.field == "oil"
+
+
+def test_interval_of_an_oil_that_was_not_fitted(tmp_path: Path) -> None:
+    """With three oils or more it covers 90 % of the cases of each oil by a fit without that oil."""
+    oils = ["75w90", "fva3", "eaxle"]
+    data = of_short(swept(tmp_path, "arana_2019", lubricant={"oil": oils}))
+    scaled = data.frame["friction_coefficient"] * data.frame["oil"].map({"75w90": 1.0, "fva3": 1.2, "eaxle": 1.0})
+    data = replace(data, frame=data.frame.assign(friction_coefficient=scaled))
+    formula = fit_formula(data, "short")
+    rows, _ = usable_rows(data, corners=False)
+    missed = []
+    for oil in oils:
+        held = (rows["oil"] == oil).to_numpy()
+        form = fit_form(SHORT, rows[~held].reset_index(drop=True))
+        missed += list(np.abs(np.log(form.friction(rows[held])[0] / computed_friction(rows[held]))))
+    assert formula.interval.other_oil is not None
+    # the least width that covers 90 % of one case more
+    inside = np.sum(np.array(missed) <= formula.interval.other_oil * (1.0 + 1e-12))
+    assert inside == np.ceil(0.9 * (len(missed) + 1))
+    other = formula.evaluate(conditions_of(state(), Oil.load("pao220")), Oil.load("pao220"))
+    assert float(other.upper / other.mu) >= np.exp(formula.interval.other_oil) * (1.0 - 1e-12)
+    assert int(other.flag) >= FrictionFlag.OTHER_OIL
+    assert fit_formula(data, "short", oil="fva3").interval.other_oil is None
 
 
 def test_cards_of_several_oils_cannot_be_told_apart_once_one_changed() -> None:
