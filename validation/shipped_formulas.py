@@ -19,6 +19,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from common import OUT, command_line, one_of, write_rows
 
 import efficiency
@@ -34,6 +35,7 @@ from regression.friction.conditions import conditions_of
 OILS = ("75w90", "fva3", "eaxle", "80w90", "pao220", "pg_0_1")
 KINDS = ("", "_mesh", "_noise", "_paths")
 DATA = Path("data")
+PAGE, MARKERS = Path("docs/friction_formula.md"), ("<!-- errors: begin -->", "<!-- errors: end -->")
 PAIRS = (
     "fm_spiral_bevel_14x39", "fm_hypoid_13x42", "fh_hypoid_9x34", "fh_hypoid_9x34_offset_10", "fh_spiral_bevel_12x37",
 )  # fmt: skip
@@ -76,31 +78,63 @@ def save(formula: regression.Formula, name: str) -> None:
     print(repr(formula), flush=True)
 
 
-def errors(oil: str) -> list[dict[str, object]]:
-    """Errors on contacts that were not fitted, by film ratio and along meshes, and the coverage of the intervals."""
-    rows: list[dict[str, object]] = []
-    for name in (oil, f"{oil}_short"):
+def errors(oil: str) -> pd.DataFrame:
+    """Every contact that was not fitted: error of the network and of the short form, and whether the interval holds it.
+
+    Columns formula ("network", "short"), oil, contacts ("noise", "paths"), film_ratio, error, covered, stated_error.
+    """
+    found = []
+    for family, name in (("network", oil), ("short", f"{oil}_short")):
         formula = regression.Formula.load(DATA / "formulas" / f"{name}.json")
         for kind in KINDS[2:]:
             frame = checkable_rows(load_dataset(DATA / "datasets" / f"gear_{oil}{kind}.h5").frame)
             frame = expected_rows(frame)
             value, mu = formula.evaluate(columns(frame)), computed_friction(frame)
-            relative, covered = value.mu / mu - 1.0, (value.lower <= mu) & (mu <= value.upper)
-            ratio = frame["film_ratio_formula"].to_numpy()
-            for low, high in ((0.0, np.inf), *itertools.pairwise(BANDS)):
-                inside = (ratio >= low) & (ratio < high)
-                if inside.any():
-                    part = relative[inside]
-                    rows.append(
-                        {
-                            "formula": name, "contacts": kind[1:], "film_ratio_from": low, "film_ratio_to": high,
-                            "count": int(inside.sum()), "mean": float(np.abs(part).mean()),
-                            "p95": float(np.quantile(np.abs(part), 0.95)), "bias": float(part.mean()),
-                            "covered": float(covered[inside].mean()),
-                            "stated_error": float(frame["friction_error"].to_numpy()[inside].mean()),
-                        }
-                    )  # fmt: skip
-    return rows
+            part = {
+                "formula": family, "oil": oil, "contacts": kind[1:], "film_ratio": frame["film_ratio_formula"],
+                "error": value.mu / mu - 1.0, "covered": (value.lower <= mu) & (mu <= value.upper),
+                "stated_error": frame["friction_error"],
+            }  # fmt: skip
+            found.append(pd.DataFrame(part))
+    return pd.concat(found, ignore_index=True)
+
+
+def summary(rows: pd.DataFrame, by: Sequence[str]) -> pd.DataFrame:
+    """Number, mean, 95 % and bias of the error, share covered and mean stated error, for each kind of contacts."""
+    return (
+        rows.groupby([*by, "contacts"], sort=False, observed=True)
+        .agg(
+            number=("error", "size"),
+            mean=("error", lambda e: e.abs().mean()),
+            p95=("error", lambda e: e.abs().quantile(0.95)),
+            bias=("error", "mean"),
+            covered=("covered", "mean"),
+            stated_error=("stated_error", "mean"),
+        )
+        .reset_index()
+    )
+
+
+def table_of(found: pd.DataFrame, by: Sequence[str]) -> str:
+    """The rows of `summary` as a table of the page, both kinds of contacts side by side."""
+    figures = ("mean", "p95", "bias", "covered", "stated_error")
+    kinds = {"noise": "never fitted", "paths": "along meshes"}
+    head = [*(name.replace("_", " ") for name in by)]
+    for label in kinds.values():
+        head += [f"{label}: number", "mean / 95 %", "bias", "covered", "stated error"]
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    for key, group in found.groupby(list(by), sort=False, observed=True):
+        cells = [str(part) for part in (key if isinstance(key, tuple) else (key,))]
+        for kind in kinds:
+            row = group[group["contacts"] == kind]
+            if row.empty:
+                cells += [""] * 5
+                continue
+            mean, p95, bias, covered, stated = (100.0 * float(row[name].iloc[0]) for name in figures)
+            number = str(int(row["number"].iloc[0]))
+            cells += [number, f"{mean:.1f} / {p95:.0f} %", f"{bias:+.1f} %", f"{covered:.0f} %", f"{stated:.1f} %"]
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines)
 
 
 def microseconds(name: str) -> tuple[float, float]:
@@ -143,17 +177,21 @@ def share_outside(formula: regression.Formula) -> list[dict[str, object]]:
 
 
 def check(oils: Sequence[str]) -> None:
-    """Print and write all tables."""
-    rows = [row for oil in oils for row in errors(oil)]
-    write_rows(OUT / "shipped_formulas_errors.csv", rows)
-    print("| formula | contacts | film ratio | number | mean | 95 % | bias | covered | stated error |")
-    print("|---|---|---|---|---|---|---|---|---|")
-    for row in rows:
-        figures = [
-            f"{100.0 * float(str(row[name])):.1f} %" for name in ("mean", "p95", "bias", "covered", "stated_error")
-        ]
-        band = f"{row['film_ratio_from']:g} to {row['film_ratio_to']:g}"
-        print("|", " | ".join(map(str, (row["formula"], row["contacts"], band, row["count"], *figures))), "|")
+    """Print and write all tables; those of all oils into the page."""
+    rows = pd.concat([errors(oil) for oil in oils], ignore_index=True)
+    edges = [
+        f"{low:g} to {high:g}" if np.isfinite(high) else f"above {low:g}" for low, high in itertools.pairwise(BANDS)
+    ]
+    rows["film_ratio"] = pd.cut(rows["film_ratio"], BANDS, right=False, labels=edges)
+    OUT.mkdir(parents=True, exist_ok=True)
+    rows.to_csv(OUT / "shipped_formulas_errors.csv", index=False)
+    by_oil, by_band = (["formula", "oil"], ["formula", "film_ratio"])
+    text = "\n\n".join(table_of(summary(rows.sort_values(by, kind="stable"), by), by) for by in (by_oil, by_band))
+    print(text)
+    if set(oils) == set(OILS):
+        page = PAGE.read_text(encoding="utf-8")
+        start, end = (page.index(marker) for marker in MARKERS)
+        PAGE.write_text(page[: start + len(MARKERS[0])] + "\n" + text + "\n" + page[end:], encoding="utf-8")
     for name in (oils[0], f"{oils[0]}_short"):
         plain, whole = microseconds(name)
         print(f"{name}: {plain:.2f} us a point, {whole:.2f} us with interval and guard")
