@@ -20,7 +20,7 @@ from regression.formula import fit
 from regression.friction.fitted import FittedFormula
 from regression.sweeping.run import Run, sweep
 
-DESIGN = "fm_spiral_bevel_14x39"
+DESIGN = "fm_spiral_bevel_14x39_relieved"
 CONSTANT = "constant:0.05"
 
 
