@@ -278,8 +278,8 @@ def fit(
         Points computed with several roughness profiles each, not fitted: the noise floor, and errors against the
         means over the profiles.
     oil : str, optional
-        Of several oils the one whose errors, range and interval are stated; the contacts of the others are learnt
-        from. Results of an own oil together with the shipped datasets give a better formula than alone.
+        Of several oils the one whose coefficients, errors, range and interval are stated; the networks learn from the
+        contacts of all. Results of an own oil together with the shipped datasets give a better formula than alone.
 
     Returns
     -------

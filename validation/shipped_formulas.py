@@ -59,10 +59,10 @@ def sweep(oil: str, jobs: int | None) -> None:
         new.replace(target)
 
 
-def fit() -> None:
+def fit(names: Sequence[str] = ("gear", *OILS)) -> None:
     """Fit the networks to the data of all oils, with errors stated of all and of each, and each oil's short form."""
     runs = {kind: [DATA / "datasets" / f"gear_{oil}{kind}.h5" for oil in OILS] for kind in KINDS}
-    for name in ("gear", *OILS):
+    for name in names:
         formula = regression.fit(
             [*runs[""], *runs["_mesh"]], "network", noise=runs["_noise"], paths=runs["_paths"],
             oil=None if name == "gear" else name,

@@ -6,12 +6,13 @@ design matrix or log_mu of the family -> coefficients -> standard errors, collin
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
 from typing import cast
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from ehl.common.errors import ConvergenceError, InputError
 from regression.data.dataset import columns
@@ -191,20 +192,55 @@ def _nonlinear_fit(
 
 @dataclass(frozen=True)
 class FittedForm:
-    """A family with the numbers found for it."""
+    """A family with the numbers found for it.
+
+    Parameters
+    ----------
+    family : Family
+    coefficients : Coefficients
+        Of all rows.
+    network : Network or None
+    of_oil : mapping
+        Coefficients of the rows of each oil, where the networks correct the form of each.
+    """
 
     family: Family
     coefficients: Coefficients
     network: Network | None
+    of_oil: Mapping[str, Coefficients] = field(default_factory=dict)
+
+    def coefficients_of(self, oil: str | None) -> Coefficients:
+        """Those of an oil; of all rows where it has none of its own."""
+        return self.of_oil.get(oil or "", self.coefficients)
 
     def friction(self, frame: pd.DataFrame) -> tuple[Array, Array | None]:
         """mu of every row, and the networks' standard deviation of ln mu (None without)."""
-        values, mu_b = self.coefficients.values, boundary_friction_of(frame)
-        return friction_of_form(self.family, values, self.network, columns(frame), mu_b)
+        mu, deviation = np.empty(len(frame)), np.empty(len(frame))
+        for oil, rows in _rows_of_oils(frame, self.of_oil):
+            part = frame[rows]
+            values, mu_b = self.coefficients_of(oil).values, boundary_friction_of(part)
+            mu[rows], spread = friction_of_form(self.family, values, self.network, columns(part), mu_b)
+            deviation[rows] = 0.0 if spread is None else spread
+        return mu, None if self.network is None else deviation
+
+
+def _rows_of_oils(frame: pd.DataFrame, oils: Collection[str]) -> list[tuple[str | None, NDArray[np.bool_]]]:
+    """The rows of each of these oils, and of all others together."""
+    if not oils:
+        return [(None, np.ones(len(frame), dtype=bool))]
+    names = frame["oil"].to_numpy()
+    found: list[tuple[str | None, NDArray[np.bool_]]] = [(oil, names == oil) for oil in oils]
+    found.append((None, ~np.isin(names, list(oils))))
+    return [(oil, rows) for oil, rows in found if rows.any()]
 
 
 def fit_form(
-    family: Family, frame: pd.DataFrame, *, network: bool = False, near: Mapping[str, float] | None = None
+    family: Family,
+    frame: pd.DataFrame,
+    *,
+    network: bool = False,
+    by_oil: bool = False,
+    near: FittedForm | None = None,
 ) -> FittedForm:
     """Fit a family to the rows of a dataset, the coefficients first, then the networks on its parts.
 
@@ -215,8 +251,10 @@ def fit_form(
         Usable rows.
     network : bool
         Add the networks; only for a family with parts.
-    near : mapping, optional
-        Coefficients of a fit to most of the same rows, where the fit begins.
+    by_oil : bool
+        Coefficients of each oil, and networks that correct all of these forms.
+    near : FittedForm, optional
+        Of a fit to most of the same rows, where the fit begins.
 
     Raises
     ------
@@ -230,17 +268,27 @@ def fit_form(
         values = sorted({float(value) for value in mu_b})
         hint = "Fit a family that takes it as an input, or one boundary friction at a time."
         raise InputError("boundary_friction", values, f"one value for all cases of family {family.name}", hint)
-    # the families compute with arrays of boundary friction as with one number
-    coefficients = fit_coefficients(family, frame, cast("float", mu_b), near)
+
+    def fitted(rows: pd.DataFrame, oil: str | None) -> Coefficients:
+        start = None if near is None else near.coefficients_of(oil).values
+        # the families compute with arrays of boundary friction as with one number
+        return fit_coefficients(family, rows, cast("float", boundary_friction_of(rows)), start)
+
+    form = FittedForm(family, fitted(frame, None), None)
+    if by_oil:
+        each = {str(oil): fitted(frame[frame["oil"] == oil], str(oil)) for oil in frame["oil"].unique()}
+        form = replace(form, of_oil=each)
     if not network or family.parts is None:
-        return FittedForm(family, coefficients, None)
-    table = columns(frame)
+        return form
+    parts = np.empty((2, len(frame)))
+    for oil, rows in _rows_of_oils(frame, form.of_oil):
+        parts[:, rows] = family.parts(columns(frame[rows]), form.coefficients_of(oil).values)
     trained = train(
-        table,
-        family.parts(table, coefficients.values),
+        columns(frame),
+        (parts[0], parts[1]),
         parts_of(family, frame),
         computed_friction(frame),
         np.nan_to_num(frame["friction_error"].to_numpy(dtype=float)),
         mu_b,
     )
-    return FittedForm(family, coefficients, trained)
+    return replace(form, network=trained)

@@ -22,7 +22,7 @@ from regression.friction.fitted import FittedFormula
 FOLDS = 10
 _INNER_FOLDS = 5
 # fits of this process with their held-out friction: reports show it, and formulas of several oils share one fit
-_KEPT: dict[tuple[str, bool, bytes], tuple[FittedForm, HeldOut]] = {}
+_KEPT: dict[tuple[str, bool, bool, bytes], tuple[FittedForm, HeldOut]] = {}
 _MAX_KEPT = 32
 _CELLS = 4  # cells per axis of the (p, R) groups
 
@@ -81,6 +81,7 @@ def cross_validate(
     frame: pd.DataFrame,
     *,
     network: bool = False,
+    by_oil: bool = False,
     folds: NDArray[np.int64] | None = None,
 ) -> HeldOut:
     """Friction of every row by a formula fitted without its fold, its networks too.
@@ -90,8 +91,8 @@ def cross_validate(
     family : Family
     frame : DataFrame
         Usable rows.
-    network : bool
-        With networks.
+    network, by_oil : bool
+        As of `fit_form`.
     folds : array of int, shape (n,), optional
         Those of `fold_numbers` if not given.
     """
@@ -102,8 +103,7 @@ def cross_validate(
     for number in np.unique(folds):
         held = folds == number
         rest = frame[~held].reset_index(drop=True)
-        near = None if form is None else form.coefficients.values
-        form = fit_form(family, rest, network=network, near=near)
+        form = fit_form(family, rest, network=network, by_oil=by_oil, near=form)
         mu[held], spread = form.friction(frame[held])
         if spread is not None:
             deviation[held] = spread
@@ -113,11 +113,16 @@ def cross_validate(
     return HeldOut(mu, deviation if network else None, folds, extrapolated)
 
 
-def fitted_and_held_out(family: Family, frame: pd.DataFrame, *, network: bool = False) -> tuple[FittedForm, HeldOut]:
+def fitted_and_held_out(
+    family: Family, frame: pd.DataFrame, *, network: bool = False, by_oil: bool = False
+) -> tuple[FittedForm, HeldOut]:
     """The fit to all rows and what `cross_validate` gives; at once where this process has done it before."""
-    identity = (family.name, network, _digest(frame))
+    identity = (family.name, network, by_oil, _digest(frame))
     if identity not in _KEPT:
-        found = fit_form(family, frame, network=network), cross_validate(family, frame, network=network)
+        found = (
+            fit_form(family, frame, network=network, by_oil=by_oil),
+            cross_validate(family, frame, network=network, by_oil=by_oil),
+        )
         while len(_KEPT) >= _MAX_KEPT:
             del _KEPT[next(iter(_KEPT))]
         _KEPT[identity] = found
@@ -172,8 +177,9 @@ def held_out_friction(dataset: Dataset, formula: FittedFormula) -> HeldOut:
 
     At once for a formula this process has fitted; else it is cross-validated again.
     """
-    rows = fitted_rows(dataset, formula)
-    return fitted_and_held_out(FAMILIES[formula.family], rows, network=formula.network is not None)[1]
+    rows, by_oil = fitted_rows(dataset, formula), len(formula.oils) == 1 < len(dataset.oils)
+    family, network = FAMILIES[formula.family], formula.network is not None
+    return fitted_and_held_out(family, rows, network=network, by_oil=by_oil)[1]
 
 
 def interval_factors(dataset: Dataset, formula: FittedFormula) -> list[tuple[float, float, float]]:

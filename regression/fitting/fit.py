@@ -57,11 +57,13 @@ def fit_formula(
     computes.
     """
     family, network = family_named("short" if family_name == NETWORK else family_name), family_name == NETWORK
+    if oil is not None and oil not in dataset.oils:
+        raise InputError("oil", oil, "one of the oils of the data: " + ", ".join(dataset.oils))
     frame, excluded = usable_rows(dataset, corners=corners)
-    if len(frame) < 2 * len(family.terms):
+    if min(len(frame), own_rows(frame, oil).sum()) < 2 * len(family.terms):
         reasons = ", ".join(f"{count} {reason}" for reason, count in excluded.items()) or "none excluded"
         needed = f"at least {2 * len(family.terms)} usable cases for family {family.name}"
-        raise InputError("run", f"{len(frame)} usable cases", needed, f"Excluded: {reasons}.")
+        raise InputError("run", f"{own_rows(frame, oil).sum()} usable cases", needed, f"Excluded: {reasons}.")
     for name, beside in (("paths", paths), ("noise", noise)):
         others = sorted(set(beside.oils) - set(dataset.oils)) if beside is not None else []
         if others:
@@ -71,17 +73,16 @@ def fit_formula(
                 f"contacts with the oils of the data, {', '.join(dataset.oils)}",
                 f"Sweep the plan of {name} with that oil, or leave {name} out.",
             )
-    if oil is not None and oil not in dataset.oils:
-        raise InputError("oil", oil, "one of the oils of the data: " + ", ".join(dataset.oils))
     with single_thread():
-        form, held_out = fitted_and_held_out(family, frame, network=network)
+        by_oil = oil is not None and len(dataset.oils) > 1
+        form, held_out = fitted_and_held_out(family, frame, network=network, by_oil=by_oil)
         other_oil = None if oil is not None else _width_of_oils_left_out(family, frame, network=network)
-    # all rows were learnt from; what follows is stated of one oil alone where it was asked for
+    # the networks learnt from all rows; what follows is stated of one oil alone where it was asked for
     own = own_rows(frame, oil)
     frame, held_out = frame[own].reset_index(drop=True), held_out.of(own)
     within, _ = form.friction(frame)
     box = box_of(family, frame)
-    fitted, floor = form.coefficients, noise_of(dataset, noise)
+    fitted, floor = form.coefficients_of(oil), noise_of(dataset, noise)
     error = np.abs(np.log(held_out.mu / computed_friction(frame)))
     noise_of_network, deviation = _with_noise(error, held_out.deviation)
     score = error if deviation is None else error / deviation
