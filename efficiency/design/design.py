@@ -158,7 +158,7 @@ class PairDesign(InputModel):
         finishes = [member.surface_finish() for member in members]
         each = [FLANK_SKEWNESS if finish is None else finish.skewness.value for finish in finishes]
         weights = [member.roughness_rms**3 for member in members]
-        return sum(weight * value for weight, value in zip(weights, each, strict=True)) / sum(weights)
+        return float(np.average(each, weights=weights))
 
     def running(self, speed: float, temperature: float, driver: Driver = "pinion") -> Operation:
         """The flanks at a pinion speed [rad/s] and an oil temperature [K]."""
