@@ -22,7 +22,7 @@ def solve(
 ) -> None:
     """Solve one lubricated contact.
 
-    Exit code 0 with an answer, also where its interval is wider than asked for (status unsettled); 1 without.
+    Exit code 0 with an answer, also where its error exceeds the tolerance (status unsettled); 1 without.
     """
     check_outputs({"plot": plot, "report": report})
     contact = ehl.Contact.from_file(case_file)

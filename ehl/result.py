@@ -58,7 +58,7 @@ class ContactResult(Reportable):
     Parameters
     ----------
     status : str
-        "converged"; "unsettled", an answer whose interval `friction_error` is known and wider than asked for; "failed",
+        "converged"; "unsettled", an answer whose error `friction_error` exceeds the tolerance; "failed",
         no answer, all figures nan. `reason` says why.
     reason : str
         Empty when converged; else a reason of the solver that ended it, or one of
@@ -173,7 +173,7 @@ class ContactResult(Reportable):
         """Status and reason in words; of an unsettled contact how closely its friction is known."""
         if self.status == "unsettled":
             error = f"{100.0 * self.friction_error:.2g} %"
-            return f"unsettled ({self.reason}): mu is known to ±{error}, an interval wider than asked for"
+            return f"unsettled ({self.reason}): mu has an error of ±{error}, more than the tolerance"
         return self.status if not self.reason else f"{self.status} ({self.reason})"
 
     def table(self) -> Table:

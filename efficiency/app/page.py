@@ -46,7 +46,7 @@ class Page:
                 self.details = ui.label("").classes("text-sm")
                 self.fault = ui.label("").classes("text-negative whitespace-pre-line").mark("fault")
                 self.fault.set_visibility(False)
-                self.stale = ui.label("Everything below belongs to the last settings that had an answer.").mark("stale")
+                self.stale = ui.label("The results below belong to the last valid settings.").mark("stale")
                 self.stale.classes("text-negative").set_visibility(False)
                 self.notes = ui.column().classes("w-full gap-1")
             with ui.row().classes("w-full gap-3"):

@@ -84,7 +84,7 @@ def settings(
         typer.Option(
             "--sized",
             help="First size crowning and edge relief for the torque: edges carry under 0.5 % in a box of "
-            "misalignments. The targets are written beside the design.",
+            "misalignments. The targets are written next to the design.",
         ),
     ] = False,
     torque: Annotated[str | None, advanced(help="Pinion torque for --sized; default: that of the targets.")] = None,

@@ -231,7 +231,7 @@ def demo(
     jobs: JobsOption = None,
 ) -> None:
     """Run a complete example: sweep, fit, gear, compare, one HTML report."""
-    kept = f"solved contacts are kept in {output}, the same command goes on from there"
+    kept = f"solved contacts are kept in {output}, the same command resumes"
     with working("demonstration", kept):
         result = efficiency.demo(output, jobs)
     result.comparison.show()

@@ -55,7 +55,7 @@ class NewGroup(typer.core.TyperGroup):
 new_app = App(
     cls=NewGroup,
     no_args_is_help=True,
-    help="Write a commented input file that works as it is. On a terminal and without options it asks.",
+    help="Write a commented input file that works as it is. Without options, a terminal prompts for the values.",
 )
 
 
@@ -112,7 +112,7 @@ def _command(kind: str) -> Callable[..., None]:
 
 def _ask(questions: dict[str, tuple[str, str]]) -> dict[str, str]:
     """Answers from the terminal; Enter takes what stands in brackets."""
-    print("Enter takes what stands in brackets.")
+    print("Press Enter for the value in brackets.")
     asked = {
         name: str(
             typer.prompt(f"{name.replace('_', ' ')}: {text.rstrip('.')}", default=default, show_default=bool(default))
@@ -124,7 +124,7 @@ def _ask(questions: dict[str, tuple[str, str]]) -> dict[str, str]:
 
 @new_app.callback()
 def _new() -> None:
-    """Write a commented input file that works as it is. On a terminal and without options it asks."""
+    """Write a commented input file that works as it is. Without options, a terminal prompts for the values."""
 
 
 def register(app: App) -> None:

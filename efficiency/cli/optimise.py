@@ -49,8 +49,8 @@ def optimise(
     limit: Annotated[
         list[str] | None,
         advanced(
-            help="Figure that may not rise above today's, or above a value: 'pressure_max=1.4 GPa'; 'none' for none. "
-            "Default: pressure, transmission error, edge load, root stresses, not above today's."
+            help="Quantity that may not exceed that of the start, or a value: 'pressure_max=1.4 GPa'; 'none' for none. "
+            "Default: pressure, transmission error, edge load, root stresses, not above those of the start."
         ),
     ] = None,
     duty: Annotated[

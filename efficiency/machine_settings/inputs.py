@@ -79,7 +79,9 @@ class FlankTarget(InputModel):
         read_ease_off_map(Path(self.map))
         if self.transmission_error is not None:
             raise InputError(
-                "transmission_error", self.transmission_error, "no value beside a map, whose ease-off is not scaled"
+                "transmission_error",
+                self.transmission_error,
+                "no value with a map, whose ease-off is not scaled",
             )
         return self
 

@@ -397,7 +397,7 @@ def checked_limits(given: Mapping[str, Any] | None) -> dict[str, float | str]:
             found[name] = START
             continue
         unit = quantities()[name].unit
-        example = "Not more than today: the name alone, or 'start'."
+        example = "Not above the start: the name alone, or 'start'."
         bounds = ValueRange(unit, ge=0.0, hint=example)
         found[name] = bounds.check(value, f"limit {name}", bare=not isinstance(value, str))
     return found

@@ -371,7 +371,7 @@ def _search(result: Optimisation) -> list[Item]:
         Text(
             f"{len(result.evaluations)} evaluations with seed {result.seed}: {counts['feasible']} within the limits, "
             f"{counts['limit']} beyond one, {counts['failed']} that cannot be made or computed. All are in "
-            "evaluations.csv, and in points.jsonl with the problem in problem.json; the same command goes on."
+            "evaluations.csv, and in points.jsonl with the problem in problem.json; the same command resumes."
         ),
     ]
     if rows:

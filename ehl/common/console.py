@@ -274,7 +274,7 @@ def _write_log() -> str:
             handle, path = tempfile.mkstemp(".log", start, folder())  # readable for this user alone
             os.close(handle)
             write_file(Path(path), "\n".join(lines).encode("utf-8", "backslashreplace"))
-            return f"What is known of it is in {path}: please send it with your input."
+            return f"Details: {path}. Please send this file with your input."
     return "No log could be written."
 
 

@@ -105,7 +105,7 @@ class ModulusAlpha(StatedAlpha):
 AlphaInput = Annotated[TabulatedAlpha | GoldAlpha | ModulusAlpha, Field(discriminator="law")]
 
 NO_DEFINITION = (
-    "{where} does not say what its alpha means: taken as the slope at p = 0, as before; "
+    "{where} does not say what its alpha means: taken as the slope at p = 0; "
     "write alpha_definition = 'slope' to keep it, 'secant_200' for a figure of Gold's formula, FVA 400 or ISO/TR 15144"
 )
 

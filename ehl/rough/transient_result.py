@@ -73,7 +73,7 @@ class Snapshot:
 class TransientResult:
     """Friction, films and shares of a rough moving contact, averaged over the window, with their errors."""
 
-    status: str  # "converged", or "unsettled" when mu is usable but its interval is wider than asked for, or "failed"
+    status: str  # "converged", or "unsettled" when mu is usable but its error exceeds the tolerance, or "failed"
     reason: str  # one of `REASONS`
     notes: tuple[str, ...]  # limits of the model that this case touches
     # mu = fluid + asperity part [-]

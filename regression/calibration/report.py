@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 # what a curve may be drawn over
 _OVER = ("slide_to_roll", "speed_entrainment", "pressure_hertz", "load", "load_per_length", "temperature_oil")
 MAX_LABELS = 10
-CAPTION = "Points measured, lines computed; below what is left between them over the noise. Ringed: far off."
+CAPTION = "Points: measured; lines: computed. Below: residuals over the noise; outliers are ringed."
 
 
 def plot_calibration(measurement: Measurement, result: Calibration, ax: Axes | None = None) -> Axes:

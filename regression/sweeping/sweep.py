@@ -44,7 +44,7 @@ class SweepReport:
     path: Path  # the result file of this shard
     total: int  # cases of this shard
     resumed: int  # of these, found on disk
-    # computed in this call. An unsettled case has an answer; its interval is wider than asked for.
+    # computed in this call. An unsettled case has an answer; its error exceeds the tolerance.
     converged: int
     unsettled: int
     failed: int
@@ -95,9 +95,9 @@ class SweepReport:
         if self.restarts:
             lines.append(f"workers crashed and were replaced {self.restarts} times")
         if self.reasons_unsettled:
-            lines.append(f"with an interval wider than asked for: {_listed(self.reasons_unsettled)}")
+            lines.append(f"with an error above the tolerance: {_listed(self.reasons_unsettled)}")
         if self.reasons_failed:
-            lines.append(f"without an answer: {_listed(self.reasons_failed)}")
+            lines.append(f"without a result: {_listed(self.reasons_failed)}")
         return "\n".join(lines)
 
 

@@ -236,7 +236,7 @@ def test_an_interval_wider_than_asked_for_is_an_answer(
     arguments = ("sweep", plan, "-o", tmp_path / "run", "--with", "xu_kahraman_2007", "--jobs", "1")
     swept = mixed_ehl(*arguments)
     assert swept.code == 0
-    assert "with an interval wider than asked for: 32 statistical_interval" in swept.out
+    assert "with an error above the tolerance: 32 statistical_interval" in swept.out
     assert len(tried) == 32
     # nothing failed, so nothing is tried again
     assert mixed_ehl(*arguments, "--retry-failed").code == 0
