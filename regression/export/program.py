@@ -114,7 +114,7 @@ def _outputs(formula: FittedFormula, oil: Oil | None, guarded: bool) -> tuple[Va
     """Friction, interval and flag as `FittedFormula.evaluate` computes them."""
     table, within_laws = _conditions(oil)
     outside = formula.outside(table)
-    floored, ramp = formula.with_minimum_sliding(table)
+    floored, ramp = formula.with_minimum_sliding(formula.with_roughness_in_range(table))
     coefficients = {
         name: record.coefficient(re.sub(r"\W", "_", f"k_{name}"), value) for name, value in formula.coefficients.items()
     }

@@ -340,7 +340,7 @@ class FittedFormula(FrictionModel, InputModel):
 
     def _values(self, conditions: Conditions) -> tuple[Array, Array | None]:
         """mu, and the standard deviation of its logarithm by the networks."""
-        table, ramp = self.with_minimum_sliding(conditions)
+        table, ramp = self.with_minimum_sliding(self.with_roughness_in_range(conditions))
         shape = np.shape(ramp)
         flat = {name: np.ravel(values) for name, values in table.items()}
         mu, deviation = friction_of_form(self.form, self.coefficients, self.network, flat, self.boundary_friction)

@@ -159,8 +159,10 @@ class Network(InputModel):
         odds = share / np.maximum(1.0 - share, 1e-12)
         seen = parts_of_form(share, film)
         logarithms = []
-        for name in self.variables:
+        for name, mean, scale, high in zip(self.variables, self.mean, self.scale, self.high, strict=True):
             value = seen[name] if name in seen else GROUPS[name](conditions) if name in GROUPS else conditions[name]
+            if name == "film_ratio_formula":  # thicker films of smooth contacts leave friction as it is
+                value = np.minimum(value, np.exp(mean + scale * high))
             with np.errstate(divide="ignore"):
                 logarithms.append(np.log(np.abs(value)))
         found = (evaluate or self.statistics)(logarithms)
