@@ -228,7 +228,7 @@ def test_smooth_contacts_are_within_the_range_and_what_is_outside_is_named() -> 
     # low pressure and slip, where the form is a third too low: the networks hold for smooth contacts too
     for light in ({}, {"pressure_hertz": "0.6 GPa", "speed_entrainment": "5 m/s", "slide_to_roll": 0.1}):
         known = Contact(oil="75w90", **(contact | light)).solve().friction_coefficient
-        assert float(model.mu(**(point | light)).mu) == pytest.approx(known, rel=0.15)
+        assert float(model.mu(**(point | light)).mu) == pytest.approx(known, rel=0.2)
     far = point | {"pressure_hertz": "3 GPa", "speed_entrainment": "0.02 m/s", "roughness_rms": "4 um"}
     note = model.range_note(**far)
     assert "Hertz pressure 3 GPa (at most 2.5 GPa)" in note
@@ -268,7 +268,7 @@ def test_points_never_fitted_are_met_as_their_table_says() -> None:
     assert 60 <= model.unseen.count == len(means) <= 64
     error = np.abs(model.evaluate(columns(first)).mu / means.to_numpy() - 1.0)
     assert model.unseen.mape == pytest.approx(error.mean(), rel=1e-3)
-    counts, _ = np.histogram(first["film_ratio_formula"], [0.0, 0.5, 1.0, 2.0, np.inf])
+    counts, _ = np.histogram(first["film_ratio"], [0.0, 0.5, 1.0, 2.0, np.inf])
     assert [band.count for band in model.unseen_bands] == counts.tolist()
     # contacts along gear meshes too are means over their profiles
     assert model.paths is not None
