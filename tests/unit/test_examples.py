@@ -19,7 +19,7 @@ ANSWERS = {
     "plot_contact_pattern": 12.2771,
     "plot_efficiency_map": 99.2343,
     "plot_film_and_pressure": 302.987,
-    "plot_formula": 0.0584675,
+    "plot_formula": 0.0490370,
     "plot_gear_efficiency": 99.2343,
     "plot_oil_under_pressure": 11.2358,
     "plot_stribeck_curve": 1.72142,
