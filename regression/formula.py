@@ -57,7 +57,7 @@ class Formula(FittedFormula, Reportable):
     >>> formula = regression.Formula.load("75w90")
     >>> point = {"pressure_hertz": "1.2 GPa", "radius_equivalent": "15 mm", "speed_entrainment": "5 m/s"}
     >>> formula.mu(**point, slide_to_roll=0.2, temperature="90 degC", roughness_rms="0.4 um")
-    mu = 0.05934 (0.05442 to 0.0647), ok
+    mu = 0.04953 (0.04317 to 0.05681), ok
     """
 
     _record: FitRecord | None = PrivateAttr(None)

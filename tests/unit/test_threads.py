@@ -78,7 +78,11 @@ COMPUTATIONS: dict[str, tuple[Callable[[], Any], Callable[[Any], Any], str]] = {
         lambda f: f.uncertainty(STATE, oil="75w90"),
         "regression.friction.fitted.friction_of_form",
     ),
-    "fit": (lambda: "gear_fva3", lambda d: regression.fit(d, "power_law"), "regression.fitting.cross_validation.fit_form"),
+    "fit": (
+        lambda: "gear_fva3",
+        lambda d: regression.fit(d, "power_law"),
+        "regression.fitting.cross_validation.fit_form",
+    ),
     "sweep": (
         lambda: regression.Plan.from_file("demo"),
         lambda plan: regression.sweep(plan, "nowhere"),
