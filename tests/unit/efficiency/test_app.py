@@ -357,7 +357,7 @@ def test_page_in_a_browser(address: str, tmp_path: Path) -> None:
         said = page.locator(".text-negative.whitespace-pre-line")
         expect(said).to_contain_text("pinion torque [N m] = '-3' cannot be used; allowed: above 0 N m")
         expect(said).to_contain_text("oil temperature [degC] = 'hot'")
-        stale = page.get_by_text("belongs to the last settings that had an answer")
+        stale = page.get_by_text("The results below belong to the last valid settings")
         expect(stale).to_be_visible()
         expect(page.locator(".q-field--error")).to_have_count(2)
         page.get_by_label("oil temperature").fill(scene.temperature)
