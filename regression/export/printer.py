@@ -150,12 +150,12 @@ def description(program: Program) -> list[str]:
     if program.oil is None and len(formula.oils) == 1 and formula.oils[0].name is not None:
         oil = f"its properties are arguments; the formula was fitted to {formula.oils[0].name}"
     lines = [
-        f"Friction coefficient of a lubricated line contact: {formula.family}, {formula.form.title}.",
+        f"Friction of a lubricated line contact: {formula.family}, {formula.form.title}.",
         f"Written by mixed-ehl {__version__} from a fit of {data.used} contacts (plan {data.plan}, solver "
         f"{data.solver_version}, data {data.hash[:12]}).",
         f"Oil: {oil}.",
-        f"Held-out errors: mean {100.0 * scores.mape:.2g} %, 95 % of the cases within {100.0 * scores.p95:.2g} %, "
-        f"worst {100.0 * scores.largest:.2g} %.",
+        f"Held-out errors: mean {100.0 * scores.mape:.1f} %, 95 % of the cases within {100.0 * scores.p95:.0f} %, "
+        f"worst {100.0 * scores.largest:.0f} %.",
         "",
         "Arguments in SI units:",
         *(f"  {a.name} [{a.unit or '-'}]: {a.meaning}" for a in program.arguments),
