@@ -15,7 +15,8 @@ from common import OUT, command_line, write_rows
 
 import regression
 
-DATASETS = [f"gear_{oil}{part}" for part in ("", "_mesh", "_noise", "_paths") for oil in ("75w90", "fva3")]
+OILS = ("75w90", "80w90", "fva3", "eaxle", "pao220", "pg_0_1")
+DATASETS = {part: [f"gear_{oil}{part}" for oil in OILS] for part in ("", "_mesh", "_film", "_noise", "_paths")}
 POINT = [
     "pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil", "roughness_rms_1",
 ]  # fmt: skip
@@ -44,13 +45,15 @@ def pairs(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Print both tables; the first one also as CSV."""
+    """Print both tables, the first of all oils together and also as CSV."""
     command_line(__doc__).parse_args(argv)
-    frames = {name: regression.load_dataset(name).frame for name in DATASETS}
+    frames = {
+        f"gear{part}": pd.concat([regression.load_dataset(n).frame for n in names]) for part, names in DATASETS.items()
+    }
     rows = [outcomes(name, frame) for name, frame in frames.items()]
     write_rows(OUT / "mixed_data.csv", rows)
     print(pd.DataFrame(rows).to_string(index=False, float_format="%.3g"))
-    noise = {name: pairs(frame) for name, frame in frames.items() if name.endswith("_noise")}
+    noise = {oil: pairs(frame) for oil, frame in frames["gear_noise"].groupby("oil")}
     whole = pd.concat(noise.values())
     for name, table in (noise | {"film ratio below 0.3": whole[whole["film_ratio"] < 0.3], "all": whole}).items():
         inside = float((table["difference"] <= table["stated"]).mean())

@@ -1,4 +1,4 @@
-"""Losses of an axle beside its mesh: a measured table, or a constant and a load-dependent torque of ours."""
+"""Losses of an axle outside its mesh: a measured table, or a constant and a load-dependent torque of ours."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ class TableAxleLosses:
 
 
 def resolve_axle(axle: AxleLosses | Path | str | Mapping[str, float | str] | None) -> AxleLosses | None:
-    """Losses beside the mesh from a table file, or from `drag` and `load_share` of the simple model.
+    """Losses outside the mesh from a table file, or from `drag` and `load_share` of the simple model.
 
     Raises `InputError`: the file cannot be used, another name, a value out of range or without its unit.
     """
@@ -112,7 +112,7 @@ def resolve_axle(axle: AxleLosses | Path | str | Mapping[str, float | str] | Non
 
 
 def read_axle_losses(path: Path | str) -> TableAxleLosses:
-    """Table of losses beside the mesh: CSV or XLSX, columns torque, speed, torque_loss with units, a full grid.
+    """Table of losses outside the mesh: CSV or XLSX, columns torque, speed, torque_loss with units, a full grid.
 
     Raises `InputError`: the file cannot be read, or lacks a combination of torque and speed.
     """

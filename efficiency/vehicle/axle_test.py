@@ -121,7 +121,7 @@ class AxleTest(LossTable):
     ratio: float  # axle ratio [-]
     # by wheel speed, then by output torque; none where a point of the map failed
     rows: tuple[AxleTestRow, ...] = field(repr=False)
-    # point and note; the losses beside the mesh first
+    # point and note; the losses outside the mesh first
     said: tuple[tuple[str, str], ...] = field(default=(), repr=False)
 
     @property
@@ -177,7 +177,7 @@ def solve_axle_test(points: AxleTestPoints, mesh: LossMap, ratio: float, axle: A
     points: where.
     mesh: at `points.pinion_torques` and `points.pinion_speeds`, mesh alone.
     ratio: axle ratio [-].
-    axle: losses beside the mesh.
+    axle: losses outside the mesh.
     Raises `ConvergenceError`: more than a fifth of the input torque is lost at the greatest output torque.
     """
     beside = mesh.said[:1] if axle is None else (("", axle.description),)

@@ -1,4 +1,4 @@
-"""Loss maps: torque loss over pinion torque and speed, drive and coast, with the losses of an axle beside the mesh.
+"""Loss maps: torque loss over pinion torque and speed, drive and coast, with the losses of an axle outside the mesh.
 
 Power balance at the pinion shaft, which is the input of an axle: T_out = ratio (T_in - T_loss) in drive and in coast,
 T_in and T_out below zero in coast, T_loss = P_loss/omega1 above zero in both. The mesh is taken at T_in itself: what
@@ -47,7 +47,7 @@ class LossPoint:
     # [N m], below zero in coast; [rad/s]
     torque: float
     speed: float
-    # in all, of the mesh (sliding and rolling), beside it [N m]
+    # in all, of the mesh (sliding and rolling), outside it [N m]
     torque_loss: float
     torque_loss_mesh: float
     torque_loss_axle: float
@@ -59,7 +59,7 @@ class LossPoint:
 class LossTable(TableResult):
     """A result that is one table with notes.
 
-    said: case and note; the losses beside the mesh first.
+    said: case and note; the losses outside the mesh first.
     """
 
     said: tuple[tuple[str, str], ...]
@@ -95,7 +95,7 @@ class LossMap(LossTable):
     oil: str
     temperature: float  # [K]
     points: tuple[LossPoint, ...] = field(repr=False)  # by speed, then by torque, all combinations
-    # point and note; the losses beside the mesh first
+    # point and note; the losses outside the mesh first
     said: tuple[tuple[str, str], ...] = field(default=(), repr=False)
 
     @property
@@ -218,7 +218,7 @@ def solve_loss_map(
     torques, speeds (m,): rising [N m], [rad/s]; at zero torque the mesh loses nothing.
     temperature: [K].
     solve: efficiency at a condition, as of `efficiency.conditions.grid.solve_points`.
-    axle: losses beside the mesh; what its table does not cover is refused before anything is computed.
+    axle: losses outside the mesh; what its table does not cover is refused before anything is computed.
     progress: called with a `Progress` after each point.
     **about: `design`, `friction_model`, `oil` of the map.
     """
