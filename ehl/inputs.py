@@ -31,8 +31,7 @@ Modulus = Annotated[float, ValueRange("Pa", ge=1e9, le=2e12)]
 Pressure = Annotated[float, ValueRange("Pa", ge=5e7, le=8e9)]
 LoadPerLength = Annotated[float, ValueRange("N/m", ge=1.0, le=1e9)]
 Speed = Annotated[
-    float,
-    ValueRange("m/s", ge=1e-4, le=200.0, hint="Point x the way the lubricant is drawn in, and give SR its sign."),
+    float, ValueRange("m/s", ge=1e-4, le=200.0, hint="Point x the way the lubricant is drawn in, and give SR its sign.")
 ]
 SlideToRoll = Annotated[float, ValueRange("", ge=-200.0, le=200.0)]
 SlidingSpeed = Annotated[float, ValueRange("m/s", ge=-200.0, le=200.0)]

@@ -25,8 +25,7 @@ Values = TypeVar("Values", float, Array)
 TEMPERATURE_RANGE = (-40.0 + KELVIN, 200.0 + KELVIN)
 
 Temperature = Annotated[
-    float,
-    ValueRange("K", ge=TEMPERATURE_RANGE[0], le=TEMPERATURE_RANGE[1], hint="Write degrees Celsius as '80 degC'."),
+    float, ValueRange("K", ge=TEMPERATURE_RANGE[0], le=TEMPERATURE_RANGE[1], hint="Write degrees Celsius as '80 degC'.")
 ]
 AlphaValue = Annotated[float, ValueRange("1/Pa", ge=1e-10, le=1e-7)]
 DynamicViscosity = Annotated[float, ValueRange("Pa*s", gt=0.0)]

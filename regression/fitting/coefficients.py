@@ -235,12 +235,7 @@ def _rows_of_oils(frame: pd.DataFrame, oils: Collection[str]) -> list[tuple[str 
 
 
 def fit_form(
-    family: Family,
-    frame: pd.DataFrame,
-    *,
-    network: bool = False,
-    by_oil: bool = False,
-    near: FittedForm | None = None,
+    family: Family, frame: pd.DataFrame, *, network: bool = False, by_oil: bool = False, near: FittedForm | None = None
 ) -> FittedForm:
     """Fit a family to the rows of a dataset, the coefficients first, then the networks on its parts.
 

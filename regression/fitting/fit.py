@@ -17,14 +17,7 @@ from regression.data.dataset import Dataset, columns
 from regression.fitting.coefficients import fit_form
 from regression.fitting.cross_validation import fitted_and_held_out, nested_cross_validate
 from regression.fitting.noise import expected_rows, measured_noise, realisation_scatter
-from regression.fitting.rows import (
-    box_of,
-    checkable_rows,
-    computed_friction,
-    kept_rows,
-    own_rows,
-    usable_rows,
-)
+from regression.fitting.rows import box_of, checkable_rows, computed_friction, kept_rows, own_rows, usable_rows
 from regression.fitting.scores import (
     INTERVAL_LEVEL,
     bands,

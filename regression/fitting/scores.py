@@ -46,10 +46,7 @@ def _r2(observed: Array, predicted: Array) -> float:
 
 
 def bands(
-    frame: pd.DataFrame,
-    predicted: Array,
-    covered: NDArray[np.bool_] | None = None,
-    noise: NoiseFloor | None = None,
+    frame: pd.DataFrame, predicted: Array, covered: NDArray[np.bool_] | None = None, noise: NoiseFloor | None = None
 ) -> tuple[Band, ...]:
     """Errors by region: lambda, SR, pressure, temperature; bands without cases are left out."""
     mu = computed_friction(frame)

@@ -30,13 +30,7 @@ Positive = Annotated[float, ValueRange("", gt=0.0)]
 Statistics = tuple[Array, Array, Array, Array, Array, Array]
 Evaluate = Callable[[list[Array]], Sequence[Array]]
 ODDS, FILM_PART = "asperity_odds", "film_part"  # of the form, inputs of the networks
-INPUTS = (
-    "film_ratio_formula",
-    *(name for name in GROUPS),
-    "peklenik_number",
-    ODDS,
-    FILM_PART,
-)
+INPUTS = ("film_ratio_formula", *(name for name in GROUPS), "peklenik_number", ODDS, FILM_PART)
 ODDS_LIMIT = 1e3  # shares nearer to 0 or 1 leave friction as it is
 FILM_POWER = 1.5  # of the load share of the film, that of the form `short`
 DIGITS = 4  # of a weight, behind the point

@@ -162,11 +162,7 @@ def _drozdov(c: Conditions, base: str) -> Array:
 
 def _odonoghue(c: Conditions, base: str) -> Array:
     return p.odonoghue_cameron_1966(
-        c["viscosity_kinematic"],
-        c["speed_sliding"],
-        c["speed_entrainment"],
-        c["radius_equivalent"],
-        _mean_ra(c),
+        c["viscosity_kinematic"], c["speed_sliding"], c["speed_entrainment"], c["radius_equivalent"], _mean_ra(c)
     )
 
 

@@ -284,11 +284,7 @@ def _lateral_error(spreads: UncertaintyInput, film_ratio: Array, score: float, r
 
 
 def point_uncertainty(
-    model: FrictionModel,
-    state: ContactState,
-    oil: Oil,
-    spreads: UncertaintyInput = DEFAULT,
-    level: float = LEVEL,
+    model: FrictionModel, state: ContactState, oil: Oil, spreads: UncertaintyInput = DEFAULT, level: float = LEVEL
 ) -> InputUncertainty:
     """Interval of the friction coefficient of one contact point."""
     mu = float(np.ravel(friction_of(model, state, oil))[0])

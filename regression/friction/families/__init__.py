@@ -13,16 +13,7 @@ from regression.friction.families.film_regimes import REGIMES
 from regression.friction.families.log_linear import POWER_LAW, XU
 from regression.friction.families.short import SHORT, short_parts
 
-__all__ = [
-    "FAMILIES",
-    "POWER_LAW",
-    "REGIMES",
-    "SHORT",
-    "XU",
-    "Family",
-    "family_named",
-    "short_parts",
-]
+__all__ = ["FAMILIES", "POWER_LAW", "REGIMES", "SHORT", "XU", "Family", "family_named", "short_parts"]
 
 FAMILIES: dict[str, Family] = {family.name: family for family in (XU, POWER_LAW, REGIMES, SHORT)}
 

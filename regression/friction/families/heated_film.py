@@ -44,12 +44,7 @@ def heated_film(c: Conditions, k: Mapping[str, float]) -> Array:
     return np.asarray(c["film_formula"] / factor**INLET_POWER)
 
 
-def film_friction(
-    c: Conditions,
-    k: Mapping[str, float],
-    film: Array,
-    ripple: Array | float = 0.0,
-) -> Array:
+def film_friction(c: Conditions, k: Mapping[str, float], film: Array, ripple: Array | float = 0.0) -> Array:
     """Friction of the heated film; at most Lambda.
 
     A film as thick as the Hertz depth b^2/R carries the load with less pressure over a wider band (`relief_thick`).
