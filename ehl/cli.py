@@ -19,6 +19,9 @@ def solve(
     uncertainty: Annotated[
         bool, typer.Option("--uncertainty", help="Uncertainty of mu from the inputs: some twenty solutions.")
     ] = False,
+    cite: Annotated[
+        bool, typer.Option("--cite", help="References of the laws and methods used; BibTeX with --json.")
+    ] = False,
 ) -> None:
     """Solve one lubricated contact.
 
@@ -34,9 +37,12 @@ def solve(
         typer.echo("interval by uncertain inputs: some twenty solutions more", err=True)
         spread = contact.uncertainty()
     if json_output:
-        print_json(result.to_dict() | ({} if spread is None else {"uncertainty": spread.to_dict()}))
+        found = result.to_dict() | ({} if spread is None else {"uncertainty": spread.to_dict()})
+        print_json(found | ({"bibtex": result.citation().bibtex} if cite else {}))
     else:
         result.show(uncertainty=spread)
+        if cite:
+            typer.echo(f"\nReferences\n{result.citation()}")
     result.write(report=report, plot=plot if result.status != "failed" else None, uncertainty=spread)
     if result.status != "converged":
         typer.echo(result.outcome, err=True)

@@ -213,6 +213,14 @@ class ContactResult(Reportable):
         """
         return results_frame([self])
 
+    def references(self) -> set[str]:
+        """Line contact, laws of the lubricant, heat and roughness where they were solved."""
+        if self.problem is None:
+            return {"contact"}
+        found = {"contact", *self.problem.lubricant.references()}
+        found |= {"rough contact", "film formula"} if self.transient is not None else set()
+        return found | ({"heat"} if self.heat is not None else set())
+
     def sections(self, medium: Medium = "page", uncertainty: InputUncertainty | None = None) -> list[Section]:
         """Friction coefficient and its uncertainty, notes, figures, all results, the operating point.
 

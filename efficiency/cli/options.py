@@ -128,6 +128,10 @@ JsonOption = Annotated[bool, output_option("--json", help="Print one JSON object
 ReportOption = Annotated[Path | None, output_option(help="Write one HTML page, for print too.")]
 FiguresOption = Annotated[Path | None, output_option(help="Folder for figures (PNG).")]
 _TABLES = {
+    "cite": Annotated[
+        bool | None,
+        advanced("--cite", help="References of the laws, formulas and standards used; BibTeX with --json."),
+    ],
     "xlsx": Annotated[Path | None, output_option(help="Write every table into one workbook.")],
     "csv": Annotated[Path | None, advanced(help="Folder for every table as CSV.")],
 }
@@ -198,10 +202,13 @@ def present(result: Any, json_output: bool, **files: Any) -> None:
     units = files.pop("units", None)
     contained = {"strength": True} if files.pop("strength", False) else {}
     options = given({"units": units})
+    citation = result.citation() if files.pop("cite", False) else None
     if json_output:
-        print_json(result.to_dict(**contained))
+        print_json(result.to_dict(**contained) | ({} if citation is None else {"bibtex": citation.bibtex}))
     else:
         result.show(**options)
+        if citation is not None:
+            typer.echo(f"\nReferences\n{citation}")
     result.write(**files, **options)
     fail_unless_converged(result.status, result.reason)
 

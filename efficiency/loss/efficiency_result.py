@@ -304,6 +304,15 @@ class EfficiencyResult(Reportable):
         """Grades of pressure, root stress, safety factors, scuffing and micropitting; computed when asked for."""
         return self._source("strength").strength_of(self)
 
+    def references(self) -> set[str]:
+        """Gear model, laws of the oil, friction model; strength where it was computed."""
+        kind = "bevel" if self.has_strength else "cylindrical"
+        found = {"gear", f"gear:{kind}", "film formula", *self.card.lubricant(self.temperature).references()}
+        found |= self.model.references()
+        if max(self.temperature_bulk_1, self.temperature_bulk_2) > self.temperature:
+            found.add("bulk temperature")
+        return found | ({"strength"} if "strength" in vars(self) else set())
+
     def scalars(self) -> dict[str, Any]:
         """The single values by their names, SI units, without the interval by uncertain inputs (the cells of a map)."""
         kept = (str, bool, int, float)

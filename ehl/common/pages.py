@@ -16,6 +16,7 @@ from ehl.common.figures import figure_of, interactive, own_style, printable, qui
 from ehl.common.files import FIGURE, PAGE, make_folder, write_file
 from ehl.common.notes import notes_table
 from ehl.common.quantities import typeset_units
+from ehl.common.references import Citation
 from ehl.common.sections import Code, Folded, Head, Item, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Cell, Table
 from ehl.common.version import __version__
@@ -62,6 +63,20 @@ class Reportable:
     def to_dict(self) -> dict[str, Any]:
         """For JSON."""
         raise NotImplementedError
+
+    def references(self) -> set[str]:
+        """Uses of `data/references.toml` that the result cites; those of its `results` where it has no own ones."""
+        return set[str]().union(*(result.references() for result in getattr(self, "results", ())))
+
+    def citation(self) -> Citation:
+        """References of the laws, formulas and standards that the result used.
+
+        Returns
+        -------
+        Citation
+            With `text` and `bibtex`.
+        """
+        return Citation.of(self.references())
 
     def plot(self, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw the main figure of the result.

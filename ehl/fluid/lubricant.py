@@ -209,6 +209,11 @@ class Lubricant:
         """d ln eta/dT [1/K] at (p, T), elementwise; the derivative of `log_viscosity`."""
         return self.pressure_law.by_temperature(pressure, temperature)
 
+    def references(self) -> set[str]:
+        """Uses of `data/references.toml`: laws of viscosity, density and shear."""
+        density = type(self.compression).__name__
+        return {f"viscosity:{self.viscosity_law}", f"density:{density}", f"shear:{self.rheology}"}
+
     def density_ratio(self, pressure: FloatArray) -> FloatArray:
         """rho/rho0, elementwise."""
         return self.compression.ratio(pressure)

@@ -126,6 +126,10 @@ class FrictionModel(ABC):
         """Whether mu depends on the Peklenik number of the roughness."""
         return False
 
+    def references(self) -> set[str]:
+        """Uses of `data/references.toml`: the solved contacts that the model is or was fitted to."""
+        return {"contact", "heat", "rough contact"}
+
     @abstractmethod
     def evaluate(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:
         """Friction at contact points.
@@ -272,6 +276,10 @@ class ConstantFriction(FrictionModel):
     def default_oil(self) -> str:
         """Any oil: the constant does not depend on it."""
         return "fva3"
+
+    def references(self) -> set[str]:
+        """None."""
+        return set()
 
     def evaluate(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:
         """The constant, exactly, at every point."""

@@ -88,6 +88,10 @@ class PublishedFriction(FrictionModel):
         which = {"found": "", "mixed": "in part ", "from memory": ""}[self.certainty]
         return "" if self.certainty == "found" else f"(M): the equation is {which}from memory, to be checked in print"
 
+    def references(self) -> set[str]:
+        """The publication of the formula."""
+        return {f"friction:{self.name}"}
+
     def evaluate(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:
         """Friction with the formula's own range as flag; no interval, the authors state none."""
         mu, outside = self.values(conditions, oil.base)

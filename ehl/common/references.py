@@ -1,0 +1,85 @@
+"""References of a result: the entries of `data/references.toml` that its laws, formulas and standards use."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from ehl.common.data import data_path
+
+_NOT_BIBTEX = ("type", "uses")
+# types without a BibTeX type of their own
+_BIBTEX_TYPES = {"software": "misc", "standard": "misc"}
+
+
+@dataclass(frozen=True)
+class Citation:
+    """References of a result, in the order of the file.
+
+    Parameters
+    ----------
+    entries : dict
+        Key to the fields of the entry, `type` and `uses` included.
+
+    Examples
+    --------
+    >>> import ehl
+    >>> result = ehl.Contact(oil="fva3", temperature="80 degC", pressure_hertz="1 GPa", radius_equivalent="15 mm",
+    ...                      speed_entrainment="5 m/s", thermal="off").solve()
+    >>> "johnson_1985" in result.citation().entries
+    True
+    """
+
+    entries: dict[str, dict[str, Any]]
+
+    @classmethod
+    def of(cls, uses: Iterable[str]) -> Citation:
+        """Entries of the program and of some uses, each entry once."""
+        wanted = {"program", *uses}
+        return cls({key: entry for key, entry in _all_references().items() if wanted & {*entry["uses"]}})
+
+    @property
+    def text(self) -> str:
+        """Numbered list, one entry a line."""
+        return "\n".join(f"[{number}] {line(entry)}" for number, entry in enumerate(self.entries.values(), 1))
+
+    @property
+    def bibtex(self) -> str:
+        """The entries as BibTeX."""
+        return "\n\n".join(_bibtex(key, entry) for key, entry in self.entries.items())
+
+    def __str__(self) -> str:
+        return self.text
+
+
+def line(entry: dict[str, Any]) -> str:
+    """An entry as one line of text."""
+    authors = entry.get("author", "").replace(" and ", ", ")
+    place = entry.get("journal") or entry.get("booktitle") or entry.get("publisher") or entry.get("school")
+    place = place or entry.get("organization")
+    numbers = ", ".join(str(entry[name]) for name in ("volume", "pages") if name in entry)
+    parts = [f"{authors} ({entry['year']})" if authors and "year" in entry else authors, entry["title"]]
+    parts += [f"{place} {numbers}".strip() if place else "", f"doi:{entry['doi']}" if "doi" in entry else ""]
+    return ". ".join(part.rstrip(".") for part in parts if part) + "."
+
+
+def _bibtex(key: str, entry: dict[str, Any]) -> str:
+    fields = [f"  {name} = {{{value}}}" for name, value in entry.items() if name not in _NOT_BIBTEX]
+    return f"@{_BIBTEX_TYPES.get(entry['type'], entry['type'])}{{{key},\n" + ",\n".join(fields) + "\n}"
+
+
+def references_page() -> str:
+    """Markdown page of all entries with their uses."""
+    rows = [
+        f"{number}. {line(entry)} *{', '.join(entry['uses'])}*"
+        for number, entry in enumerate(_all_references().values(), 1)
+    ]
+    return "\n".join(["---", "orphan: true", "---", "", "# References", "", *rows])
+
+
+@cache
+def _all_references() -> dict[str, dict[str, Any]]:
+    return tomllib.loads(data_path("references.toml").read_text(encoding="utf-8"))

@@ -1,0 +1,41 @@
+"""References of results: every law, formula and standard in use has an entry, every entry a use."""
+
+from __future__ import annotations
+
+import tomllib
+
+import pytest
+
+import efficiency
+import ehl
+from ehl.common.data import data_path
+from ehl.common.references import Citation
+from regression.friction.published_registry import PUBLISHED
+
+ENTRIES = tomllib.loads(data_path("references.toml").read_text(encoding="utf-8"))
+CITED = {use for entry in ENTRIES.values() for use in entry["uses"]}
+
+
+@pytest.mark.parametrize("name", ehl.shipped("oils"))
+def test_laws_of_oils(name):
+    oil = ehl.Oil.load(name)
+    assert oil.lubricant(353.15).references() <= CITED
+
+
+def test_published_formulas():
+    assert {use for model in PUBLISHED.values() for use in model.references()} <= CITED
+
+
+def test_a_pair_and_a_map():
+    mesh = efficiency.load("fm_spiral_bevel_14x39").mesh(positions=4, points_per_line=9)
+    constant = mesh.load("300 N m").efficiency("constant:0.05", speed="1500 rpm").citation()
+    grid = mesh.over("xu_kahraman_2007", torque="200, 300 N m", speed=["500 rpm"]).citation()
+    assert {"kolivand_2010", "iso_23509"} <= {*constant.entries}
+    assert {*grid.entries} - {*constant.entries} == {"xu_kahraman_2007"}
+
+
+def test_text_and_bibtex():
+    found = Citation.of(CITED)
+    assert [*found.entries] == [*ENTRIES]
+    assert found.text.count("\n") + 1 == found.bibtex.count("\n@") + 1 == len(ENTRIES)
+    assert "@phdthesis{roelands_1966,\n  author = {Roelands, C. J. A.},\n" in found.bibtex
