@@ -266,7 +266,8 @@ def test_command_of_a_page_is_parsed(line: str) -> None:
 def test_links_and_pictures_of_a_page_exist(path: Path) -> None:
     links = re.findall(r"\]\(([^)#\s]+)", path.read_text(encoding="utf-8"))
     missing = [link for link in links if "://" not in link and not (path.parent / link).exists()]
-    built = ("gallery/", "../gallery/", "nomenclature.md", "../nomenclature.md", "units.md", "references.md")  # by the build of the site
+    # made by the build of the site
+    built = ("gallery/", "../gallery/", "nomenclature.md", "../nomenclature.md", "units.md", "references.md")
     assert [link for link in missing if not link.startswith(built)] == []
 
 
