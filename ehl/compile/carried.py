@@ -1,7 +1,7 @@
-"""Compiled kernels that an installation carries, so that nothing is compiled where they fit.
+"""Precompiled kernels of a wheel, loaded instead of compiled where they fit.
 
-A wheel may hold them for one Python, numba and llvmlite, and for processors of level x86-64-v3 (`hatch_build.py`).
-What was made from other sources, for others of these, or is damaged does not count: the kernel is compiled as ever.
+A wheel may hold kernels for one version of Python, numba and llvmlite and for processors of level x86-64-v3
+(`hatch_build.py`). Kernels that are damaged or made from other sources or versions are ignored and compiled locally.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from ehl.common.files import write_file
 
 FOLDER = Path(__file__).resolve().parents[1] / "_carried"
 INDEX = "kernels.json"
-SWITCH = "MIXED_EHL_KERNELS"  # "native": compile for this very processor
+SWITCH = "MIXED_EHL_KERNELS"  # "native": compile for the local processor
 LEVEL = "x86-64-v3"
-TARGET = (LEVEL, "+avx2")  # name and features that the compiler is given; one feature, or it would ask this machine
-# of the level, as the compiler names them
+TARGET = (LEVEL, "+avx2")  # CPU name and features for the compiler; an empty list means the features of this machine
+# features of the level, as LLVM names them
 FEATURES = (
     *("avx", "avx2", "bmi", "bmi2", "cx16", "f16c", "fma", "fxsr", "lzcnt", "mmx", "movbe", "popcnt", "sahf"),
     *("sse", "sse2", "sse3", "sse4.1", "sse4.2", "ssse3", "xsave"),
@@ -37,7 +37,7 @@ FEATURES = (
 
 
 def surrounding() -> dict[str, str]:
-    """What compiled kernels are tied to, beside their sources and the processor."""
+    """Versions and platform that compiled kernels require, in addition to their sources and the processor."""
     return {
         "python": f"{sys.implementation.cache_tag}{getattr(sys, 'abiflags', '')}",
         "numba": numba.__version__,
@@ -47,19 +47,19 @@ def surrounding() -> dict[str, str]:
 
 
 def why_not() -> str | None:
-    """Why kernels are compiled here and not taken from those carried, or None."""
+    """Reason why precompiled kernels are not used, or None."""
     if os.environ.get(SWITCH) == "native":
-        return f"{SWITCH} asks for kernels of this very processor"
+        return f"{SWITCH}=native selects compilation for the local processor"
     if config.CPU_NAME is not None or config.CPU_FEATURES is not None:
-        return "NUMBA_CPU_NAME or NUMBA_CPU_FEATURES names the processor to compile for"
+        return "NUMBA_CPU_NAME or NUMBA_CPU_FEATURES selects the target processor"
     if not FOLDER.is_dir():
-        return "this installation carries none"
+        return "this installation has no precompiled kernels"
     made_for, here = _index().get("surrounding"), surrounding()
     if not isinstance(made_for, dict):
-        return "the list of those carried cannot be read"
+        return "the index of the precompiled kernels cannot be read"
     if made_for != here:
         others = ", ".join(f"{what} {made_for.get(what)}" for what in here if made_for.get(what) != here[what])
-        return f"those carried are for {others}"
+        return f"the precompiled kernels are for {others}"
     has = llvm.get_host_cpu_features()
     missing = [feature for feature in FEATURES if not has.get(feature, False)]
     return f"this processor is below {LEVEL}: no {', '.join(missing)}" if missing else None
@@ -75,7 +75,7 @@ def _index() -> dict[str, Any]:
 
 @cache
 def _entries(folder: Path) -> Any:
-    """What of a folder fits here, read once in a process."""
+    """Index entries of a folder if its kernels fit this process; read once in a process."""
     return _index().get("kernels") if why_not() is None else None
 
 
@@ -84,39 +84,39 @@ def _content(name: str, sources: str) -> bytes | None:
         entry = _entries(FOLDER)[name]
         content = (FOLDER / entry["file"]).read_bytes()
         whole = entry["sources"] == sources and entry["sha256"] == hashlib.sha256(content).hexdigest()
-    except (OSError, LookupError, TypeError):  # nothing carried, or not what was written
+    except (OSError, LookupError, TypeError):  # no such kernel, or a damaged index
         return None
     return content if whole else None
 
 
 def carries(name: str, sources: str) -> bool:
-    """Whether a kernel of these sources is carried, and fits here."""
+    """Whether a fitting precompiled kernel of these sources exists."""
     return _content(name, sources) is not None
 
 
 def carried_kernel(name: str, sources: str, arguments: tuple[Any, ...]) -> Any:
-    """What the compiler made of a kernel, as it keeps it on disk, or None.
+    """Compile result of a kernel in the form of numba's disk cache, or None.
 
     name: module and function.
     sources: hash of the sources that the kernel is made from.
-    arguments: types of the arguments, as of numba.
+    arguments: numba types of the arguments.
     """
     content = _content(name, sources)
     if content is None:
         return None
-    # compiled code, as trusted as the package that it came with
+    # the pickled code comes with the package and is trusted like it
     return next((made for taken, made in pickle.loads(content) if taken == arguments), None)
 
 
 def write_carried(kernels: Iterable[tuple[str, str, Any]], folder: Path) -> int:
-    """Write what this process compiled.
+    """Write the kernels that this process compiled.
 
     kernels: module and function, hash of the sources, and the kernel.
-    folder: is made; must not hold anything.
-    Returns: kernels written.
+    folder: is created; must not exist.
+    Returns: number of kernels written.
     """
     if (config.CPU_NAME, config.CPU_FEATURES) != TARGET:
-        raise RuntimeError(f"kernels to carry are compiled with NUMBA_CPU_NAME, NUMBA_CPU_FEATURES = {TARGET}")
+        raise RuntimeError(f"precompiled kernels require NUMBA_CPU_NAME, NUMBA_CPU_FEATURES = {TARGET}")
     folder.mkdir(parents=True)
     entries: dict[str, dict[str, str]] = {}
     for name, sources, kernel in kernels:

@@ -1,4 +1,4 @@
-"""Closed estimates of heat: its effect on friction, for ``thermal = "auto"``, and that of convection in the film."""
+"""Closed-form estimates of the thermal effect on friction (``thermal = "auto"``) and of convection in the film."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from ehl.heat.conduction import bounded_rate
 from ehl.line_contact import LineContact
 from ehl.material import Material
 
-# tuned: change of ln(viscosity) and relative change of film below which heat is left out, at most 1.5 % of friction
-# in 543 contacts (docs/heat.md); may be changed by whoever runs tests/unit/ehl/test_heat.py
+# tuned: change of ln(viscosity) and relative change of film below which heat is neglected; the error of friction was
+# at most 1.5 % in 543 contacts (docs/heat.md, tests/unit/ehl/test_heat.py)
 THERMAL_THRESHOLD = 0.02
 
 
@@ -39,16 +39,16 @@ def wilson_gupta_1992(loading: float, slide_to_roll: float) -> float:
 
 @dataclass(frozen=True)
 class ThermalEstimate:
-    """Estimated effect of heat; every figure is meant to be on the high side."""
+    """Estimated thermal effect; every figure is an upper estimate."""
 
-    # rise of the mid-layer above the surfaces, and of the surfaces above bulk, at the contact centre, taken with the
-    # isothermal friction [K]
+    # rise of the mid-layer above the surfaces, and of the surfaces above bulk, at the contact centre with isothermal
+    # friction [K]
     rise_film: float
     rise_flash: float
-    bulk_offset: float  # largest distance of a bulk temperature from that of the oil [K]
+    bulk_offset: float  # largest difference between a bulk temperature and the oil temperature [K]
     viscosity_change: float  # (rises + bulk offset) times -d ln eta/dT at the Hertz pressure [-]
-    friction_change: float  # the part of it that reaches friction, relative [-]
-    film_change: float  # relative loss of film by inlet heating, the larger one of two published factors [-]
+    friction_change: float  # resulting relative change of friction [-]
+    film_change: float  # relative loss of film by inlet heating, the larger of two published factors [-]
     matters: bool  # viscosity_change or film_change above the threshold
 
 
@@ -60,15 +60,15 @@ def estimate_thermal_effect(
     film_central: float | None = None,
     temperature_bulk: tuple[float, float] | None = None,
 ) -> ThermalEstimate:
-    """Estimate how much heat changes friction, without solving for it.
+    """Upper estimate of the thermal change of friction without a thermal solution (own work).
 
     The isothermal shear stress at the Hertz pressure heats a film of central thickness and a band as wide as the
-    contact; both rises together act on the viscosity there. Heat lowers its own source, so an estimate with the
-    isothermal source is high. Ours, with the threshold of a study that found 0.02 in d ln eta to be safe.
+    contact. Both rises act on the viscosity there. Heating reduces the shear stress, so the isothermal stress gives an
+    upper estimate. The threshold of 0.02 in d ln eta is from a parameter study.
 
     contact, lubricant, bodies: as in `thermal_traction`.
-    film_central: [m]; by the formula of Moes (1992) when not given.
-    temperature_bulk: [K]; the inlet temperature when not given.
+    film_central: [m]; default: the formula of Moes (1992).
+    temperature_bulk: [K]; default: the inlet temperature.
     """
     bulk = temperature_bulk or (lubricant.temperature, lubricant.temperature)
     bulk_offset = max(abs(t - lubricant.temperature) for t in bulk)
@@ -78,13 +78,13 @@ def estimate_thermal_effect(
     temperature = np.array([lubricant.temperature])
     k_film = float(lubricant.film_conductivity(pressure, lubricant.thermal_conductivity)[0])
     stress = float(lubricant.shear_stress(pressure, np.array([film]), speed)[0]) if speed > 0.0 else 0.0
-    # d ln tau/d ln eta (1 for a Newtonian film), without the limit: that may hold at the centre only
+    # d ln tau/d ln eta (1 for a Newtonian film), without the limiting stress, which may act at the centre only
     law = replace(lubricant.shear_law, limit_slope=math.inf)
     log_viscous = lubricant.log_viscosity(pressure, temperature) + math.log(max(speed, 1e-300) / film)
     sensitivity = float(law.log_stress(log_viscous, pressure)[1][0])
     heat = speed * stress
     rise_film = heat * film / (8.0 * k_film)
-    # at the trailing edge of a band: 2 q sqrt(2 b/(pi u))/e for each body alone, both in parallel
+    # rise at the trailing edge of a band, 2 q sqrt(2 b/(pi u))/e for each body, both bodies in parallel
     parallel = 0.0
     for u, body in zip((contact.speed_1, contact.speed_2), bodies, strict=True):
         u_used = 2.0 * body.thermal_diffusivity * bounded_rate(u / (2.0 * body.thermal_diffusivity), b)
@@ -107,7 +107,7 @@ def estimate_thermal_effect(
 
 @dataclass(frozen=True)
 class CarriedShearHeat:
-    """What a film that carries the heat of shear along would change, at most: estimates, ours (docs/heat.md)."""
+    """Upper estimates of the changes by convection of shear heat in the film (own work, docs/heat.md)."""
 
     peclet_film: float  # rho c u_r h^2/(k b), with the film and its conductivity at the Hertz pressure [-]
     # relative [-]
@@ -118,11 +118,11 @@ class CarriedShearHeat:
 def carried_shear_heat(
     contact: LineContact, lubricant: Lubricant, film: float, film_reduction: float
 ) -> CarriedShearHeat:
-    """Estimate what is left out by conducting the heat of shear to the walls on the spot.
+    """Estimate the effect of convection of shear heat in the film, which the thermal model neglects.
 
-    A cooler inlet thickens a film in the measure in which heat had thinned it; in the contact the change grows with
-    the film Peclet number. Both terms lie above the changes of 699 solved contacts, by the third by which the mean
-    temperature they were solved with lags behind the energy equation across the film (docs/heat.md).
+    A cooler inlet thickens a film in proportion to its thermal thinning. In the contact the change grows with the film
+    Peclet number. Both terms exceed the changes of 699 solved contacts by a third: the mean film temperature of those
+    solutions underestimates the effect of the energy equation across the film by as much (docs/heat.md).
 
     contact, lubricant: as in `ehl.heat.traction.thermal_traction`.
     film: central film with heat [m].

@@ -1,4 +1,4 @@
-"""Friction of a lubricated line contact with the heat it makes: film and surface temperatures at given p and h."""
+"""Thermal traction of a lubricated line contact: friction, film and surface temperatures at given p and h."""
 
 from __future__ import annotations
 
@@ -34,15 +34,14 @@ class ThermalTraction:
     # into each body [W/m2]
     heat_flux_1: FloatArray
     heat_flux_2: FloatArray
-    # ln eta(p, T_film) - ln eta(p, T_inlet), what the heat does to the viscosity in the Reynolds equation [-]
-    log_viscosity_offset: FloatArray
+    log_viscosity_offset: FloatArray  # ln eta(p, T_film) - ln eta(p, T_inlet), for the Reynolds equation [-]
     rolling_heat: FloatArray  # heat of the pressure-driven flow [W/m2]
-    temperature_rise_rolling: FloatArray  # what it adds to the film temperature, surfaces included [K]
+    temperature_rise_rolling: FloatArray  # its part of the film temperature, rise of the surfaces included [K]
     friction_fluid: float  # integral of the shear stress over the load per length [-]
     # highest film and highest surface temperature [K]
     temperature_film_max: float
     temperature_flash: float
-    # |heat into both bodies - friction power|/friction power, the power taken anew at the final temperatures [-]
+    # |heat into both bodies - friction power|/friction power, with the power at the final temperatures [-]
     energy_residual: float
     peclet_number: float  # the lower one of the two bodies [-]
     iterations: int  # Newton iterations
@@ -53,12 +52,12 @@ def flux_to_surface_1(
 ) -> tuple[FloatArray, FloatArray]:
     """Division of the friction heat q between the surfaces: q1 = M q + m, q2 = q - q1.
 
-    With heat freed evenly across the film, q1 = q/2 + (k_f/h)(T2 - T1); T1 and T2 follow from q1 and q2 by conduction
-    in the bodies, which closes a linear system.
+    For a uniform heat source across the film, q1 = q/2 + (k_f/h)(T2 - T1). T1 and T2 follow from q1 and q2 by
+    conduction in the bodies, which closes a linear system.
 
     conductance (n,): k_f/h [W/(m2 K)].
     matrix_1, matrix_2 (n, n): rise of each surface per flux into it [K m2/W].
-    bulk_difference: bulk temperature of body 2 less that of body 1 [K].
+    bulk_difference: bulk temperature of body 2 minus that of body 1 [K].
     Returns: M: shape (n, n); m: [W/m2], shape (n,).
     """
     n = len(conductance)
@@ -75,14 +74,14 @@ def flux_to_surface_1(
 
 @dataclass(frozen=True)
 class Conducted:
-    """Conduction in both bodies and through the film between them, at one film."""
+    """Conduction in both bodies and through a given film between them."""
 
     walls: Walls  # for the compiled loops
     total: FloatArray  # sum of both conduction matrices
     resistance: FloatArray  # h/(8 k) of the film
 
     def into_1(self, heat: FloatArray, difference: float = 0.0) -> FloatArray:
-        """Part of the heat that body 1 takes, at a difference of both bulk temperatures."""
+        """Part of the heat that flows into body 1, at a difference of both bulk temperatures."""
         walls = self.walls
         right = 0.5 * heat + walls.conductance * (difference + walls.matrix_2 @ heat)
         found: FloatArray = dgetrs(walls.factors.T, walls.pivots - 1, right, trans=1)[0]
@@ -94,7 +93,7 @@ class Conducted:
         return np.asarray(0.5 * (self.walls.matrix_1 @ part + self.walls.matrix_2 @ (heat - part)))
 
     def estimate(self) -> FloatArray:
-        """Rise of the mean surface temperature per heat, as of bodies whose rises are everywhere in one proportion."""
+        """Approximation of `exact` for bodies whose temperature rises have a constant ratio."""
         first, second = float(self.walls.matrix_1.sum()), float(self.walls.matrix_2.sum())
         through = self.walls.conductance * self.total.sum(axis=1)
         held = ((first - second) / (first + second)) ** 2 * through / (1.0 + through)
@@ -125,19 +124,19 @@ def thermal_traction(
     """Shear stress, film and surface temperatures of a steady contact whose pressure and film are given.
 
     At each node tau = tau(p, h, T_film), T_film = (T1 + T2)/2 + tau |v_s| h/(8 k_f), with the surface temperatures
-    T_i = bulk + conduction of q_i and the heat divided by the conductance of the film. The whole nonlocal balance is
-    one Newton iteration in ln tau: a lagged temperature oscillates at high load and sliding.
+    T_i = bulk + conduction of q_i and the heat divided by the conductance of the film. The nonlocal balance is solved
+    by one Newton iteration in ln tau, as a lagged temperature oscillates at high load and sliding.
 
-    x (n,): nodes, increasing [m]; graded meshes welcome. Cost grows as n^3: a few hundred are plenty.
-    pressure, film (n,): fluid pressure [Pa] and film thickness [m]; no heat is made where the pressure is zero.
+    x (n,): nodes, increasing [m]; may be graded. Cost grows as n^3: a few hundred nodes suffice.
+    pressure, film (n,): fluid pressure [Pa] and film thickness [m]; there is no heat where the pressure is zero.
     contact: speeds and load.
     lubricant: its temperature is that of the inlet.
     bodies: both bodies.
-    temperature_bulk: bulk temperatures [K]; the inlet temperature when not given.
-    asperity_heat: heat freed at asperity contacts, mu_b p_c |v_s| [W/m2]: it enters the surfaces, not the film.
-    rolling_heat: heat of the pressure-driven flow, u_r (h - h*) dp/dx with h* = flow/density [W/m2]. It is freed near
-        the walls: its mid-layer rise is q h/(16 k_f).
-    matrices (n, n): `surface_matrices` of these nodes, where they are known.
+    temperature_bulk: bulk temperatures [K]; default: the inlet temperature.
+    asperity_heat: heat at asperity contacts, mu_b p_c |v_s| [W/m2], a source at the surfaces.
+    rolling_heat: heat of the pressure-driven flow, u_r (h - h*) dp/dx with h* = flow/density [W/m2]. Its source is near
+        the walls, so that the mid-layer rise is q h/(16 k_f).
+    matrices (n, n): `surface_matrices` of these nodes, computed by default.
     tolerance: on ln tau.
     Raises `InputError`: arrays of unequal shape or not increasing, or a film that is not positive.
     """
@@ -191,9 +190,9 @@ def film_temperature(
     tolerance: float = 1e-9,
     max_iterations: int = 80,
 ) -> FilmTemperature:
-    """The balance of `thermal_traction` by itself, with conduction `matrices` of its nodes; parameters as there.
+    """Heat balance of `thermal_traction` with the same parameters, for given conduction `matrices` of its nodes.
 
-    `guess` holds stress and mean surface temperature to start from.
+    `guess` holds the initial stress and mean surface temperature.
     """
     speed, wet = contact.speed_sliding, pressure > 0.0
     rolling = np.where(wet, rolling_heat, 0.0)
@@ -202,7 +201,7 @@ def film_temperature(
     walls, resistance = conducted.walls, conducted.resistance
 
     def law_at(wall: FloatArray, rise: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Temperature of the film and ln(eta) between such surfaces, with such a parabola."""
+        """Film temperature and ln(eta) for given surface temperature and mid-layer rise."""
         temperature = wall + rise
         return temperature, lubricant.log_viscosity(pressure, temperature)
 
@@ -210,7 +209,7 @@ def film_temperature(
     if not (stress[wet] > 0.0).all():
         stress = np.where(stress > 0.0, stress, _stress(pressure, film, wall, lubricant, speed))
     surface, exact = conducted.estimate(), False
-    # heat alone cannot lift the film by more than this: brings an isothermal start of any size into reach
+    # bounds the temperature rise of an isothermal initial guess, which may be arbitrarily large
     stress = np.minimum(stress, _MAX_RISE / np.maximum(speed * (surface.diagonal() + resistance), 1e-300))
     rise, law = speed * resistance * stress, lubricant.shear_law
     cut = law.limit_slope if law.limited and law.limit == "cut" else math.inf
@@ -224,7 +223,7 @@ def film_temperature(
     next_wall, log_eta, into_1 = np.empty_like(film), np.empty_like(film), np.empty_like(film)
     here, iterations, missed, converged = law_at(wall, rise), 0, math.inf, False
     while not converged and iterations < max_iterations:
-        # ln(eta) about the temperatures known; the laws themselves say how far that is off where it leads to
+        # ln(eta) linearised at the current temperatures; its error is evaluated at the new ones below
         nodes[_kernels.WALL], nodes[_kernels.RISE], nodes[_kernels.LOG_ETA] = wall, rise, here[1]
         nodes[_kernels.BY_TEMPERATURE] = lubricant.dlog_viscosity_dtemperature(pressure, here[0])
         most = max_iterations - iterations if exact else min(max_iterations - iterations, _PATIENCE)
@@ -267,7 +266,7 @@ def traction_of(
     surface_1 = bulk[0] + conducted.walls.matrix_1 @ flux_1
     surface_2 = bulk[1] + conducted.walls.matrix_2 @ flux_2
 
-    # the power is taken from the law at the final temperatures, so the residual sees any imbalance left
+    # the power follows from the law at the final temperatures, so that the residual contains any imbalance
     final = _stress(pressure, film, temperature, lubricant, speed)
     power = float(np.trapezoid(speed * final + extra, x))
     into = float(np.trapezoid(flux_1 + flux_2, x))
@@ -313,7 +312,7 @@ def _conducted(
 
 
 _MAX_RISE = 500.0  # K
-_PATIENCE = 10  # matrices with the estimate of conduction
+_PATIENCE = 10  # matrices with the approximate conduction before the exact one is used
 
 
 def _stress(

@@ -1,7 +1,7 @@
 """Transient mixed EHL of a line contact of two moving rough surfaces.
 
 Reynolds equation with mass-conserving cavitation (JFO), elastic deflection, asperity contact, side flow through the
-valleys of the roughness, and heat, solved at every time step; friction is a time mean with its errors.
+valleys of the roughness, and heat are solved at every time step. Friction is a time mean with its errors.
 """
 
 from __future__ import annotations

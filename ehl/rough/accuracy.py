@@ -1,4 +1,4 @@
-"""Mesh, start-up and averaging window of a transient run, from the accuracy asked for."""
+"""Mesh, start-up and averaging window of a transient run for a required accuracy."""
 
 from __future__ import annotations
 
@@ -15,80 +15,76 @@ Accuracy = Literal["fast", "standard", "reference"]
 
 BATCH = 2.0  # travel of the smallest batch of the mean [b]
 FRONT_STARTUP = 2.9  # until the roughness has filled the contact [b]
-DRAINED_STARTUP = 8.0  # more, until the macroscopic pressure has settled [b]
+DRAINED_STARTUP = 8.0  # additional travel until the macroscopic pressure has settled [b]
 SETTLING = 1.5  # after the change to the fine mesh: mu starts up to 40 % high and settles within about 1 b [b]
-THERMAL_CAP = 8.0  # longest wait for the slower surface to be heated through the contact [b]
+THERMAL_CAP = 8.0  # longest travel for heating of the slower surface [b]
 NODES_MIN, NODES_MAX = 64, 16384
-# by level: budget of nodes of an accurate mesh, and of one that just resolves fine roughness
+# by level: largest number of nodes of an accurate mesh, and of a mesh that just resolves fine roughness
 BUDGET: dict[str, tuple[int, int]] = {
     "fast": (2048, 8192), "standard": (4096, NODES_MAX), "reference": (8192, NODES_MAX)
 }  # fmt: skip
-MIN_PER_LENGTH = 3.0  # nodes per correlation length, fewer do not resolve the roughness
-SPARE = 2.0  # times as many nodes as the needed where an accurate mesh is beyond the first number
+MIN_PER_LENGTH = 3.0  # smallest number of nodes per correlation length that resolves the roughness
+SPARE = 2.0  # mesh over the minimum number of nodes where an accurate mesh exceeds the first limit
 MIN_MESH_LENGTH = 3.7  # inlet and outlet of the thinnest film [b]
-PER_WAVELENGTH = 2.2  # nodes per shortest wavelength; the companion of twice the spacing must carry it as well
-LONG_WAVES = 3.0  # correlation lengths a batch of the mean holds at least
-LONG_WINDOWS = 8.0  # times as long at most for roughness longer than the contact
-# a contact holds many waves of fine roughness, so that shorter runs give the same mean: the correlation length from
-# which on they have full length [b], and the smallest share of it
+PER_WAVELENGTH = 2.2  # nodes per shortest wavelength; the coarse mesh of twice the spacing must resolve it as well
+LONG_WAVES = 3.0  # smallest number of correlation lengths in a batch of the mean
+LONG_WINDOWS = 8.0  # largest factor of the window for roughness longer than the contact
+# fine roughness has many waves in the contact, so that shorter runs give the same mean: smallest correlation length
+# with the full window [b], and the smallest share of the window
 FINE_LENGTH, MIN_SHARE = 0.1, 1.0 / 3.0
-BLOCK = 4.0  # travel between two looks at the interval [b]
-# tuned: changes mu by 1e-4 or less and saves 10 to 35 % of the work; may be changed by whoever solves rough contacts
-# with both tolerances
+BLOCK = 4.0  # travel between two evaluations of the interval [b]
+# tuned on rough contacts solved with both tolerances: changes mu by 1e-4 or less and saves 10 to 35 % of the work
 LOOSE_STEP_TOLERANCE = 1e-3
 
-# tuned: node distance over the width of the inlet sweep (`inlet_sweep`); the smooth film comes out thinner by half
-# its square, measured 0.45 to 0.6 of it over M 13 to 290, L 3 to 9; may be changed by whoever runs
-# validation/work_precision.py
+# tuned with validation/work_precision.py: node distance over the width of the inlet sweep (`inlet_sweep`). The smooth
+# film is too thin by half the square of this ratio (0.45 to 0.6 over M 13 to 290, L 3 to 9)
 PER_SWEEP: dict[str, float] = {"fast": 0.35, "standard": 0.2, "reference": 0.1}
-# tuned: of the coarsest of several meshes; on one of 1.4 the film of a contact at 2.5 GPa collapsed, and with it mu
+# tuned: of the coarsest of several meshes; with 1.4 the film of a contact at 2.5 GPa collapsed, and mu was wrong
 PER_SWEEP_COARSEST = 0.8
-NEAR_BOUNDARY, FINER_THERE = 0.15, 1.5  # film ratio below which the mesh is finer still, and by how much
-# tuned: where films are thin the edges of the contact spots set the mesh, however long the waves: nodes per b of
-# "standard", 64 lambda^-0.8 and 340 at most; measured 1.5 % of mu, second order in the distance; may be changed by
-# whoever runs validation/work_precision.py
+NEAR_BOUNDARY, FINER_THERE = 0.15, 1.5  # film ratio below which the mesh is finer still, and the factor
+# tuned with validation/work_precision.py: in thin films the edges of the contact spots determine the mesh, for any
+# correlation length. "standard" has 64 lambda^-0.8 nodes per b, at most 340; error 1.5 % of mu, second order
 SPOT_NODES, SPOT_POWER, SPOT_NODES_MAX = 64.0, 0.8, 340.0
-SPOT_RATIO = 0.4  # film ratio below which there are spots
+SPOT_RATIO = 0.4  # film ratio below which there are contact spots
 PER_SPOT: dict[str, float] = {"fast": 0.4, "standard": 1.0, "reference": 2.0}
-SWEEP_FILM_MIN = 0.1  # of the composite Rq: thinner films are not what keeps such surfaces apart
+SWEEP_FILM_MIN = 0.1  # over the composite Rq: asperities separate the surfaces at thinner films
 
 
 @dataclass(frozen=True)
 class RunPlan:
-    """Numbers of one run."""
+    """Mesh, windows and work limits of one run."""
 
-    spacing: float  # node distance of the fine mesh [b]; its companion has twice that
-    tolerance: float  # half width of the 90 % interval of mu to be reached, over mu
-    # travel averaged over [b]
+    spacing: float  # node distance of the fine mesh [b]; the coarse mesh has twice that
+    tolerance: float  # required half width of the 90 % interval of mu, over mu
+    # averaging window [b]
     window_min: float
     window_max: float
-    startup: float  # travel of the coarse run before the fine one takes over [b]
+    startup: float  # travel of the coarse run before the fine run starts [b]
     settling: float  # travel of both before the window [b]
     boundary_study: bool  # whether mu at twice and half the boundary film is computed
-    nodes_max: int = NODES_MAX  # budget of nodes of an accurate mesh
-    coarsest: float = math.inf  # largest spacing that still shows the roughness [b]; infinity when smooth
+    nodes_max: int = NODES_MAX  # largest number of nodes of an accurate mesh
+    coarsest: float = math.inf  # largest spacing that resolves the roughness [b]; infinity when smooth
     batch: float = BATCH  # travel of the smallest batch of the mean [b]
-    nodes_fine_max: int = NODES_MAX  # budget of nodes for fine roughness, which a smaller mesh would not resolve
+    nodes_fine_max: int = NODES_MAX  # largest number of nodes for fine roughness
     exchange_window: float = EXCHANGE_WINDOW  # travel per update of the macroscopic pressure [b]
     # travel over which the mean heat of the coarse run warms the surfaces without a solution of the film [b]
     preheating: float = 0.0
-    window_fine: float = BATCH  # shortest travel averaged over on all meshes but the coarsest [b]
+    window_fine: float = BATCH  # shortest averaging window on all meshes but the coarsest [b]
     budget: float = math.inf  # work of the whole contact, in node-iterations (`ehl.rough.averaging.Window.work`)
-    inlet: float = math.inf  # width of the inlet sweep, which every mesh has to resolve [b]
-    bound: float = math.inf  # work beyond which the contact is solved `thrifty`
-    give_up: float = math.inf  # work beyond which it is not solved at all, as there is another answer
-    block: float = BLOCK  # travel between two looks at the interval [b]
+    inlet: float = math.inf  # width of the inlet sweep, which every mesh must resolve [b]
+    bound: float = math.inf  # work above which the reduced plan is used (`thrifty`)
+    give_up: float = math.inf  # work above which another model gives the result instead
+    block: float = BLOCK  # travel between two evaluations of the interval [b]
     step_tolerance: float = Settings.tolerance  # of mass and gap in one step, over the film unit
-    # whether start-up, blocks and steps are those of a contact that would cost more than its bound
-    thrifty: bool = False
+    thrifty: bool = False  # whether start-up, blocks and steps are reduced because of the cost
 
 
-# work of a contact that is not smooth, in node-iterations of some 150 ns: a contact that needs more to settle ends with
-# the interval it has
+# work of a contact that is not smooth, in node-iterations of some 150 ns: a contact that needs more ends with the
+# interval reached
 WORK: dict[str, float] = {"fast": 1e7, "standard": 4e7, "reference": 1e9}
-BOUND = 2.5  # budgets beyond which even the shortest windows are too dear: the contact is solved `thrifty`
+BOUND = 2.5  # multiple of the budget above which the plan is reduced (`thrifty`)
 LEVELS_MAX = 4  # meshes of one contact
-FINE_WINDOW = 8.0  # shortest window of the finer meshes, of which only differences are taken [b]
+FINE_WINDOW = 8.0  # shortest window of the finer meshes, which supply differences only [b]
 
 # nodes per correlation length above and below a film ratio of 0.3, nodes per b when smooth, tolerance, windows [b]
 LEVELS: dict[str, tuple[float, float, float, float, float, float]] = {
@@ -99,7 +95,7 @@ LEVELS: dict[str, tuple[float, float, float, float, float, float]] = {
 
 
 def level_of(accuracy: Accuracy | float) -> str:
-    """Name of the level that serves an accuracy.
+    """Name of the level for an accuracy.
 
     Raises `InputError`: neither a level nor a tolerance from 0.0001 to 0.5.
     """
@@ -124,11 +120,9 @@ def make_run_plan(
 ) -> RunPlan:
     """Plan of a run; ``accuracy`` is a level or the relative tolerance on mu.
 
-    ``fine`` allows the larger budget of nodes, with shorter start-up and window.
-
-    The mesh resolves the correlation length, more finely where the film ratio is below 0.3 and again near the boundary
-    regime (docs/performance.md), and never leaves the smooth contact, its inlet or the spots of thin
-    films unresolved.
+    The mesh resolves the correlation length, the smooth contact, its inlet and the contact spots of thin films. It is
+    finer at film ratios below 0.3 and again near the boundary regime (docs/performance.md). ``fine`` permits the larger
+    number of nodes with shorter start-up and window.
     """
     level = level_of(accuracy)
     tolerance = LEVELS[level][3] if isinstance(accuracy, str) else float(accuracy)
@@ -144,7 +138,7 @@ def make_run_plan(
         spacing = min(spacing, lc / per_length, coarsest)
         if ratio < SPOT_RATIO:
             spacing = min(spacing, 1.0 / (PER_SPOT[level] * min(SPOT_NODES / ratio**SPOT_POWER, SPOT_NODES_MAX)))
-        # roughness longer than the contact: a batch must see some of it
+        # a batch must contain several correlation lengths of roughness that is longer than the contact
         longer = min(max(LONG_WAVES * surfaces.correlation_length / (BATCH * contact.half_width), 1.0), LONG_WINDOWS)
         batch, window_min, window_max = BATCH * longer, window_min * longer, window_max * longer
     else:
@@ -192,11 +186,11 @@ def _shortened(plan: RunPlan, correlation_length: float) -> RunPlan:
 
 
 def thrifty(plan: RunPlan, correlation_length: float) -> RunPlan:
-    """The plan of a contact that would cost more than its bound; ``correlation_length`` in b.
+    """Reduced plan of a contact whose work would exceed its bound; ``correlation_length`` in b.
 
-    Surfaces are preheated, steps solved less tightly; start-up, blocks and batches of fine roughness are as short as
-    its waves allow. The macroscopic pressure is updated as before: over shorter windows it follows single waves, which
-    moved mu by 4 % in one contact.
+    The surfaces are preheated and the step tolerance is looser. Start-up, blocks and batches of fine roughness are
+    shorter. The update interval of the macroscopic pressure is unchanged: with shorter intervals it follows single
+    waves, which changed mu by 4 % in one contact.
     """
     if plan.exchange_window == EXCHANGE_WINDOW:
         plan = replace(_shortened(plan, correlation_length), exchange_window=plan.exchange_window)
@@ -215,15 +209,15 @@ def inlet_sweep(contact: LineContact, film: float) -> float:
 
 
 def min_nodes(correlation_length: float) -> float:
-    """Nodes needed to resolve generated roughness at all; ``correlation_length`` in b."""
+    """Smallest number of nodes that resolves generated roughness; ``correlation_length`` in b."""
     return MIN_PER_LENGTH * MIN_MESH_LENGTH / correlation_length
 
 
 def with_overrides(plan: RunPlan, nodes: int | None, travel: float | None, length: float) -> RunPlan:
-    """The plan with a fixed number of nodes or a fixed window, inside the budget of nodes.
+    """The plan with a fixed number of nodes or a fixed window, within the largest number of nodes.
 
-    Raises `InputError`: `nodes` or `travel` is out of range; `ConvergenceError`: "mesh_budget": the nodes of this level
-    cannot show the roughness.
+    Raises `InputError`: `nodes` or `travel` is out of range; `ConvergenceError` "mesh_budget": the largest mesh of this
+    level does not resolve the roughness.
     """
     if nodes is not None:
         if not NODES_MIN <= nodes <= NODES_MAX:
@@ -243,7 +237,7 @@ def with_overrides(plan: RunPlan, nodes: int | None, travel: float | None, lengt
 
 
 def mesh_levels(plan: RunPlan, nodes: int) -> int:
-    """Number of meshes, of which the coarsest shows roughness and inlet; two for a fixed window or when smooth."""
+    """Number of meshes; the coarsest resolves roughness and inlet. Two for a fixed window or when smooth."""
     levels = 2
     coarsest = min(2.0 * plan.coarsest, PER_SWEEP_COARSEST * plan.inlet)
     if plan.window_max > plan.window_min:

@@ -1,4 +1,4 @@
-"""What one run averages over: its steps in blocks, what they cost, and the errors of their mean."""
+"""Averaging window of a transient run: blocks of steps, their cost, and the errors of their mean."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from ehl.rough.batch_means import ONE_DRAW, batch_means
 from ehl.rough.run import TransientRun
 from ehl.rough.surfaces import RoughSurfaces
 
-# work of a step: (nodes + 100)(iterations + 1.5); over 40 contacts with heat 150 ns each, within a factor of 1.5
+# work of a step: (nodes + 100)(iterations + 1.5), times 150 ns within a factor of 1.5 over 40 contacts with heat
 STEP_NODES, STEP_ITERATIONS = 100.0, 1.5
-FILM_JUMP = 5.0  # mean film of a step over its median above which a fallback went astray
-MAX_MEDIAN_FILM = 10.0  # no median is larger, in film units, unless most steps went astray
-FLUX_SAMPLES = 20  # moments the mean heat flux is taken from
-MAX_REPEATS = 3  # of a block in which that happened
+FILM_JUMP = 5.0  # mean film of a step over its median above which the step counts as diverged
+MAX_MEDIAN_FILM = 10.0  # upper bound of the median film, in film units, unless most steps diverged
+FLUX_SAMPLES = 20  # samples of the mean heat flux
+MAX_REPEATS = 3  # of a block with a diverged step
 MIN_EXCHANGES, EXCHANGE_LEVEL, PLACES = 4, 0.01, 10  # batches; level of the test; independent places along x
 
 
 @dataclass
 class Window:
-    """What one run recorded: all steps, and the mean profiles since the start-up."""
+    """Records of one run: all steps, and the mean profiles since the start-up."""
 
     run: TransientRun
     batch: float = BATCH  # travel of a batch of the mean [b]
@@ -36,28 +36,27 @@ class Window:
     recorded: list[FloatArray] = field(default_factory=list)
     sums: list[FloatArray] = field(default_factory=list)  # of the profiles, by block
     exchanges: list[FloatArray] = field(default_factory=list)  # of the side flow per step, by block and batch
-    numbers: list[int] = field(default_factory=list)  # of the blocks along the travel: the same stretch on every mesh
+    numbers: list[int] = field(default_factory=list)  # of the blocks along the travel, the same on every mesh
     rolled: float = 0.0  # travel of the blocks [b]
-    passed: int = 0  # blocks rolled, those that went astray as well
+    passed: int = 0  # blocks computed, including discarded ones
     repeats: int = 0
-    steps: int = 0  # of all rolling, that without averaging as well
+    steps: int = 0  # including steps that are not averaged
     iterations: float = 0.0
-    _means: dict[tuple[int, int], tuple[FloatArray, FloatArray]] = field(
-        default_factory=dict, repr=False
-    )  # what `parts` found
+    # cache of `parts`
+    _means: dict[tuple[int, int], tuple[FloatArray, FloatArray]] = field(default_factory=dict, repr=False)
 
     @property
     def work(self) -> float:
-        """Cost of all steps so far, in node-iterations."""
+        """Work of all steps so far, in node-iterations."""
         return (self.run.problem.x.size + STEP_NODES) * (self.iterations + STEP_ITERATIONS * self.steps)
 
     @property
     def rate(self) -> float:
-        """Work per b of travel, of the steps so far."""
+        """Work per b of travel of the steps so far."""
         return self.work * self.run.problem.units.steps_per_half_width / max(self.steps, 1)
 
     def branch(self) -> Window:
-        """Another window that goes on from the state and the cost of this one, without its averages."""
+        """Another window that continues from the state and the work of this one, without its averages."""
         run = self.run.branch(self.run.problem)
         return Window(run, self.batch, started=[*self.started], steps=self.steps, iterations=self.iterations)
 
@@ -68,11 +67,11 @@ class Window:
         return records, profiles
 
     def start(self, travel: float) -> None:
-        """Roll without averaging."""
+        """Advance without averaging."""
         self.started.append(self._march(travel)[0])
 
     def mean_flux(self, travel: float) -> FloatArray:
-        """Roll without averaging, but for the heat flux into both surfaces (2, n) [W/m2]."""
+        """Advance without recording; return the mean heat flux into both surfaces (2, n) [W/m2]."""
         flux = np.zeros_like(self.run.state.flux_into)
         for _ in range(FLUX_SAMPLES):
             self.start(travel / FLUX_SAMPLES)
@@ -80,7 +79,7 @@ class Window:
         return flux
 
     def roll(self, travel: float) -> None:
-        """Roll a block and average."""
+        """Advance by a block and average."""
         batches = max(1, round(travel / BATCH))
         pieces = [self._advance(travel / batches) for _ in range(batches)]
         self.recorded.append(np.concatenate([records for records, _, _ in pieces]))
@@ -88,7 +87,7 @@ class Window:
         self.exchanges.append(np.array([exchange for _, _, exchange in pieces]))
 
     def block(self, travel: float) -> None:
-        """Roll one block of the window; one in which a film goes astray is forgotten, with the next; others follow."""
+        """Advance by one block of the window; a block with a diverged step is discarded and repeated further on."""
         while True:
             self.roll(travel)
             self.passed += 1
@@ -110,15 +109,14 @@ class Window:
         return self._friction_of(self.records_of(numbers))
 
     def pieces(self, numbers: Sequence[int], length: float) -> list[int]:
-        """Into how many parts of about this length each of some blocks divides [b]."""
+        """Number of parts of about this length [b] in each of some blocks."""
         per_length = length * self.run.problem.units.steps_per_half_width
         return [max(1, round(len(self._block(number)) / per_length)) for number in numbers]
 
     def parts(self, numbers: Sequence[int], pieces: Sequence[int]) -> FloatArray:
-        """Mean friction of parts of some blocks, each divided into so many.
+        """Mean friction of parts of some blocks, each divided into the number of `pieces` given for it.
 
-        Two meshes are compared in the same pieces: their steps divide a block unlike, and 2.5 lengths are two to one
-        mesh and three to the other.
+        The numbers are an argument since rounding could otherwise divide a block differently on two meshes.
         """
         return np.concatenate([self._parts(number, count) for number, count in zip(numbers, pieces, strict=True)])
 
@@ -144,7 +142,7 @@ class Window:
         return records, profiles, (self.run.macroscopic.total_exchange - before) / len(records)
 
     def astray(self) -> bool:
-        """Whether the film of a step of the last block is many times the usual one."""
+        """Whether a step of the last block diverged (`film_jumped`)."""
         return film_jumped(self.recorded[-1][:, FILM_MEAN], self.column(FILM_MEAN), self.roughness)
 
     @property
@@ -154,7 +152,7 @@ class Window:
         return math.hypot(*(float(np.std(p)) if p.size else 0.0 for p in (surfaces.profile_1, surfaces.profile_2)))
 
     def repeat(self) -> None:
-        """Forget the last block and roll on until the contact holds other oil; the surfaces roll on as well."""
+        """Discard the last block and restart after one transit of the contact; the surfaces move on as well."""
         self.started.append(self.recorded.pop())
         self.sums.pop()
         self.exchanges.pop()
@@ -176,7 +174,7 @@ class Window:
         return np.concatenate([block[:, column] for block in self.recorded])
 
     def friction_since(self, step: int) -> FloatArray:
-        """mu of every step from one on, of start-up and window."""
+        """mu of every step from `step` on, of start-up and window."""
         return self._friction_of(np.concatenate([*self.started, *self.recorded])[step:])
 
     def friction(self) -> FloatArray:
@@ -186,7 +184,7 @@ class Window:
     def interval(self) -> tuple[float, float]:
         """mu and the half width of its 90 % interval.
 
-        Of too few batches the whole window counts as one draw from a distribution of its own spread.
+        With too few batches the whole window counts as one draw from a distribution with its standard deviation.
         """
         friction = self.friction()
         mean, half_width = batch_means(friction, round(self.batch * self.run.problem.units.steps_per_half_width))
@@ -194,9 +192,9 @@ class Window:
 
 
 def film_jumped(part: FloatArray, films: FloatArray, roughness: float) -> bool:
-    """Whether the mean film of a step is many times the median, or no number: a fallback let the bodies fly apart.
+    """Whether a step diverged: its mean film is not finite, or many times the median and the composite Rq.
 
-    No film counts that is not also many times the composite Rq, film units: a valley as wide as the contact holds one.
+    The Rq (in film units) is included as a valley as wide as the contact may hold a thick film.
     """
     usual = min(max(float(np.median(films)), roughness), MAX_MEDIAN_FILM)
     return not bool(part.max() <= FILM_JUMP * usual)
@@ -205,9 +203,10 @@ def film_jumped(part: FloatArray, films: FloatArray, roughness: float) -> bool:
 def net_exchange(window: Window) -> tuple[float, float]:
     """Largest running sum of the mean exchange along x over the throughput, and its statistical threshold.
 
-    The macroscopic pressure answers every surplus with a deficit, so that the sum over time wanders about a line: its
-    slope is the mean exchange, free of end effects of the window. Threshold: half width of the interval
-    of that slope by the residuals of batches of 2 b, at a level of 1 % for all places together; nan with fewer than 4.
+    The macroscopic pressure compensates every surplus, so that the sum over time fluctuates about a line. The slope of
+    this line is the mean exchange, free of end effects of the window. The threshold is the half width of the interval
+    of the slope from the residuals of batches of 2 b, at a level of 1 % for all places together. It is nan with fewer
+    than 4 batches.
     """
     run = window.run
     middle = slice(run.problem.model.contact.middle_first, run.problem.model.contact.middle_last)
@@ -225,10 +224,11 @@ def net_exchange(window: Window) -> tuple[float, float]:
 
 
 def realisation_error(window: Window, surfaces: RoughSurfaces, contact: LineContact, statistical: float) -> float:
-    """Half width of the 90 % interval of mu over other stretches of the same surfaces, over mu (ours).
+    """Half width of the 90 % interval of mu over other realisations of the same surfaces, over mu (own work).
 
-    The interval of the time mean counts the whole travel T as fresh roughness. Surface i brings at most its period, and
-    l_i = T |u_i|/u_r + lc of it: the variance grows by the mean of T/l_i, weighted with the variances of the heights.
+    The interval of the time mean counts the whole travel T as new roughness. Surface i contributes only
+    l_i = T |u_i|/u_r + lc, at most its period. The variance grows by the mean of T/l_i, weighted with the variances of
+    the heights.
     """
     rough = [
         (p, u)

@@ -11,20 +11,20 @@ from ehl.common.arrays import FloatArray
 
 MIN_BATCHES = 5  # batches below which no interval is given
 ONE_DRAW = 1.645  # half width of the 90 % interval of a normal variable over its standard deviation
-# tuned: largest correlation of neighbours that the correction takes, coverage 88 to 90 % of 90 % intervals; may be
-# changed by whoever runs tests/unit/ehl/test_error_bars.py
+# tuned: largest correlation of neighbours in the correction; 90 % intervals cover 88 to 90 %
+# (tests/unit/ehl/test_error_bars.py)
 MAX_CORRELATION = 0.8
-CORRECTION_MAX = 0.1 / 3.0  # of the mean, for a difference of 10 % between two meshes
+CORRECTION_MAX = 0.1 / 3.0  # of the mean, reached at a difference of 10 % between two meshes
 
 
 def batch_means(series: FloatArray, batch: int, confidence: float = 0.90) -> tuple[float, float]:
     """Mean and half width of its confidence interval.
 
-    Half batches are merged while their correlation stays above 0.2 and 10 of them remain. What correlation r is left
-    is corrected for its bias, r + (1 + 3 r)/n (Kendall 1954), and taken as that of a first-order autoregression: the
-    variance of the mean grows by (1 + r)/(1 - r), and the freedom of Student's t falls by as much. Runs that stop when
-    their interval is narrow enough favour intervals that came out narrow by chance; without the correction they
-    covered 83 to 86 % instead of 88 to 90.
+    Half batches are merged while their correlation exceeds 0.2 and 10 of them remain. The remaining correlation r is
+    corrected for its bias, r + (1 + 3 r)/n (Kendall 1954), and treated as a first-order autoregression: the variance of
+    the mean grows by (1 + r)/(1 - r), and the degrees of freedom of Student's t decrease by the same factor. A run
+    that stops at a required interval favours intervals that are narrow by chance. Without the correction 90 % intervals
+    covered 83 to 86 % instead of 88 to 90 %.
 
     series (n,): one value per step, after the start-up.
     batch: steps of the smallest batch; several correlation lengths of the series.
@@ -42,11 +42,11 @@ def batch_means(series: FloatArray, batch: int, confidence: float = 0.90) -> tup
 
 
 def interval_of_means(means: FloatArray, confidence: float = 0.90) -> float:
-    """Half width of the interval of the mean of equal parts of a series, neighbours correlated (`batch_means`).
+    """Half width of the interval of the mean of equal parts of a correlated series (`batch_means`).
 
-    means (n,): in their order.
+    means (n,): means of the parts in their order.
     confidence: nominal coverage.
-    Returns: inf with fewer than 3 parts.
+    Returns: half width; inf with fewer than 3 parts.
     """
     if means.size < 3:
         return math.inf
@@ -61,11 +61,11 @@ def interval_of_means(means: FloatArray, confidence: float = 0.90) -> float:
 
 
 def richardson(coarse: float, fine: float) -> tuple[float, float]:
-    """Mean extrapolated from a mesh and one of twice its spacing, and the error of mesh and time step.
+    """Richardson extrapolation of a mean from a mesh and one of twice its spacing, and the discretisation error.
 
-    Of a second-order scheme a third of the signed difference of the two means is the error of the fine one. It is added
-    and stays as error: near the boundary regime the order is lower. A correction of more than `CORRECTION_MAX` is not
-    made in full, and what is left counts as error too.
+    For a second-order scheme a third of the signed difference of the two means is the error of the fine one. It is
+    added as a correction and kept as error, as the order is lower near the boundary regime. The correction is bounded
+    by `CORRECTION_MAX`; the rest counts as error too.
     """
     third = (fine - coarse) / 3.0
     most = CORRECTION_MAX * abs(fine)

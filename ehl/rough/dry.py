@@ -1,6 +1,6 @@
-"""Dry, frictionless, rough line contact of elastic bodies, with an optional cap on the pressure: no film at all.
+"""Dry, frictionless, rough line contact of elastic bodies with an optional limit of the pressure (hardness).
 
-p >= 0, gap >= 0, p gap = 0 and the load, solved by conjugate gradients on the nodes in contact.
+The conditions p >= 0, gap >= 0, p gap = 0 and the load are solved by conjugate gradients on the nodes in contact.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ class DryContactResult:
     """Pressure and gap of the dry contact."""
 
     status: Literal["converged", "failed"]
-    # empty, "hardness_too_low" (the cap cannot carry the load on the nodes there are), "domain_too_small" (contact at
-    # the edge) or "iteration_limit"
+    # empty, "hardness_too_low" (the nodes cannot carry the load at that pressure), "domain_too_small" (contact at the
+    # edge) or "iteration_limit"
     reason: str
     # [m, Pa, m]; the gap is zero in contact, negative (material yielded) where the pressure is capped; shape (n,)
     x: FloatArray
@@ -33,7 +33,7 @@ class DryContactResult:
     gap: FloatArray
     pressure_max: float  # [Pa]
     contact_length: float  # length in contact [m]
-    plastic_length: float  # length at the pressure cap [m]
+    plastic_length: float  # length at the limit of the pressure [m]
     approach: float  # h0 in gap = h0 + x^2/(2R) - roughness + V [m], with the level of V of `ehl.elasticity`
     # largest violation of gap = 0 in contact and gap >= 0 elsewhere, over the deflection scale b^2/R [-]
     gap_residual: float
@@ -58,13 +58,13 @@ def solve_dry(
 ) -> DryContactResult:
     """Solve the dry contact of a cylinder with a rough plane.
 
-    Polonsky & Keer (1999), Wear 231, 206-219, for the kernel of the line contact; the cap on the pressure as
-    Almqvist, Sahlin, Larsson & Glavatskih (2007), Tribol. Int. 40, 574-579: capped nodes leave the conjugate set and
-    may overlap.
+    Method of Polonsky & Keer (1999), Wear 231, 206-219, with the kernel of the line contact. The pressure is limited
+    after Almqvist, Sahlin, Larsson & Glavatskih (2007), Tribol. Int. 40, 574-579: nodes at the limit leave the
+    conjugate set and may overlap.
 
     contact: radius, modulus and load.
-    x (n,): uniform nodes [m]; must hold the whole contact.
-    roughness (n,): sum of both profiles at this moment, positive out of the material [m].
+    x (n,): uniform nodes [m]; must contain the whole contact.
+    roughness (n,): sum of both profiles at one time, positive out of the material [m].
     hardness: largest pressure [Pa].
     tolerance: on `gap_residual` and on the change of pressure.
     Raises `InputError`: the nodes are not uniform, or shapes differ.
@@ -78,7 +78,7 @@ def solve_dry(
     if not hardness > 0.0:
         raise InputError("hardness", hardness, "> 0 Pa")
     total = contact.load_per_length / spacing
-    # no node can carry more than all: a finite cap in every case
+    # a node cannot carry more than the whole load: a finite limit in every case
     hardness = min(hardness, 2.0 * total)
     shape = x**2 / (2.0 * contact.radius_equivalent) - rough
     scale = contact.half_width**2 / contact.radius_equivalent
@@ -110,7 +110,7 @@ def solve_dry(
         step = float(residual @ direction) / curvature if curvature > 0.0 else 0.0
         before = pressure
         pressure = np.where(touching, np.clip(pressure - step * direction, 0.0, hardness), pressure)
-        # nodes that overlap without pressure come in, capped nodes that open come back
+        # overlapping nodes without pressure enter the conjugate set, opening nodes at the limit return to it
         pulled_in = (pressure == 0.0) & (gap < 0.0)
         released = (pressure == hardness) & (gap > 0.0)
         changed = (pulled_in | released) & ~touching
@@ -129,7 +129,7 @@ def solve_dry(
 
 
 def _loaded(pressure: FloatArray, total: float, hardness: float) -> FloatArray:
-    """The pressure scaled to the load, nodes at the cap left there."""
+    """The pressure scaled to the load, except at nodes at the limit."""
     for _ in range(50):
         capped = pressure >= hardness
         free = float(np.sum(pressure[~capped]))

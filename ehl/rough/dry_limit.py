@@ -1,9 +1,9 @@
-"""Dry contact in place of a negligible film, decided by an estimate of the load the film still carries.
+"""Dry contact in place of a negligible film, selected by an estimate of the load share of the film.
 
-share of the load off the asperities <= D gamma^0.85 (25 h/h_boundary)^1.5 max(1, alpha p_h/15)^1.5
+load share of the film <= D gamma^0.85 (25 h/h_boundary)^1.5 max(1, alpha p_h/15)^1.5
 
-with the smooth film h, D = 0.01 with side drainage and 0.12 in place of D gamma^0.85 in sealed valleys: ours, above
-all of 18 solved contacts (`validation/mixed_shortcuts.py dry`).
+with the smooth film h. D is 0.01 with side drainage; 0.12 replaces D gamma^0.85 in sealed valleys. The estimate (own
+work) exceeds the share of all of 18 solved contacts (`validation/mixed_shortcuts.py dry`).
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from ehl.rough.dry import DryContactResult, solve_dry, uniform_grid
 from ehl.rough.mixed import TOLERANCE, rough_surfaces
 from ehl.rough.surfaces import sample_ring
 
-# tuned: share of the load off the asperities where h is 0.04 h_boundary, its growth with the Peklenik number, power
-# of film and pressure, over solved contacts; may be changed by whoever runs validation/mixed_shortcuts.py
+# tuned on solved contacts (validation/mixed_shortcuts.py): load share of the film at h = 0.04 h_boundary, its growth
+# with the Peklenik number, power of film and pressure
 DEFICIT_DRAINED, DEFICIT_SEALED, DEFICIT_GROWTH, DEFICIT_POWER = 0.01, 0.12, 0.85, 1.5
 FILM_SHARE, STIFFENING = 0.04, 15.0
 NODES_PER_LENGTH, NODES_PER_WAVE = 12.0, 2.2
 NODES_MIN, NODES_MAX = 512, 8192
 REACH = 2.0  # half length of the dry mesh [b]
-MOMENTS = (0.0, 5.3, 9.9, 16.1, 21.7, 27.2)  # travel of the surfaces at which it is solved [b]
+MOMENTS = (0.0, 5.3, 9.9, 16.1, 21.7, 27.2)  # travel of the surfaces at the solved times [b]
 HEAT_NODES = 97
 
 
@@ -42,18 +42,18 @@ class DryLimit:
     """A contact without a film."""
 
     film_ratio: float  # lambda [-]
-    boundary_film: float  # h_boundary, the gap where the solids touch [m]
+    boundary_film: float  # h_boundary, the gap of touching solids [m]
     film_mean: float  # mean gap over the middle 30 % of the Hertz width, boundary film included [m]
-    pressure_max: float  # mean over a few moments [Pa]
-    # relative, of leaving the film out; of the film also that of the moments taken [-]
+    pressure_max: float  # mean over a few times [Pa]
+    # relative error by neglecting the film [-]; that of the film includes the sampling error
     friction_error: float
     film_error: float
-    contact: DryContactResult  # at the last of these moments
-    note: str  # the estimate in words
+    contact: DryContactResult  # at the last time
+    note: str  # the estimate as text
 
 
 def share_deficit(film_share: float, peklenik_number: float, stiffening: float) -> float:
-    """Upper estimate of the share of the load that is not on asperities where films are negligible [-].
+    """Upper estimate of the load share of a negligible film [-].
 
     film_share: smooth film over boundary film [-].
     stiffening: alpha p_h [-].
@@ -72,11 +72,11 @@ def dry_limit(
     model: ModelInput,
     bodies: tuple[Material, Material],
 ) -> DryLimit | None:
-    """The dry contact where the film carries a negligible load; None where it does not, or no mesh resolves roughness.
+    """Dry contact if the film carries a negligible load, else None; None also if no mesh resolves the roughness.
 
     contact, lubricant, surface, model, bodies: as in `ehl.solve.solve_contact`.
     film: central film of the smooth contact [m].
-    friction_film: friction of that film [-]: the load on the film has this friction, or none.
+    friction_film: friction of that film [-]; the load on the film has between this friction and none.
     """
     boundary_friction = surface.boundary_friction
     if model.shortcuts == "off" or contact.speed_sliding == 0.0 or boundary_friction == 0.0:
@@ -85,15 +85,14 @@ def dry_limit(
     stiffening = lubricant.alpha * contact.pressure_hertz
 
     def left_out(boundary: float) -> tuple[float, float]:
-        """Share of the load on the film, and the error of mu by neglecting it."""
+        """Load share of the film, and the error of mu by neglecting it."""
         share = share_deficit(film / boundary, surface.peklenik_number, stiffening)
         return share, share * max(1.0, friction_film / boundary_friction)
 
     if not surface.measured:
-        # known before any profile is made
-        if left_out(surface.film_of_contact)[1] > 0.5 * tolerance:
-            return None
-        if NODES_PER_LENGTH * 2.0 * REACH * contact.half_width > NODES_MAX * surface.correlation_length:
+        # decided before any profile is generated
+        unresolved = NODES_PER_LENGTH * 2.0 * REACH * contact.half_width > NODES_MAX * surface.correlation_length
+        if unresolved or left_out(surface.film_of_contact)[1] > 0.5 * tolerance:
             return None
     surfaces = rough_surfaces(surface, contact, min(body.hardness for body in bodies))
     boundary = surface.film_of_contact
@@ -122,7 +121,7 @@ def dry_limit(
 def _dry_contact(
     contact: LineContact, surfaces: RoughSurfaces, hardness: float, travel: float
 ) -> DryContactResult | None:
-    """The contact of both profiles after some travel; None where no mesh resolves them."""
+    """The contact of both profiles after some travel; None if no mesh resolves them."""
     finest = min(surfaces.shortest_correlation_length / NODES_PER_LENGTH, surfaces.shortest_wavelength / NODES_PER_WAVE)
     count = max(NODES_MIN, math.ceil(2.0 * REACH * contact.half_width / finest))
     if count > NODES_MAX:
@@ -144,8 +143,8 @@ def flash_of_rubbing(
 ) -> float:
     """Maximum surface temperature of a Hertz contact with boundary friction everywhere [K].
 
-    Bodies in touch have one temperature, so the heat divides itself (`ehl.heat.traction.flux_to_surface_1` with a
-    conductance that does not hinder it). Spots are hotter than their mean: they are not in it.
+    Both surfaces have the same temperature, which determines the partition of heat (`flux_to_surface_1` of
+    `ehl.heat.traction` with a large conductance). Temperature peaks of single asperities are not included.
     """
     b = contact.half_width
     x = b * np.linspace(-1.2, 1.2, HEAT_NODES)

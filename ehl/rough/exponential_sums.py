@@ -1,12 +1,11 @@
-"""Sums of exponentials for the two memory kernels: the logarithm of elasticity, the inverse root of heat.
+"""Sums of exponentials for the logarithmic kernel of elasticity and the inverse-root kernel of heat conduction.
 
-The exactly integrated influence coefficients of the line contact, ``K_d = -int ln|d - s| ds`` over one cell, are
-a logarithm of the distance plus a constant. The constant is a rigid shift of the gap and is carried by the
-approach of the bodies, so it may be chosen freely; it must only be the *same* in every operator that meets the
-same gap. All operators here use ``kernel_constant(n)``.
+The integrated influence coefficients of the line contact, ``K_d = -int ln|d - s| ds`` over one cell, are a
+logarithm of the distance plus a constant. The constant is a rigid shift of the gap, which the approach of the bodies
+compensates. It may be chosen freely but must be the same in all operators of one gap: ``kernel_constant(n)``.
 
 With ``K_d ~ sum_m w_m phi_m^d`` a product ``K q`` is two first-order recursions per mode, and the Newton matrix is
-quasi-separable.  One mode has ``phi = 0``: it makes ``K_0`` exact.
+quasi-separable. One mode has ``phi = 0``, which makes ``K_0`` exact.
 """
 
 from __future__ import annotations
@@ -31,8 +30,8 @@ class ExponentialSum:
     # the last ratio is zero; shape (modes,)
     weights: FloatArray
     ratios: FloatArray
-    # largest deviation from the kernel it stands for, over the range it was fitted on; absolute (unit of the kernel)
-    # for the logarithm, relative for the inverse root
+    # largest deviation from the kernel over the fitted range: absolute (unit of the kernel) for the logarithm, relative
+    # for the inverse root
     error: float
 
     def evaluate(self, distance: FloatArray) -> FloatArray:
@@ -44,9 +43,9 @@ FASTEST_RATE = 4.0  # of a long sum, per node
 
 
 def kernel_constant(n: int) -> float:
-    """Constant added to the logarithmic coefficients of an n-node line, n a power of two: ln n + 1.3 (ours).
+    """Constant added to the logarithmic coefficients of n nodes, n a power of two: ln n + 1.3 (own choice).
 
-    The fit needs a kernel that decays at the far end; 1.3 is near the optimum for 10 to 14 modes.
+    The fit requires a kernel that decays over the range; 1.3 is near the optimum for 10 to 14 modes.
     """
     return float(np.log(n) + 1.3)
 
@@ -59,7 +58,7 @@ def log_coefficients(n: int) -> FloatArray:
 
 
 def range_of(n: int) -> int:
-    """The fitted range that serves n nodes: the next power of two."""
+    """Fitted range for n nodes: the next power of two."""
     return 1 << max(n - 1, 63).bit_length()
 
 
@@ -74,7 +73,7 @@ def _tabulated() -> dict[str, ExponentialSum]:
 
 
 def log_kernel(n: int, modes: int) -> ExponentialSum:
-    """`fit_log_kernel` by table, the same in every process; fitted where the table has nothing."""
+    """`fit_log_kernel` from a table, identical in every process; fitted where the table has no entry."""
     return _tabulated().get(f"{n} {modes}") or fit_log_kernel(n, modes)
 
 
@@ -82,8 +81,8 @@ def log_kernel(n: int, modes: int) -> ExponentialSum:
 def fit_log_kernel(n: int, modes: int) -> ExponentialSum:
     """Fit ``log_coefficients(n) + kernel_constant(n)``; n a power of two (`range_of`).
 
-    Weights and decay rates are found by Levenberg-Marquardt in their logarithms from several geometric starts: all
-    but the mode with ratio zero are positive because the integrated logarithm is completely monotone.
+    The logarithms of weights and decay rates are fitted by Levenberg-Marquardt from several geometric starts. All
+    weights but that of ratio zero are positive because the integrated logarithm is completely monotone.
     """
     kernel = log_coefficients(n) + kernel_constant(n)
     d = np.unique(np.concatenate([np.arange(1, min(n, 20)), np.round(np.geomspace(min(20, n - 1), n - 1, 300))]))
@@ -124,9 +123,9 @@ def fit_log_kernel(n: int, modes: int) -> ExponentialSum:
 def bessel_kernel(wave_number: float, modes: int, newton_modes: int) -> tuple[ExponentialSum, ExponentialSum]:
     """``int K0(k |d - s|) ds`` over unit cells as a long sum of exponentials and as a short one for the Newton matrix.
 
-    K0(z) = int_0^inf exp(-z cosh t) dt (DLMF 10.32.9) is a sum of exponentials by the trapezoidal rule, whose rates the
-    long sum has; the short one has geometric rates. Weights by non-negative least squares. One mode has the ratio zero
-    and makes the coefficient of distance 0 exact; `error` is the largest deviation from the integrated K0, absolute.
+    The trapezoidal rule turns K0(z) = int_0^inf exp(-z cosh t) dt (DLMF 10.32.9) into a sum of exponentials. The long
+    sum has its rates, the short one geometric rates. The weights follow from non-negative least squares. One mode has
+    the ratio zero, which makes the coefficient of distance 0 exact; `error` is the largest absolute deviation.
 
     wave_number: k times the node spacing [-].
     modes, newton_modes: of both sums, the mode of ratio zero included.
@@ -157,7 +156,7 @@ def bessel_kernel(wave_number: float, modes: int, newton_modes: int) -> tuple[Ex
 
 
 def quad_bessel(wave_number: float, distance: float) -> float:
-    """``int K0(k |d - s|) ds`` over the unit cell around s = 0, by the integral of K0 from zero."""
+    """``int K0(k |d - s|) ds`` over the unit cell around s = 0, from the integral of K0."""
     ends = [wave_number * (distance - 0.5), wave_number * (distance + 0.5)]
     lower, upper = (math.copysign(float(iti0k0(abs(z))[1]), z) for z in ends)
     return (upper - lower) / wave_number
@@ -165,9 +164,9 @@ def quad_bessel(wave_number: float, distance: float) -> float:
 
 @lru_cache(maxsize=32)
 def fit_root_kernel(n: int, modes: int = 10) -> ExponentialSum:
-    """``int_j^{j+1} dt/sqrt(t)``, j = 0 .. n-1, as a sum of exponentials in j (relative error stated).
+    """``int_j^{j+1} dt/sqrt(t)``, j = 0 .. n-1, as a sum of exponentials in j (`error` is relative).
 
-    Non-negative least squares over fixed geometric rates; several sets of rates are tried.
+    Non-negative least squares over fixed geometric rates, the best of several sets of rates.
     """
     near = min(30, n)
     j = np.unique(np.concatenate([np.arange(1, near), np.round(np.geomspace(near, n, 200))])).astype(float)

@@ -1,4 +1,4 @@
-"""Mixed lubrication by the transient solver: its surfaces, roughness finer than the mesh, and when to skip it."""
+"""Mixed lubrication by the transient solver: its surfaces, unresolved roughness, and estimates of its effect."""
 
 from __future__ import annotations
 
@@ -24,58 +24,55 @@ from ehl.rough.subgrid import BUDGET_SHARE, CUTOFF_NODES, SplitSurfaces, share_l
 from ehl.surface.measured_profile import load_profile, profile_points
 from ehl.surface.roughness import CUTOFF_PER_CORRELATION_LENGTH, RoughProfile, generate_profile
 
-# tuned: shortest wave of a self-affine profile over lc; finer ones change mu by -4 to +5 % (H 0.85, film ratio 0.7,
-# gamma 1 and 5); may be changed by whoever runs validation/mixed_shortcuts.py
+# constants marked A are tuned with validation/mixed_shortcuts.py, those marked B with
+# tests/verification/ehl/test_continuous_friction.py
+# A: shortest wave of a self-affine profile over lc; shorter ones change mu by -4 to +5 % (H 0.85, film ratio 0.7,
+# gamma 1 and 5)
 SELF_AFFINE_CUTOFF = 0.4
 PROFILE_LENGTH = 32.0  # of a generated profile [b]
-MIN_CORRELATION_LENGTHS = 60  # correlation lengths a generated profile holds at least
-# tuned: relative change of mu by roughness at a film ratio of 2.8, and its fall with the film ratio (5 % at 3.4 with
-# the lateral mode); may be changed by whoever runs tests/verification/ehl/test_continuous_friction.py
+MIN_CORRELATION_LENGTHS = 60  # smallest length of a generated profile in correlation lengths
+# B: relative change of mu by roughness at a film ratio of 2.8, and its decrease with the film ratio (5 % at 3.4 with
+# the lateral mode)
 ROUGHNESS_EFFECT, ROUGHNESS_RATIO, ROUGHNESS_POWER = 0.065, 2.8, 1.8
-# tuned: films of a shear stress far below tau0 stay viscous, and ripples of the pressure raise mu as exp(alpha p): 3
-# to 20 % where 2.4 % hold at tau0, in seven scenes down to 0.02 tau0, which the inverse of the stress bounds; may be
-# changed by whoever runs tests/verification/ehl/test_continuous_friction.py
+# B: at shear stresses far below tau0 films are viscous, and pressure ripples increase mu as exp(alpha p): by 3 to 20 %
+# instead of 2.4 % at tau0, in seven cases down to 0.02 tau0. The inverse of the stress is an upper bound
 MIN_STRESS_RATIO = 0.02
-# tuned: factor on Rq, at a film ratio of 3.9 ridges and waves change mu by 1.9 %, random profiles by 1.7; may be
-# changed by whoever runs tests/verification/ehl/test_continuous_friction.py
+# B: factor on Rq; at a film ratio of 3.9 ridges and waves change mu by 1.9 %, random profiles by 1.7 %
 REGULAR_WAVES = 1.15
 GAUSSIAN_HEIGHT = 6.0  # highest peak over deepest valley of a Gaussian profile of some sixty correlation lengths [Rq]
-ROLLING_EFFECT = 0.0075  # change of ln(viscosity) in the inlet: half a per cent of the film
-# tuned: largest change of mu by roughness that does not touch; may be changed by whoever runs
-# validation/mixed_shortcuts.py
-MAX_EFFECT_WITHOUT_CONTACT = 0.15
+ROLLING_EFFECT = 0.0075  # change of ln(viscosity) in the inlet that changes the film by 0.5 %
+MAX_EFFECT_WITHOUT_CONTACT = 0.15  # A: largest change of mu by roughness without asperity contact
 SHEAR_STRENGTH = 1e9  # about the shear modulus of a glassy oil: a larger stress is an error of the shear law [Pa]
-# tuned: error of mu by a subgrid film over its change with twice the cut-off, 0.05 to 2.4 in contacts solved with all
-# waves; may be changed by whoever runs validation/mixed_shortcuts.py
+# A: error of mu by a subgrid film over its change with twice the cut-off; 0.05 to 2.4 in fully resolved contacts
 OVER_CHANGE = 2.5
 TOLERANCE = {"fast": 0.05, "standard": 0.02, "reference": 0.01}
 
 
 def _viscous(stress_ratio: float) -> float:
-    """Factor on the effect of roughness for films far below tau0, which do not shear-thin [-]."""
+    """Factor on the effect of roughness at stresses far below tau0, without shear thinning [-]."""
     return 1.0 / min(stress_ratio + MIN_STRESS_RATIO, 1.0)
 
 
 def roughness_effect(film_ratio: float, stress_ratio: float = math.inf) -> float:
-    """Estimated relative change of mu by roughness where films are thick (ours) [-].
+    """Estimated relative change of mu by roughness for thick films (own work) [-].
 
-    film_ratio: of the hot film.
-    stress_ratio: mean shear stress of the smooth film over the stress from which it thins (`film_stress_ratio`).
+    film_ratio: of the film with thermal effects.
+    stress_ratio: mean shear stress of the smooth film over that of shear thinning (`film_stress_ratio`).
     """
     return float(ROUGHNESS_EFFECT * (ROUGHNESS_RATIO / film_ratio) ** ROUGHNESS_POWER * _viscous(stress_ratio))
 
 
 def roughness_matters(film_ratio: float, model: ModelInput, stress_ratio: float = math.inf) -> bool:
-    """Whether the estimated effect of roughness on mu exceeds half the tolerance asked for."""
+    """Whether the estimated effect of roughness on mu exceeds half the required tolerance."""
     tolerance = model.friction_tolerance or TOLERANCE[model.accuracy]
     return model.shortcuts == "off" or roughness_effect(film_ratio, stress_ratio) > 0.5 * tolerance
 
 
 def film_stress_ratio(friction: float, contact: LineContact, lubricant: Lubricant) -> float:
-    """Mean shear stress of a smooth film over the stress it does not grow beyond freely [-].
+    """Mean shear stress of a smooth film over the stress of shear thinning or the limiting stress [-].
 
-    That is tau0, the stress of Carreau's law or the limiting stress, whichever is lower, at the mean Hertz pressure.
-    Infinite without sliding: there is no friction that roughness could change.
+    The lower of both stresses at the mean Hertz pressure is used (tau0 of Eyring's or the stress of Carreau's law).
+    Infinite without sliding, since there is no friction.
     """
     if friction == 0.0:
         return math.inf
@@ -87,9 +84,9 @@ def film_stress_ratio(friction: float, contact: LineContact, lubricant: Lubrican
 
 
 def rolling_heat_of(heat: ThermalTraction | None, lubricant: Lubricant) -> tuple[FloatArray, FloatArray] | None:
-    """x [m] and heat of the pressure-driven flow [W/m2] of the smooth film; None where it does not matter.
+    """x [m] and heat of the pressure-driven flow [W/m2] of the smooth film; None where it is negligible.
 
-    It does not where it changes ln(viscosity) ahead of x = 0 by less than `ROLLING_EFFECT`: a film grows with the inlet
+    It is negligible if it changes ln(viscosity) at x < 0 by less than `ROLLING_EFFECT`. The film grows with the inlet
     viscosity to the power of about 2/3.
     """
     if heat is None:
@@ -100,9 +97,9 @@ def rolling_heat_of(heat: ThermalTraction | None, lubricant: Lubricant) -> tuple
 
 
 def rough_surfaces(surface: SurfaceInput, contact: LineContact, hardness: float = math.inf) -> RoughSurfaces:
-    """Both profiles of a contact: measured where a file is given, generated otherwise; run in where that is asked for.
+    """Both profiles of a contact: measured if a file is given, else generated; optionally run in.
 
-    The generated profile depends on seed, Rq, correlation length and contact width alone, never on the mesh.
+    A generated profile depends on seed, Rq, correlation length and contact width but not on the mesh.
     """
     half_width = contact.half_width
     profiles: list[RoughProfile | None] = []
@@ -113,7 +110,7 @@ def rough_surfaces(surface: SurfaceInput, contact: LineContact, hardness: float 
             profiles.append(load_profile(path, cutoff_short=surface.cutoff_short, **surface.profile_reading))
         elif rms > 0.0:
             lc = surface.correlation_length
-            # a Gaussian autocorrelation has next to nothing below its cut-off, and the profile the whole Rq
+            # the spectrum of a Gaussian autocorrelation is negligible below its cut-off: the profile has the whole Rq
             left_out = 0.0 if surface.hurst is None else share_left_out(surface, _cutoff(surface))
             profiles.append(
                 generate_profile(
@@ -144,21 +141,21 @@ def _cutoff(surface: SurfaceInput) -> float:
 
 @dataclass(frozen=True)
 class SmoothFriction:
-    """What the estimates of the effect of roughness need of the smooth contact."""
+    """Properties of the smooth contact for the estimates of the effect of roughness."""
 
-    film: float = 0.0  # film at x = 0, hot [m]; 0 where it is not known
+    film: float = 0.0  # film at x = 0 with thermal effects [m]; 0 if unknown
     stress_ratio: float = math.inf  # `film_stress_ratio` [-]
 
 
 def profile_notes(surface: SurfaceInput) -> tuple[str, ...]:
-    """What was done to measured profiles while they were read: gaps, spikes, the line of a map."""
+    """Notes on the processing of measured profiles: gaps, spikes, the line of a map."""
     units = {"unit_x": surface.profile_unit_x, "unit_height": surface.profile_unit_height}
     paths = dict.fromkeys(path for path in (surface.profile_1, surface.profile_2) if path is not None)
     return tuple(f"{Path(path).name}: {note}" for path in paths for note in profile_points(path, **units)[2])
 
 
 def roughness_heights(surface: SurfaceInput, contact: LineContact) -> tuple[float, float]:
-    """Composite Rq [m], and the Rq of Gaussian surfaces of the same peak-to-valley height where that is larger."""
+    """Composite Rq [m], and the larger of it and the Rq of Gaussian surfaces of the same peak-to-valley height."""
     if not surface.measured:
         return surface.roughness_rms, surface.roughness_rms
     surfaces = rough_surfaces(surface, contact)
@@ -182,15 +179,15 @@ def solve_mixed(
 
     contact, lubricant, surface, model, bodies: as in `ehl.solve.solve_contact`.
     smooth: film and stress of the smooth contact.
-    thermal: whether heat matters.
-    bulk: bulk temperatures of both bodies [K]; that of the oil when not given.
+    thermal: whether thermal effects are included.
+    bulk: bulk temperatures of both bodies [K]; default: that of the oil.
     rolling_heat: heat of the pressure-driven flow along x, of the smooth film (`rolling_heat_of`).
-    window: travel that is averaged over [b]; it ends by the interval of mu when not given.
-    Returns: roughness finer than an accurate mesh resolves is first replaced by a subgrid film, which raises the
-    boundary film by the height of the fine part: `subgrid_error` is the uncertainty that leaves,
+    window: averaging window [b]; default: until the interval of mu is reached.
+    Returns: result of the solver. Roughness finer than the accurate mesh is first replaced by a subgrid film, which
+    increases the boundary film by the height of the fine part. Its uncertainty is `subgrid_error`;
     `friction_boundary_half` and `friction_boundary_double` are mu without the subgrid film and with it at its peaks.
-    Where that and the mesh error exceed `ERROR_ALLOWED` tolerances, a mesh that resolves the roughness follows;
-    "unsettled" with the reason "mesh_budget" where none does within the nodes and the work of the accuracy.
+    If this and the mesh error exceed `ERROR_ALLOWED` tolerances, a mesh that resolves the roughness is used. The status
+    is "unsettled" with the reason "mesh_budget" if nodes and work of the accuracy do not suffice for one.
     """
     accuracy = model.friction_tolerance or model.accuracy
     common: dict[str, Any] = {
@@ -218,7 +215,7 @@ def solve_mixed(
             raise
     coarse = _with_subgrid_film(contact, lubricant, surface, smooth, common)
     if surface.running_in != "none":
-        coarse = replace(coarse, notes=(*coarse.notes, "running-in is left out: the roughness is finer than the mesh"))
+        coarse = replace(coarse, notes=(*coarse.notes, "running-in is neglected: the roughness is finer than the mesh"))
     allowed = ERROR_ALLOWED * (model.friction_tolerance or TOLERANCE[model.accuracy])
     if coarse.status == "converged" and coarse.friction_error <= allowed:
         return coarse
@@ -234,20 +231,18 @@ def solve_mixed(
 
 
 def _with_profile_notes(result: TransientResult, surfaces: RoughSurfaces) -> TransientResult:
-    """The result with what running-in did to the profiles."""
-    found = [
-        note for profile in (surfaces.profile_1, surfaces.profile_2) if profile is not None for note in profile.notes
-    ]
-    said = dict.fromkeys(note for note in found if note.startswith(RUNNING_IN))
-    return replace(result, notes=(*result.notes, *said)) if said else result
+    """The result with the notes of the profiles on running-in."""
+    found = [note for profile in surfaces.profiles for note in profile.notes if note.startswith(RUNNING_IN)]
+    return replace(result, notes=(*result.notes, *dict.fromkeys(found))) if found else result
 
 
 def _with_subgrid_film(
     contact: LineContact, lubricant: Lubricant, surface: SurfaceInput, smooth: SmoothFriction, common: dict[str, Any]
 ) -> TransientResult:
-    """Waves a coarse mesh resolves, the finer ones as a subgrid film.
+    """Result with the waves that a coarse mesh resolves, and a subgrid film for shorter ones.
 
-    The error is the larger of two: by mu without the subgrid film and at its peaks, and by mu with twice the cut-off.
+    The error is the larger of two: from mu without the subgrid film and at its peaks, and from mu with twice the
+    cut-off.
     """
     length = mesh_length(contact, contact.film_moes(lubricant))
     nodes = max(round(BUDGET_SHARE * BUDGET[level_of(common["accuracy"])][0]), NODES_MIN)
@@ -280,8 +275,8 @@ def _with_subgrid_film(
         error = max(error, OVER_CHANGE * change)
     note = (
         f"the mesh does not resolve roughness below {split.cutoff * 1e6:.3g} um (RMS {split.rms_below * 1e6:.3g} of "
-        f"{split.rms * 1e6:.3g} um); a subgrid film of {expected * 1e9:.3g} nm replaces it, and its bounds of "
-        f"{low * 1e9:.3g} and {high * 1e9:.3g} nm, or the effect of twice the cut-off, are counted as error"
+        f"{split.rms * 1e6:.3g} um); it is replaced by a subgrid film of {expected * 1e9:.3g} nm, and the error of mu "
+        f"follows from its bounds of {low * 1e9:.3g} and {high * 1e9:.3g} nm or from twice the cut-off"
     )
     return replace(run, subgrid_error=error, notes=(*run.notes, note))
 
@@ -289,8 +284,8 @@ def _with_subgrid_film(
 def _subgrid_error(run: TransientResult, smooth: SmoothFriction, rms_below: float, strongest: float) -> float:
     """Largest deviation of mu within the bounds of the subgrid film, over mu.
 
-    Where the bounds agree because nothing touches, the effect of the fine roughness on thick films is added. No bound
-    is above ``strongest``: without contact of the fine part the film of an oil without a limit may be.
+    The effect of the fine roughness on thick films is a lower bound, for films without asperity contact. ``strongest``
+    limits mu, which has no bound for an oil without limiting shear stress.
     """
     mu = run.friction_coefficient
     if mu == 0.0:

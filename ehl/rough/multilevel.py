@@ -1,9 +1,9 @@
-"""Runs of one contact on meshes of increasing fineness over the same roughness, and the mean of mu they give together.
+"""Multilevel mean of mu from runs of one contact on meshes of increasing fineness over the same roughness.
 
-mu = mean on the coarsest mesh + mean difference of each mesh to the one before it + a third of the last difference, the
-error of the finest mesh by Richardson's extrapolation (`ehl.rough.batch_means.richardson`). Both meshes of a difference
-roll over the same stretch of the surfaces: it settles in a fraction of the travel that mu itself takes, so that the
-fine meshes roll for a short while and the coarsest, at a sixteenth of their cost, for long (multilevel Monte Carlo,
+mu = mean on the coarsest mesh + mean difference of each mesh to the one before it + a third of the last difference,
+the error of the finest mesh by Richardson extrapolation (`ehl.rough.batch_means.richardson`). Both meshes of a
+difference move over the same part of the surfaces, so that it converges in a fraction of the travel of mu itself. The
+fine meshes therefore need short windows; the coarsest has a long one at a fraction of the cost (multilevel Monte Carlo,
 Giles 2008, Oper. Res. 56, 607, with time means in place of samples).
 """
 
@@ -22,25 +22,23 @@ from ehl.rough.accuracy import FRONT_STARTUP, PER_SWEEP, SETTLING, RunPlan
 from ehl.rough.averaging import Window
 from ehl.rough.batch_means import ONE_DRAW, batch_means, interval_of_means, richardson
 
-HOPELESS = 1.5  # predicted interval at the end of the budget, over the tolerance, above which a contact will not settle
-SHARE_WITHOUT_HOPE = 0.75  # of the budget that is spent on it all the same
-SMALL_PART = 0.05  # of the squared error: what adds less is not worth rolling on
-# difference of mu on two meshes above which a mesh that the budget left out is added, and the budgets that may cost
+HOPELESS = 1.5  # predicted interval at the end of the budget, over the tolerance, above which convergence is unlikely
+SHARE_WITHOUT_HOPE = 0.75  # share of the budget for such a contact
+SMALL_PART = 0.05  # share of the squared error below which a level is not extended
+# difference of mu on two meshes above which a finer mesh than the budget permits is added, and the budgets for it
 DIFFERENCE_ALLOWED, BUDGETS = 0.1, 2.0
 EXTRAPOLATED = 4.0 / 3.0  # weight of the finest difference in the extrapolated mean
-# tuned: iterations of a step over those on twice the spacing; may be changed by whoever runs
-# validation/work_precision.py
-FINER_STEP = 0.85
+FINER_STEP = 0.85  # tuned: iterations of a step over those on twice the spacing (validation/work_precision.py)
 
 
 def in_common(finer: Window, coarser: Window) -> list[int]:
-    """Blocks that both meshes rolled.
+    """Blocks that both meshes have.
 
-    Raises `ConvergenceError`: "film_jump": there is none, as the blocks of one went astray again and again.
+    Raises `ConvergenceError`: "film_jump": there is none, as the blocks of one mesh diverged repeatedly.
     """
     common = sorted(set(finer.numbers) & set(coarser.numbers))
     if not common:
-        raise ConvergenceError("film_jump", "no stretch of the surfaces that two meshes have in common")
+        raise ConvergenceError("film_jump", "two meshes have no valid block in common")
     return common
 
 
@@ -50,7 +48,7 @@ class MeshLevels:
 
     windows: list[Window]  # each mesh has half the spacing of the one before
     plan: RunPlan  # tolerance, windows and budget
-    reserved: float = 0.0  # work that what follows will take
+    reserved: float = 0.0  # work reserved for the study of the boundary film
     _changes: dict[int, tuple[tuple[int, int], FloatArray]] = field(default_factory=dict, repr=False)
 
     @property
@@ -65,16 +63,16 @@ class MeshLevels:
 
     @property
     def even(self) -> bool:
-        """Whether all meshes rolled as far: then the mean is that of the finest alone."""
+        """Whether all meshes have the same blocks, so that the mean is that of the finest."""
         return all(window.numbers == self.fine.numbers for window in self.windows)
 
     @property
     def longest(self) -> Window:
-        """The window of the longest travel, the finest of several as long."""
+        """The window with the longest travel, the finest of several with the same."""
         return max(reversed(self.windows), key=lambda window: round(window.rolled, 6))
 
     def differences(self, level: int) -> FloatArray:
-        """Mean of mu on a mesh less that on the one before, in parts of half a batch of their common travel."""
+        """Mean of mu on a mesh minus that on the one before, in parts of half a batch of their common travel."""
         finer, coarser = self.windows[level], self.windows[level - 1]
         rolled = len(finer.numbers), len(coarser.numbers)
         if level not in self._changes or self._changes[level][0] != rolled:
@@ -103,7 +101,7 @@ class MeshLevels:
         return self._extrapolated()[0]
 
     def mesh_error(self) -> float:
-        """Error of mu by mesh and time step that the extrapolation leaves."""
+        """Error of the extrapolated mu by mesh and time step."""
         return self._extrapolated()[1]
 
     def share(self) -> float:
@@ -125,7 +123,7 @@ class MeshLevels:
         return richardson(mean - float(self.differences(len(self.windows) - 1).mean()), mean)
 
     def _difference(self, column: int, *, film: bool = False) -> float:
-        """Mean of a column on the finest mesh less that on the one before over their common travel; of a film in m."""
+        """Mean of a column on the finest mesh minus that on the one before over their common travel; of a film in m."""
         coarser, finer = self.windows[-2:]
         common = in_common(finer, coarser)
         fine, coarse = (
@@ -140,15 +138,15 @@ class MeshLevels:
         return [self.windows[0].interval()[1], *widths[:-1], EXTRAPOLATED * widths[-1]]
 
     def interval(self) -> tuple[float, float]:
-        """mu and the half width of its 90 % interval, with what a shortened start-up may have left."""
+        """mu and the half width of its 90 % interval, including the drift after a shortened start-up."""
         mean, half_width = self._interval()
         return mean, math.hypot(half_width, self.drift())
 
     def drift(self) -> float:
-        """What a shortened start-up and window add to the half width; 0 where they have their full length.
+        """Part of the half width by a shortened start-up and window; 0 at their full length.
 
-        The window counts as one draw of the means over a block, since the roughness filled the coarsest mesh: they
-        hold what is slower than a block, and mu that is still on its way.
+        The window counts as one draw of the block means on the coarsest mesh after the roughness has filled it. They
+        contain slow changes and the drift of mu.
         """
         if not self.plan.thrifty:
             return 0.0
@@ -160,11 +158,11 @@ class MeshLevels:
         return float(stdtrit(means.size - 1, 0.95)) * float(np.std(means, ddof=1))
 
     def _interval(self) -> tuple[float, float]:
-        """A difference that grows with mu counts with its covariance: both come from the same travel."""
+        """Interval with the covariance of mu and the first difference, which come from the same travel."""
         if self.even:
             last = self.differences(len(self.windows) - 1)
             width = interval_of_means(last)
-            if not math.isfinite(width):  # too few parts: one draw, as `Window.interval`
+            if not math.isfinite(width):  # too few parts: one draw as in `Window.interval`
                 width = ONE_DRAW * float(np.std(last))
             return self.friction(), math.hypot(self.fine.interval()[1], (EXTRAPOLATED - 1.0) * width)
         widths = self.half_widths()
@@ -179,7 +177,7 @@ class MeshLevels:
         return self.friction(), math.sqrt(total)
 
     def film_error(self) -> float:
-        """Error of the mean film over itself: by the mesh, and the 90 % interval of its time mean."""
+        """Relative error of the mean film from the mesh and the 90 % interval of its time mean."""
         mean, mesh = self.film()
         window = self.longest
         film = window.run.problem.units.film * window.records[:, FILM_MEAN]
@@ -189,15 +187,15 @@ class MeshLevels:
         return math.hypot(mesh, half_width) / mean
 
     def finer_needed(self) -> bool:
-        """Whether the last two meshes differ much, and a finer one is affordable with no more than twice the budget."""
+        """Whether the last two meshes differ much and a finer one needs at most twice the budget."""
         finer = 4.0 * FINER_STEP * self.fine.rate * (SETTLING + self.plan.window_fine) + self.work
         difference = abs(float(self.differences(len(self.windows) - 1).mean()))
         return difference > DIFFERENCE_ALLOWED * abs(self.friction()) and finer <= BUDGETS * self.plan.budget
 
     def roll(self) -> None:
-        """Roll until mu is inside the tolerance, the windows are full or the budget is spent.
+        """Extend the windows until mu is within the tolerance, all windows are full or the budget is spent.
 
-        Each block goes where it lowers the variance of mu most for its cost.
+        Each block is computed on the mesh with the largest reduction of variance per work.
         """
         plan = self.plan
         budget = plan.budget - self.reserved
@@ -231,7 +229,7 @@ class MeshLevels:
         return [width**2 for width in self.half_widths()]
 
     def _worthiest(self) -> int:
-        """Level whose next block lowers the squared error most for its cost; -1 where windows that count are full."""
+        """Level whose next block reduces the squared error most per work; -1 if the relevant windows are full."""
         best, level, block = 0.0, -1, self.plan.block
         variances = self._variances()
         for i, window in enumerate(self.windows):
@@ -239,7 +237,7 @@ class MeshLevels:
                 continue
             behind = i
             while behind > 0 and self.windows[behind - 1].rolled < window.rolled + block - 1e-9:
-                behind -= 1  # a mesh is compared with the one before: that rolls first
+                behind -= 1  # a mesh is compared with the coarser one, which is extended first
             cost = sum(each.rate for each in self.windows[behind : i + 1])
             gain = variances[i] / (window.rolled + block) / cost
             if gain > best:
@@ -247,9 +245,9 @@ class MeshLevels:
         return level
 
     def _can_settle(self, budget: float) -> bool:
-        """Whether the interval would come near the tolerance if the whole budget were spent in the best way.
+        """Whether the interval would approach the tolerance with an optimal use of the whole budget.
 
-        Variances a/T at costs c per travel are least, (sum sqrt(a c))^2 over all of the cost, for T as sqrt(a/c).
+        For variances a/T and costs c per travel the optimum is T ~ sqrt(a/c); the variance is (sum sqrt(a c))^2/cost.
         """
         terms = [v * w.rolled * w.rate for v, w in zip(self._variances(), self.windows, strict=True)]
         spent = sum(w.rolled * w.rate for w in self.windows)
@@ -260,7 +258,7 @@ class MeshLevels:
 
 
 def least_levels(plan: RunPlan, levels: int) -> int:
-    """Meshes that a contact has at least: two, one of which resolves the inlet."""
+    """Smallest number of meshes: two, one of which resolves the inlet."""
     least = 2
     while least < levels and plan.spacing * 2 ** (levels - least) > PER_SWEEP["fast"] * plan.inlet:
         least += 1
@@ -268,9 +266,9 @@ def least_levels(plan: RunPlan, levels: int) -> int:
 
 
 def affordable(plan: RunPlan, coarsest: Window, levels: int, reserved: float) -> int:
-    """Meshes the budget can roll for the shortest windows, no fewer than `least_levels`.
+    """Largest number of meshes with the shortest windows within the budget, at least `least_levels`.
 
-    From one mesh to the next a b of travel takes four times the work but for the iterations, which get fewer.
+    Per travel the next finer mesh takes four times the work, times `FINER_STEP` because of fewer iterations.
     """
     least = least_levels(plan, levels)
     spent = coarsest.work + reserved

@@ -1,4 +1,4 @@
-"""A run in progress: its state, and marching it forward in blocks."""
+"""State of a transient run and its time integration in blocks."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def _macroscopic(pressure: FloatArray) -> Macroscopic:
 
 @dataclass
 class TransientRun:
-    """State of one march; `advance` is the only thing that changes it."""
+    """State of one time integration."""
 
     problem: RunProblem  # constants
     state: State = field(init=False, repr=False)
@@ -138,7 +138,7 @@ class TransientRun:
 
     @property
     def travel(self) -> float:
-        """Distance rolled so far [b]."""
+        """Travel so far [b]."""
         return float(self.state.scalars[TRAVEL]) * self.problem.model.surfaces.spacing
 
     @property
@@ -147,37 +147,28 @@ class TransientRun:
         return self._work.flow
 
     def advance(self, steps: int) -> tuple[FloatArray, FloatArray]:
-        """March; returns the records (steps, COLUMNS) and the mean profiles (PROFILES, n) of these steps."""
+        """Integrate over some steps; returns their records (steps, COLUMNS) and mean profiles (PROFILES, n)."""
         records = np.zeros((steps, COLUMNS))
         profiles = np.zeros((PROFILES, self.problem.x.size))
-        march(
-            steps,
-            self.state,
-            self._step,
-            self._saved,
-            self.macroscopic,
-            self._work,
-            self.problem.model,
-            records,
-            profiles,
-        )
+        state = (self.state, self._step, self._saved, self.macroscopic, self._work)
+        march(steps, *state, self.problem.model, records, profiles)
         return records, profiles / max(steps, 1)
 
     def preheat(self, travel: float, flux: FloatArray) -> None:
-        """Warm the surfaces by a steady flux into them (2, n) [W/m2] over a way [b], from their bulk temperatures."""
+        """Heat the surfaces from their bulk temperatures by a steady flux (2, n) [W/m2] over a travel [b]."""
         steps = round(travel * self.problem.units.steps_per_half_width)
         preheat(steps, flux, self.state, self._work, self.problem.model)
 
     def elastic_response(self, total: FloatArray) -> FloatArray:
-        """Elastic gap under a pressure film units."""
+        """Elastic gap under a pressure, film units."""
         elastic, response = self.problem.model.elastic, np.zeros(total.size)
         exponential_product(total, elastic.weights, elastic.ratios, response)
         return np.asarray(response + self.macroscopic.deflection)
 
     def start_from(self, other: TransientRun) -> None:
-        """Take over the state of a run of the same contact on another mesh, by linear interpolation.
+        """Interpolate the state from a run of the same contact on another mesh.
 
-        Thermal memories are not taken over: their modes belong to a time step.
+        Thermal memories are not interpolated: their modes depend on the time step.
         """
         x, x_other = self.problem.x, other.problem.x
 
@@ -197,7 +188,7 @@ class TransientRun:
         self.state.scalars[RIGID_APPROACH] = self.state.scalars[RIGID_APPROACH_OLD] = self._level_of_film()
         if other.macroscopic.counts[1] > 0:
             scale = self.problem.units.spacing / other.problem.units.spacing  # of dt in the exchange, dt/dx^2 along x
-            # from the exchanging nodes only: the averages of the others are empty, and zeros would have no logarithm
+            # nodes with side flow only: the averages of the others are zero and have no logarithm
             known = slice(other.problem.model.side_flow.first, other.problem.model.contact.outlet)
             for target, source in (
                 (self.macroscopic.typical, scale * other.macroscopic.typical),
@@ -208,7 +199,7 @@ class TransientRun:
             self.macroscopic.counts[1] = other.macroscopic.counts[1]
 
     def branch(self, problem: RunProblem) -> TransientRun:
-        """Another run that goes on from this state, on the same mesh, with other settings."""
+        """Another run that continues from this state on the same mesh with other settings."""
         other = TransientRun(problem)
         for mine, its in ((self.state, other.state), (self.macroscopic, other.macroscopic), (self._step, other._step)):
             for source, target in zip(mine, its, strict=True):
@@ -216,7 +207,7 @@ class TransientRun:
         return other
 
     def _level_of_film(self) -> float:
-        """Rigid gap that gives the present mean film under the present pressures."""
+        """Rigid gap for the current mean film under the current pressures."""
         model = self.problem.model
         response = self.elastic_response(self.state.fluid_pressure + self.state.contact_pressure)
         middle = slice(model.contact.middle_first, model.contact.middle_last)

@@ -1,6 +1,6 @@
-"""Running-in as plastic flattening: the peaks of a profile that a hard contact presses beyond their hardness.
+"""Running-in as plastic flattening of the asperities whose pressure reaches the hardness.
 
-Ours, and not proven: wear, tribofilms and the rounding of waves are left out. Off unless asked for.
+Own work, not validated: wear, tribofilms and the rounding of waves are neglected. It is off by default.
 """
 
 from __future__ import annotations
@@ -15,24 +15,23 @@ from ehl.line_contact import LineContact
 from ehl.rough.dry import solve_dry, uniform_grid
 from ehl.surface.roughness import RoughProfile
 
-# half the width of a window and the step to the next [b]: every place sees 0.87 of the largest pressure or more
+# half width of a window and the distance of windows [b]: every place has at least 0.87 of the largest pressure
 REACH, STEP = 2.0, 1.0
 MOST_NODES = 4096
-# of the gap, over b^2/R: about a nanometre
-TOLERANCE = 1e-4
-RUNNING_IN = "running-in"  # how its notes begin
+TOLERANCE = 1e-4  # of the gap, over b^2/R: about a nanometre
+RUNNING_IN = "running-in"  # prefix of its notes
 
 
 def flattened(profile: RoughProfile, contact: LineContact, hardness: float) -> RoughProfile:
-    """The profile after it has rolled once, dry and without friction, against a smooth counterpart.
+    """The profile after one dry, frictionless pass against a smooth counterpart.
 
-    The contact is elastic up to the hardness; where the pressure reaches it, the overlap that is left is material
-    yielded (Almqvist, Sahlin, Larsson & Glavatskih 2007) and is taken off the heights. The volume is not put elsewhere.
+    The contact is elastic up to the hardness. Where the pressure reaches it, the remaining overlap has yielded
+    (Almqvist, Sahlin, Larsson & Glavatskih 2007) and is removed from the heights. The volume is not conserved.
 
     profile: periodic heights [m].
     contact: radius, modulus, load.
     hardness: of the softer body [Pa].
-    Returns: with a note on the height taken off.
+    Returns: profile with a note on the removed height.
     Raises `ConvergenceError`: the contact does not carry the load below this hardness ("hardness_too_low").
     """
     if not math.isfinite(hardness):
@@ -52,7 +51,7 @@ def flattened(profile: RoughProfile, contact: LineContact, hardness: float) -> R
         if not yielded.any():
             continue
         most = max(most, float(yielded.max()))
-        # where a sample of the profile lies in the window, around its middle
+        # position of each sample of the profile relative to the centre of the window
         off = (places - centre + 0.5 * length) % length - 0.5 * length
         heights -= np.interp(off, x, yielded, left=0.0, right=0.0)
     note = f"{RUNNING_IN}: asperities flattened plastically by up to {1e9 * most:.0f} nm at {hardness / 1e9:.3g} GPa"

@@ -1,4 +1,4 @@
-"""From the contact in SI units to the scaled constants and the starting state of a run."""
+"""Dimensionless constants and initial state of a transient run, from the contact in SI units."""
 
 from __future__ import annotations
 
@@ -21,41 +21,41 @@ from ehl.rough._kernels.records import Elastic, Fluid, Heat, Model, SideFlow, So
 from ehl.rough.exponential_sums import ExponentialSum, bessel_kernel, fit_root_kernel, log_kernel, range_of
 from ehl.rough.surfaces import RoughSurfaces, sample_ring
 
-OUTLET = 1.2  # no fluid pressure beyond [b]: later there is a spurious branch, a fluid island at the edge
-FARTHEST = 8.0  # distance from the middle at which contact is given up [b]
+OUTLET = 1.2  # end of the fluid pressure [b]; beyond it a spurious solution with fluid pressure at the edge exists
+FARTHEST = 8.0  # largest distance of asperity contact from the middle [b]
 MIDDLE = 0.8  # half length of the mean film [b]
-ROUGHNESS_FRONT = (-1.3, 0.3)  # where the roughness starts, and the width of the ramp [b]
-DRAINED_GAP = 10.0  # of the composite Rq: where the gap is wider, pockets and mean pressure agree
+ROUGHNESS_FRONT = (-1.3, 0.3)  # start of the roughness and width of the ramp [b]
+DRAINED_GAP = 10.0  # gap over composite Rq above which local and mean pressure agree
 EXCHANGE_WINDOW = 0.1  # travel per update of the macroscopic pressure [b]
-# updates of P after which its gain falls as 1/n; over the short windows of fine roughness means scatter little and P
-# still moves for tens of b
+# updates of P after which its gain decreases as 1/n; with the short windows of fine roughness the means scatter little
+# but P changes over tens of b
 SETTLED, SETTLED_FINE = 240.0, 1200.0
-# width over which the outflow of a spot is averaged, over the correlation length; without the average the positive
-# part of the outflow grows with every finer mesh
+# averaging width of the outflow of a contact spot over the correlation length; without averaging the positive part of
+# the outflow grows with mesh refinement
 SPOT = 1.0
 ELASTIC_MODES = 10
 HEAT_MODES = 10
-NO_LIMIT = 1e9  # of the shear stress over pressure
-HEAT_RANGE = 16  # the thermal memory is fitted up to this many passages
+NO_LIMIT = 1e9  # limiting shear stress over pressure without a limit
+HEAT_RANGE = 16  # passages over which the thermal kernel is fitted
 
 
 @dataclass(frozen=True)
 class Settings:
     """Numerical choices of one run."""
 
-    nodes: int  # wanted number of nodes over the solved length
+    nodes: int  # approximate number of nodes over the solved length
     boundary_film: float  # h_boundary [m]
     boundary_friction: float  # mu_b [-]
     peklenik_number: float  # gamma; infinity is sealed
-    thermal: bool  # heat on
-    hardness: float  # cap on the total pressure [Pa]
-    # of mass and gap in one step, over the film unit. What a step leaves is carried on (`settle_mass`): it does not add
-    # up along the way, however many steps that takes.
+    thermal: bool  # thermal effects on
+    hardness: float  # limit of the total pressure [Pa]
+    # of mass and gap in one step, over the film unit; the residual enters the next step (`settle_mass`) and does not
+    # accumulate
     tolerance: float = 1e-4
-    start_travel: float = 0.0  # distance the surfaces have rolled when the run starts [b]
-    # bulk temperatures of both bodies with heat on [K]; the inlet temperature when not given
+    start_travel: float = 0.0  # travel of the surfaces at the start of the run [b]
+    # bulk temperatures of both bodies with thermal effects [K]; default: the inlet temperature
     temperature_bulk: tuple[float, float] | None = None
-    # x [m] and the heat of the pressure-driven flow there [W/m2]; none when not given
+    # x [m] and the heat of the pressure-driven flow there [W/m2]; default: none
     rolling_heat: tuple[FloatArray, FloatArray] | None = field(default=None, repr=False, compare=False)
     exchange_window: float = EXCHANGE_WINDOW  # travel per update of the macroscopic pressure [b]
 
@@ -78,7 +78,7 @@ class Units:
 
 @dataclass(frozen=True)
 class RunProblem:
-    """A run that is ready to march."""
+    """Constants and mesh of a run."""
 
     units: Units
     settings: Settings
@@ -89,25 +89,25 @@ class RunProblem:
 
 
 def solved_length(contact: LineContact, film: float) -> tuple[float, float]:
-    """Inlet and outlet [b]: the inlet is flooded as seen from the contact, the outlet beyond any rupture.
+    """Inlet and outlet [b]: the inlet is fully flooded, the outlet lies beyond film rupture.
 
-    The lengths of a rigid cylinder, sqrt(2 R h), matter where the film is thick against the Hertz deformation.
+    The length of a rigid cylinder, sqrt(2 R h), determines them for films that are thick against the deformation.
     """
     rigid = math.sqrt(2.0 * contact.radius_equivalent * film) / contact.half_width
     return -max(2.5, 1.0 + 4.0 * rigid), max(OUTLET, rigid + 0.2)
 
 
 def hertz_gap(contact: LineContact, reach: FloatArray) -> FloatArray:
-    """Gap of a smooth dry contact at a distance above 1 from the middle; distance in b, gap in m."""
+    """Gap of a smooth dry contact [m] at a distance above 1 b from the middle [b]."""
     root = np.sqrt(reach**2 - 1.0)
     scale = contact.half_width**2 / (2.0 * contact.radius_equivalent)
     return np.asarray(scale * (reach * root - np.log(reach + root)))
 
 
 def rough_length(contact: LineContact, film: float, rms: float) -> tuple[float, float]:
-    """Inlet and outlet of the mesh [b]: `solved_length`, continued at the same spacing as far as asperities touch.
+    """Inlet and outlet of the mesh [b]: `solved_length`, extended at the same spacing over the asperity contact.
 
-    They do where film and Hertz gap together are less than three Rq (no farther than `FARTHEST`).
+    Asperities touch where film and Hertz gap together are less than three Rq (up to `FARTHEST`).
     """
     inlet, outlet = solved_length(contact, film)
     reach = np.linspace(1.0, FARTHEST, 701)
@@ -116,10 +116,10 @@ def rough_length(contact: LineContact, film: float, rms: float) -> tuple[float, 
 
 
 def inlet_wedge(contact: LineContact, viscosity: float, film: float, inlet: float) -> tuple[float, float, float]:
-    """What the flooded wedge ahead of the mesh does: pressure at its end [Pa], load and shear force [N/m].
+    """Pressure [Pa], load and shear force [N/m] of the flooded wedge upstream of the mesh.
 
-    Integral of 12 eta u_r (h - h_c)/h^3 from far ahead, with the film h_c and the gap of a dry Hertz contact. With
-    p = 0 instead at -2.7 b the film would be 1 % thinner, at -4.5 b 0.2 %.
+    Integral of 12 eta u_r (h - h_c)/h^3 from far upstream with the film h_c and the gap of a dry Hertz contact. The
+    boundary condition p = 0 would give a film that is 1 % thinner at -2.7 b and 0.2 % at -4.5 b.
     """
     b = contact.half_width
     reach = np.geomspace(-inlet, -100.0 * inlet, 2001)
@@ -139,9 +139,9 @@ def drained_from(contact: LineContact, film: float, rms: float, x: FloatArray) -
 
 
 def scaled_fluid(contact: LineContact, lubricant: Lubricant, units: Units, wave_number: float, heated: bool) -> Fluid:
-    """Lubricant laws for pressures in p_h and films in the film unit; `heated` where the film temperature acts.
+    """Lubricant laws for pressures in p_h and films in the film unit; `heated`: with the film temperature.
 
-    ``wave_number`` [1/m] is that of the lateral mode (`flattening_wave_number`); 0 = sealed.
+    ``wave_number`` [1/m] is that of the lateral mode (`flattening_wave_number`); 0 for sealed valleys.
     """
     p = units.pressure
     shear = lubricant.shear_law
@@ -165,7 +165,7 @@ def scaled_fluid(contact: LineContact, lubricant: Lubricant, units: Units, wave_
 
 
 def scaled_strain(contact: LineContact, lubricant: Lubricant, units: Units, film: float) -> Strain:
-    """Elastic part of the film shear, where its estimate says that it counts."""
+    """Elastic part of the film shear, zero if its estimate is negligible."""
     share = counted(elastic_share(contact, lubricant, film, isothermal_stress(contact, lubricant, film)))
     if share == 0.0:
         return Strain(0.0, 0.0, 1.0)
@@ -208,7 +208,7 @@ def scaled_heat(
 
 
 def bulk_temperatures(settings: Settings, lubricant: Lubricant) -> tuple[float, float]:
-    """Bulk temperatures of both bodies [K]; that of the inlet without heat."""
+    """Bulk temperatures of both bodies [K]; the inlet temperature without thermal effects."""
     inlet = lubricant.temperature
     return (inlet, inlet) if settings.temperature_bulk is None or not settings.thermal else settings.temperature_bulk
 
@@ -238,7 +238,7 @@ def build_problem(
     x = np.asarray(dx * (np.arange(first, last) + 0.5), dtype=float)
     n = x.size
 
-    # the oil ahead of the mesh is as warm as the bodies it lies between
+    # the oil upstream of the mesh has the mean temperature of the bodies
     warm = np.array([sum(bulk_temperatures(settings, lubricant)) / 2.0])
     viscosity = math.exp(float(lubricant.log_viscosity(np.zeros(1), warm)[0]))
     wedge_pressure, wedge_load, wedge_shear = inlet_wedge(contact, viscosity, estimate, float(x[0]))
@@ -296,12 +296,12 @@ def build_problem(
 
 
 def scaled_elastic(full: ExponentialSum, short: ExponentialSum, deflection: float) -> Elastic:
-    """Kernel of the film and of the Newton matrix, film units per p_h."""
+    """Elastic kernels of the film and of the Newton matrix, film units per p_h."""
     return Elastic(full.weights * deflection, full.ratios.copy(), short.weights * deflection, short.ratios.copy())
 
 
 def flattening_wave_number(correlation_length: float, gamma: float) -> float:
-    """Lateral wave number k_e of the pressure that flattens roughness of two dimensions [1/m] (ours).
+    """Lateral wave number k_e of the pressure that flattens two-dimensional roughness [1/m] (own work).
 
     k_e^2 = <k_y^2 k^2>/<k^2> of the Gaussian spectrum of the lengths lc and gamma lc: 2/(gamma lc)^2 times
     (1 + 3/gamma^2)/(1 + 1/gamma^2).
@@ -317,10 +317,10 @@ def density_ratio(pressure: FloatArray, fluid: Fluid) -> FloatArray:
 
 
 def hertz_start(problem: RunProblem) -> tuple[FloatArray, FloatArray, float]:
-    """Hertz pressure, the mass of a film of the estimated height under it, and the approach of the bodies."""
+    """Initial state: Hertz pressure, the mass of a film of the estimated thickness, and the approach of the bodies."""
     x, model = problem.x, problem.model
     if not np.any(np.abs(x) < 0.7):
-        raise ConvergenceError("film_above_radius", "no mesh holds inlet and contact of so thick a film")
+        raise ConvergenceError("film_above_radius", "the film is too thick for a mesh with inlet and contact")
     pressure = np.sqrt(np.maximum(1.0 - x * x, 0.0))
     pressure *= model.contact.load / pressure.sum()
     response = np.zeros(x.size)

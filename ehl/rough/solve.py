@@ -1,11 +1,12 @@
 """Transient mixed EHL of two moving rough surfaces.
 
-Transient Reynolds equation: Couette flow carried along characteristics, Poiseuille flow implicit, and mass-conserving
-cavitation (JFO, in the complementary form of Elrod-Adams: p >= 0, filling <= 1, one of them an equality).
+Transient Reynolds equation with Couette flow along characteristics, implicit Poiseuille flow, and mass-conserving
+cavitation (JFO in the complementary form of Elrod and Adams: p >= 0, filling <= 1, one of them an equality).
 
-coarse start-up  ->  finer runs take over its state  ->  all roll over the same roughness
-->  stop when the interval of mu is inside the tolerance, or at the budget  ->  mesh error from the two finest
-->  boundary film doubled and halved where contacts carry load
+1. Start-up on the coarse mesh; finer meshes start from its state and move over the same roughness.
+2. The run ends when the interval of mu is within the tolerance, or at the budget of work.
+3. The mesh error follows from the two finest meshes.
+4. If asperities carry load, mu is computed with the boundary film doubled and halved as well.
 """
 
 from __future__ import annotations
@@ -44,18 +45,16 @@ from ehl.rough.surfaces import RoughSurfaces
 from ehl.rough.transient_result import Fallbacks, Profiles, Snapshot, TransientResult
 from ehl.surface.roughness import EP_FILM
 
-# shares of the steps without a solution above which a result is unsettled and above which it has failed: one hard spot
-# is in the contact for many steps
+# shares of unconverged steps above which a result is unsettled, and above which it has failed
 UNCONVERGED_ALLOWED, UNCONVERGED_FAILED = 0.01, 0.03
 LAGGED_ALLOWED = 0.02
-MACRO_LOAD_ALLOWED = 1.1  # of the load; the macroscopic pressure cannot carry more than there is
+MACRO_LOAD_ALLOWED = 1.1  # largest integral of the macroscopic pressure over the load
 # relative change of mu per net exchange of the side flow over the throughput, from runs with longer and shorter
 # averages of its conductances
 EXCHANGE_EFFECT = 0.15
-# times the tolerance asked for: with a larger error a rough result is not converged
-ERROR_ALLOWED = 4.0
-SHARE_OF_STUDY = 0.01  # asperity load share from which the boundary film is varied
-STUDY_BLOCKS = 4  # of the window over which it is varied, the first to settle
+ERROR_ALLOWED = 4.0  # error over the required tolerance above which a rough result is not converged
+SHARE_OF_STUDY = 0.01  # smallest asperity load share with a variation of the boundary film
+STUDY_BLOCKS = 4  # blocks of that variation, the first for settling
 PECLET_WARNING = 2.0
 
 
@@ -80,30 +79,30 @@ def solve_transient(
     fine_roughness: bool = False,
     bounded: bool = False,
 ) -> TransientResult:
-    """Roll two rough surfaces through a lubricated line contact and average friction over time.
+    """Time-averaged friction of a lubricated line contact, from a transient solution with moving rough surfaces.
 
-    contact: geometry, load and motion; either surface may be faster, stand still or run backwards.
+    contact: geometry, load and motion; either surface may be faster, stationary or in reversed motion.
     lubricant: laws at the inlet temperature.
-    surfaces: both profiles; smooth when not given.
+    surfaces: both profiles; default: smooth.
     accuracy: level, or relative tolerance on mu.
-    boundary_film: h_boundary [m], 1 nm to 20 um; that of extreme-pressure additives when not given.
+    boundary_film: h_boundary [m], 1 nm to 20 um; default: that of extreme-pressure additives.
     boundary_friction: mu_b of the asperity pressure [-]; without sliding there is no friction.
     peklenik_number: gamma of the side flow, at least 1/3; infinity: no side flow (sealed valleys).
-    thermal: heat in film and surfaces.
+    thermal: thermal effects in film and surfaces.
     hardness: largest total pressure [Pa].
-    materials: thermal properties of both bodies; steel when not given.
-    temperature_bulk: bulk temperatures of both bodies [K]; that of the oil when not given.
-    rolling_heat: x [m], increasing, and the heat of the pressure-driven flow there [W/m2], with heat on: what the
-        smooth film has (`ThermalTraction.rolling_heat`). It is freed where the gap is many times the roughness, and
-        stays the same whatever the rough film does.
+    materials: thermal properties of both bodies; default: steel.
+    temperature_bulk: bulk temperatures of both bodies [K]; default: that of the oil.
+    rolling_heat: x [m], increasing, and the heat of the pressure-driven flow of the smooth film there [W/m2]
+        (`ThermalTraction.rolling_heat`), for `thermal`. It arises where the gap is many times the roughness and does
+        not depend on the rough film.
     nodes: fixed number of nodes.
     travel: fixed window [b].
-    boundary_study: compute mu at half and twice the boundary film even with accuracy "fast", or never.
-    boundary_range: boundary films to take instead of half and twice, whatever the asperities carry [m].
-    fine_roughness: for roughness that is fine against the contact: more nodes, shorter start-up and window.
-    bounded: whether a contact whose shortest run takes more work than the accuracy allows is given up.
-    Raises `InputError`: a value is out of range, or the given nodes cannot carry the profiles; `ConvergenceError`:
-    "mesh_budget": the nodes, or the work if `bounded`, of this accuracy cannot resolve the roughness.
+    boundary_study: True: compute mu at half and twice the boundary film even with accuracy "fast"; False: never.
+    boundary_range: boundary films instead of half and twice the film, for any asperity load share [m].
+    fine_roughness: more nodes, shorter start-up and window, for correlation lengths much shorter than the contact.
+    bounded: whether the solution ends with an error if the shortest run exceeds the work of the accuracy.
+    Raises `InputError`: a value is out of range, or the given nodes do not resolve the profiles; `ConvergenceError`
+    "mesh_budget": the nodes, or the work if `bounded`, of this accuracy do not suffice for the roughness.
     """
     begin = time.perf_counter()
     rough = surfaces if surfaces is not None else RoughSurfaces()
@@ -167,7 +166,7 @@ def solve_transient(
         levels.roll()
         if count == len(meshes) or not levels.finer_needed():
             break
-        # what the budget left out is needed: once more with it
+        # the finer mesh excluded by the budget is needed: repeat with it
         count += 1
         coarse = begun.branch()
 
@@ -181,12 +180,12 @@ def solve_transient(
 
 
 def interpolated(rows: FloatArray, x: FloatArray, x_new: FloatArray) -> FloatArray:
-    """Rows of values on other nodes."""
+    """Rows of values interpolated to other nodes."""
     return np.array([np.interp(x_new, x, row) for row in rows])
 
 
 def _friction_factor(begun: TransientRun, problem: RunProblem, reference: Window) -> float:
-    """mu with another boundary film over that of the reference, over its blocks but the first, in which it settles."""
+    """Ratio of mu with another boundary film to that of the reference, over its blocks without the first (settling)."""
     varied = Window(begun.branch(problem))
     steps = [len(block) for block in reference.recorded[:STUDY_BLOCKS]]
     known = reference.friction()[: sum(steps)]
@@ -216,7 +215,9 @@ def _notes(
     if problem.settings.nodes == plan.nodes_max:
         notes.append("the mesh has the maximum number of nodes of this accuracy")
     if plan.thrifty:
-        notes.append("work bounded: shorter start-up and window, steps solved less tightly; mu still changing is error")
+        notes.append(
+            "work bounded: shorter start-up and window, looser step tolerance; the drift of mu counts as error"
+        )
     elif plan.exchange_window < EXCHANGE_WINDOW:
         warm = ", surfaces preheated by the mean heat flux" if plan.preheating else ""
         notes.append(f"fine roughness: shorter start-up and window{warm}")
@@ -255,7 +256,7 @@ def _status(levels: MeshLevels) -> tuple[str, str]:
 
 
 def exchange_error(levels: MeshLevels, exchanged: float) -> float:
-    """Error of mu by a net exchange, over mu: of the load on the film alone, as dry spots do not feel it."""
+    """Relative error of mu by a net exchange, for the load share of the film."""
     return EXCHANGE_EFFECT * exchanged * (1.0 - min(max(levels.share(), 0.0), 1.0))
 
 
@@ -293,8 +294,8 @@ def _result(
     rubbing = float(model.contact.friction * share)
     notes = _notes(contact, lubricant, materials, problem, levels.plan)
     if len(levels.windows) < wanted:
-        notes = (*notes, f"mesh {2 ** (wanted - len(levels.windows))} times as coarse as the accuracy asks for: cost")
-    # raised by what the finer meshes differ in the mean
+        notes = (*notes, f"mesh {2 ** (wanted - len(levels.windows))} times as coarse as the accuracy requires: cost")
+    # corrected by the mean difference of the finer meshes
     history = longest.friction()
     history = history + (mu - float(history.mean()))
     steps_per_half_width = longest.run.problem.units.steps_per_half_width

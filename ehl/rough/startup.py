@@ -1,7 +1,8 @@
-"""Start-up of the coarsest mesh, until roughness, macroscopic pressure and heat are in the contact, at a bounded cost.
+"""Start-up of the coarsest mesh until roughness, macroscopic pressure and heat are settled, with bounded work.
 
-A look at the work every few b: where even the shortest windows after it would exceed the bound of the plan, the contact
-goes on `thrifty`, or is given up where there is another answer. Work is counted, not timed: the same on any machine.
+The work is checked every few b. If even the shortest windows would exceed the bound of the plan, the run continues with
+the reduced plan (`thrifty`), or ends if another model can replace it. Work is counted in iterations, not timed, so that
+results do not depend on the machine.
 """
 
 from __future__ import annotations
@@ -16,21 +17,21 @@ from ehl.rough.averaging import Window
 from ehl.rough.multilevel import FINER_STEP, least_levels
 from ehl.rough.scaling import RunProblem
 
-FIRST_LOOK = 0.3  # at a contact that may be given up: the roughness is still to come, and with it most of the work [b]
-WARMING_ROUNDS, WARMING_TRAVEL = 2, 0.5  # of the preheating; travel that its mean flux is taken over [b]
+FIRST_LOOK = 0.3  # travel of the first check, before the roughness and most of the work [b]
+WARMING_ROUNDS, WARMING_TRAVEL = 2, 0.5  # rounds of preheating; travel for its mean flux [b]
 
 
 def start_up(
     window: Window, plan: RunPlan, levels: int, correlation_length: float, problem: Callable[[RunPlan], RunProblem]
 ) -> tuple[RunPlan, FloatArray | None, float]:
-    """Roll the coarsest mesh until it is settled.
+    """Advance the coarsest mesh until it is settled.
 
     window: of the coarsest mesh.
-    levels: meshes wanted.
+    levels: number of meshes of the accuracy.
     correlation_length: of the roughness [b].
-    problem: the coarsest mesh by another plan.
-    Returns: `thrifty` where the bound asks for it; flux: mean heat flux into the surfaces, which warms those of the
-    finer meshes [W/m2], shape (2, n); warming: travel over which it does [b].
+    problem: returns the problem of the coarsest mesh for a plan.
+    Returns: plan, reduced if its bound requires it; flux: mean heat flux into the surfaces for the finer meshes [W/m2],
+    shape (2, n); warming: travel of their preheating [b].
     Raises `ConvergenceError`: "mesh_budget": the shortest run would take more than `plan.give_up`.
     """
     thermal = window.run.problem.settings.thermal
@@ -56,17 +57,17 @@ def start_up(
     if plan.preheating:
         return plan, warmed(window, plan), plan.preheating
     if thermal and bounded:
-        # the finer meshes are heated by what heats the coarsest, for as long
+        # the finer meshes are preheated by the flux of the coarsest over the same travel
         return plan, window.mean_flux(WARMING_TRAVEL), window.run.travel
     return plan, None, 0.0
 
 
 def least_work(plan: RunPlan, rate: float, left: float, levels: int) -> float:
-    """Work of the rest of the start-up and one block on as few meshes as will do.
+    """Work of the rest of the start-up and one block on the smallest number of meshes.
 
     rate: work per b of travel on the coarsest mesh.
-    left: travel of the start-up to go [b].
-    levels: meshes wanted.
+    left: remaining travel of the start-up [b].
+    levels: number of meshes of the accuracy.
     """
     least = least_levels(plan, levels)
     return rate * left + sum(
@@ -75,7 +76,7 @@ def least_work(plan: RunPlan, rate: float, left: float, levels: int) -> float:
 
 
 def warmed(window: Window, plan: RunPlan) -> FloatArray:
-    """Warm the surfaces of a run by its own mean heat instead of rolling on until they are; returns that flux."""
+    """Preheat the surfaces of a run by its mean heat flux, in place of a longer start-up; returns that flux."""
     for _ in range(WARMING_ROUNDS):
         flux = window.mean_flux(WARMING_TRAVEL)
         window.run.preheat(plan.preheating, flux)

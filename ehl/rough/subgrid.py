@@ -1,11 +1,11 @@
-"""Roughness finer than the mesh: the long waves stay a profile, the rest becomes a subgrid film.
+"""Roughness finer than the mesh: long waves remain a profile, shorter waves are replaced by a subgrid film.
 
-The waves shorter than a cut-off are taken out of the profiles. Their RMS sigma_sub stands between the mean lines:
-solids count as touching where the gap of the filtered surfaces is c sigma_sub above the boundary film. The load presses
-such a layer together until its mean gap is c sigma_sub, and in dry contact that gap falls with the logarithm of the
-pressure over the stiffness E* times the RMS slope (Persson 2007, Phys. Rev. Lett. 99, 125502: the form, from memory;
-both constants are ours, fitted to runs that resolve the roughness). c = 0 (no contact by the fine part) and 2 c + 0.5
-(2.5 at most, its peaks) bound friction, and their distance is the error: see docs/roughness.md.
+Waves shorter than a cut-off are removed from the profiles; their RMS is sigma_sub. Solids count as touching where the
+gap of the filtered surfaces is c sigma_sub above the boundary film. This is the mean gap of the fine roughness under
+load. In dry contact it decreases with the logarithm of the pressure over the stiffness E* times the RMS slope (form of
+Persson 2007, Phys. Rev. Lett. 99, 125502, from memory; both constants are fitted to runs that resolve the roughness).
+c = 0 (no contact of the fine part) and 2 c + 0.5 (at most 2.5, its peaks) bound friction, and their difference is the
+error: see docs/roughness.md.
 """
 
 from __future__ import annotations
@@ -22,22 +22,21 @@ from ehl.rough import RoughSurfaces
 from ehl.surface.measured_profile import detrended, gaussian_mean_line, load_profile, profile_points
 from ehl.surface.roughness import RoughProfile, SelfAffine, generate_profile
 
-STYLUS_CUTOFF = 2.5e-6  # shortest wavelength that counts in Rq [m]
-CUTOFF_NODES = 8.0  # nodes per shortest wavelength that is kept
-BUDGET_SHARE = 0.6  # of the nodes of the accuracy: its window is long enough, its bounds are coarse anyway
-# tuned: mean gap over sigma_sub = 0.4 ln(0.5 E* slope/p), runs that resolve the roughness; may be changed by whoever
-# runs validation/mixed_shortcuts.py
+STYLUS_CUTOFF = 2.5e-6  # shortest wavelength in Rq [m]
+CUTOFF_NODES = 8.0  # nodes per shortest remaining wavelength
+BUDGET_SHARE = 0.6  # share of the nodes of the accuracy; the bounds of the subgrid film dominate the error
+# tuned on runs that resolve the roughness (validation/mixed_shortcuts.py): mean gap/sigma_sub = 0.4 ln(0.5 E* slope/p)
 GAP_LOG, GAP_PRESSURE = 0.4, 0.5
 MIN_GAP, MAX_GAP = 0.1, 2.5
 
 
 @dataclass(frozen=True)
 class SplitSurfaces:
-    """Both surfaces without their fine part, and what that part was."""
+    """Both surfaces without their fine part, and the properties of that part."""
 
     surfaces: RoughSurfaces  # the waves longer than the cut-off
     cutoff: float  # [m]
-    rms: float  # composite Rq of the whole [m]
+    rms: float  # composite Rq of the unfiltered surfaces [m]
     rms_below: float  # composite RMS below the cut-off, sigma_sub [m]
     slope: float  # composite RMS slope of that part [-]
 
@@ -50,15 +49,13 @@ class SplitSurfaces:
         return min(max(gap, MIN_GAP), MAX_GAP)
 
     def subgrid_films(self, contact: LineContact, base: float) -> tuple[float, float, float]:
-        """Boundary film with the subgrid film on it [m]: without the fine part, expected, and the upper bound."""
+        """Boundary film plus subgrid film [m]: without the fine part, expected value, and upper bound."""
         gap = self.gap(contact)
-        heights = (base + factor * self.rms_below for factor in (0.0, gap, min(2.0 * gap + 0.5, MAX_GAP)))
-        low, expected, high = heights
-        return low, expected, high
+        return base, base + gap * self.rms_below, base + min(2.0 * gap + 0.5, MAX_GAP) * self.rms_below
 
 
 def split_surfaces(surface: SurfaceInput, half_width: float, length: float, cutoff: float) -> SplitSurfaces:
-    """Divide the roughness of a contact at a wavelength.
+    """Split the roughness of a contact at a wavelength.
 
     surface: generated or measured roughness.
     half_width, length, cutoff: Hertz half-width, length of generated profiles, and cut-off [m].
@@ -86,7 +83,7 @@ def split_surfaces(surface: SurfaceInput, half_width: float, length: float, cuto
 def _split_generated(
     rms: float, surface: SurfaceInput, seed: int, length: float, cutoff: float
 ) -> tuple[RoughProfile | None, float, float]:
-    """Long waves of a generated profile; its spectrum is known, so the fine part is never made."""
+    """Long waves of a generated profile, and RMS and slope of the fine part from its spectrum."""
     lc = surface.correlation_length
     left_out = share_left_out(surface, cutoff)
     slope = math.sqrt(2.0) * rms / lc
@@ -110,7 +107,7 @@ def _split_generated(
 def share_left_out(surface: SurfaceInput, cutoff: float) -> float:
     """Share of the variance of a generated surface in waves shorter than the cut-off [m].
 
-    All of exp(-(k lc)^2/4) counts; of a self-affine surface what a stylus sees, waves down to 2.5 um (ISO 3274).
+    The whole spectrum exp(-(k lc)^2/4) is included; for a self-affine surface waves down to 2.5 um (ISO 3274).
     """
     if surface.hurst is None:
         return math.erfc(math.pi * surface.correlation_length / cutoff)
@@ -127,7 +124,7 @@ def _split_measured(path: str, surface: SurfaceInput, cutoff: float) -> tuple[Ro
     try:
         profile = load_profile(path, cutoff_short=cutoff, **surface.profile_reading)
     except InputError:
-        # the cut-off is beyond what the file shows: all of it is fine structure
+        # the cut-off exceeds the range of the file: all its roughness is fine structure
         if surface.cutoff_long is not None:
             in_band = in_band - gaussian_mean_line(in_band, spacing, surface.cutoff_long)
         return None, float(np.std(in_band)), float(np.std(np.diff(in_band))) / spacing

@@ -14,9 +14,9 @@ from ehl.surface.roughness import RoughProfile
 
 @dataclass(frozen=True)
 class RoughSurfaces:
-    """Both surfaces; None is a smooth one."""
+    """Both surfaces; None is a smooth surface."""
 
-    # heights of surface 1 (speed u1) and 2 (u2). Profiles that are not periodic are closed to a ring.
+    # heights of surface 1 (speed u1) and 2 (u2); non-periodic profiles are closed to a ring
     profile_1: RoughProfile | None = None
     profile_2: RoughProfile | None = None
 
@@ -27,7 +27,7 @@ class RoughSurfaces:
 
     @property
     def profiles(self) -> tuple[RoughProfile, ...]:
-        """The rough ones among the two."""
+        """The rough surfaces."""
         return tuple(p for p in (self.profile_1, self.profile_2) if p is not None and p.rms > 0.0)
 
     @property
@@ -42,7 +42,7 @@ class RoughSurfaces:
 
     @property
     def correlation_length(self) -> float:
-        """lc of both surfaces [m], averaged as the drainage needs it (mean of Rq^2/lc^2); inf when smooth."""
+        """lc of both surfaces [m] for the drainage (from the mean of Rq^2/lc^2); inf when smooth."""
         curvature = sum((p.rms / _correlation_length(p)) ** 2 for p in self.profiles)
         return self.rms / math.sqrt(curvature) if curvature > 0.0 else math.inf
 
@@ -57,20 +57,20 @@ class RoughSurfaces:
         return min((p.cutoff for p in self.profiles), default=math.inf)
 
     def common_length(self) -> float | None:
-        """Period [m] the node spacing should divide: that of the first rough profile."""
+        """Period of the first rough profile [m], a multiple of the node spacing."""
         return self.profiles[0].length if self.profiles else None
 
 
 def _correlation_length(profile: RoughProfile) -> float:
-    """lc [m]; half the length of a profile whose autocorrelation never falls to 1/e."""
+    """lc [m]; half the length of the profile if its autocorrelation does not fall to 1/e."""
     return profile.correlation_length if math.isfinite(profile.correlation_length) else 0.5 * profile.length
 
 
 def ring(profile: RoughProfile) -> tuple[FloatArray, float]:
     """Heights and period of a profile as a closed ring [m].
 
-    A profile that is not periodic loses a tenth of its length: its end is blended into its start with weights
-    whose squares add up to one, so that the variance stays.
+    A non-periodic profile loses a tenth of its length: its end is blended into its start with weights whose squares add
+    up to one, which preserves the variance.
     """
     if profile.periodic:
         return np.asarray(profile.heights, dtype=float), profile.length
@@ -83,9 +83,9 @@ def ring(profile: RoughProfile) -> tuple[FloatArray, float]:
 
 
 def sample_ring(profile: RoughProfile | None, spacing: float) -> FloatArray:
-    """Heights at the spacing [m] nearest to the wanted one that divides the period (Fourier resampling).
+    """Heights at the spacing [m] closest to the given one that divides the period (Fourier resampling).
 
-    Raises `InputError`: two samples per shortest wavelength are not available at this spacing.
+    Raises `InputError`: the spacing has fewer than two samples per shortest wavelength.
     """
     if profile is None or profile.rms == 0.0:
         return np.zeros(0)

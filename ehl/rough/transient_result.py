@@ -26,15 +26,14 @@ REASONS = (
 
 @dataclass(frozen=True)
 class Fallbacks:
-    """Steps by the way they were solved; only ``lagged`` and ``unconverged`` change the discrete problem."""
+    """Number of steps by solution method; only ``lagged`` and ``unconverged`` change the discrete problem."""
 
     plain: int  # by Newton
-    # relaxed, slow: by Newton and relaxed Picard iteration on the fluidity in turns, and by Picard with weight 0.2
-    relaxed: int
-    continued: int  # by continuation from the step before
-    slow: int
+    relaxed: int  # by alternating Newton and relaxed Picard iterations on the fluidity
+    continued: int  # by continuation from the previous step
+    slow: int  # by Picard iterations with weight 0.2
     lagged: int  # with the fluidity of the prediction
-    unconverged: int  # not converged; the pressures of the step before were kept
+    unconverged: int  # not converged; the pressures of the previous step were kept
 
     @property
     def total(self) -> int:
@@ -73,17 +72,17 @@ class Snapshot:
 class TransientResult:
     """Friction, films and shares of a rough moving contact, averaged over the window, with their errors."""
 
-    status: str  # "converged", or "unsettled" when mu is usable but its error exceeds the tolerance, or "failed"
+    status: str  # "converged", "unsettled" if mu is usable but its error exceeds the tolerance, or "failed"
     reason: str  # one of `REASONS`
-    notes: tuple[str, ...]  # limits of the model that this case touches
+    notes: tuple[str, ...]  # limits of the model that concern this case
     # mu = fluid + asperity part [-]
     friction_coefficient: float
     friction_fluid: float
     friction_asperity: float
-    # integral of the asperity pressure over the load [-]; this part carries the boundary friction
+    # integral of the asperity pressure over the load [-]; this part has boundary friction
     asperity_load_share: float
-    # 1 - integral of the macroscopic pressure over the load [-]; what statistical models call the asperity load. nan
-    # when sealed.
+    # 1 - integral of the macroscopic pressure over the load [-], the asperity load of statistical models; nan when
+    # sealed
     roughness_load_share: float
     film_mean: float  # mean gap over 80 % of the Hertz width [m]
     # time means of the smallest gap [m] and the largest pressure [Pa]
@@ -95,43 +94,41 @@ class TransientResult:
     temperature_flash: float
     # half width of the 90 % interval of mu by batch means, over mu; nan without enough batches
     statistical_error: float
-    # half width of the 90 % interval of mu over other stretches of the same surfaces, over mu: the figure above, larger
-    # where the window is longer than the profiles or a surface brings little new roughness
+    # half width of the 90 % interval of mu over other realisations of the same surfaces, over mu: `statistical_error`,
+    # increased if the window is longer than the profiles or a surface contributes little new roughness
     realisation_error: float
-    # error of mesh and time step that their extrapolation leaves, over mu (`ehl.rough.batch_means.richardson`)
+    # error of the extrapolated mu by mesh and time step, over mu (`ehl.rough.batch_means.richardson`)
     mesh_error: float
-    film_error: float  # the same of the mean film, with the half width of its 90 % interval, over the film
+    film_error: float  # of the mean film by mesh and time step and its 90 % interval, over the film
     # mu at half and twice the boundary film; nan where not computed (share below 0.01, or accuracy "fast")
     friction_boundary_half: float
     friction_boundary_double: float
     boundary_film: float  # h_boundary [m]
-    # largest running sum of the mean side flow along x over the throughput [-]; small when the macroscopic pressure has
-    # settled
+    # largest running sum of the mean side flow along x over the throughput [-]; small for a settled macroscopic
+    # pressure
     net_exchange: float
     # its statistical threshold in a window of this length (1 % level) [-]; nan without enough batches
     net_exchange_threshold: float
     capped_share: float  # mean share of the nodes whose pressure is at the hardness [-]
-    fallbacks: Fallbacks  # steps by the way they were solved, start-up included
+    fallbacks: Fallbacks  # steps by solution method, start-up included
     iterations_per_step: float  # Newton or Picard iterations
     # of the fine run
     nodes: int
     steps: int
-    repeats: int  # blocks of the window that were thrown away and rolled again, because the film of a step had jumped
+    repeats: int  # blocks that were discarded and repeated because the film of a step had diverged
     travel: float  # window [b]
-    seconds: float  # wall time of everything
-    # mu over the rolled distance [b] in the window
+    seconds: float  # wall time [s]
+    # mu over the travel [b] in the window
     history_travel: FloatArray = field(repr=False)
     history_friction: FloatArray = field(repr=False)
     profiles: Profiles = field(repr=False)  # time means
     snapshot: Snapshot = field(repr=False)  # last step
-    # the fine run as it stands after the last step; a copy of it can be marched on
-    run: TransientRun = field(repr=False)
-    # error of mu by the subgrid film in place of roughness finer than the mesh, over mu (`ehl.rough.subgrid`); 0
-    # without
+    run: TransientRun = field(repr=False)  # state of the fine run after the last step; a copy can be continued
+    # error of mu by the subgrid film for unresolved roughness, over mu (`ehl.rough.subgrid`); 0 without
     subgrid_error: float = 0.0
-    exchange_error: float = 0.0  # error of mu by what the side flow gains or loses in the mean, over mu
+    exchange_error: float = 0.0  # error of mu by the net side flow, over mu
 
     @property
     def friction_error(self) -> float:
-        """Error of mu over itself: independent parts, added in quadrature [-]."""
+        """Relative error of mu, the root sum of squares of independent parts [-]."""
         return math.hypot(self.mesh_error, self.statistical_error, self.subgrid_error, self.exchange_error)

@@ -1,7 +1,7 @@
-"""Film and heat of a smooth contact on one grid after another: each in turn until both agree.
+"""Thermal film of a smooth contact on successive grids: fixed-point iteration of film and heat balance.
 
-temperatures at the film -> change of ln(viscosity) at the nodes, mixed with those before -> film with it -> ...
-A finer grid starts from what the coarser ones found.
+Each round computes the temperatures of the film, the change of ln(viscosity) at the nodes with Anderson mixing, and the
+film with this change. A finer grid starts from the results of the coarser ones.
 """
 
 from __future__ import annotations
@@ -26,25 +26,23 @@ from ehl.smooth.scaling import Offset, ScaledContact
 
 MAX_ROUNDS = 60
 MAX_HALVINGS = 6
-# a change in the last round up to this is accepted, noted and counted in the error
-ACCEPTED_CHANGE = 0.1
-FIRST_ROUNDS = 10.0  # tolerances, on the grid that only serves to grade the following ones
-# tuned: a thinner film is heated less, so that whole steps overshoot by up to 0.7 of themselves; may be changed by
-# whoever runs tests/verification/ehl/test_thermal_steady.py
+ACCEPTED_CHANGE = 0.1  # largest accepted change in the last round; it is noted and counted in the error
+FIRST_ROUNDS = 10.0  # multiple of the tolerance on the first grid, which serves to grade the following ones
+# tuned with tests/verification/ehl/test_thermal_steady.py: full steps overshoot by up to 70 % as thin films are heated
+# less
 RELAXATION = 0.65
-# tuned: thick films of cold oil overshoot by several times a whole step: where a residual grows, steps shorten, to this
-# share at least; they lengthen where it falls by a third; same tests, and test_cold_oil.py
+# tuned with the same tests and test_cold_oil.py: thick films of cold oil overshoot by several full steps. If the
+# residual grows, steps are shortened down to this share; they are lengthened if it falls by a third
 SHORTEST, SHORTER, LONGER = 0.15, 0.6, 1.3
 FALLING = 0.7
 MEMORY = 4
-MASS_RESIDUAL = 5e-4  # in the flow: what a correction by the matrix of an earlier round may leave
-# of the tolerance: a stretch of the mesh that keeps its conduction matrices
-SAME_MESH = 0.1
+MASS_RESIDUAL = 5e-4  # largest mass residual over the flow with the factors of an earlier round
+SAME_MESH = 0.1  # change of the mesh stretch over the tolerance up to which conduction matrices are reused
 
 
 @dataclass(frozen=True)
 class HeatModel:
-    """What heats a film and carries the heat away: see `ehl.heat.traction.thermal_traction`."""
+    """Contact, oil and bodies for the heat balance of `ehl.heat.traction.thermal_traction`."""
 
     contact: LineContact
     lubricant: Lubricant
@@ -52,19 +50,19 @@ class HeatModel:
     bulk: tuple[float, float]
 
     def matrices(self, level: Level) -> Matrices:
-        """Of conduction, on the nodes of a level."""
+        """Conduction matrices on the nodes of a level."""
         return surface_matrices(level.x * self.contact.half_width, self.contact, self.bodies)
 
     def balance(
         self, level: Level, matrices: Matrices, guess: tuple[FloatArray, FloatArray] | None, tolerance: float
     ) -> FilmTemperature:
-        """Temperatures at the film of a level."""
+        """Heat balance with the film of a level."""
         contact, lubricant, b = self.contact, self.lubricant, self.contact.half_width
         pressure = contact.pressure_hertz * np.maximum(level.unknowns.pressure, 0.0)
         film = b * b / contact.radius_equivalent * level.film
-        # d(l Q)/dx = q - Q with l = rho c u_r h* h/(12 k): the mean rise of an evenly heated film is Q h/(12 k), and
-        # the flow u_r h* is the same everywhere. Behind the pressure spike of a thick, fast film q is freed within a
-        # hundredth of l; conducted on the spot it would heat the oil by thousands of kelvin, carried along by a few.
+        # d(l Q)/dx = q - Q with l = rho c u_r h* h/(12 k): the mean rise of a uniformly heated film is Q h/(12 k), and
+        # the flow u_r h* is constant. Behind the pressure spike of a thick, fast film q arises within a hundredth of
+        # l: local conduction alone would heat the oil by thousands of kelvin, with convection it is a few kelvin
         k_film = lubricant.film_conductivity(pressure, lubricant.thermal_conductivity)
         speed = contact.speed_entrainment
         capacity = lubricant.density * lubricant.heat_capacity * speed * film[-1]
@@ -78,26 +76,26 @@ class HeatModel:
 class Mixer:
     """Anderson mixing of the change of ln(viscosity) along x/b, on fixed nodes.
 
-    Walker & Ni (2011), SIAM J. Numer. Anal. 49, 1715, with the first step relaxed. What earlier rounds showed serves on
-    other nodes too.
+    Walker & Ni (2011), SIAM J. Numer. Anal. 49, 1715, with relaxation. Secants of earlier rounds are interpolated to
+    other nodes.
 
-    relaxation: share of the residual that the next step takes besides the mixing [-].
+    relaxation: share of the residual in the next step [-].
     """
 
     def __init__(self, used: Offset) -> None:
         self.used, self.relaxation, self._norm = used, RELAXATION, math.inf
-        self._before: tuple[FloatArray, FloatArray] | None = None  # used and residual of the last round on these nodes
-        self._secants: list[tuple[FloatArray, FloatArray]] = []  # changes of both from round to round
+        self._before: tuple[FloatArray, FloatArray] | None = None  # offset and residual of the last round
+        self._secants: list[tuple[FloatArray, FloatArray]] = []  # changes of both between rounds
 
     def on_nodes(self, x: FloatArray, *, finer: bool = False) -> Mixer:
-        """The same on other nodes; on finer ones residuals begin higher than they ended."""
+        """The same on other nodes; on finer ones the first residual may exceed the last one."""
         moved, old = Mixer(Offset(x, self.used.at(x)[0])), self.used.x
         moved.relaxation, moved._norm = self.relaxation, math.inf if finer else self._norm
         moved._secants = [(np.interp(x, old, a), np.interp(x, old, b)) for a, b in self._secants]
         return moved
 
     def follow(self, found: Offset) -> None:
-        """Take the next offset to use, from the one that the last gave."""
+        """Compute the next offset from the result of the last one."""
         used = self.used.values
         residual = found.at(self.used.x)[0] - used
         norm = float(np.sqrt(np.mean(residual**2)))
@@ -117,18 +115,18 @@ class Mixer:
         self.used = Offset(self.used.x, mixed)
 
     def halve(self) -> None:
-        """Half the last step, where the film could not be solved with all of it."""
+        """Halve the last step after a failed film solution."""
         assert self._before is not None
         self.used = Offset(self.used.x, 0.5 * (self.used.values + self._before[0]))
 
 
 class HotFilm:
-    """The contact with heat on one grid after another.
+    """Solution of the thermal contact on successive grids.
 
     x: nodes of the last heat balance, in half-widths.
-    found: that balance.
-    change: relative change of friction, and the larger one of both films, in the last round [-].
-    rounds, iterations: of all grids; Newton iterations of the film.
+    found: last heat balance.
+    change: relative change of friction and the larger one of both films in the last round [-].
+    rounds, iterations: rounds and Newton iterations of the film on all grids.
     """
 
     def __init__(self, model: HeatModel, scaled: ScaledContact, shear: FilmShear, tolerance: float) -> None:
@@ -141,23 +139,19 @@ class HotFilm:
         self.rounds = self.iterations = 0
         self.x: FloatArray = np.zeros(0)
         self._mixer = Mixer(Offset(self.x, self.x))
-        self._trend: tuple[FloatArray, FloatArray] | None = (
-            None  # change of the offset from the grid before to the last one
-        )
+        # change of the offset between the last two grids
+        self._trend: tuple[FloatArray, FloatArray] | None = None
         self._grids = 0
         self._matrices: tuple[NodeGrid, float, Matrices] | None = None
         self._factors: tuple[NodeGrid, NewtonFactors] | None = None
 
     def started(self, cold: Level, guess: Offset | None) -> Level:
-        """Film and heat on a coarse grid graded for them, from the isothermal film and a guess of the heat."""
+        """Thermal film on a coarse grid graded for it, from the isothermal film and a guess of the offset."""
         grading, nodes = cold.grid.grading, cold.grid.nodes
-        # nodes and faces together as many as nodes of the finer path
         grid = NodeGrid.of(grading, nodes if nodes.size >= HARD_NODES else grading.points(HARD_NODES))
         start = transfer(cold, grid)
         x = _nodes(grid, start)
-        mixer = Mixer(Offset(x, np.zeros(x.size)))
-        if guess is not None:
-            mixer = Mixer(guess).on_nodes(x)
+        mixer = Mixer(Offset(x, np.zeros(x.size))) if guess is None else Mixer(guess).on_nodes(x)
         try:
             level = self._film(grid, mixer, start)
         except NewtonFailure:
@@ -167,7 +161,7 @@ class HotFilm:
         return self._settled(level, mixer, FIRST_ROUNDS * self.tolerance, regraded=True)
 
     def solved(self, grid: NodeGrid, guess: Unknowns) -> Level:
-        """Film and heat on a grid, from a guess of the film and the heat of the last grid."""
+        """Thermal film on a grid, from a guess of the film and the heat balance of the last grid."""
         x, spent = _nodes(grid, guess), self.iterations
         mixer = self._mixer.on_nodes(x, finer=True)
         expected = mixer.used
@@ -179,7 +173,7 @@ class HotFilm:
         return replace(level, iterations=self.iterations - spent)
 
     def _settled(self, level: Level, mixer: Mixer, tolerance: float, regraded: bool = False) -> Level:
-        """Rounds until friction and film change by less than the tolerance; on grids that fit them, where asked."""
+        """Iterate until friction and film change by less than the tolerance, with regrading if requested."""
         numbers, guess = numbers_of(level, self.shear).as_array(), self._guess_at(level.x)
         self.change = (math.inf, math.inf)
         for _ in range(MAX_ROUNDS):
@@ -197,7 +191,7 @@ class HotFilm:
             except NewtonFailure:
                 if max(self.change) > ACCEPTED_CHANGE:
                     raise
-                # no film near this one answers to the heat any further: what it changed last counts
+                # no further film solution exists near this one: accept it with its last change
                 break
             before, numbers = numbers, numbers_of(level, self.shear).as_array()
             # as of a step of full length
@@ -247,7 +241,7 @@ class HotFilm:
         return solve_level(grid, scaled, start, tolerance=self._film_tolerance, factors=factors)
 
     def _guess_at(self, x: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-        """Stress and temperature of the surfaces as last found."""
+        """Interpolated stress and surface temperature of the last heat balance."""
         if self.found is None:
             return None
         return np.interp(x, self.x, self.found.stress), np.interp(x, self.x, self.found.walls)
@@ -268,7 +262,7 @@ def _nodes(grid: NodeGrid, unknowns: Unknowns) -> FloatArray:
 
 
 def _changes(before: FloatArray, after: FloatArray) -> tuple[float, float]:
-    """Relative change of friction, and the larger one of both films."""
+    """Relative change of friction and the larger one of both films."""
 
     def change(a: float, b: float) -> float:
         return abs(a - b) / b if b > 0.0 else 0.0

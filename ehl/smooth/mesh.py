@@ -9,7 +9,7 @@ import numpy as np
 
 from ehl.common.arrays import FloatArray
 
-TIP = 1e-3  # least spike length resolved, in half-widths
+TIP = 1e-3  # smallest resolved spike length, in half-widths
 LADDER_RATIO = 2.5  # widths of neighbouring rungs
 _TABLE = np.tan(np.linspace(-1.55, 1.55, 21))  # points about each centre, in widths
 INLET_MARGIN = 40.0  # inlet length over the length of the loaded zone; beyond it an open parabola
@@ -17,10 +17,10 @@ INLET_MARGIN = 40.0  # inlet length over the length of the loaded zone; beyond i
 
 @dataclass(frozen=True)
 class Features:
-    """What the mesh must resolve, in half-widths; taken from a (nearby) solution.
+    """Features of a solution that the mesh must resolve, in half-widths.
 
-    Place and length of the sharpest bend of the pressure in the inlet and at the outlet (the spike, where there is
-    one), the exit, and the flow Q = rho H where the pressure gradient vanishes.
+    Place and length of the largest curvature of the pressure in the inlet and at the outlet (the spike, if any), the
+    exit, and the flow Q = rho H at zero pressure gradient.
     """
 
     flow: float
@@ -36,7 +36,7 @@ class Features:
         return math.sqrt(1.0 + 2.0 * self.flow)
 
     def close_to(self, other: Features) -> bool:
-        """Whether a mesh graded for ``other`` still serves."""
+        """Whether a mesh graded for ``other`` is suitable."""
         ratios = (self.flow / other.flow, self.inlet_width / other.inlet_width, self.spike_width / other.spike_width)
         widths = all(0.65 < r < 1.5 for r in ratios)
         spike = abs(self.spike - other.spike) < 0.7 * other.spike_width
@@ -55,7 +55,7 @@ class Grading:
 
     @property
     def size(self) -> float:
-        """Length of the loaded zone the mesh was laid for."""
+        """Length of the loaded zone of the graded features."""
         return self.features.size
 
     def points(self, count: int) -> FloatArray:
@@ -73,7 +73,7 @@ class Grading:
             integral, density = self._integral(x)
             miss = integral - goal
             x = np.minimum(np.maximum(x - miss / density, self.x_in), self.x_exit)
-            if np.abs(miss).max() < 1e-4:  # the next one is its square
+            if np.abs(miss).max() < 1e-4:  # quadratic convergence
                 break
         x[0], x[-1] = self.x_in, self.x_exit
         return np.asarray(x)
@@ -88,7 +88,7 @@ class Grading:
         return integral, (amount / width) @ np.reciprocal(place, out=place)
 
     def _table(self) -> FloatArray:
-        """Points dense enough to start the inversion within Newton's reach."""
+        """Points dense enough for the start of Newton's method in the inversion."""
         parts = self.terms[0][:, None] + self.terms[1][:, None] * _TABLE
         x = np.sort(parts, axis=None)
         x = x[np.searchsorted(x, self.x_in, "right") : np.searchsorted(x, self.x_exit)]
@@ -96,7 +96,7 @@ class Grading:
 
 
 def _ladder(centre: float, widest: float, narrowest: float, amount: float) -> list[tuple[float, float, float]]:
-    """Lorentzians of one centre with widths falling from widest to narrowest."""
+    """Lorentzians of one centre with widths decreasing from widest to narrowest."""
     steps = max(0, int(np.ceil(np.log(widest / narrowest) / np.log(LADDER_RATIO))))
     if steps == 0:
         return [(centre, narrowest, amount)]
@@ -127,7 +127,7 @@ def features_of(x: FloatArray, pressure: FloatArray, flow: float) -> Features:
     step = x[1:] - x[:-1]
     slope = (pressure[1:] - pressure[:-1]) / step
     bend = np.abs(slope[1:] - slope[:-1]) / (0.5 * (step[1:] + step[:-1]))
-    # Lengths over which the pressure bends; the floor keeps the vanishing pressure of the ends out.
+    # curvature lengths of the pressure; the lower bound excludes the vanishing pressure at the ends
     length = np.sqrt(np.maximum(pressure[1:-1], 0.4) / np.maximum(bend, 1e-12))
     inner, end = x[1:-1], float(x[-1])
     sweep = min(1.5 * flow ** (2.0 / 3.0), 0.5 * size)

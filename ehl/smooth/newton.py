@@ -26,7 +26,7 @@ class NodeGrid:
 
     @classmethod
     def of(cls, grading: Grading, points: Array) -> NodeGrid:
-        """Grid from 2n - 1 points of the grading: nodes at even, faces at odd places."""
+        """Grid from 2n - 1 points of the grading: nodes at even, faces at odd indices."""
         nodes = np.ascontiguousarray(points[::2])
         half = 0.5 * (nodes[1:] - nodes[:-1])
         weights = np.zeros(nodes.size)
@@ -36,7 +36,7 @@ class NodeGrid:
 
     @property
     def mesh(self) -> _kernels.Mesh:
-        """For the compiled loops."""
+        """Mesh for the compiled kernels."""
         grading = self.grading
         return _kernels.Mesh(self.nodes, self.faces, self.weights, self.kernel, float(grading.x_in), grading.size)
 
@@ -67,22 +67,22 @@ class Level:
 
     @property
     def mass_residual(self) -> float:
-        """Largest residual of the film's equation, in its flow."""
+        """Largest residual of the Reynolds equation over the flow."""
         return float(np.abs(self.residual[:-1]).max() / self.unknowns.flow)
 
     @property
     def load_residual(self) -> float:
-        """Of the load, relative."""
+        """Relative residual of the load."""
         return abs(float(self.residual[-1])) / _kernels.HALF_PI
 
     @property
     def features(self) -> Features:
-        """What the mesh of this level was graded for."""
+        """Features for which the mesh of this level was graded."""
         return self.grid.grading.features
 
 
 class NewtonFailure(Exception):
-    """No convergence on this mesh from this start; carries the iterations spent."""
+    """No convergence on a mesh from a given start; holds the number of iterations."""
 
     def __init__(self, reason: str, iterations: int) -> None:
         super().__init__(reason)
@@ -91,7 +91,7 @@ class NewtonFailure(Exception):
 
 
 class NewtonFactors:
-    """Factors of the last matrix on a grid, from which similar contacts on it may start."""
+    """LU factors of the last Newton matrix on a grid, reused for similar contacts."""
 
     def __init__(self, grid: NodeGrid) -> None:
         size = grid.nodes.size + 1
@@ -116,9 +116,9 @@ def solve_level(
     max_iterations: int = 40,
     factors: NewtonFactors | None = None,
 ) -> Level:
-    """Converge on one grid, from the factors of a matrix where some are known.
+    """Converged solution on one grid, with the given factors of a similar matrix if available.
 
-    Raises `NewtonFailure`: reasons: "start_infeasible", "singular_matrix", "damping_exhausted", "iteration_limit".
+    Raises `NewtonFailure`: "start_infeasible", "singular_matrix", "damping_exhausted" or "iteration_limit".
     """
     n = grid.nodes.size
     u = np.concatenate([start.pressure, (start.h00, start.flow, start.stretch)])
@@ -132,17 +132,8 @@ def solve_level(
     factors.known = end == _kernels.CONVERGED
     if end != _kernels.CONVERGED:
         raise NewtonFailure(_ENDS[end], iterations)
-    return Level(
-        grid,
-        scaled,
-        Unknowns(u[:n], *u[n:].tolist()),
-        state[_kernels.X],
-        state[_kernels.FILM],
-        state[_kernels.RHO],
-        state[_kernels.LOG_ETA],
-        iterations,
-        residual,
-    )
+    rows = (state[row] for row in (_kernels.X, _kernels.FILM, _kernels.RHO, _kernels.LOG_ETA))
+    return Level(grid, scaled, Unknowns(u[:n], *u[n:].tolist()), *rows, iterations, residual)
 
 
 _ENDS = {

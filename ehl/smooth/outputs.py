@@ -1,4 +1,4 @@
-"""Numbers of one converged level: films, pressures, friction (dimensionless)."""
+"""Dimensionless outputs of one converged level: films, pressures, friction."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ from ehl.fluid.rheology import ShearLaw, ShearNumbers
 from ehl.smooth import _kernels
 from ehl.smooth.newton import Level
 
-# The shear is integrated from this many lengths of the loaded zone upstream (mesh and open inlet together).
-FRICTION_INLET = 100.0
+FRICTION_INLET = 100.0  # start of the integral of the shear, in lengths of the loaded zone upstream
 
 
 @dataclass(frozen=True)
@@ -27,14 +26,10 @@ class FilmShear:
 
     @cached_property
     def numbers(self) -> tuple[ShearNumbers, float, float]:
-        """The law for the compiled loops, and the limit that cuts its stress off with a kink, in p_h."""
-        cut = self.law.limited and self.law.limit == "cut"
+        """Shear law for the compiled kernels, and ambient value [p_h] and slope of a limit that cuts the stress off."""
+        slope = self.law.limit_slope if self.law.limited and self.law.limit == "cut" else math.inf
         unit = self.pressure_hertz
-        return (
-            self.law.numbers(unit, unit, 1.0),
-            self.law.limit_ambient / unit,
-            self.law.limit_slope if cut else math.inf,
-        )
+        return self.law.numbers(unit, unit, 1.0), self.law.limit_ambient / unit, slope
 
     def stress_at(self, log_eta: FloatArray, film: FloatArray, pressure: FloatArray) -> FloatArray:
         """Shear stress at the nodes."""
@@ -48,7 +43,7 @@ class FilmShear:
 
 @dataclass(frozen=True)
 class Numbers:
-    """Outputs of one level, dimensionless; also the record of their errors."""
+    """Dimensionless outputs of one level, or their errors."""
 
     film_central: float
     film_min: float
@@ -59,7 +54,7 @@ class Numbers:
     rolling: float
 
     def as_array(self) -> FloatArray:
-        """The same as an array."""
+        """Outputs as an array, in this order."""
         values = (self.film_central, self.film_min, self.friction, self.pressure_max, self.flow, self.exit)
         return np.array([*values, self.rolling])
 
@@ -76,5 +71,5 @@ def numbers_of(level: Level, shear: FilmShear) -> Numbers:
 
 
 def friction_inlet(level: Level) -> float:
-    """Where the integrals of the shear begin, in half-widths."""
+    """Start of the integrals of the shear, in half-widths."""
     return -FRICTION_INLET * level.grid.grading.size

@@ -1,4 +1,4 @@
-"""From one coarse solution to values with an error: re-grading, nested grids, extrapolation."""
+"""Re-grading, nested grids and Richardson extrapolation with error estimates."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from ehl.smooth.scaling import ScaledContact
 Accuracy = Literal["fast", "standard", "reference"]
 LevelSolver = Callable[[NodeGrid, Unknowns], Level]
 
-# Coarsest of the nested grids, error estimate above which a finer grid is added, and the end of that.
+# nodes of the coarsest nested grid, error estimate above which a finer grid is added, and the largest number of nodes
 COARSEST: dict[str, int] = {"fast": 41, "standard": 49, "reference": 129}
 TOLERANCE: dict[str, float] = {"fast": 5e-3, "standard": 2e-3, "reference": 2e-4}
 MAX_NODES: dict[str, int] = {"fast": 500, "standard": 700, "reference": 2000}
 THIN_FILM_LOADS = (1.0e3, 5.0e3)  # Moes load numbers M
-UNDERSHOOT = 1e-4  # of p_h; more below zero is no solution
+UNDERSHOOT = 1e-4  # largest accepted negative pressure over p_h
 
 
 @dataclass(frozen=True)
@@ -34,28 +34,28 @@ class GridLimit:
     errors: FloatArray
 
     def relative(self) -> FloatArray:
-        """Errors over the size of the values; zero where both vanish."""
+        """Errors over the magnitude of the values; zero where both vanish."""
         return self.errors / np.maximum(np.abs(self.values), 1e-300)
 
 
-# tuned: an error of order h^3 left in the extrapolated value is 1/7 of its last change: the factor 2 on it, and the
-# share of the last raw change that guards against accidental zeros, were chosen on one Sobol set of contacts and
-# checked on others (validation/smooth_accuracy.py). The share falls with the sixth power of the mesh size from its
-# value on the grids 49, 97, 193.
+# tuned: an error of order h^3 in the extrapolated value is 1/7 of its last change. The factor 2 on it, and the share of
+# the last raw change (for changes that vanish by chance), were chosen on one Sobol set of contacts and checked on
+# others (validation/smooth_accuracy.py). The share decreases with the sixth power of the number of nodes from its value
+# on the grids 49, 97, 193
 CHANGE_SHARE, RAW_SHARE, RAW_INTERVALS, RAW_BOUNDS = 2.0 / 7.0, 0.03, 48, (0.002, 0.1)
-# tuned: with heat the order is less regular, and a change that is zero by accident says less: chosen on 128 contacts
-# of the gear range and 128 of a far wider one.
+# tuned: with thermal effects the order is less regular; chosen on 128 contacts of the gear range and 128 of a far wider
+# range
 HOT_CHANGE_SHARE, HOT_RAW_SHARE = 0.8, 0.2
-FLOOR = 5e-7  # what ending the mesh in an open parabolic inlet leaves (measured against four times the length)
+FLOOR = 5e-7  # relative error by the open parabolic inlet (compared with four times the length)
 
 
 def extrapolate(levels: list[FloatArray], coarsest: int, *, hot: bool = False) -> GridLimit:
     """Second-order Richardson over grids n, 2n - 1, 4n - 3.
 
-    The value is the extrapolation of the two finest. Its error is judged by how far it moved from the extrapolation
-    of the two coarser ones.
+    The value is extrapolated from the two finest grids. Its error follows from the difference to the extrapolation from
+    the two coarser ones.
 
-    levels: outputs of the grids, coarse to fine; the last three count.
+    levels: outputs of the grids, coarse to fine; the last three are used.
     coarsest: nodes of the coarsest of these three.
     hot: whether each grid has its own heat balance.
     """
@@ -70,13 +70,13 @@ def extrapolate(levels: list[FloatArray], coarsest: int, *, hot: bool = False) -
 
 
 def refined(nodes: int, scaled: ScaledContact) -> int:
-    """Nodes for a contact: the sweeps of very thin films (high load) take a mesh twice or four times as fine."""
+    """Nodes for a contact: very thin films (high load) require a mesh twice or four times as fine."""
     doublings = sum(scaled.moes_load > load for load in THIN_FILM_LOADS)
     return int((nodes - 1) * 2**doublings + 1)
 
 
 def settled(level: Level, report: PathReport) -> Level:
-    """Re-grade until the mesh fits the solution on it."""
+    """Re-grade until the mesh fits its solution."""
     for _ in range(4):
         features = features_of_level(level)
         if features.close_to(level.features):
@@ -97,13 +97,13 @@ def nested(
 ) -> tuple[list[Level], GridLimit]:
     """Solutions on nested grids of one grading, at least three, until the error estimate is met.
 
-    `solve` finds film and heat on a grid from a guess of the film; without it there is no heat.
+    `solve` returns the thermal film on a grid from a guess of the film; without it the solution is isothermal.
     """
     scaled, grading = near.scaled, grade(features_of_level(near))
     nodes = refined(COARSEST[accuracy], scaled)
     most = refined(MAX_NODES[accuracy], scaled)
     levels: list[Level] = []
-    points = grading.points(8 * nodes - 7)  # of the third grid; those of the first two are among them
+    points = grading.points(8 * nodes - 7)  # of the third grid; they include those of the first two
     while True:
         stride = (points.size - 1) // (2 * nodes - 2)
         grid = NodeGrid.of(grading, points[::stride] if stride else grading.points(2 * nodes - 1))
@@ -138,7 +138,7 @@ def nested(
 
 
 def rounding_errors(scaled: ScaledContact, near: Level, shear: FilmShear, report: PathReport) -> FloatArray:
-    """What the rounding of the spike may have changed the outputs by, from three times as much of it."""
+    """Error of the outputs by the rounding of the spike, from a solution with three times the rounding."""
     if near.scaled.gamma == scaled.gamma:
         return np.zeros(len(fields(Numbers)))
     more = solve_level(near.grid, scaled.rounded(3.0), near.unknowns, tolerance=1e-4)
@@ -147,7 +147,7 @@ def rounding_errors(scaled: ScaledContact, near: Level, shear: FilmShear, report
 
 
 def _check(level: Level) -> None:
-    """What the tracked exit takes for granted: no tension in the film, and a gap that opens at the exit."""
+    """Check the assumptions of the exit condition: no negative pressure, and a gap that opens at the exit."""
     if float(level.unknowns.pressure.min()) < -UNDERSHOOT:
         raise NewtonFailure("negative_pressure", 0)
     if level.rho[-2] * level.film[-2] > level.unknowns.flow * (1.0 + 1e-9):
@@ -155,7 +155,7 @@ def _check(level: Level) -> None:
 
 
 def _corrected(levels: list[Level], guess: Unknowns) -> Unknowns:
-    """Start on the third grid: the second one plus a quarter of its change from the first."""
+    """Start on the third grid: the second solution plus a quarter of its change from the first."""
     first, second = levels[-2].unknowns, levels[-1].unknowns
     change = 0.25 * (second.pressure[::2] - first.pressure)
     coarse_index = np.arange(change.size) * 4.0

@@ -1,4 +1,4 @@
-"""Dimensionless form of the smooth contact: x/b, p/p_h, h R/b^2, and the groups that remain."""
+"""Dimensionless form of the smooth contact in x/b, p/p_h and h R/b^2."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from ehl.fluid.rheology import PLAIN, ShearNumbers
 from ehl.line_contact import LineContact
 from ehl.smooth._kernels import Groups, monotone_cubic
 
-# tuned: shear thinning that rounds a spike, share of the flow at the edge of the Hertz pressure; may be changed by
-# whoever runs validation/smooth_campaign.py
+# tuned with validation/smooth_campaign.py: flow by the shear thinning that rounds a spike, over the flow at the edge of
+# the Hertz pressure
 ROUNDING = 3e-3
 
 
@@ -37,22 +37,22 @@ _NO_OFFSET = Offset(np.zeros(0), np.zeros(0))
 
 @dataclass(frozen=True)
 class ScaledContact:
-    """Groups of one contact, as the kernels need them."""
+    """Dimensionless groups of one contact."""
 
     lam: float  # viscous number 12 eta0 u_r R^2/(b^3 p_h) = 3 pi^2/(8 M^2)
     table: LawTable  # viscosity and density over pressure in p_h
     gamma: float  # shear number eta0 |v_s| R/(stress b^2); 0 for a Newtonian fluid
     cross: float  # cos^2 of the angle between sliding and x
     log_viscosity: float  # ln(eta/eta0) at p_h
-    stiffness: float = 1.0  # factor on ln(eta/eta0); 1 but on the way to a solution
-    offset: Offset | None = None  # added to ln(eta/eta0) along x: what the film temperature does
-    shear: ShearNumbers = PLAIN  # the shear law; pressures in p_h, stresses in the one gamma refers to
-    # shear number that makes the spike of a Newtonian fluid wide enough for a mesh and changes the film little
+    stiffness: float = 1.0  # factor on ln(eta/eta0); differs from 1 during continuation only
+    offset: Offset | None = None  # added to ln(eta/eta0) along x because of the film temperature
+    shear: ShearNumbers = PLAIN  # the shear law; pressures in p_h, stresses in the reference stress of gamma
+    # shear number that widens the spike of a Newtonian fluid for the mesh and hardly changes the film
     rounding: float = 0.0
 
     @property
     def groups(self) -> Groups:
-        """For the compiled loops."""
+        """Groups for the compiled kernels."""
         offset = self.offset or _NO_OFFSET
         return Groups(self.lam, self.table, self.gamma, self.cross, self.stiffness, self.shear, offset.x, offset.values)
 
@@ -68,17 +68,12 @@ class ScaledContact:
 
     def easier(self, lam: float, stiffness: float, gamma: float) -> ScaledContact:
         """The contact at other viscous and shear numbers, with ln(eta/eta0) scaled by ``stiffness``."""
-        return replace(
-            self,
-            lam=lam,
-            gamma=gamma,
-            stiffness=self.stiffness * stiffness,
-            log_viscosity=self.log_viscosity * stiffness,
-        )
+        log_viscosity = self.log_viscosity * stiffness
+        return replace(self, lam=lam, gamma=gamma, stiffness=self.stiffness * stiffness, log_viscosity=log_viscosity)
 
 
 def moes_load(lam: float) -> float:
-    """Moes load number M of a viscous number."""
+    """Moes load number M for a viscous number."""
     return math.pi * math.sqrt(3.0 / (8.0 * lam))
 
 
@@ -108,7 +103,7 @@ def _rounding(contact: LineContact, lubricant: Lubricant, lam: float) -> float:
     """Shear number that rounds the spike.
 
     The flow by shear thinning alone is gamma H^2 P'/lam. At the edge of the Hertz pressure, one exit length of about
-    H^(2/3) inside, P' is about H^(-1/3), but nowhere below 1: gamma is chosen to make that flow a small share of H.
+    H^(2/3) inside, P' is about H^(-1/3) and at least 1. With this gamma the flow is a small share of H.
     """
     film = contact.film_moes(lubricant) * contact.radius_equivalent / contact.half_width**2
     return float(ROUNDING * lam / film * min(1.0, film ** (1.0 / 3.0)))

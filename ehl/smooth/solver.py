@@ -1,10 +1,11 @@
-"""Smooth, steady, isothermal line contact: the method in one screen.
+"""Solver of the smooth, steady, isothermal line contact.
 
-Reynolds equation in its first integral: Poiseuille flow (rho h^3/12 eta) S dp/dx against Couette flow u_r (rho h - Q);
-cavitation at the exit after Swift-Stieber, p = dp/dx = 0.
+First integral of the Reynolds equation: Poiseuille flow (rho h^3/12 eta) S dp/dx equals Couette flow u_r (rho h - Q).
+The exit condition is that of Swift and Stieber, p = dp/dx = 0.
 
-scaled contact -> (neighbour | path from an easy contact) -> mesh graded for what was found -> three nested grids
--> Richardson values with their errors.
+1. A coarse solution follows from a neighbouring contact or by continuation from an easy contact.
+2. A mesh is graded for its features.
+3. Solutions on three nested grids give Richardson values with errors.
 """
 
 from __future__ import annotations
@@ -47,9 +48,8 @@ FALLBACKS = ("neighbour_too_far", ROUNDED, "coarse_grid_dropped", "tolerance_not
 class SteadyResult:
     """Smooth, steady line contact; SI units.
 
-    ``film_central``, ``film_min``, ``pressure_max`` and ``friction_fluid`` are extrapolated over three grids and the
-    ``*_error`` are relative estimates of the error of exactly these values (grid error). The profiles are those
-    of the finest grid.
+    ``film_central``, ``film_min``, ``pressure_max`` and ``friction_fluid`` are extrapolated over three grids; the
+    ``*_error`` are estimates of their relative grid error. The profiles are those of the finest grid.
     """
 
     status: Literal["converged", "failed"]
@@ -63,12 +63,11 @@ class SteadyResult:
     film_central: float
     film_min: float
     pressure_max: float  # [Pa]
-    # integral of the film shear along the sliding vector over w', from x_inlet to x_exit [-]. Never negative: the
-    # direction is that of the sliding.
+    # integral of the film shear in the direction of sliding over w', from x_inlet to x_exit [-]; never negative
     friction_fluid: float
-    # integral of (h/2) dp/dx over w' from x_inlet to x_exit [-]; converges only like 1/|x_inlet|
+    # integral of (h/2) dp/dx over w' from x_inlet to x_exit [-]; converges like 1/|x_inlet|
     rolling_traction: float
-    flow: float  # mass flow over (rho0 u_r) = rho/rho0 h where dp/dx = 0 [m]
+    flow: float  # mass flow over (rho0 u_r) = rho/rho0 h at dp/dx = 0 [m]
     film_central_error: float
     film_min_error: float
     pressure_max_error: float
@@ -78,13 +77,12 @@ class SteadyResult:
     # largest imbalance of the flow over the flow, and of the load over the load
     mass_residual: float
     load_residual: float
-    # where the integrals of friction and rolling traction begin [m]. The mesh begins at x[0]; upstream of it the inlet
-    # is an open parabola, whose pressure, load and shear are taken in closed form (fully flooded).
+    # start of the integrals of friction and rolling traction [m]; upstream of the mesh, which begins at x[0], the inlet
+    # is a fully flooded open parabola with pressure, load and shear in closed form
     x_inlet: float
-    x_exit: float  # where pressure and its gradient vanish [m]
-    # what was done differently from the plain way, and what was left out and why
-    fallbacks: tuple[str, ...] = ()
-    skipped: tuple[str, ...] = ()
+    x_exit: float  # position of vanishing pressure and pressure gradient [m]
+    fallbacks: tuple[str, ...] = ()  # deviations from the standard solution path
+    skipped: tuple[str, ...] = ()  # neglected effects with reasons
     coarse: Level | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -101,9 +99,9 @@ def solve_steady(
     Reynolds d/dx(rho h^3/(12 eta) S dp/dx) = u_r d(rho h)/dx with p = dp/dx = 0 at the exit, elastic film and load.
 
     contact, lubricant: SI records.
-    accuracy: films and friction to about 1 %, 0.5 %, 0.05 % (the measured errors are far below).
+    accuracy: films and friction to about 1 %, 0.5 %, 0.05 % (the measured errors are far smaller).
     start: result of a neighbouring contact.
-    Returns: never raises for a contact that cannot be solved: status "failed" and a reason of `REASONS`.
+    Returns: result; with status "failed" and a reason of `REASONS` if there is no solution.
     Raises `InputError`: unknown accuracy.
     """
     if accuracy not in COARSEST:
@@ -132,21 +130,21 @@ def solve_steady(
 
 @contextmanager
 def undisturbed() -> Iterator[None]:
-    """One thread: on small matrices more only wait for each other. Trial steps may overflow; they are rejected."""
+    """Run in one thread, which is fastest for small matrices, and ignore overflow in rejected trial steps."""
     with single_thread(), np.errstate(all="ignore"):
         yield
 
 
 @dataclass(frozen=True)
 class _Attempt:
-    """One way to a coarse solution, and the name it is reported by where it is not the plain one."""
+    """One way to a coarse solution, and its name as a fallback (empty for the standard way)."""
 
     fallback: str
     run: Callable[[PathReport], Level]
 
 
 def _attempts(scaled: ScaledContact, start: SteadyResult | None) -> list[_Attempt]:
-    """Ways to a solution in the order they are tried."""
+    """Ways to a solution in order of trial."""
     hard, blunt = refined(HARD_NODES, scaled), scaled.rounded()
     nodes = PATH_NODES if hard == HARD_NODES else hard
     attempts = [_Attempt("", lambda report: cold_path(scaled, nodes, report))]
@@ -179,11 +177,11 @@ def steady_result(
     report: PathReport,
     fallbacks: tuple[str, ...],
 ) -> SteadyResult:
-    """The levels of a contact in SI units, their limit as its values."""
+    """Result in SI units from the levels of a contact and their grid limit."""
     values, relative = limit.values, limit.relative()
     fine = levels[-1]
     friction, friction_error = float(values[2]), float(relative[2])
-    if friction < 0.0:  # the shear of an unresolved Newtonian spike, extrapolated
+    if friction < 0.0:  # extrapolated shear of an unresolved Newtonian spike
         friction, friction_error = numbers_of(fine, shear).friction, 1.0
     b, p_h = contact.half_width, contact.pressure_hertz
     height = b * b / contact.radius_equivalent
@@ -218,7 +216,7 @@ def steady_result(
 
 
 def _failed(reason: str, report: PathReport, fallbacks: tuple[str, ...]) -> SteadyResult:
-    """Result without a solution: zeros with infinite error, so that no NaN travels on."""
+    """Result without a solution: zeros with infinite errors."""
     empty = np.zeros(0)
     return SteadyResult(
         "failed", reason, empty, empty, empty, empty, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,

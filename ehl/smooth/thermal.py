@@ -1,7 +1,9 @@
-"""Smooth, steady, thermal line contact: the film solver and the heat balance, each in turn until both agree.
+"""Solver of the smooth, steady, thermal line contact by iteration of film solution and heat balance.
 
-isothermal film -> (heat matters?) -> film and temperatures in turn on a coarse grid (`ehl.smooth.hot_film`) -> the same
-on nested grids, each from the one before -> Richardson values with their errors, temperatures of the finest grid.
+1. The isothermal film gives an estimate of the thermal effect.
+2. If it is not negligible, film and temperatures are iterated on a coarse grid (`ehl.smooth.hot_film`).
+3. Nested grids start from the previous grid and give Richardson values with errors. The temperatures are those of the
+   finest grid.
 """
 
 from __future__ import annotations
@@ -28,37 +30,35 @@ from ehl.smooth.solver import ROUNDED, SteadyResult, film_shear, solve_steady, s
 
 Thermal = Literal["auto", "on", "off"]
 
-# on the change of friction and film between two rounds
+# tolerance on the change of friction and film between two rounds
 ROUND_TOLERANCE: dict[str, float] = {"fast": 1e-3, "standard": 2e-4, "reference": 2e-5}
-# tuned: warmer than the bodies by so much the oil gives the pressure row from which a cold film is solved where its own
-# does not serve; all of 100 contacts from -40 degC on need no more than the first [K]; may be changed by whoever runs
-# tests/verification/ehl/test_cold_oil.py
+# tuned with tests/verification/ehl/test_cold_oil.py: reference temperatures of the oil above the bodies [K], for cold
+# films that do not converge with the inlet temperature; the first suffices for 100 contacts from -40 degC on
 WARMER = (60.0, 120.0)
 
 
 @dataclass(frozen=True)
 class SmoothFilm:
-    """A smooth contact in thermal balance, or the isothermal one where heat is off or was found not to matter."""
+    """A smooth contact in thermal balance, or the isothermal one if heat is off or negligible."""
 
     status: Literal["converged", "failed"]
-    # empty; one of the film solver's; "no_thermal_balance", "not_finite"; or "thermal_rounds" (film and temperature
-    # still changed by more than 10 % in the last round)
+    # empty; a reason of the film solver; "no_thermal_balance", "not_finite"; or "thermal_rounds" (film and temperature
+    # changed by more than 10 % in the last round)
     reason: str
-    # pressure and film with the viscosity of the hot film; its friction is the thermal one, with its grid error
-    film: SteadyResult
-    isothermal: SteadyResult  # the same contact without heat
+    film: SteadyResult  # with the viscosity at the film temperature; friction and grid error are the thermal ones
+    isothermal: SteadyResult  # the same contact without thermal effects
     friction_fluid: float  # [-]
-    # relative: grid errors of film and heat balance, and half the change in the last round (all of it where that is
-    # above the tolerance)
+    # relative: grid errors of film and heat balance, and half the change in the last round (the whole change if it
+    # exceeds the tolerance)
     friction_error: float
     film_error: float
     # highest film and surface temperature [K]
     temperature_film_max: float
     temperature_flash: float
     iterations: int  # Newton iterations of all film solutions
-    heat: ThermalTraction | None = None  # temperatures on the nodes of the heat balance; None where heat was left out
-    estimate: ThermalEstimate | None = None  # what decided that; None with heat off
-    # |heat into both bodies - power|/power, the power from the shear stress of the film solver on its own mesh [-]
+    heat: ThermalTraction | None = None  # temperatures on the nodes of the heat balance; None if heat was neglected
+    estimate: ThermalEstimate | None = None  # basis of this decision; None with heat off
+    # |heat into both bodies - power|/power, with the power from the shear stress of the film solver on its mesh [-]
     energy_residual: float = 0.0
     rounds: int = 0
     rounds_left: bool = False  # whether the last change was between tolerance and 10 %
@@ -83,13 +83,13 @@ def solve_smooth(
 ) -> SmoothFilm:
     """Solve the smooth, steady contact with the heat of sliding and of the pressure-driven flow.
 
-    The film temperature acts on the viscosity in the Reynolds equation itself, inlet included.
+    The viscosity in the Reynolds equation depends on the film temperature everywhere, inlet included.
 
     contact, lubricant, bodies, temperature_bulk: as in `ehl.heat.traction.thermal_traction`.
-    thermal: "auto" leaves heat out where `estimate_thermal_effect` finds that it does not matter.
+    thermal: "auto" neglects heat if `estimate_thermal_effect` is below its threshold.
     accuracy: as in `ehl.smooth.solver.solve_steady`.
-    start: a neighbouring contact's isothermal film.
-    start_heat: a neighbouring contact's temperatures.
+    start: isothermal film of a neighbouring contact.
+    start_heat: temperatures of a neighbouring contact.
     """
     isothermal = solve_steady(contact, lubricant, accuracy=accuracy, start=start)
     if thermal == "off":
@@ -125,7 +125,7 @@ def solve_smooth(
         if not reason:
             break
     if reason:
-        # no thermal friction: zero with infinite error, never the isothermal number in its place
+        # no thermal friction: zero with infinite error, not the isothermal value
         base = replace(base, friction_fluid=0.0, friction_error=math.inf, film_error=math.inf)
         return replace(base, status="failed", reason=reason, rounds=rounds, iterations=iterations)
 
@@ -161,11 +161,11 @@ def solve_smooth(
 def _references(
     contact: LineContact, lubricant: Lubricant, bulk: tuple[float, float], isothermal: SteadyResult
 ) -> Iterator[tuple[Lubricant, SteadyResult]]:
-    """The oil with its pressure row at the inlet temperature, then at warmer ones; each with its isothermal film.
+    """The oil referred to the inlet temperature, then to higher ones; each with its isothermal film.
 
-    ln(eta) of a cold oil that sliding warms is the difference of two large numbers, the rise with pressure of cold oil
-    and the fall by heat; from a warmer temperature on both are small, and the film to start from is as thin as the hot
-    one. The equations are the same.
+    ln(eta) of a cold oil that is heated by sliding is the difference of two large numbers, the increase with pressure
+    and the decrease by heat. With a higher reference temperature both are small, and the initial film is as thin as the
+    thermal one. The equations are the same.
     """
     yield lubricant, isothermal
     for warmer in WARMER:
@@ -184,18 +184,18 @@ def _solved(
     report: PathReport,
     fallbacks: list[str],
 ) -> SteadyResult:
-    """The hot film with its grid error: the one on a coarse grid, then those on nested ones."""
+    """The thermal film with its grid error, on a coarse grid and then on nested ones."""
     contact, shear, cold = hot.model.contact, hot.shear, isothermal.coarse
     assert cold is not None
     offset = None
     if start_heat is not None:
-        # the temperatures of the neighbour, stretched to this contact's exit
+        # temperatures of the neighbour, scaled to the exit of this contact
         stretch = isothermal.x_exit / start_heat.x[-1] / contact.half_width
         offset = Offset(stretch * start_heat.x, start_heat.log_viscosity_offset)
     try:
         near = hot.started(cold, offset)
         levels, limit = nested(near, shear, accuracy, PathReport(), fallbacks, hot.solved)
-        if fallbacks[:1] == [ROUNDED]:  # judged by the film without heat, which is solved for certain
+        if fallbacks[:1] == [ROUNDED]:  # the error of rounding is that of the isothermal film, which is available
             blunt = GridLimit(numbers_of(cold, shear).as_array(), rounding_errors(scaled, cold, shear, report))
             limit = replace(limit, errors=limit.errors + blunt.relative() * np.abs(limit.values))
     finally:
@@ -206,7 +206,7 @@ def _solved(
 
 
 def isothermal_fallback(smooth: SmoothFilm) -> SmoothFilm:
-    """The isothermal film of a contact whose heat balance was not found."""
+    """The isothermal film of a contact without a solution of the heat balance."""
     found = _isothermal(smooth.isothermal, smooth.temperature_film_max, smooth.temperature_flash)
     return replace(found, iterations=smooth.iterations)
 

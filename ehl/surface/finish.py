@@ -1,7 +1,7 @@
-"""Finishes of flanks and additives of oils: what a shop can say instead of figures, each figure with its range.
+"""Surface finishes of flanks and additive classes of oils: typical values with ranges.
 
-A range is the central 90 % of a log-normal figure, of a normal one where it changes sign (skewness). Rq and
-correlation length are independent: the process decides both, and each has its own range (docs/roughness.md).
+A range is the central 90 % interval of a log-normal variable, or of a normal one if it changes sign (skewness). Rq and
+correlation length are independent variables with ranges of their own (docs/roughness.md).
 """
 
 from __future__ import annotations
@@ -28,28 +28,28 @@ State = Literal["new", "run_in"]
 STATES: tuple[State, ...] = ("new", "run_in")
 HALF_RANGE = NormalDist().inv_cdf(0.95)  # standard deviations from the middle to an end of a range
 
-# where no finish is named: lc over the Rq of one surface, the middle of 15 to 100 of measured profiles and of what
-# hardness and shakedown allow (docs/roughness.md), and its bounds [m]
+# without a named finish: lc over the Rq of one surface, the middle of 15 to 100 of measured profiles and of the limits
+# by hardness and shakedown (docs/roughness.md), and its bounds [m]
 LENGTH_PER_RMS = 40.0
 SHORTEST_LENGTH, LONGEST_LENGTH = 8e-6, 150e-6
-# RSm Rdq/Rq: 6 is the least that a profile can have, 8 to 9 that of a Gaussian one, 16 that of a plateau; RSm/Sal of
-# measured profiles is 3.3 to 5.6 (docs/roughness.md); both bounds with a margin (ours)
+# RSm Rdq/Rq is at least 6, 8 to 9 for a Gaussian profile and 16 for a plateau; RSm/Sal of measured profiles is 3.3 to
+# 5.6 (docs/roughness.md); both bounds have a margin (own choice)
 SPACING_TIMES_SLOPE, SPACING_OVER_SAL = (6.0, 20.0), (2.5, 8.0)
 UNNAMED = {"roughness_rms": 1.2, "correlation_length": 2.6, "peklenik_number": 3.0}
 DEFAULT_ADDITIVE = "EP"
-# of flanks that have run, where no finish is named [-]: that of every run-in finish of data/finishes
+# of run-in flanks without a named finish [-], as in all run-in finishes of data/finishes
 FLANK_SKEWNESS = -0.8
 
 
 class Figure(InputModel):
-    """A figure with its range.
+    """A value with its range.
 
     Parameters
     ----------
     value, low, high : float or str
-        SI; `low` to `high` hold nine of ten surfaces or oils of that name.
+        SI; 90 % of the surfaces or oils of that name lie between `low` and `high`.
     source : str
-        Where it comes from, or "ours".
+        Source of the value; "ours" marks an own estimate.
     """
 
     value: float
@@ -60,18 +60,18 @@ class Figure(InputModel):
     @model_validator(mode="after")
     def _ordered(self) -> Self:
         if not self.low <= self.value <= self.high:
-            raise InputError("value", self.value, f"{self.low:g} to {self.high:g}, its own range")
+            raise InputError("value", self.value, f"{self.low:g} to {self.high:g}, its stated range")
         return self
 
     @property
     def sigma(self) -> float:
-        """Standard deviation of the logarithm where all are positive, else of the figure itself."""
+        """Standard deviation of the logarithm if all are positive, else of the value."""
         if self.low > 0.0:
             return math.log(self.high / self.low) / (2.0 * HALF_RANGE)
         return (self.high - self.low) / (2.0 * HALF_RANGE)
 
     def scaled(self, factor: float) -> Figure:
-        """All three times a factor."""
+        """Value and range times a factor."""
         return Figure(value=self.value * factor, low=self.low * factor, high=self.high * factor, source=self.source)
 
 
@@ -112,15 +112,15 @@ class Finish:
     Parameters
     ----------
     name : str
-        Of the card.
+        Name of the finish.
     state : {"new", "run_in"}
-        What its figures hold for.
+        State of the flank.
     description : str
-        In a sentence.
+        Description in one sentence.
     roughness_rms, correlation_length : Figure
         Rq, and lc across the marks [m].
     skewness : Figure
-        [-].
+        Skewness of the heights [-].
     lay_ratio : Figure
         Correlation length along the marks over that across them [-].
     """
@@ -135,12 +135,12 @@ class Finish:
 
     @classmethod
     def load(cls, name: str, state: str = "run_in") -> Finish:
-        """A shipped finish, or a card.
+        """A finish by name or from a file.
 
         Parameters
         ----------
         name : str
-            One of `ehl.shipped("finishes")`, or the path of a card ending in .toml.
+            One of `ehl.shipped("finishes")`, or the path of a .toml file.
         state : {"run_in", "new"}
 
         Returns
@@ -150,7 +150,7 @@ class Finish:
         Raises
         ------
         InputError
-            There is no such finish or state; the message lists those there are.
+            There is no such finish or state; the message lists the available ones.
 
         Examples
         --------
@@ -169,19 +169,19 @@ class Finish:
 
     @classmethod
     def from_profile(cls, path: str | Path, state: State = "run_in", **reading: Any) -> Finish:
-        """The finish of a measured trace or map.
+        """The finish of a measured profile or map.
 
-        A trace sees no lay: it counts as isotropic, with a range up to 5. The other ranges are ours: 20 % of Rq, a
-        factor of 1.25 of the correlation length, 0.3 of the skewness.
+        A single profile does not show the lay: it counts as isotropic, with a range up to 5. The other ranges are own
+        estimates: 20 % of Rq, a factor of 1.25 of the correlation length, 0.3 of the skewness.
 
         Parameters
         ----------
         path : str or Path
-            The file.
+            File of the measurement.
         state : {"run_in", "new"}
-            What was measured.
+            State of the measured flank.
         **reading
-            Of `ehl.measured_surface`.
+            Keyword arguments of `ehl.measured_surface`.
 
         Returns
         -------
@@ -190,7 +190,7 @@ class Finish:
         Raises
         ------
         InputError
-            As `ehl.measured_surface`.
+            As in `ehl.measured_surface`.
 
         Examples
         --------
@@ -204,7 +204,7 @@ class Finish:
         if not math.isfinite(across):
             raise InputError("profile", found.name, "heights whose autocorrelation falls to 1/e within the length")
         source = f"{Path(path).name}, {found.cutoff_short:.3g} m to {found.cutoff_long:.3g} m; range ours"
-        lay = Figure(value=1.0, low=1.0, high=5.0, source="not seen by a trace; range ours")
+        lay = Figure(value=1.0, low=1.0, high=5.0, source="not measurable by a single profile; range ours")
         if math.isfinite(along):
             ratio = max(along / across, 1.0 / 3.0)
             lay = Figure(value=ratio, low=ratio / 1.5, high=ratio * 1.5, source=source)
@@ -220,7 +220,7 @@ class Finish:
         )
 
     def to_toml(self) -> str:
-        """The card of this finish, with its one state.
+        """TOML text of this finish, with its one state.
 
         Returns
         -------
@@ -237,12 +237,12 @@ class Finish:
         return toml_text({"name": self.name, "description": self.description, self.state: table})
 
     def with_rms(self, rms: float) -> Finish:
-        """The finish with a measured Rq, which is then known to 20 %; its waves keep their length.
+        """The finish with a measured Rq, with a range of 20 % and the same correlation length.
 
         Parameters
         ----------
         rms : float
-            [m].
+            Rq [m].
 
         Returns
         -------
@@ -259,13 +259,13 @@ class Finish:
 
 @dataclass(frozen=True)
 class Additive:
-    """What the additives of an oil leave on the flanks.
+    """Boundary film of an additive class.
 
     Parameters
     ----------
     name, description : str
     boundary_film : Figure
-        Thickness of the film at which solids count as touching [m].
+        Film thickness below which solids count as touching [m].
     boundary_friction : Figure
         mu_b [-].
     """
@@ -291,7 +291,7 @@ class Additive:
         Raises
         ------
         InputError
-            There is no such class; the message lists those there are.
+            There is no such class; the message lists the available ones.
 
         Examples
         --------
@@ -326,15 +326,15 @@ def _additive_file(name: str) -> _AdditiveFile:
 
 
 def default_correlation_length(rms_1: ArrayLike, rms_2: ArrayLike = 0.0) -> FloatArray:
-    """lc of surfaces of no named finish: 40 Rq of one surface, within 8 to 150 um [m].
+    """lc of surfaces without a named finish: 40 Rq of one surface, within 8 to 150 um [m].
 
-    Measured profiles have 16 to 20 Rq, smooth ones up to 200; with 40 Rq run-in flanks stay below the shakedown limit
+    Measured profiles have 16 to 20 Rq, smooth ones up to 200 Rq. With 40 Rq run-in flanks are below the shakedown limit
     of their summits (docs/roughness.md).
 
     Parameters
     ----------
     rms_1, rms_2 : float or array
-        Rq of both surfaces [m]; of two rough ones the quadratic mean counts.
+        Rq of both surfaces [m]; the root mean square of two rough ones is used.
     """
     first, second = np.asarray(rms_1, dtype=float), np.asarray(rms_2, dtype=float)
     rough = np.maximum((first > 0.0).astype(float) + (second > 0.0), 1.0)
@@ -345,10 +345,10 @@ def default_correlation_length(rms_1: ArrayLike, rms_2: ArrayLike = 0.0) -> Floa
 def printed_correlation_length(
     rms: float, *, rsm: float | None = None, rdq: float | None = None, sal: float | None = None
 ) -> float:
-    """lc of one surface from what a profilometer prints [m]: RSm/5, else Sal/1.25, else sqrt(2) Rq/(0.65 Rdq).
+    """lc of one surface from profilometer parameters [m]: RSm/5, else Sal/1.25, else sqrt(2) Rq/(0.65 Rdq).
 
-    The first is good to 25 % and hardly moved by the cut-offs; the last holds for a stylus filter of 2.5 um, whose
-    factor is 0.5 to 0.8 for measured profiles (docs/roughness.md).
+    The first is accurate to 25 % and hardly depends on the cut-offs. The last applies to a stylus filter of 2.5 um,
+    with a factor of 0.5 to 0.8 for measured profiles (docs/roughness.md).
 
     Parameters
     ----------
@@ -359,12 +359,12 @@ def printed_correlation_length(
     rdq : float, optional
         RMS slope [-].
     sal : float, optional
-        Autocorrelation length of ISO 25178, to 0.2 [m].
+        Autocorrelation length of ISO 25178 (threshold 0.2) [m].
 
     Raises
     ------
     InputError
-        The numbers contradict one another.
+        The parameters contradict one another.
 
     Examples
     --------
@@ -376,12 +376,11 @@ def printed_correlation_length(
         found, (low, high) = rsm * rdq / rms, SPACING_TIMES_SLOPE
         if not low <= found <= high:
             allowed = f"RSm Rdq/Rq of {low:g} to {high:g}"
-            raise InputError(
-                "rsm", f"{rsm:.3g} m, rdq {rdq:.3g}, Rq {rms:.3g} m", allowed, f"It is {found:.3g}: units?"
-            )
+            given = f"{rsm:.3g} m, rdq {rdq:.3g}, Rq {rms:.3g} m"
+            raise InputError("rsm", given, allowed, f"It is {found:.3g}; check the units.")
     if rsm is not None and sal is not None and not SPACING_OVER_SAL[0] <= rsm / sal <= SPACING_OVER_SAL[1]:
         allowed = f"RSm/Sal of {SPACING_OVER_SAL[0]:g} to {SPACING_OVER_SAL[1]:g}"
-        raise InputError("sal", f"{sal:.3g} m, rsm {rsm:.3g} m", allowed, f"It is {rsm / sal:.3g}: units?")
+        raise InputError("sal", f"{sal:.3g} m, rsm {rsm:.3g} m", allowed, f"It is {rsm / sal:.3g}; check the units.")
     if rsm is not None:
         return rsm / 5.0
     if sal is not None:
@@ -440,26 +439,26 @@ def surface_uncertainty(
     boundary_film: float | None = None,
     boundary_friction: float | None = None,
 ) -> dict[str, Figure]:
-    """Figures of a surface with their ranges: what friction inherits from roughness and boundary film.
+    """Roughness and boundary-film parameters of a surface with their ranges, for the uncertainty of friction.
 
-    A finish gives the ranges of what is not given; a surface described by numbers alone has the ranges of
-    `UNNAMED` about them, correlation length and Peklenik number being rarely measured. Rq and correlation length are
-    separate causes.
+    A named finish gives value and range of all parameters without a value. Given values have the ranges of `UNNAMED`;
+    these are wide for correlation length and Peklenik number, which are rarely measured. Rq and correlation length are
+    independent.
 
     Parameters
     ----------
     roughness_rms, correlation_length, boundary_film : float, optional
-        Of one surface, as given [m].
+        Values of one surface [m].
     peklenik_number, boundary_friction : float, optional
-        As given [-].
+        Values [-].
     finish, finish_state, additive : str
-        As of `Finish.load` and `Additive.load`.
+        As in `Finish.load` and `Additive.load`.
 
     Returns
     -------
     dict of Figure
-        `roughness_rms`, `correlation_length`, `skewness`, `peklenik_number`, `boundary_film`, `boundary_friction`; the
-        standard deviation of each is its `sigma` (of the logarithm; of skewness itself).
+        `roughness_rms`, `correlation_length`, `skewness`, `peklenik_number`, `boundary_film`, `boundary_friction`;
+        `sigma` is the standard deviation of the logarithm, for skewness that of the value.
 
     Raises
     ------
@@ -487,7 +486,7 @@ def surface_uncertainty(
         rms = _given("roughness_rms", roughness_rms or 0.0)
         length = _given("correlation_length", float(default_correlation_length(rms.value)))
         skewness = Figure(value=0.0, low=-1.0, high=0.4, source="ours")
-        lay = Figure(value=1.0, low=1.0, high=5.0, source="isotropic where nothing is said; range ours")
+        lay = Figure(value=1.0, low=1.0, high=5.0, source="isotropic by default; range ours")
     if correlation_length is not None:
         length = _given("correlation_length", correlation_length)
     if peklenik_number is not None:

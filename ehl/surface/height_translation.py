@@ -18,7 +18,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Translation:
-    """z of N(0,1) -> height of mean 0 and variance 1; increasing in z.
+    """Increasing map from z of N(0, 1) to a height of mean 0 and variance 1.
 
     Johnson, N. L. (1949), Biometrika 36, 149-176: unbounded family ``sinh((z - a)/b)``, bounded family
     ``1/(1 + exp(-(z - a)/b))``.
@@ -27,7 +27,7 @@ class Translation:
     ----------
     family : {"unbounded", "bounded"}
     a, b : float
-        Location and scale inside the family; b > 0.
+        Location and scale in the family; b > 0.
     mean, std, sign : float
         Standardisation, and -1 for a mirrored curve.
     """
@@ -68,7 +68,7 @@ def _moments(family: str, a: float, b: float) -> tuple[float, float, float, floa
 
 
 def lognormal_kurtosis(skewness: float) -> float:
-    """Kurtosis of the lognormal distribution of that skewness: the border between Johnson's two families [-]."""
+    """Kurtosis of the lognormal distribution of that skewness, the border of Johnson's two families [-]."""
     half = scipy.optimize.brentq(lambda w: (w + 2.0) * math.sqrt(w - 1.0) - abs(skewness), 1.0, 1.0 + skewness**2)
     return float(half**4 + 2.0 * half**3 + 3.0 * half**2 - 3.0)
 
@@ -80,8 +80,8 @@ def translation(skewness: float, kurtosis: float) -> Callable[[FloatArray], Floa
     Raises
     ------
     InputError
-        kurtosis <= skewness^2 + 1 (impossible), or the curve could not be found (close to that limit or to the
-        lognormal line, or kurtosis above 60).
+        kurtosis <= skewness^2 + 1 (impossible), kurtosis above 60, or no curve was found (close to that limit or to the
+        lognormal line).
     """
     if not kurtosis > skewness**2 + 1.0:
         raise InputError(
@@ -95,7 +95,7 @@ def translation(skewness: float, kurtosis: float) -> Callable[[FloatArray], Floa
 
     def residual(q: FloatArray) -> FloatArray:
         _, _, third, fourth = _moments(family, float(q[0]), math.exp(float(q[1])))
-        # kurtosis above its bound, on a log scale: stretches the narrow strip near the bound
+        # kurtosis above its bound on a logarithmic scale, which resolves the region near the bound
         return np.array([third - sign * skewness, math.log((fourth - third**2 - 1.0) / (kurtosis - skewness**2 - 1.0))])
 
     for start in ((0.0, 0.3), (-1.0, 0.3), (1.0, 0.3), (2.0, 0.0), (-2.0, 0.7), (4.0, 1.0), (0.5, -0.5), (6.0, 0.5)):
@@ -104,9 +104,5 @@ def translation(skewness: float, kurtosis: float) -> Callable[[FloatArray], Floa
             a, b = float(fit.x[0]), math.exp(float(fit.x[1]))
             mean, std, _, _ = _moments(family, a, b)
             return Translation(family, a, b, mean, std, sign)
-    raise InputError(
-        "skewness, kurtosis",
-        (skewness, kurtosis),
-        f"a pair a Johnson curve reaches; at this skewness the kurtosis {border:.3g} (lognormal) is a narrow gap",
-        "Move the kurtosis by a per cent.",
-    )
+    allowed = f"moments of a Johnson curve; none was found near the lognormal kurtosis {border:.3g} of this skewness"
+    raise InputError("skewness, kurtosis", (skewness, kurtosis), allowed, "Change the kurtosis by 1 %.")

@@ -130,7 +130,7 @@ def test_what_is_damaged_does_not_count(folder: Path, damage: str) -> None:
 @pytest.mark.parametrize("what", ["python", "numba", "llvmlite", "platform"])
 def test_kernels_for_another_surrounding_do_not_count(folder: Path, what: str) -> None:
     change(folder, surrounding=surrounding() | {what: "of old"})
-    assert why_not() == f"those carried are for {what} of old"
+    assert why_not() == f"the precompiled kernels are for {what} of old"
     assert not carries(NAME, SOURCES)
 
 
