@@ -1,4 +1,4 @@
-"""Commands of one contact and of its oil: `solve`, `oil`."""
+"""Commands of one contact, its oil and its roughness: `solve`, `oil`, `profile`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def solve(
     plot: Annotated[Path | None, typer.Option(help="Write a figure of the solution (PNG, SVG, PDF).")] = None,
     report: Annotated[Path | None, typer.Option(help="Write one HTML page with results, notes and figure.")] = None,
     uncertainty: Annotated[
-        bool, typer.Option("--uncertainty", help="Uncertainty of mu from the inputs: some twenty solutions.")
+        bool, typer.Option("--uncertainty", help="Uncertainty of mu from the inputs (about twenty solutions).")
     ] = False,
     cite: Annotated[
         bool, typer.Option("--cite", help="References of the laws and methods used; BibTeX with --json.")
@@ -25,16 +25,16 @@ def solve(
 ) -> None:
     """Solve one lubricated contact.
 
-    Exit code 0 with an answer, also where its error exceeds the tolerance (status unsettled); 1 without.
+    The exit code is 0 with a result, even if its error exceeds the tolerance (status unsettled), and 1 without.
     """
     check_outputs({"plot": plot, "report": report})
     contact = ehl.Contact.from_file(case_file)
     result = contact.solve()
-    # a page holds the interval by the inputs where it costs seconds
+    # a page contains the interval by the inputs if it takes seconds only
     quick = report is not None and result.seconds < _QUICK
     spread = None
     if (uncertainty or quick) and result.status != "failed":
-        typer.echo("interval by uncertain inputs: some twenty solutions more", err=True)
+        typer.echo("interval by uncertain inputs: about twenty further solutions", err=True)
         spread = contact.uncertainty()
     if json_output:
         found = result.to_dict() | ({} if spread is None else {"uncertainty": spread.to_dict()})
@@ -50,7 +50,7 @@ def solve(
         raise typer.Exit(1)
 
 
-_QUICK = 1.0  # wall time of one solution from which twenty more are asked for by hand [s]
+_QUICK = 1.0  # largest wall time of one solution for which a page includes the input uncertainty [s]
 _ALPHAS = ("slope", "secant_200", "star", "film")
 _STATE = (
     "viscosity_kinematic", "viscosity_inlet", "density", *(f"pressure_viscosity_{name}" for name in _ALPHAS),
@@ -60,7 +60,7 @@ _STATE = (
 
 
 def _oil_tables(card: ehl.Oil, temperatures: str | None) -> list[ehl.Table]:
-    """What `mixed-ehl oil NAME` prints."""
+    """Tables of `mixed-ehl oil NAME`."""
     content: dict[str, Any] = card.to_dict(temperatures)
     heads = [ehl.quantity("temperature_oil").text(state["temperature_oil"]) for state in content["states"]]
     rows = [[head, *(state[name] for name in _STATE)] for head, state in zip(heads, content["states"], strict=True)]
@@ -74,10 +74,10 @@ def _oil_tables(card: ehl.Oil, temperatures: str | None) -> list[ehl.Table]:
     over = [[head, *values] for head, values in zip(heads, content["log_viscosity_ratio"], strict=True)]
     spread = [[name, f"{100.0 * value:.3g} %"] for name, value in known.items() if name != "source"]
     remarks = [f"note: {text}" for text in content["remarks"]]
-    remarks.append(f"figures {card.certainty}; {card.source}.")
+    remarks.append(f"data {card.certainty}; {card.source}.")
     return [
         ehl.Table(["state", *_STATE], rows, title=title, vertical=True),
-        ehl.Table(["ln(eta/eta0) at", *columns], over, title="rise of viscosity under pressure"),
+        ehl.Table(["ln(eta/eta0) at", *columns], over, title="increase of viscosity with pressure"),
         ehl.Table(["input", "one standard deviation"], spread, title="uncertainty", notes=[*remarks, known["source"]]),
     ]
 
@@ -94,8 +94,8 @@ def _oil_list() -> ehl.Table:
     alpha = ehl.quantity("pressure_viscosity_slope")
     heads = ["oil", "base", *names, alpha.name, "ln(eta/eta0) +-", "description"]
     note = (
-        "alpha at 100 degC. Any other oil: base and cSt at 40/100 degC, such as 'pao 97.5/13.3', one and the "
-        "viscosity index, 'pao 97.5 vi 145', or 'mineral vg 220'."
+        "alpha is at 100 degC. Other oils are described by base and viscosity: cSt at 40/100 degC ('pao 97.5/13.3'), "
+        "cSt at 40 degC and viscosity index ('pao 97.5 vi 145'), or ISO VG ('mineral vg 220')."
     )
     return ehl.Table(heads, rows, title="Oils", notes=[note])
 
@@ -115,16 +115,16 @@ def oil(
     base: Annotated[
         str | None, typer.Option(help="Generic oil: mineral, hydrocracked, pao, ester or polyglycol.")
     ] = None,
-    nu40: Annotated[str | None, typer.Option(help="Its viscosity at 40 degC, e.g. '97.5 cSt'.")] = None,
-    nu100: Annotated[str | None, typer.Option(help="Its viscosity at 100 degC.")] = None,
-    vg: Annotated[int | None, typer.Option(help="Its ISO VG, in place of both.")] = None,
-    vi: Annotated[float | None, typer.Option(help="Its viscosity index, in place of one of the viscosities.")] = None,
-    density: Annotated[str | None, typer.Option(help="Its density at 15 degC.")] = None,
+    nu40: Annotated[str | None, typer.Option(help="Viscosity of the generic oil at 40 degC, e.g. '97.5 cSt'.")] = None,
+    nu100: Annotated[str | None, typer.Option(help="Viscosity of the generic oil at 100 degC.")] = None,
+    vg: Annotated[int | None, typer.Option(help="ISO VG of the generic oil, in place of both viscosities.")] = None,
+    vi: Annotated[float | None, typer.Option(help="Viscosity index, in place of one of the viscosities.")] = None,
+    density: Annotated[str | None, typer.Option(help="Density of the generic oil at 15 degC.")] = None,
     json_output: JsonOption = False,
     plot: Annotated[Path | None, typer.Option(help="Write a figure of viscosity over pressure.")] = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the card as a TOML file.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the oil card as a TOML file.")] = None,
 ) -> None:
-    """Show an oil: viscosity under pressure, all four alphas, shear, heat, how certain; without NAME list them."""
+    """Show the properties of an oil with their uncertainty; without NAME list the shipped oils."""
     check_outputs({"plot": plot, "output": output})
     generic: dict[str, Any] = given(
         {"nu_40": nu40, "nu_100": nu100, "iso_vg": vg, "viscosity_index": vi, "density_15": density}
@@ -152,16 +152,16 @@ def oil(
 
 
 def profile(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Trace or map: text, or a file of an instrument.")],
-    unit_x: Annotated[str, typer.Option(help="Unit of the positions where the file has none.")] = "",
-    unit_height: Annotated[str, typer.Option(help="Unit of the heights where the file has none.")] = "",
-    detrend: Annotated[int, typer.Option(help="Order of the polynomial that is taken out as form.")] = 2,
-    cutoff_long: Annotated[str | None, typer.Option(help="lambda_c, e.g. '0.8 mm'; by ISO 4288 if not given.")] = None,
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Profile or map: text file or instrument file.")],
+    unit_x: Annotated[str, typer.Option(help="Unit of the positions if the file has none.")] = "",
+    unit_height: Annotated[str, typer.Option(help="Unit of the heights if the file has none.")] = "",
+    detrend: Annotated[int, typer.Option(help="Order of the polynomial that is removed as form.")] = 2,
+    cutoff_long: Annotated[str | None, typer.Option(help="lambda_c, e.g. '0.8 mm'; default: ISO 4288.")] = None,
     cutoff_short: Annotated[str | None, typer.Option(help="lambda_s, e.g. '2.5 um'.")] = None,
     json_output: JsonOption = False,
-    plot: Annotated[Path | None, typer.Option(help="Write a figure: as read, form, and what is used.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Write a figure of raw heights, form and roughness.")] = None,
 ) -> None:
-    """Check a measured profile: Rq, RSm, slope, correlation length, lay, what is interpolated and taken out."""
+    """Evaluate a measured profile: Rq, RSm, slope, correlation length, lay, interpolated points."""
     check_outputs({"plot": plot})
     cutoffs = {"cutoff_long": cutoff_long, "cutoff_short": cutoff_short}
     found = ehl.measured_surface(file, unit_x=unit_x, unit_height=unit_height, detrend=detrend, **given(cutoffs))

@@ -1,4 +1,4 @@
-"""`Contact`: one lubricated line contact with all its inputs, by keywords or from a file."""
+"""`Contact`: one lubricated line contact with all its inputs, from keywords or a file."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from ehl.inputs import (
     SurfaceInput,
     Thermal,
 )
-from ehl.line_contact import LineContact
+from ehl.line_contact import LineContact, hertz_load
 from ehl.material import Material, effective_modulus
 from ehl.surface.finish import State
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from ehl.uncertainty.result import InputUncertainty
     from ehl.uncertainty.spread import UncertaintyInput
 
-Amount = float | str | None  # SI number or text with its unit; None takes an input away
+Amount = float | str | None  # SI number or text with unit; None removes an input
 
 
 class ContactKeywords(TypedDict, total=False):
@@ -138,7 +138,7 @@ KEYWORDS: dict[str, tuple[str, str]] = {
     "temperature_bulk_2": ("solid_2", "temperature_bulk"),
 }
 
-# for completion and help where types are not read
+# for completion and help in tools that do not read the types
 _SIGNATURE = inspect.Signature(
     [inspect.Parameter("self", inspect.Parameter.POSITIONAL_ONLY)]
     + [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY) for name in (*KEYWORDS, "solid_1", "solid_2")]
@@ -146,10 +146,10 @@ _SIGNATURE = inspect.Signature(
 
 
 class Contact(InputModel):
-    """One lubricated line contact: geometry, load, motion, oil, bodies, surfaces and the models to use.
+    """One lubricated line contact: geometry, load, motion, oil, bodies, surfaces and models.
 
     Every quantity is an SI number or a string with its unit. The keywords are the keys of the input file of
-    `mixed-ehl solve`, without its tables; whole tables are taken as well (``surface={"seed": 3}``).
+    `mixed-ehl solve` without its tables, or whole tables (``surface={"seed": 3}``).
 
     Parameters
     ----------
@@ -160,63 +160,65 @@ class Contact(InputModel):
     speed_entrainment : float or str
         Mean of both surface velocities across the contact line [m/s].
     slide_to_roll : float
-        Signed sliding across the line over `speed_entrainment` [-]; 0 when not given.
+        Signed sliding across the line over `speed_entrainment` [-]; default: 0.
     speed_sliding_lengthwise : float or str
-        Sliding along the contact line [m/s]; 0 when not given.
+        Sliding along the contact line [m/s]; default: 0.
     effective_modulus : float or str
-        E' with 2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa]; from both bodies when not given.
+        E' with 2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 [Pa]; default: from both bodies.
     oil : str
-        Name of a shipped oil (`ehl.shipped("oils")`) or path of an oil card; it needs `temperature`.
+        Name of a shipped oil (`ehl.shipped("oils")`) or path of an oil card; requires `temperature`.
     temperature : float or str
         Oil temperature at the inlet [K], also `temperature_oil`.
     viscosity_inlet, pressure_viscosity : float or str
-        Dynamic viscosity [Pa s] and pressure-viscosity coefficient [1/Pa] at the inlet, instead of `oil`. With them
-        go `viscosity_law`, `density_law`, `density_coefficients`, `temperature_viscosity` [1/K] and `density` [kg/m3].
+        Dynamic viscosity [Pa s] and pressure-viscosity coefficient [1/Pa] at the inlet, instead of `oil`. Optional
+        with them: `viscosity_law`, `density_law`, `density_coefficients`, `temperature_viscosity` [1/K] and `density`
+        [kg/m3].
     rheology : {"eyring", "newtonian", "carreau"}
         Shear law. Its parameters are `eyring_stress` [Pa], `eyring_stress_law`, `eyring_stress_pressure`,
         `carreau_stress` [Pa], `carreau_exponent`, `limiting_shear`, `limiting_shear_coefficient` and
         `limiting_shear_ambient` [Pa].
     thermal_conductivity, heat_capacity : float or str
-        Of the oil [W/(m K)], [J/(kg K)].
+        Thermal conductivity [W/(m K)] and specific heat capacity [J/(kg K)] of the oil.
     solid_1, solid_2 : str, Material or dict
-        Name of a shipped material, a `Material`, or the keys of the table in the input file; steel when not given.
+        Name of a shipped material, a `Material`, or the keys of the table in the input file; default: steel.
     temperature_bulk_1, temperature_bulk_2 : float or str
-        Bulk temperatures [K]; that of the oil when not given.
+        Bulk temperatures [K]; default: that of the oil.
     roughness_rms : float or str
-        Composite Rq [m], shared evenly by both surfaces; or, of each surface, `roughness_rms_1` and `roughness_rms_2`.
+        Composite Rq [m] of two equal surfaces; alternatively `roughness_rms_1` and `roughness_rms_2`.
     profile_1, profile_2 : str
-        Files of measured profiles instead, kept between `cutoff_short` and `cutoff_long` [m] after a polynomial of the
-        order `detrend`, the form, was taken out (2). `profile_unit_x` and `profile_unit_height` give their units where
-        the files have none.
+        Files of measured profiles instead of Rq. A polynomial of the order `detrend` (default 2) is removed as form;
+        wavelengths between `cutoff_short` and `cutoff_long` [m] are used. `profile_unit_x` and `profile_unit_height`
+        are the units of files that do not state them.
     finish, finish_state : str
-        How the surfaces were made (`ehl.shipped("finishes")`), and whether they are "run_in" (default) or "new"; gives
-        Rq, correlation length, skewness, lay and a self-affine spectrum, each where it is not given.
+        Surface finish (`ehl.shipped("finishes")`) and its state, "run_in" (default) or "new". Default values of Rq,
+        correlation length, skewness, lay and self-affine spectrum follow from it.
     correlation_length, skewness, kurtosis, peklenik_number, seed : float, str or int
-        Shape of generated roughness; the correlation length [m] is 40 Rq when not given.
+        Parameters of generated roughness; the default of the correlation length [m] is 40 Rq.
     rsm, rdq, sal : float or str
-        Of each surface as a profilometer prints them, in place of the correlation length: mean spacing [m], RMS slope
-        [-], autocorrelation length to 0.2 [m]; several are checked against one another.
+        Profilometer parameters of each surface in place of the correlation length: mean spacing [m], RMS slope [-] and
+        autocorrelation length at 0.2 [m]. Several of them are checked for consistency.
     running_in : {"none", "plastic"}
-        Whether asperities that a dry contact presses beyond the hardness are flattened first (ours, not proven).
+        "plastic" flattens asperities whose dry contact pressure reaches the hardness (own model, not validated).
     spectrum, hurst_exponent : {"gaussian", "self_affine"}, float
-        One correlation length, or waves of all lengths below it.
+        Spectrum with one correlation length, or self-affine roughness with a Hurst exponent.
     lay_angle : float or str
-        Between the marks of the finish and the contact line [rad]; 0 when not given, across the motion.
+        Angle between the marks of the finish and the contact line [rad]; default: 0, marks across the motion.
     additive : {"EP", "base", "ZDDP"}
-        Additives of the oil: film and friction of the asperities where not given.
+        Additive class of the oil, which gives the default boundary film and boundary friction.
     boundary_film : float or str
-        Gap at which asperities touch [m]; from additive and roughness when not given.
+        Gap at which asperities touch [m]; default: from the additive.
     boundary_friction : float
-        Friction coefficient of asperity contact [-]; that of the additive when not given.
+        Friction coefficient of asperity contact [-]; default: from the additive.
     thermal : {"auto", "off", "on"}
         Heat balance.
     accuracy : {"standard", "fast", "reference"}
-        With `friction_tolerance` [-]; `shortcuts` = "off" leaves nothing out that an estimate finds small.
+        Accuracy level; `friction_tolerance` [-] replaces its tolerance. With `shortcuts` = "off" no effect is neglected
+        because of an estimate.
 
     Raises
     ------
     InputError
-        Naming the field, its value and what is allowed.
+        The message states field, value and allowed range.
 
     Examples
     --------
@@ -261,7 +263,7 @@ class Contact(InputModel):
 
     @classmethod
     def from_file(cls, path: str | Path) -> Self:
-        """The contact of an input file (TOML), as `mixed-ehl solve` reads it.
+        """The contact of an input file (TOML) of `mixed-ehl solve`.
 
         Parameters
         ----------
@@ -274,13 +276,13 @@ class Contact(InputModel):
         Raises
         ------
         InputError
-            The file cannot be read, or naming field, value and what is allowed.
+            The file cannot be read, or a value is invalid; the message states field, value and allowed range.
         """
         return cls(**read_toml(path, "contact"))
 
     @classmethod
     def from_dict(cls, content: Mapping[str, object]) -> Self:
-        """The contact of a dictionary of keywords or of tables as in the input file.
+        """The contact of a dictionary of keywords, or of tables as in the input file.
 
         Parameters
         ----------
@@ -293,7 +295,7 @@ class Contact(InputModel):
         Raises
         ------
         InputError
-            Naming field, value and what is allowed.
+            The message states field, value and allowed range.
 
         Examples
         --------
@@ -308,7 +310,7 @@ class Contact(InputModel):
         return cls(**cast(ContactKeywords, content))
 
     def to_dict(self) -> dict[str, Any]:
-        """The inputs that were given, as tables of the input file in SI units.
+        """The given inputs as tables of the input file in SI units.
 
         Returns
         -------
@@ -322,7 +324,7 @@ class Contact(InputModel):
         Parameters
         ----------
         **changes
-            Keywords as of `Contact`; None takes an input away.
+            Keywords of `Contact`; None removes an input.
 
         Returns
         -------
@@ -331,7 +333,7 @@ class Contact(InputModel):
         Raises
         ------
         InputError
-            As `Contact`.
+            As for `Contact`.
         """
         tables, _ = _tables(changes, type(self).model_fields)
         content = self.model_dump(exclude_unset=True)
@@ -350,7 +352,7 @@ class Contact(InputModel):
         Parameters
         ----------
         start : ContactResult, optional
-            Result of a similar contact, as a first guess.
+            Result of a similar contact as the initial guess.
 
         Returns
         -------
@@ -381,19 +383,19 @@ class Contact(InputModel):
     def uncertainty(
         self, spreads: UncertaintyInput | None = None, level: float = 0.90, jobs: int | None = None
     ) -> InputUncertainty:
-        """Interval of the friction coefficient by what is not known of the inputs; the solver's error is not in it.
+        """Interval of the friction coefficient by the uncertainty of the inputs, without the error of the solver.
 
-        The contact is solved with each input at both ends of its own interval, with the same roughness: about twenty
-        solutions.
+        The contact is solved with each input at both ends of its interval and the same roughness (about twenty
+        solutions).
 
         Parameters
         ----------
         spreads : UncertaintyInput, optional
-            How well inputs are known; by default as oil card, finish and additives say.
+            Standard deviations of the inputs; default: from oil card, finish and additives.
         level : float
-            Share of cases the interval is to hold [-].
+            Coverage of the interval [-].
         jobs : int, optional
-            Worker processes; one per core if not given.
+            Worker processes; default: one per core.
 
         Returns
         -------
@@ -402,7 +404,7 @@ class Contact(InputModel):
         Raises
         ------
         InputError
-            The level is no share between 0 and 1.
+            The level is not between 0 and 1.
         """
         from ehl.fluid.oil import Oil
         from ehl.uncertainty.contact_design import contact_uncertainty
@@ -431,40 +433,30 @@ class Contact(InputModel):
         -------
         LineContact
         """
-        c = self.contact
-        motion = {
-            "speed_entrainment": c.speed_entrainment,
-            "slide_to_roll": c.slide_to_roll,
-            "speed_sliding_lengthwise": c.speed_sliding_lengthwise,
-        }
+        c, modulus = self.contact, self.effective_modulus
+        load = c.load_per_length
         if c.pressure_hertz is not None:
-            return LineContact.from_pressure(
-                radius_equivalent=c.radius_equivalent,
-                effective_modulus=self.effective_modulus,
-                pressure_hertz=c.pressure_hertz,
-                **motion,
-            )
-        assert c.load_per_length is not None
-        return LineContact(c.radius_equivalent, self.effective_modulus, c.load_per_length, **motion)
+            load = hertz_load(c.pressure_hertz, c.radius_equivalent, modulus)
+        assert load is not None
+        motion = (c.speed_entrainment, c.slide_to_roll, c.speed_sliding_lengthwise)
+        return LineContact(c.radius_equivalent, modulus, load, *motion)
 
     def bulk_temperatures(self) -> tuple[float, float]:
-        """Bulk temperatures of both bodies [K]; the oil's where none is given."""
+        """Bulk temperatures of both bodies [K]; default: that of the oil."""
         oil = self.lubricant.temperature_oil
         return (self.solid_1.temperature_bulk or oil, self.solid_2.temperature_bulk or oil)
 
     def problem(self) -> ContactProblem:
-        """The contact as the solvers take it."""
-        return ContactProblem(
+        """The contact in the form of the solvers."""
+        line, lubricant, bodies = (
             self.line_contact(),
             self.lubricant.lubricant(),
-            self.surface,
-            self.model,
             (self.solid_1.body(), self.solid_2.body()),
-            self.bulk_temperatures(),
         )
+        return ContactProblem(line, lubricant, self.surface, self.model, bodies, self.bulk_temperatures())
 
     def unused_inputs(self) -> tuple[str, ...]:
-        """One sentence for each given input that the chosen models do not use."""
+        """One sentence for each given input that has no effect with the chosen models."""
         unused: list[tuple[str, str]] = []
         given, oil = self.surface.model_fields_set, self.lubricant
         unused += [(f"lubricant.{name}", why) for name, why in oil.unused_inputs()]
@@ -475,7 +467,7 @@ class Contact(InputModel):
         if "hurst_exponent" in given and self.surface.spectrum == "gaussian":
             unused.append(("surface.hurst_exponent", "the spectrum is gaussian"))
         if "lay_angle" in given and self.surface.finish is None:
-            unused.append(("surface.lay_angle", "no finish is named"))
+            unused.append(("surface.lay_angle", "it requires a finish"))
         return tuple(f"{name} has no effect: {why}" for name, why in unused)
 
     def __repr__(self) -> str:
@@ -503,30 +495,21 @@ class Contact(InputModel):
         elastic = {"E", "nu", "youngs_modulus", "poisson_ratio", "material"}
         given = (self.solid_1.model_fields_set | self.solid_2.model_fields_set) & elastic
         if self.contact.effective_modulus is not None and given:
-            raise InputError(
-                "contact.effective_modulus",
-                self.contact.effective_modulus,
-                "either effective_modulus or the elastic constants of [solid_1] and [solid_2]",
-            )
+            allowed = "either effective_modulus or the elastic constants of [solid_1] and [solid_2]"
+            raise InputError("contact.effective_modulus", self.contact.effective_modulus, allowed)
         return self
 
     @model_validator(mode="after")
     def _within_the_theory(self) -> Self:
         contact = self.line_contact()
-        if contact.pressure_hertz > MAX_PRESSURE_OVER_MODULUS * contact.effective_modulus:
-            raise InputError(
-                "contact.pressure_hertz",
-                f"{contact.pressure_hertz:.4g} Pa",
-                f"at most {MAX_PRESSURE_OVER_MODULUS * contact.effective_modulus:.4g} Pa for this effective modulus",
-                "The contact would be wider than a quarter of its radius, and bodies are half-spaces here.",
-            )
+        most = MAX_PRESSURE_OVER_MODULUS * contact.effective_modulus
+        if contact.pressure_hertz > most:
+            allowed = f"at most {most:.4g} Pa for this effective modulus"
+            hint = "The half-width would exceed a quarter of the radius, beyond the assumption of half-spaces."
+            raise InputError("contact.pressure_hertz", f"{contact.pressure_hertz:.4g} Pa", allowed, hint)
         if contact.speed_sliding > MAX_SLIDING:
-            raise InputError(
-                "contact.slide_to_roll",
-                self.contact.slide_to_roll,
-                f"a sliding speed of at most {MAX_SLIDING:g} m/s",
-                f"It is {contact.speed_sliding:.4g} m/s.",
-            )
+            allowed, hint = f"a sliding speed of at most {MAX_SLIDING:g} m/s", f"It is {contact.speed_sliding:.4g} m/s."
+            raise InputError("contact.slide_to_roll", self.contact.slide_to_roll, allowed, hint)
         return self
 
 
@@ -539,9 +522,9 @@ def _friction_of(p: ContactProblem) -> tuple[float, float, float]:
 
 
 def _tables(values: Mapping[str, Any], names: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
-    """Keywords sorted into tables of the input file, and the keyword of each place that was given by one.
+    """Keywords sorted into tables of the input file, and the keyword of each entry that was given by one.
 
-    Whole tables pass as they are, so that an error in one names its place in the file.
+    Whole tables are not changed, so that an error in a table refers to its key in the file.
     """
     tables: dict[str, Any] = {}
     written: dict[str, str] = {}
@@ -562,7 +545,7 @@ def _tables(values: Mapping[str, Any], names: Mapping[str, Any]) -> tuple[dict[s
 
 
 def _solid(value: Any) -> Any:
-    """Table of a body from the name of a material or a `Material`."""
+    """Table of a body from the name of a material, or from a `Material`."""
     if isinstance(value, str):
         return {"material": value}
     if isinstance(value, Material):

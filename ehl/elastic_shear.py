@@ -1,13 +1,13 @@
-"""Elastic part of the shear (Maxwell): a film that slides little is strained, not yet sheared to its viscous stress.
+"""Elastic part of the shear (Maxwell model): at small slip the film does not reach its viscous stress.
 
-Along the motion of the film, and with the tangential compliance k of the bodies in series,
+Along the motion of the film, with the tangential compliance k of the bodies in series,
 
     (h/G + k) D(tau)/Dt + h rate(tau) = v_s
 
-where the viscous law gives rate(tau*) = v_s/h at the stress tau* without the elastic part, and between both
-rate(tau)/rate(tau*) = sinh(tau/tau0)/sinh(tau*/tau0) (Ree-Eyring; with Carreau the same with its G for tau0, and
-tau/tau* for a Newtonian film). Friction of the film is all this changes: at slips it acts at, shear thinning of the
-pressure flow is small. Most friction power is freed as heat where it is made: the elastic energy is given back.
+where the viscous law gives rate(tau*) = v_s/h at the stress tau* without the elastic part, and
+rate(tau)/rate(tau*) = sinh(tau/tau0)/sinh(tau*/tau0) for Ree-Eyring. For Carreau the stress G replaces tau0; for a
+Newtonian film the ratio is tau/tau*. The elastic part affects film friction only: at such small slips shear thinning of
+the pressure flow is small. Most friction power becomes heat locally, as the elastic energy is recovered.
 """
 
 from __future__ import annotations
@@ -22,25 +22,24 @@ from ehl.fluid._kernels import march_stress
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 
-# tuned: estimated share of mu below which the elastic part is left out, and from which on it counts in full; may be
-# changed by whoever runs tests/verification/ehl/test_elastic_shear.py
+# tuned with tests/verification/ehl/test_elastic_shear.py: estimated share of mu below which the elastic part is
+# neglected, and from which on it is fully included
 SHARE_NEGLECTED, SHARE_FULL = 0.005, 0.01
-SUBDIVISION = 4  # of the mesh: the march is of first order
+SUBDIVISION = 4  # steps of the first-order integration per cell of the mesh
 
 
 def body_compliance(contact: LineContact) -> float:
     """Tangential displacement of both surfaces per shear stress, k = 4 b/(pi E') [m/Pa].
 
-    A mattress of this compliance has the initial slope mu = 4 R SR/b of Carter (1926) between like bodies.
+    An elastic foundation of this compliance has the initial slope mu = 4 R SR/b of Carter (1926) for equal bodies.
     """
     return 4.0 * contact.half_width / (math.pi * contact.effective_modulus)
 
 
 def elastic_share(contact: LineContact, lubricant: Lubricant, film: float, stress: float) -> float:
-    """Estimated share of the friction that the elastic part takes; the share found is smaller [-].
+    """Upper estimate of the relative reduction of friction by the elastic part [-].
 
-    A rigid law would need the way l to reach the stress: were the film without stress at the edge and at its full
-    stress from there on, l/2 of the width 2 b would be lost.
+    A stress that grows linearly from zero at the edge to its full value over the way l loses l/2 of the width 2 b.
 
     contact, lubricant: speeds and shear modulus.
     film: central film thickness [m].
@@ -60,23 +59,22 @@ def isothermal_stress(contact: LineContact, lubricant: Lubricant, film: float) -
 
 
 def counted(share: float) -> float:
-    """How much of the elastic part counts: 0 below `SHARE_NEGLECTED`, 1 from `SHARE_FULL`, linear between."""
+    """Weight of the elastic part: 0 below `SHARE_NEGLECTED`, 1 above `SHARE_FULL`, linear between."""
     return min(max((share - SHARE_NEGLECTED) / (SHARE_FULL - SHARE_NEGLECTED), 0.0), 1.0)
 
 
 @dataclass(frozen=True)
 class ElasticShear:
-    """What the elastic part does to the friction of a smooth film."""
+    """Effect of the elastic part on the friction of a smooth film."""
 
-    estimate: float  # its share of mu, estimated from above [-]
-    left_out: float  # of that what was not counted, because it is small [-]
-    ratio: float  # mu with it over mu without it [-]
-    # what the march, of first order, leaves in mu: half as much again as its change from steps twice as long [-]
-    error: float
+    estimate: float  # upper estimate of its share of mu [-]
+    left_out: float  # neglected part of this share [-]
+    ratio: float  # mu with the elastic part over mu without it [-]
+    error: float  # of mu by the first-order integration: 1.5 times the change from steps twice as long [-]
     stress: FloatArray  # shear stress on the nodes of the film [Pa]; shape (n,)
 
     def notes(self) -> tuple[str, ...]:
-        """What it did to the friction; nothing where it did not count."""
+        """Note on the change of friction; empty if the elastic part was neglected."""
         if self.ratio == 1.0:
             return ()
         return (f"elastic shear of film and bodies changes smooth friction by {100.0 * (self.ratio - 1.0):.2g} %",)
@@ -90,7 +88,7 @@ def elastic_shear(
     contact: LineContact,
     lubricant: Lubricant,
 ) -> ElasticShear:
-    """The elastic part of the shear of a steady film, where its estimate says that it counts.
+    """Elastic part of the shear of a steady film, zero if its estimate is negligible.
 
     x, pressure, film, viscous, contact, lubricant: as in `elastic_stress`.
     """
@@ -122,7 +120,7 @@ def elastic_stress(
     x, pressure, film (n,): nodes [m], pressure [Pa], film thickness [m].
     viscous (n,): stress of the viscous law at the temperature of the film [Pa].
     contact, lubricant: speeds, bodies and shear modulus.
-    subdivision: steps of the march from node to node.
+    subdivision: integration steps per cell.
     """
     law = lubricant.shear_law
     fine = np.interp(np.arange(subdivision * (x.size - 1) + 1) / subdivision, np.arange(x.size), x)

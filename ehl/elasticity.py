@@ -1,7 +1,7 @@
-"""Elastic deflection of a line contact on a uniform grid: exactly integrated kernel, by FFT or as a dense matrix.
+"""Elastic deflection of a line contact on a uniform grid, with exactly integrated kernel, by FFT or dense matrix.
 
-V(x) = -(4/(pi E')) int p(s) ln|x - s| ds, both bodies together. The level of V is that of ln|x - s| with x in metres:
-a line contact has no level of its own, so only differences of V (or h0 + V) mean anything.
+V(x) = -(4/(pi E')) int p(s) ln|x - s| ds for both bodies, with x in metres. The deflection of a line contact is defined
+up to a constant: only differences of V (or h0 + V) are meaningful.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ def influence_coefficients(
 ) -> FloatArray:
     """Deflection at distance 0, 1, 2... nodes from one element of unit pressure [m/Pa].
 
-    Integrated exactly over the element: a cell of constant pressure about its node, or a hat of linear pressure
-    between the neighbouring nodes.
+    Integrated exactly over the element: a cell of constant pressure about its node, or a linear hat function between
+    the neighbouring nodes.
 
     count: number of distances.
     spacing: [m].
@@ -38,7 +38,7 @@ def influence_coefficients(
     else:
         weight = _log_integral_twice(distance + 1.0) - 2.0 * _log_integral_twice(distance)
         weight += _log_integral_twice(distance - 1.0)
-    # differences of large numbers lose digits far off: there the moments of the element, exact to 1e-13
+    # far field by the moments of the element, exact to 1e-13: differences of large numbers lose digits there
     far = distance > 60.0
     second, fourth = (24.0, 320.0) if element == "constant" else (12.0, 60.0)
     square = distance[far] ** 2
@@ -57,21 +57,18 @@ def _log_integral_twice(t: FloatArray) -> FloatArray:
 
 
 class DeflectionOperator:
-    """Deflection of a pressure on n uniform nodes; zero padded, so there are no periodic images.
+    """Deflection by a pressure on n uniform nodes; zero padding avoids periodic images.
 
-    count: nodes.
-    spacing: [m].
-    effective_modulus: [Pa].
+    count: number of nodes.
+    spacing: node distance [m].
+    effective_modulus: E' [Pa].
     element ("constant", "linear"): shape of the pressure between nodes.
     """
 
     def __init__(self, count: int, spacing: float, effective_modulus: float, element: Element = "constant") -> None:
         if count < 2 or not spacing > 0.0 or not effective_modulus > 0.0:
-            raise InputError(
-                "count, spacing, effective_modulus",
-                (count, spacing, effective_modulus),
-                "at least 2 nodes, > 0 m, > 0 Pa",
-            )
+            given = (count, spacing, effective_modulus)
+            raise InputError("count, spacing, effective_modulus", given, "at least 2 nodes, > 0 m, > 0 Pa")
         self.count, self.spacing, self.effective_modulus, self.element = count, spacing, effective_modulus, element
         self.coefficients = influence_coefficients(count, spacing, effective_modulus, element)
         self._size = fft.next_fast_len(2 * count - 1, real=True)
@@ -86,5 +83,5 @@ class DeflectionOperator:
         return np.asarray(product[: self.count])
 
     def dense(self) -> FloatArray:
-        """The same operator as a matrix, shape (n, n), for checks and small problems."""
+        """The operator as a matrix, shape (n, n), for checks and small problems."""
         return np.asarray(linalg.toeplitz(self.coefficients))

@@ -1,4 +1,4 @@
-"""Inputs of a contact: the tables of its file with units and ranges, and the form the solvers take."""
+"""Inputs of a contact: the tables of its file with units and ranges, and the form for the solvers."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ Modulus = Annotated[float, ValueRange("Pa", ge=1e9, le=2e12)]
 Pressure = Annotated[float, ValueRange("Pa", ge=5e7, le=8e9)]
 LoadPerLength = Annotated[float, ValueRange("N/m", ge=1.0, le=1e9)]
 Speed = Annotated[
-    float, ValueRange("m/s", ge=1e-4, le=200.0, hint="Point x the way the lubricant is drawn in, and give SR its sign.")
+    float,
+    ValueRange("m/s", ge=1e-4, le=200.0, hint="Define x in the direction of entrainment, and adapt the sign of SR."),
 ]
 SlideToRoll = Annotated[float, ValueRange("", ge=-200.0, le=200.0)]
 SlidingSpeed = Annotated[float, ValueRange("m/s", ge=-200.0, le=200.0)]
@@ -62,7 +63,7 @@ class ContactInput(InputModel):
 
 
 class SolidInput(InputModel):
-    """One body: a shipped material, or one with some figures of its own."""
+    """One body: a shipped material, optionally with other properties."""
 
     material: Annotated[str, in_any_case("materials")] = "steel"
     youngs_modulus: Modulus | None = None
@@ -84,7 +85,7 @@ class SolidInput(InputModel):
         return self
 
     def body(self) -> Material:
-        """The material with the figures given here in place of the shipped ones."""
+        """The material with the properties given here."""
         given = {
             "youngs_modulus": self.youngs_modulus if self.E is None else self.E,
             "poisson_ratio": self.poisson_ratio if self.nu is None else self.nu,
@@ -98,7 +99,7 @@ class SolidInput(InputModel):
 
 
 def kurtosis_of(skewness: float) -> float:
-    """Kurtosis where none is given [-]: of heights cut off above, below that of the lognormal distribution."""
+    """Default kurtosis [-]: that of truncated heights, below that of the lognormal distribution."""
     return 3.0 + 1.5 * skewness**2
 
 
@@ -113,8 +114,8 @@ PRINTED = {
 class SurfaceInput(InputModel):
     """Roughness of both surfaces and the boundary friction of their asperities.
 
-    Rq of each surface as `roughness_rms_1` and `roughness_rms_2`, or the composite one as `roughness_rms`, which both
-    share evenly. In place of the correlation length `rsm`, `rdq` and `sal` of a surface, as a profilometer prints them.
+    Rq is given for each surface (`roughness_rms_1`, `roughness_rms_2`), or as the composite Rq of two equal surfaces
+    (`roughness_rms`). The profilometer parameters `rsm`, `rdq` and `sal` may replace the correlation length.
     """
 
     roughness_rms_1: Rms = 0.0
@@ -136,26 +137,26 @@ class SurfaceInput(InputModel):
     kurtosis: Annotated[float, ValueRange("", ge=1.5, le=20.0)] = 3.0
     lay_angle: Annotated[float, ValueRange("rad", ge=-1.571, le=1.571)] = 0.0
     peklenik_number: PeklenikNumber = 1.0
-    # half and twice every film of an additive or of the default rule must be allowed: that is how its effect is studied
+    # the range includes half and twice the film of every additive, for the study of its effect
     boundary_film: Annotated[float, ValueRange("m", ge=1e-9, le=1e-6)] | None = None
     boundary_friction: Annotated[float, ValueRange("", ge=0.0, le=1.0)] = 0.10
     running_in: Literal["none", "plastic"] = "none"
     seed: Annotated[int, Field(ge=0)] = 1
 
-    # of validators before the model the last runs first: Rq of each surface is known here
+    # "before" validators run in reverse order: Rq of each surface is available here
     @model_validator(mode="before")
     @classmethod
     def _printed_lengths(cls, values: Any) -> Any:
         if not isinstance(values, dict) or all(values.get(name) is None for name in PRINTED):
             return values
         if (given := values.get("correlation_length")) is not None:
-            raise InputError("correlation_length", given, "left out where rsm, rdq or sal are given")
+            raise InputError("correlation_length", given, "either correlation_length, or rsm, rdq and sal")
         found = {name: values[name] for name in PRINTED if values.get(name) is not None}
         printed = {name: PRINTED[name].check(value, name, bare=True) for name, value in found.items()}
         each = [parse_quantity(values.get(name) or 0.0, "m", field=name) for name in EACH_RMS]
         rough = [rms for rms in each if rms > 0.0]
         if "rdq" in printed and not rough:
-            raise InputError("rdq", values["rdq"], "a slope together with Rq of the surfaces")
+            raise InputError("rdq", values["rdq"], "rdq together with Rq of the surfaces")
         rms = math.sqrt(sum(value**2 for value in rough) / max(len(rough), 1))
         rest = {name: value for name, value in values.items() if name not in PRINTED}
         return rest | {"correlation_length": printed_correlation_length(rms, **printed)}
@@ -182,14 +183,14 @@ class SurfaceInput(InputModel):
 
     @model_validator(mode="after")
     def _fill(self) -> Self:
-        # what was not given, without marking it as given: a changed Rq takes the correlation length along
+        # defaults are not marked as given, so that the correlation length follows a changed Rq
         for name, value in self._unsaid().items():
             if name not in self.model_fields_set:
                 self.__dict__[name] = value
         return self
 
     def _unsaid(self) -> dict[str, Any]:
-        """Figures that follow from finish, additive and Rq where they are not given."""
+        """Default values from finish, additive and Rq."""
         values: dict[str, Any] = {"boundary_friction": Additive.load(self.additive).boundary_friction.value}
         if self.finish is None:
             return values | {
@@ -216,12 +217,12 @@ class SurfaceInput(InputModel):
 
     @property
     def film_of_contact(self) -> float:
-        """h_boundary: the boundary film as given, or that of the additives [m]."""
+        """h_boundary: the given boundary film, or that of the additive [m]."""
         return self.boundary_film or Additive.load(self.additive).boundary_film.value
 
     @property
     def profile_reading(self) -> dict[str, Any]:
-        """How measured profiles are read, as options of `ehl.surface.measured_profile.load_profile`."""
+        """Options of `ehl.surface.measured_profile.load_profile` for measured profiles."""
         return {
             "unit_x": self.profile_unit_x,
             "unit_height": self.profile_unit_height,
@@ -237,7 +238,7 @@ class SurfaceInput(InputModel):
 
     @property
     def roughness_rms(self) -> float:
-        """Composite Rq of the generated surfaces [m]; measured profiles carry their own."""
+        """Composite Rq of the generated surfaces [m], without measured profiles."""
         return math.hypot(self.roughness_rms_1, self.roughness_rms_2)
 
 
@@ -249,7 +250,7 @@ Accuracy = Literal["fast", "standard", "reference"]
 
 
 class ModelInput(InputModel):
-    """Which physics, and how accurately."""
+    """Models and accuracy."""
 
     thermal: Thermal = "auto"
     accuracy: Accuracy = "standard"
@@ -259,7 +260,7 @@ class ModelInput(InputModel):
 
 @dataclass(frozen=True)
 class ContactProblem:
-    """One contact as the solvers take it, in SI units.
+    """One contact in the form of the solvers, in SI units.
 
     Parameters
     ----------
@@ -290,7 +291,7 @@ class ContactProblem:
         return self.surface.roughness_rms > 0.0 or self.surface.measured
 
     def to_dict(self) -> dict[str, float]:
-        """Operating point in SI units, by the names of docs/nomenclature.md."""
+        """Operating point in SI units with the names of docs/nomenclature.md."""
         line = self.line
         return {
             "pressure_hertz": line.pressure_hertz,

@@ -1,4 +1,4 @@
-"""The lubricated line contact: geometry, load and motion, and the groups they form."""
+"""Geometry, load and motion of a line contact, and its dimensionless groups."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class LineContact:
         slide_to_roll: float = 0.0,
         speed_sliding_lengthwise: float = 0.0,
     ) -> LineContact:
-        """The contact whose maximum Hertz pressure is given: w' = 2 pi p_h^2 R/E'."""
+        """The contact with the given maximum Hertz pressure: w' = 2 pi p_h^2 R/E'."""
         load = hertz_load(pressure_hertz, radius_equivalent, effective_modulus)
         return cls(
             radius_equivalent, effective_modulus, load, speed_entrainment, slide_to_roll, speed_sliding_lengthwise
@@ -135,13 +135,6 @@ class LineContact:
 
     def film_moes(self, lubricant: Lubricant) -> float:
         """Smooth isothermal central film by the formula of Moes (1992) [m]."""
-        return float(
-            moes_film(
-                lubricant.viscosity_inlet,
-                abs(self.speed_entrainment),
-                self.load_per_length,
-                self.radius_equivalent,
-                self.effective_modulus,
-                lubricant.pressure_viscosity_film,
-            )
-        )
+        body = (self.load_per_length, self.radius_equivalent, self.effective_modulus)
+        eta, alpha = lubricant.viscosity_inlet, lubricant.pressure_viscosity_film
+        return float(moes_film(eta, abs(self.speed_entrainment), *body, alpha))

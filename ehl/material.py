@@ -1,4 +1,4 @@
-"""The two solids: elastic and thermal properties, and the effective modulus of the pair."""
+"""Elastic and thermal properties of the solids, and the effective modulus of a pair."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ class Material(InputModel):
     Parameters
     ----------
     youngs_modulus : float or str
-        E, also under that name [Pa].
+        Young's modulus E, also under the name E [Pa].
     poisson_ratio : float
-        nu, also under that name [-].
+        Poisson's ratio nu, also under the name nu [-].
     thermal_conductivity : float or str
-        [W/(m K)].
+        Thermal conductivity [W/(m K)].
     heat_capacity : float or str
-        [J/(kg K)].
+        Specific heat capacity [J/(kg K)].
     density : float or str
-        [kg/m3].
+        Density [kg/m3].
     hardness : float or str
         Maximum total pressure in contact [Pa].
     contact_endurance, bending_endurance : float or str, optional
-        Of gears of it: endurance limits of contact stress and of nominal root stress, sigma_Hlim and sigma_Flim [Pa].
+        Endurance limits of gears: contact stress sigma_Hlim and nominal root stress sigma_Flim [Pa].
     name, source : str
-        What it is, and where the values come from.
+        Name of the material, and source of the values.
     """
 
     name: str = "custom"
@@ -67,7 +67,7 @@ class Material(InputModel):
         Raises
         ------
         InputError
-            There is no such material; the message lists those there are.
+            There is no such material; the message lists the available ones.
 
         Examples
         --------
@@ -79,7 +79,7 @@ class Material(InputModel):
 
     @property
     def thermal_effusivity(self) -> float:
-        """sqrt(k rho c) [J/(m2 K s^1/2)], which decides the flash temperature."""
+        """sqrt(k rho c) [J/(m2 K s^1/2)], which determines the flash temperature."""
         return float((self.thermal_conductivity * self.density * self.heat_capacity) ** 0.5)
 
     @property
@@ -90,7 +90,6 @@ class Material(InputModel):
 
 @cache
 def _load(name: str) -> Material:
-    # asked for once per contact
     names = data_names("materials")
     name = same_name(name, names)
     if name not in names:
@@ -101,7 +100,7 @@ def _load(name: str) -> Material:
 def effective_modulus(body_1: Material, body_2: Material) -> float:
     """Effective modulus E' [Pa] with 2/E' = (1 - nu1^2)/E1 + (1 - nu2^2)/E2.
 
-    Some authors leave out the 2 and get half of this value.
+    Some authors omit the factor 2 and obtain half of this value.
     """
     compliance = sum((1.0 - m.poisson_ratio**2) / m.youngs_modulus for m in (body_1, body_2))
     return 2.0 / compliance

@@ -1,4 +1,4 @@
-"""`ContactResult`: what one contact gave, whether it may stand, and which limits of the model it touches."""
+"""`ContactResult`: results of one contact with status, errors and limits of the model."""
 
 from __future__ import annotations
 
@@ -50,72 +50,73 @@ _SHOWN = (
 
 @dataclass(frozen=True, repr=False)
 class ContactResult(Reportable):
-    """What one contact gave; SI units, names of docs/nomenclature.md.
+    """Results of one contact in SI units, with the names of docs/nomenclature.md.
 
-    `friction_coefficient` is the answer, `friction_error` its relative error, `notes` the limits of the model it
-    touches. Made by `Contact.solve` and `solve_path`.
+    `Contact.solve` and `solve_path` return it. The main result is `friction_coefficient` with the relative error
+    `friction_error`; `notes` are the relevant limits of the model.
 
     Parameters
     ----------
     status : str
-        "converged"; "unsettled", an answer whose error `friction_error` exceeds the tolerance; "failed",
-        no answer, all figures nan. `reason` says why.
+        "converged"; "unsettled": the error `friction_error` exceeds the tolerance; "failed": there is no result and
+        all numbers are nan.
     reason : str
-        Empty when converged; else a reason of the solver that ended it, or one of
+        Cause of the status: empty when converged, else a reason of the solver or one of
 
-        - "shear_strength": a film shear stress above 1 GPa; the shear law needs a limit
-        - "mesh_budget" (unsettled): no mesh in budget resolves the roughness, a subgrid film stands for its fine part
+        - "shear_strength": a film shear stress above 1 GPa; the shear law requires a limit
+        - "mesh_budget" (unsettled): the largest mesh does not resolve the roughness, whose fine part is replaced by a
+          subgrid film
         - "too_hot" (unsettled): film above 1000 K, where no law of the oil is valid, contributes more than half the
           tolerance to mu
-        - "thermal_rounds" (unsettled): film and heat still changed by more than the tolerance
+        - "thermal_rounds" (unsettled): film and heat changed by more than the tolerance in the last round
         - "mesh_error" (unsettled): the mesh error of mu is four times the tolerance or more
-        - "beyond_laws" (unsettled): limits of the model, named by the notes, leave four times the tolerance or more
-        - "film_above_radius": a film above a tenth of the radius, which Reynolds' equation does not describe
+        - "beyond_laws" (unsettled): the error by limits of the model (notes) is four times the tolerance or more
+        - "film_above_radius": a film above a tenth of the radius, beyond the validity of the Reynolds equation
     friction_coefficient, friction_fluid, friction_asperity : float
-        mu = fluid + asperity part [-]; rolling traction is not in it.
+        mu = fluid + asperity part [-], without rolling traction.
     film_central, film_min : float
         h at x = 0 and the smallest h [m].
     pressure_max : float
-        [Pa].
+        Maximum pressure [Pa].
     film_ratio : float
         lambda: smooth isothermal film_central over the composite Rq [-]; infinity for smooth surfaces.
     asperity_load_share : float
-        Share of the load carried by asperity contact [-].
+        Share of the load on asperity contact [-].
     roughness_load_share : float
         Share of the load above the macroscopic pressure [-].
     rolling_traction : float
-        Traction of the pressure gradient over w' [-], apart from friction.
+        Traction of the pressure gradient over w' [-], not part of the friction.
     temperature_film_max, temperature_flash : float
-        Largest film temperature and larger flash temperature [K]; the inlet temperature where heat was skipped.
+        Largest film temperature and largest surface temperature [K]; the inlet temperature without heat balance.
     film_error, friction_error : float
-        Relative error estimates [-]: discretisation, the 90 % interval of the time mean where there is one, what was
-        skipped, the bounds of roughness finer than the mesh, and what the notes on limits of the model state.
+        Relative error estimates [-] of discretisation, time mean (90 % interval), neglected effects, unresolved
+        roughness, and the limits of the model in the notes.
     mesh_error, statistical_error : float
         The first two parts of `friction_error` [-].
     realisation_error : float
-        Half width of the 90 % interval of mu over other stretches of the same surfaces, over mu; not in
-        `friction_error`, which is about the surfaces given [-].
+        Half width of the 90 % interval of mu over other realisations of the same surfaces, over mu [-]; not part of
+        `friction_error`, which concerns the given surfaces.
     friction_boundary_half, friction_boundary_double : float
-        mu at half and twice the boundary film; nan where asperities carry little or it was not asked for [-]. With
-        the reason "mesh_budget" mu without and with all of the fine roughness.
+        mu at half and twice the boundary film [-]; nan with a small asperity load share or if not requested. With the
+        reason "mesh_budget" mu without and with all of the fine roughness.
     skipped : tuple of str
-        What was neglected, each with the estimate that justifies it.
+        Neglected effects, each with the estimate that justifies it.
     notes : tuple of str
-        Limits of the model this case touches, and inputs without effect.
+        Limits of the model that concern this case, and inputs without effect.
     iterations : int
-        Newton iterations, all grids and paths together.
+        Newton iterations of all grids and paths.
     seconds : float
-        Wall time.
+        Wall time [s].
     problem : ContactProblem
-        The inputs.
+        Inputs.
     film, isothermal : SteadyResult
-        The solution, for plots, and the one without heat, for warm starts.
+        Solution of the film, and the isothermal solution (for warm starts).
     heat : ThermalTraction
-        Temperature profiles; None where heat was left out.
+        Temperature profiles; None without heat balance.
     transient : TransientResult
-        The run with rough surfaces; None without it.
+        Transient solution with rough surfaces, or None.
     dry : DryContactResult
-        The dry contact at one moment where the film is negligible; None elsewhere.
+        Dry contact at one time if the film is negligible, or None.
 
     Examples
     --------
@@ -170,14 +171,14 @@ class ContactResult(Reportable):
 
     @property
     def outcome(self) -> str:
-        """Status and reason in words; of an unsettled contact how closely its friction is known."""
+        """Status and reason as text; for an unsettled contact with the error of its friction."""
         if self.status == "unsettled":
             error = f"{100.0 * self.friction_error:.2g} %"
             return f"unsettled ({self.reason}): mu has an error of ±{error}, more than the tolerance"
         return self.status if not self.reason else f"{self.status} ({self.reason})"
 
     def table(self) -> Table:
-        """Results with their units, what was left out and the notes; for terminal, page and files.
+        """Results with units, neglected effects and notes, for terminal, page and files.
 
         Returns
         -------
@@ -194,7 +195,7 @@ class ContactResult(Reportable):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Results as scalars in SI units, for JSON; what is not finite becomes None.
+        """Scalar results in SI units for JSON; values that are not finite become None.
 
         Returns
         -------
@@ -228,7 +229,7 @@ class ContactResult(Reportable):
         ----------
         medium : {"page", "terminal", "files"}
         uncertainty : InputUncertainty, optional
-            Its uncertainty by the inputs, as of `Contact.uncertainty`.
+            Input uncertainty from `Contact.uncertainty`.
         """
         from ehl.view.contact_report import contact_sections
 
@@ -244,7 +245,7 @@ class ContactResult(Reportable):
 
     @property
     def operating_point(self) -> str:
-        """Pressure, radius, speed and slip in words; empty without the inputs."""
+        """Pressure, radius, speed and slip as text; empty without inputs."""
         if self.problem is None:
             return ""
         line = self.problem.line
@@ -255,7 +256,7 @@ class ContactResult(Reportable):
 
     @property
     def cost(self) -> str:
-        """Iterations and wall time in words."""
+        """Iterations and wall time as text."""
         seconds = f", {self.seconds:.3g} s" if math.isfinite(self.seconds) else ""
         return f"{self.iterations} Newton iterations{seconds}"
 
@@ -265,7 +266,7 @@ class ContactResult(Reportable):
 
 
 def results_frame(results: Sequence[ContactResult]) -> DataFrame:
-    """One row per result: its operating point and its scalars in SI units; what is not known is nan."""
+    """One row per result with operating point and scalar results in SI units; missing values are nan."""
     import pandas as pd
 
     names = [item.name for item in fields(ContactResult) if item.name not in (*_NOT_SCALAR, "skipped", "notes")]

@@ -1,4 +1,4 @@
-"""Many neighbouring contacts, each solved from the nearest one that is already solved."""
+"""Solution of many similar contacts, each with the most similar solved one as initial guess."""
 
 from __future__ import annotations
 
@@ -27,8 +27,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
-# the smooth solver's word for a start it did not use
-START_DROPPED = "neighbour_too_far"
+START_DROPPED = "neighbour_too_far"  # fallback of the smooth solver for an unsuitable initial guess
 REFUSED = "refused"
 MOTION = (
     "radius_equivalent",
@@ -42,20 +41,20 @@ MOTION = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PathResult:
-    """Solutions of neighbouring contacts, in the order of the input.
+    """Solutions of similar contacts, in the order of the input.
 
     Parameters
     ----------
     results : tuple of ContactResult
-        One per contact; a contact that could not be solved has the status "failed".
+        One per contact; a contact without a solution has the status "failed".
     messages : tuple of str
-        Why an input was refused (its `reason` is then "refused"); empty otherwise.
+        Error message of an invalid input (its `reason` is "refused"); empty otherwise.
     order : ndarray of int, shape (n,)
-        The order they were solved in.
+        Order of the solutions.
     origin : ndarray of int, shape (n,)
-        The contact each one was started from; -1 for a cold start.
+        Contact that was the initial guess; -1 for a cold start.
     fallbacks : int
-        Warm starts that failed, so that the contact was solved cold.
+        Failed warm starts, followed by a cold start.
     seconds : float
         Wall time [s].
 
@@ -81,7 +80,7 @@ class PathResult:
 
     @property
     def warm(self) -> int:
-        """Contacts solved from a neighbour."""
+        """Number of contacts solved by a warm start."""
         return int(np.count_nonzero(self.origin >= 0))
 
     def values(self, name: str) -> FloatArray:
@@ -95,7 +94,7 @@ class PathResult:
         Returns
         -------
         ndarray, shape (n,)
-            nan where a contact failed.
+            Values; nan for failed contacts.
         """
         return np.array([getattr(result, name) for result in self.results], dtype=np.float64)
 
@@ -134,27 +133,27 @@ def solve_path(
     bodies: tuple[Material, Material] | None = None,
     warm: bool = True,
 ) -> PathResult:
-    """Solve neighbouring contacts, each started from the nearest one solved before it.
+    """Solve similar contacts, each with the most similar solved one as initial guess.
 
-    The smooth film depends on the Hertz pressure and the two Moes groups, so nearness is measured in their logarithms;
-    the next contact is always the one nearest to any solved one. Where a start does not lead to a solution the
-    contact is solved without it. One contact that fails or is refused leaves the others alone.
+    Similarity is the distance in the logarithms of the Hertz pressure and the two Moes groups, on which the smooth film
+    depends. The next contact is the one closest to any solved one. If a warm start fails, the contact is solved by a
+    cold start. An invalid or failed contact does not affect the others.
 
     Parameters
     ----------
     contacts : sequence of Contact, ContactState, or sequence of LineContact
-        Contacts bring all of their inputs, and take none of the others below. A state brings its oil temperatures and
+        `Contact` objects have all inputs; the other arguments are then not used. A state has its oil temperatures and
         Rq.
     lubricant : Oil, Lubricant or sequence of Lubricant, optional
-        For a state or line contacts. An oil is taken at the temperatures of a state; one lubricant holds for all.
+        For a state or line contacts: an oil at the temperatures of the state, one lubricant for all, or one for each.
     surface : SurfaceInput, optional
-        Roughness and boundary friction; the Rq of a state take the place of its own. Smooth when not given.
+        Roughness and boundary friction; the Rq of a state replace those given here. Default: smooth.
     model : ModelInput, optional
-        Physics and accuracy.
+        Models and accuracy.
     bodies : tuple of Material, optional
-        Steel when not given; each at the oil temperature.
+        Both bodies, at the oil temperature; default: steel.
     warm : bool
-        False starts every contact cold.
+        False: cold start of every contact.
 
     Returns
     -------
@@ -163,7 +162,7 @@ def solve_path(
     Raises
     ------
     InputError
-        Numbers of contacts and lubricants differ, or an oil comes without temperatures.
+        Numbers of contacts and lubricants differ, or an oil is given without temperatures.
 
     Examples
     --------
@@ -222,7 +221,7 @@ def solve_path(
 
 
 def _solve(p: ContactProblem, start: ContactResult | None) -> tuple[ContactResult, bool]:
-    """The solution, and whether it came from the start."""
+    """Solution, and whether the warm start was successful."""
     result = solve_contact(p.line, p.lubricant, p.surface, p.model, p.bodies, p.temperature_bulk, start)
     if start is None:
         return result, False
@@ -238,12 +237,14 @@ def _problems(
     model: ModelInput,
     bodies: tuple[Material, Material],
 ) -> tuple[Callable[[int], ContactProblem], int]:
-    """What makes the problem of one contact, where a value out of range is an InputError, and their number."""
+    """Function that returns the problem of one contact or raises InputError, and the number of contacts."""
     count = contacts.size if isinstance(contacts, ContactState) else len(contacts)
     if isinstance(lubricant, Sequence) and len(lubricant) != count:
-        raise InputError("lubricant", f"{len(lubricant)} of them", f"one for each of the {count} contacts")
+        raise InputError("lubricant", f"{len(lubricant)} lubricants", f"one for each of the {count} contacts")
     if isinstance(lubricant, Oil) and not isinstance(contacts, ContactState):
-        raise InputError("lubricant", lubricant.name, "a Lubricant", "Only a ContactState carries temperatures.")
+        raise InputError(
+            "lubricant", lubricant.name, "a Lubricant", "An Oil requires a ContactState with temperatures."
+        )
 
     def problem_of(at: int) -> ContactProblem:
         if not isinstance(contacts, ContactState) and isinstance(contact := contacts[at], Contact):

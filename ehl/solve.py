@@ -1,7 +1,4 @@
-"""One lubricated contact, from its inputs to its friction coefficient.
-
-smooth film  ->  heat (where it matters)  ->  roughness (where there is any)  ->  friction with its error
-"""
+"""Friction coefficient of one lubricated contact: smooth film, heat, roughness and their errors."""
 
 from __future__ import annotations
 
@@ -34,11 +31,7 @@ from ehl.smooth.thermal import isothermal_fallback, solve_smooth
 from ehl.validity import checked
 
 NO_INLET_HEAT = "heat of the pressure-driven flow neglected: no thermal solution of the smooth contact"
-ELASTIC_REPORTED = 1e-3  # of mu
-
-
-def _failed(reason: str, iterations: int) -> ContactResult:
-    return ContactResult("failed", reason, iterations=iterations)
+ELASTIC_REPORTED = 1e-3  # smallest neglected elastic part of mu that is reported
 
 
 @one_thread
@@ -53,16 +46,16 @@ def solve_contact(
     *,
     window: float | None = None,
 ) -> ContactResult:
-    """Solve one contact; a failure to solve it is a status, never an exception.
+    """Solve one contact; a failure to converge is a status, not an exception.
 
-    contact, lubricant, surface, model: geometry, load and motion; the oil at its inlet temperature; roughness; the
-        physics asked for.
-    bodies: both bodies, for heat.
+    contact, lubricant, surface, model: geometry, load and motion; the oil at its inlet temperature; roughness; models
+        and accuracy.
+    bodies: both bodies.
     bulk: their bulk temperatures [K].
-    start: solution of a similar contact, as a warm start.
-    window: travel that friction of resolved roughness is averaged over [b]; it ends by the interval of mu when not
-        given. Contacts that are to be compared by small differences need the same.
-    Raises `InputError`: a profile or a number of the surfaces cannot be used.
+    start: solution of a similar contact for a warm start.
+    window: averaging window of transient friction [b]; default: until the interval of mu is reached. Comparisons by
+        small differences require a common window.
+    Raises `InputError`: a profile or a number of the surfaces is invalid.
     """
     problem = ContactProblem(contact, lubricant, surface, model, bodies, bulk)
     clock = time.perf_counter()
@@ -83,24 +76,24 @@ def _solve(problem: ContactProblem, start: ContactResult | None, window: float |
         start=start.isothermal if start is not None else None,
         start_heat=start.heat if start is not None else None,
     )
-    # a rough run makes its own heat: the isothermal film will do to start it
+    # a transient solution has its own heat balance and can start from the isothermal film
     lost_heat = smooth.status != "converged" and problem.rough and smooth.isothermal.status == "converged"
     if lost_heat:
         smooth = isothermal_fallback(smooth)
     if smooth.status != "converged":
-        return _failed(smooth.reason, smooth.iterations)
+        return ContactResult("failed", smooth.reason, iterations=smooth.iterations)
     film, skipped = smooth.film, _without_repeats(smooth.skipped)
     elastic = elastic_shear(film.x, film.pressure, film.film, film.shear_stress, contact, lubricant)
     if elastic.left_out > ELASTIC_REPORTED:
         skipped.append(f"elastic shear: estimated change of friction below {100.0 * elastic.left_out:.2g} %")
     friction = smooth.friction_fluid * elastic.ratio
     film = replace(film, shear_stress=elastic.stress, friction_fluid=film.friction_fluid * elastic.ratio)
-    # the heat was struck with the stress without the elastic part
+    # error of the heat balance, which does not include the elastic part of the shear
     cooled = 0.0
     if elastic.ratio != 1.0 and smooth.isothermal.friction_fluid > 0.0:
         cooling = max(1.0 - smooth.friction_fluid / smooth.isothermal.friction_fluid, 0.0)
         cooled = abs(1.0 - elastic.ratio) * cooling
-    # what an estimate left out is part of the error
+    # an effect that was neglected because of an estimate is part of the error
     left_out = smooth.estimate if smooth.heat is None else None
 
     result = ContactResult(
@@ -140,9 +133,8 @@ def _solve(problem: ContactProblem, start: ContactResult | None, window: float |
     if result.status == "failed":
         return result
     notes = tuple(dict.fromkeys((*profile_notes(surface), *result.notes)))
-    return checked(
-        replace(result, notes=notes, skipped=tuple(skipped)), problem, rounds_left=smooth.rounds_left and not lost_heat
-    )
+    result = replace(result, notes=notes, skipped=tuple(skipped))
+    return checked(result, problem, rounds_left=smooth.rounds_left and not lost_heat)
 
 
 def _without_repeats(skipped: tuple[str, ...]) -> list[str]:
@@ -153,7 +145,7 @@ def _without_repeats(skipped: tuple[str, ...]) -> list[str]:
 def _rough(
     smooth: ContactResult, problem: ContactProblem, skipped: list[str], *, heated: bool, window: float | None
 ) -> ContactResult:
-    """The contact in time with its roughness, unless the film is so thick or so thin that no such run is needed."""
+    """Transient solution with roughness, unless the film is so thick or so thin that an estimate suffices."""
     assert smooth.isothermal is not None
     contact, lubricant, surface, model = problem.line, problem.lubricant, problem.surface, problem.model
     bodies, bulk = problem.bodies, problem.temperature_bulk
@@ -161,7 +153,7 @@ def _rough(
     known = SmoothFriction()
     if not heated:
         assert smooth.film is not None
-        # the hot film: that is what keeps the surfaces apart, at 20 m/s half as thick as the isothermal one
+        # the film with thermal effects separates the surfaces; at 20 m/s it is half as thick as the isothermal one
         known = SmoothFriction(smooth.film.film_central, film_stress_ratio(smooth.friction_fluid, contact, lubricant))
         if height > 0.0 and not roughness_matters(known.film / height, model, known.stress_ratio):
             effect = roughness_effect(known.film / height, known.stress_ratio)
@@ -174,18 +166,12 @@ def _rough(
         skipped.append(f"film: {dry.note}")
         return _dry(smooth, dry, problem, thermal=thermal)
     try:
-        rolling = rolling_heat_of(smooth.heat, lubricant)
-        run = solve_mixed(
-            *(contact, lubricant, surface, model, bodies, known),
-            thermal=thermal,
-            bulk=bulk,
-            rolling_heat=rolling,
-            window=window,
-        )
+        inputs, rolling = (contact, lubricant, surface, model, bodies, known), rolling_heat_of(smooth.heat, lubricant)
+        run = solve_mixed(*inputs, thermal=thermal, bulk=bulk, rolling_heat=rolling, window=window)
     except ConvergenceError as error:
-        return _failed(error.reason, smooth.iterations)
+        return ContactResult("failed", error.reason, iterations=smooth.iterations)
     if run.status == "failed":
-        return replace(_failed(run.reason, smooth.iterations), transient=run)
+        return ContactResult("failed", run.reason, iterations=smooth.iterations, transient=run)
     middle = float(np.interp(0.0, run.profiles.x, run.profiles.film))
     if run.subgrid_error > 0.0:
         skipped.append(f"waves finer than the mesh: friction uncertain by {100.0 * run.subgrid_error:.2g} %")
@@ -217,7 +203,7 @@ def _rough(
 
 
 def _dry(smooth: ContactResult, dry: DryLimit, problem: ContactProblem, *, thermal: bool) -> ContactResult:
-    """Result with all of the load on the asperities."""
+    """Result with the whole load on the asperities."""
     friction, bulk = problem.surface.boundary_friction, problem.temperature_bulk
     hot = flash_of_rubbing(problem.line, friction, problem.bodies, bulk) if thermal else max(bulk)
     return replace(

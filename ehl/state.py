@@ -19,7 +19,7 @@ class ContactState:
     Parameters
     ----------
     pressure_hertz : array
-        [Pa].
+        Maximum Hertz pressure [Pa].
     radius_equivalent : array
         Radius R normal to the contact line [m].
     effective_modulus : array
@@ -37,7 +37,7 @@ class ContactState:
     temperature_bulk_1, temperature_bulk_2 : array
         Bulk temperatures of both bodies [K].
     correlation_length : array
-        Lag where the autocorrelation of the roughness of either surface has fallen to 1/e [m].
+        Lag at which the autocorrelation of the roughness of each surface is 1/e [m].
     peklenik_number : array
         Correlation length along y over that along x [-]: 1 for isotropic roughness.
 
@@ -67,8 +67,8 @@ class ContactState:
     def of(cls, **values: ArrayLike) -> ContactState:
         """A state from scalars and arrays, broadcast to one shape.
 
-        Sliding and roughness default to 0, the oil to 80 degC, both bodies to the temperature of the oil, the
-        correlation length to 40 Rq and the Peklenik number to 1 as in a contact file.
+        Default values are 0 for sliding and roughness, 80 degC for the oil, the oil temperature for both bodies, 40 Rq
+        for the correlation length and 1 for the Peklenik number.
 
         Parameters
         ----------
@@ -101,9 +101,8 @@ class ContactState:
             **values,
         }
         if "correlation_length" not in values:
-            values["correlation_length"] = default_correlation_length(
-                values["roughness_rms_1"], values["roughness_rms_2"]
-            )
+            rms = values["roughness_rms_1"], values["roughness_rms_2"]
+            values["correlation_length"] = default_correlation_length(*rms)
         names = [field.name for field in fields(cls)]
         arrays = np.broadcast_arrays(*(np.asarray(values[name], dtype=np.float64) for name in names))
         return cls(**{name: np.array(array) for name, array in zip(names, arrays, strict=True)})

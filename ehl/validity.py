@@ -1,7 +1,7 @@
-"""Validity of a contact result: what may not stand, and the limits of the model with the error that each leaves.
+"""Validity of a contact result: rejected results, and limits of the model with their errors.
 
-Every result passes `checked`. A `Limit` is a sentence and its part of the stated errors of mu and of the film; the
-status follows from their sum.
+`checked` is applied to every result. A `Limit` is a note with its parts of the errors of mu and film; the status
+follows from their sum.
 """
 
 from __future__ import annotations
@@ -21,49 +21,49 @@ from ehl.result import ContactResult
 from ehl.rough.mixed import SHEAR_STRENGTH, TOLERANCE
 from ehl.rough.solve import ERROR_ALLOWED
 
-# what may not stand as converged, whatever a solver's residuals say
+# reasons for which a result is rejected, independently of the residuals of the solver
 REASONS = ("not_finite", "negative", "shear_strength", "inaccurate", "film_above_radius")
 
-LIMIT_TEMPERATURE = 1000.0  # no law of the oil means anything there [K]
-# the share of hot spots in the friction of a run is counted so many times: it is seen in one step only
+LIMIT_TEMPERATURE = 1000.0  # temperature above which no law of the oil is valid [K]
+# factor on the share of hot spots in the friction of a transient solution, which is evaluated in one step only
 HOT_NODE_WEIGHT = 2.0
 DECOMPOSITION_TEMPERATURE = 300.0 + KELVIN  # oils decompose [K]
-MAX_SMOOTH_ERROR = 0.1  # relative discretisation error from which a smooth result is no result [-]
-NOTED = 0.02  # change of smooth friction by what is neglected that makes a note
-MOLECULAR_FILM = 1e-9  # films below this are thinner than a few molecules [m]
-BULK_NOTED = 1.0  # difference of bulk and oil that makes a note [K]
+MAX_SMOOTH_ERROR = 0.1  # relative discretisation error above which a smooth result is rejected [-]
+NOTED = 0.02  # smallest change of smooth friction by a neglected effect with a note
+MOLECULAR_FILM = 1e-9  # thickness of a few molecules [m]
+BULK_NOTED = 1.0  # smallest difference of bulk and oil temperature with a note [K]
 FILM_EXPONENT = 0.67  # of the inlet viscosity in the film thickness
-# largest film over the radius: lubrication theory leaves out terms of the order of h/R; where surfaces are as far apart
-# as this, oil that starves, inertia and gravity decide
+# largest film over the radius: lubrication theory neglects terms of the order of h/R, and at such distances starvation,
+# inertia and gravity dominate
 MAX_FILM = 0.1
-# change of ln(eta) by an extrapolated law from which a result does not stand as converged (ours)
+# change of ln(eta) by an extrapolated law above which a result does not count as converged (own choice)
 MAX_EXTRAPOLATION = 0.5
-# shear strength of liquids, as slope over pressure and at ambient pressure: traction fluids reach 0.12 and 3 MPa (ours)
+# shear strength of liquids, as slope over pressure and at ambient pressure; traction fluids reach 0.12 and 3 MPa
 STRENGTH_SLOPE, STRENGTH_AMBIENT = 0.15, 5e6
-# change of mu and film with half and twice the depth in which the heat field of a body at rest is bounded: docs/heat.md
+# change of mu and film with half and twice the depth of the temperature field of a body at rest (docs/heat.md)
 AT_REST = (0.005, 0.035)
-# error of one-dimensional conduction over the Peclet number of the surface, in rough contacts: docs/heat.md
+# error of one-dimensional conduction over the Peclet number of the surface in rough contacts (docs/heat.md)
 CONDUCTION_ERROR = ((0.5, 1.0, 2.0, 5.0, 50.0), (0.22, 0.14, 0.08, 0.04, 0.006))
 
 
 @dataclass(frozen=True)
 class Limit:
-    """A limit of the model that a result touches."""
+    """A limit of the model that concerns a result."""
 
-    note: str  # a sentence for the user; empty where the effect is too small for one
-    # its part of the errors of mu and film, relative [-]
+    note: str  # for the user; empty if the effect is small
+    # its relative parts of the errors of mu and film [-]
     friction: float = 0.0
     film: float = 0.0
-    decisive: bool = False  # whether it alone leaves a result unsettled
+    decisive: bool = False  # whether this limit alone makes a result unsettled
 
 
 def checked(result: ContactResult, problem: ContactProblem, *, rounds_left: bool = False) -> ContactResult:
     """The result with all limits of the model in its notes, errors and status.
 
-    result: with the errors of the solution alone.
+    result: with the errors of the solution.
     problem: its inputs.
-    rounds_left: whether film and heat still changed by more than the tolerance of their rounds.
-    Returns: failed, with one of `REASONS`, where it cannot stand.
+    rounds_left: whether film and heat changed by more than their tolerance in the last round.
+    Returns: the result; failed with one of `REASONS` if it is rejected.
     """
     reason = rejection_reason(result, problem)
     if reason:
@@ -92,7 +92,7 @@ def checked(result: ContactResult, problem: ContactProblem, *, rounds_left: bool
 
 
 def rejection_reason(result: ContactResult, problem: ContactProblem) -> str:
-    """Reason why a result cannot stand, one of `REASONS`; empty where it can."""
+    """Reason of rejection, one of `REASONS`, or empty."""
     numbers = (result.friction_coefficient, result.film_central, result.film_min, result.pressure_max)
     if not all(math.isfinite(value) for value in (*numbers, result.friction_error, result.film_error)):
         return "not_finite"
@@ -108,15 +108,15 @@ def rejection_reason(result: ContactResult, problem: ContactProblem) -> str:
 
 
 def mesh_error_too_large(result: ContactResult, tolerance: float) -> bool:
-    """Whether the mesh of a rough run leaves an error far above the tolerance asked for."""
+    """Whether the mesh error of a transient solution far exceeds the required tolerance."""
     return result.transient is not None and result.mesh_error > ERROR_ALLOWED * tolerance
 
 
 def friction_above_limit_temperature(result: ContactResult) -> float:
-    """Part of mu from film above 1000 K [-]: no law of the oil is valid there, so that all of it is uncertain.
+    """Part of mu from film above 1000 K [-], which is uncertain as no law of the oil is valid there.
 
-    Of a rough run the larger of two: the share of the hot nodes in the last step, counted twice, and the share of the
-    pressure under the nodes that are so hot in the mean.
+    For a transient solution the larger of two shares is used: twice the share of the hot nodes in the last step, and
+    the share of the pressure at nodes whose mean temperature is that high.
     """
     if max(result.temperature_film_max, result.temperature_flash) <= LIMIT_TEMPERATURE:
         return 0.0
@@ -124,11 +124,8 @@ def friction_above_limit_temperature(result: ContactResult) -> float:
         state, profiles = result.transient.run.state, result.transient.profiles
         shear, load = float(state.shear.sum()), float(profiles.pressure_fluid.sum())
         spots = float(state.shear[state.temperature > LIMIT_TEMPERATURE].sum()) / shear if shear > 0.0 else 0.0
-        mean = (
-            float(profiles.pressure_fluid[profiles.temperature_film > LIMIT_TEMPERATURE].sum()) / load
-            if load > 0.0
-            else 0.0
-        )
+        hot_load = float(profiles.pressure_fluid[profiles.temperature_film > LIMIT_TEMPERATURE].sum())
+        mean = hot_load / load if load > 0.0 else 0.0
         return min(max(HOT_NODE_WEIGHT * spots, mean), 1.0) * result.friction_fluid
     heat = result.heat
     if heat is None:
@@ -139,7 +136,7 @@ def friction_above_limit_temperature(result: ContactResult) -> float:
 
 
 def max_shear_stress(result: ContactResult) -> float:
-    """Largest shear stress of the film [Pa]; with roughness of the last step, or the mean of all where it is larger."""
+    """Largest shear stress of the film [Pa]; for a transient solution that of the last step, at least the mean."""
     if result.transient is not None:
         run = result.transient.run
         mean = result.friction_fluid * math.pi / 4.0  # over the Hertz width, in p_h
@@ -151,7 +148,7 @@ def max_shear_stress(result: ContactResult) -> float:
 
 
 def limits_of(result: ContactResult, problem: ContactProblem) -> Iterator[Limit]:
-    """Limits of the model that a result touches."""
+    """Limits of the model that concern a result."""
     line, lubricant = problem.line, problem.lubricant
     yield Limit("", film=max(result.film_central, 0.0) / line.radius_equivalent)
     yield from _limits_of_oil(result, problem)
@@ -162,7 +159,7 @@ def limits_of(result: ContactResult, problem: ContactProblem) -> Iterator[Limit]
     if part > 0.0 or hottest > LIMIT_TEMPERATURE:
         note = (
             f"temperatures up to {hottest:.0f} K: no law of the oil is valid; the hot film contributes {part:.2g} to "
-            "mu, counted as error"
+            "mu, which is included in the error"
         )
         yield Limit(note, part / mu if mu > 0.0 else 0.0)
     elif result.temperature_film_max > DECOMPOSITION_TEMPERATURE:
@@ -179,23 +176,23 @@ def limits_of(result: ContactResult, problem: ContactProblem) -> Iterator[Limit]
 
 
 def _limits_of_oil(result: ContactResult, problem: ContactProblem) -> Iterator[Limit]:
-    """Laws of the oil outside of what they were measured at; friction above what a liquid can carry.
+    """Laws of the oil outside their measured range, and friction above the shear strength of liquids.
 
-    How far a law may go astray is an uncertainty of the oil (`ehl.uncertainty`), which `Contact.uncertainty` counts.
+    The uncertainty of an extrapolated law is part of the input uncertainty (`Contact.uncertainty`).
     """
     line, lubricant, mu = problem.line, problem.lubricant, result.friction_coefficient
     if lubricant.extrapolated:
         yield Limit(
-            "oil temperature outside the measured range of the oil card: along the tangent over 1/T from its end "
-            f"ln(eta0) would differ by {lubricant.extrapolated:.2g}",
+            "oil temperature outside the measured range of the oil: ln(eta0) of its law differs by "
+            f"{lubricant.extrapolated:.2g} from the tangent over 1/T at the end of the range",
             decisive=lubricant.extrapolated > MAX_EXTRAPOLATION,
         )
     if line.pressure_hertz > lubricant.pressure_valid:
         difference = lubricant.continuation_difference(line.pressure_hertz)
         yield Limit(
-            f"pressure of {line.pressure_hertz / 1e9:.3g} GPa above the {lubricant.pressure_valid / 1e9:.3g} GPa up "
-            "to which the oil is known: its law goes on; along its tangent from there ln(eta/eta0) would differ by "
-            f"{difference:+.0%}",
+            f"pressure of {line.pressure_hertz / 1e9:.3g} GPa above {lubricant.pressure_valid / 1e9:.3g} GPa, the "
+            "measured range of the oil: its law is extrapolated; the tangent at the end of the range differs by "
+            f"{difference:+.0%} in ln(eta/eta0)",
             decisive=abs(difference) > MAX_EXTRAPOLATION,
         )
     film = result.film
@@ -203,14 +200,14 @@ def _limits_of_oil(result: ContactResult, problem: ContactProblem) -> Iterator[L
         most = STRENGTH_SLOPE + STRENGTH_AMBIENT * (film.x_exit - film.x_inlet) / line.load_per_length
         if result.friction_fluid > most:
             yield Limit(
-                f"fluid friction {result.friction_fluid:.3g} above the {most:.2g} of the shear strength of liquids: "
-                "the shear law has no limit there",
+                f"fluid friction {result.friction_fluid:.3g} above {most:.2g}, the shear strength of liquids: the "
+                "shear law has no limiting stress at this pressure",
                 (result.friction_fluid - most) / mu,
             )
 
 
 def _limits_of_heat(result: ContactResult, problem: ContactProblem) -> Iterator[Limit]:
-    """Heat that is left out, or conducted too simply."""
+    """Neglected convection of heat, and simplified conduction."""
     line, smooth, isothermal = problem.line, result.film, result.isothermal
     assert smooth is not None
     assert isothermal is not None
@@ -230,16 +227,16 @@ def _limits_of_heat(result: ContactResult, problem: ContactProblem) -> Iterator[
     speeds = zip((line.speed_1, line.speed_2), problem.bodies, strict=True)
     peclet = min(peclet_number(speed, line.half_width, body) for speed, body in speeds)
     if peclet < PECLET_FLOOR:
-        note = f"Peclet number {peclet:.2g} of a surface: its heat field is bounded ten half-widths down"
+        note = f"Peclet number {peclet:.2g} of a surface: its temperature field is limited to a depth of 10 half-widths"
         yield Limit(note, share * AT_REST[0], AT_REST[1])
     if result.transient is not None and smooth.friction_fluid > 0.0 < isothermal.friction_fluid:
-        # what the heat changes, by so much too much; the run says so where it matters
+        # relative error of the thermal change of friction; the transient solution has a note on it
         error = float(np.interp(math.log(max(peclet, 1e-300)), np.log(CONDUCTION_ERROR[0]), CONDUCTION_ERROR[1]))
         yield Limit("", share * error * abs(math.log(smooth.friction_fluid / isothermal.friction_fluid)))
 
 
 def _bulk_limit(lubricant: Lubricant, bulk: tuple[float, float]) -> Iterator[Limit]:
-    """What bodies warmer or colder than the oil do to the film, by the viscosity of the oil between them."""
+    """Note on the effect of bulk temperatures that differ from the oil temperature on the film."""
     mean = 0.5 * (bulk[0] + bulk[1])
     difference = mean - lubricant.temperature
     if abs(difference) < BULK_NOTED:
@@ -249,6 +246,6 @@ def _bulk_limit(lubricant: Lubricant, bulk: tuple[float, float]) -> Iterator[Lim
     ratio = math.exp(float((lubricant.log_viscosity(ambient, warm) - lubricant.log_viscosity(ambient, oil))[0]))
     word = "warmer" if difference > 0.0 else "colder"
     yield Limit(
-        f"bodies {abs(difference):.0f} K {word} than the oil: it enters at their temperature, {ratio:.2f} times as "
-        f"viscous, with about {ratio**FILM_EXPONENT:.2f} times the film"
+        f"bodies {abs(difference):.0f} K {word} than the oil: the oil enters at their temperature, which changes its "
+        f"viscosity by a factor of {ratio:.2f} and the film by about {ratio**FILM_EXPONENT:.2f}"
     )

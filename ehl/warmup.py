@@ -1,4 +1,4 @@
-"""Kernels compiled before they are needed: for the command `mixed-ehl warmup`, and for worker processes."""
+"""Compilation of kernels before they are needed, for the command `mixed-ehl warmup` and for worker processes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ehl.compile.carried import write_carried
 from ehl.compile.compiler import ROUGH, SMOOTH, Kernel, compiled, missing_on_disk, stamped
 from ehl.contact import Contact
 
-# a small contact with heat, whose solution needs the kernels of its kind
+# a thermal contact whose solution uses the kernels of its kind
 _CONTACT: dict[str, Any] = {
     "oil": "75w90",
     "temperature": "90 degC",
@@ -35,9 +35,9 @@ _WORDS = {SMOOTH: "smooth contacts", ROUGH: "rough contacts"}
 
 @dataclass(frozen=True)
 class Warmup(TableResult):
-    """What is compiled now."""
+    """Result of a compilation."""
 
-    kinds: tuple[str, ...]  # smooth, rough: the contacts whose kernels are ready
+    kinds: tuple[str, ...]  # kinds of contacts whose kernels are ready: smooth, rough
     compiled: dict[str, int]  # kernels compiled by this call, by kind; the others were on disk
     seconds_cpu: dict[str, float]  # processor time of compiling, by kind [s]
     seconds: float  # wall time of the call, its solutions included [s]
@@ -47,26 +47,22 @@ class Warmup(TableResult):
         rows = [(_WORDS[kind], self.compiled[kind], self.seconds_cpu[kind]) for kind in self.kinds]
         count = sum(self.compiled.values())
         note = f"{count} kernels compiled" if count else "nothing to compile: all kernels were on disk"
-        return Table(
-            ("kernels of", "compiled", Column("seconds_cpu", label="CPU time")),
-            rows,
-            title=f"ready in {self.seconds:.1f} s",
-            notes=(note,),
-        )
+        columns = ("kernels of", "compiled", Column("seconds_cpu", label="CPU time"))
+        return Table(columns, rows, title=f"ready in {self.seconds:.1f} s", notes=(note,))
 
     def to_dict(self) -> dict[str, Any]:
-        """All of it, for JSON."""
+        """Content for JSON."""
         return {**vars(self), "kinds": list(self.kinds)}
 
 
 def warm_up(kind: str = "gear") -> Warmup:
-    """As `efficiency.warmup`."""
+    """Compile the kernels of a kind of contact; see `efficiency.warmup`."""
     if kind not in KINDS:
         raise InputError("kind", kind, " or ".join(KINDS))
     clock, before = time.perf_counter(), len(compiled)
     for part in KINDS[kind]:
         result = Contact(**_CONTACT, **(_ROUGH if part == ROUGH else {})).solve()
-        if result.transient is not None:  # only fine roughness needs it
+        if result.transient is not None:  # the kernel of preheating is used for fine roughness only
             run = result.transient.run
             run.preheat(0.0, np.zeros((2, run.problem.x.size)))
     kinds = KINDS[kind]
@@ -80,7 +76,7 @@ def warm_up(kind: str = "gear") -> Warmup:
 
 
 def prepare_workers(*, rough: bool) -> None:
-    """Compile the kernels of worker processes once, those of transient rough contacts where `rough`."""
+    """Compile the kernels of worker processes once; `rough`: including those of transient rough contacts."""
     from ehl.rough._kernels.march import march
     from ehl.smooth._kernels import newton
 
@@ -89,7 +85,7 @@ def prepare_workers(*, rough: bool) -> None:
 
 
 def write_kernels(folder: str | Path) -> int:
-    """Compile all kernels and write them to a new folder, for a wheel to carry; returns their number."""
+    """Compile all kernels and write them to a new folder for a wheel; returns their number."""
     warm_up("gear")
     modules = [module for name, module in sys.modules.items() if name.startswith("ehl.")]
     found = {id(value): value for module in modules for value in vars(module).values() if isinstance(value, Kernel)}

@@ -1,7 +1,7 @@
-"""From contact solutions to a friction formula: plan, sweep, dataset, fit, formula file.
+"""Friction formulas from contact solutions: plan, sweep, dataset, fit, formula file.
 
-A notebook needs `import regression`: a `Plan` says which contacts are solved, `sweep` computes them into a `Run`, `fit`
-makes a `Formula` of it. All of it is loaded when it is first used.
+A `Plan` defines the contacts, `sweep` solves them into a `Run`, and `fit` returns a `Formula`. Modules are loaded at
+first use.
 """
 
 from __future__ import annotations

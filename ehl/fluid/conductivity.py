@@ -18,15 +18,15 @@ PerPressure = Annotated[float, ValueRange("1/Pa", ge=0.0, le=1e-8)]
 
 
 class FilmConductivity(InputModel):
-    """k/k0 = 1 + c1 p/(1 + c2 p), measured up to 1.1 GPa, extrapolated above; zeros keep the ambient value.
+    """k/k0 = 1 + c1 p/(1 + c2 p), measured up to 1.1 GPa and extrapolated above; zeros give the ambient value.
 
     Larsson, R., Larsson, P. O., Eriksson, E., Sjöberg, M. & Höglund, E. (2000), Proc. IMechE J 214; form and constants
-    read in public codes that cite the paper, not in the paper itself. In files also by the name of a family of oils.
+    read in public codes that cite the paper, not in the paper itself. Files may name a family of oils instead.
 
     Parameters
     ----------
     c1, c2 : float
-        [1/Pa].
+        Constants [1/Pa].
 
     Examples
     --------
@@ -56,9 +56,9 @@ class FilmConductivity(InputModel):
 PAO = FilmConductivity(c1=1.40e-9, c2=0.34e-9)
 PARAFFINIC = FilmConductivity(c1=1.72e-9, c2=0.54e-9)
 CONDUCTIVITY_FAMILIES = {"pao": PAO, "mineral": PARAFFINIC}
-# of cards that have no law of their own, by base oil; measured are a polyalphaolefin and a paraffinic oil
+# default by base oil, for oils without their own law; a polyalphaolefin and a paraffinic oil were measured
 CONDUCTIVITY_OF_BASE = {"mineral": PARAFFINIC, "hydrocracked": PARAFFINIC, "pao": PAO, "ester": PAO, "polyglycol": PAO}
 ASSUMED_CONDUCTIVITY = (
-    "the conductivity of the film is assumed to grow with pressure as that of a polyalphaolefin (twofold at 1 GPa); "
-    "conductivity_pressure names another law"
+    "the conductivity of the film is assumed to increase with pressure as that of a polyalphaolefin (twofold at 1 GPa);"
+    " conductivity_pressure selects another law"
 )

@@ -1,8 +1,7 @@
-"""Density over temperature and pressure: every law once, as functions of arrays with their derivatives.
+"""Density laws over temperature and pressure with their derivatives.
 
-The law at one temperature is an object with `ratio` and `slope`, of which the solvers read their tables. A law is one
-class: the table of a card or of the input file, which gives that object `at` a temperature; `ehl.fluid.oil_laws` lists
-them.
+Each law is the input table of an oil card; its method `at` gives the law at one temperature (`Compression`) with
+`ratio` and `slope`, from which the solvers compute their tables. `ehl.fluid.oil_laws` lists the laws.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ def density_at(temperature: Values, density_15: float, coefficient: float) -> Va
 def dowson_higginson_1966(pressure: Array, a: float = DOWSON_HIGGINSON[0], b: float = DOWSON_HIGGINSON[1]) -> Array:
     """rho/rho0 = 1 + a p/(1 + b p) (Dowson & Higginson 1966).
 
-    The variant (5.9e8 + 1.34 p)/(5.9e8 + p) is another function: 0.8 % apart at 2 GPa.
+    The variant (5.9e8 + 1.34 p)/(5.9e8 + p) is another function, which differs by 0.8 % at 2 GPa.
     """
     return np.asarray(1.0 + a * pressure / (1.0 + b * pressure))
 
@@ -54,13 +53,7 @@ class Compression(Protocol):
 
 @dataclass(frozen=True)
 class DowsonHigginson:
-    """`dowson_higginson_1966`; zeros are an incompressible fluid.
-
-    Parameters
-    ----------
-    a, b : float
-        [1/Pa].
-    """
+    """`dowson_higginson_1966` with its constants [1/Pa]; zeros are an incompressible fluid."""
 
     a: float = DOWSON_HIGGINSON[0]
     b: float = DOWSON_HIGGINSON[1]
@@ -76,18 +69,10 @@ class DowsonHigginson:
 
 @dataclass(frozen=True)
 class TaitCompression:
-    """rho0/rho = 1 - ln(1 + (1 + K0') p/K0)/(1 + K0') (Tait).
+    """rho0/rho = 1 - ln(1 + (1 + K0') p/K0)/(1 + K0') (Tait)."""
 
-    Parameters
-    ----------
-    modulus : float or ndarray
-        K0 at the temperature [Pa].
-    rate : float
-        K0' [-].
-    """
-
-    modulus: float
-    rate: float
+    modulus: float  # K0 at the temperature [Pa]
+    rate: float  # K0' [-]
 
     def ratio(self, pressure: Array) -> Array:
         """rho/rho0 at pressures [Pa]."""
@@ -100,18 +85,10 @@ class TaitCompression:
 
 @dataclass(frozen=True)
 class MurnaghanCompression:
-    """rho/rho0 = (1 + K0' p/K0)^(1/K0') (Murnaghan 1944).
+    """rho/rho0 = (1 + K0' p/K0)^(1/K0') (Murnaghan 1944)."""
 
-    Parameters
-    ----------
-    modulus : float or ndarray
-        K0 at the temperature [Pa].
-    rate : float
-        K0' [-].
-    """
-
-    modulus: float
-    rate: float
+    modulus: float  # K0 at the temperature [Pa]
+    rate: float  # K0' [-]
 
     def ratio(self, pressure: Array) -> Array:
         """rho/rho0 at pressures [Pa]."""

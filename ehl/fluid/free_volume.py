@@ -1,4 +1,4 @@
-"""Viscosity by free volume (Doolittle 1951) and by two factors of pressure (hybrid McEwen-Paluch)."""
+"""Free-volume viscosity (Doolittle 1951) and the hybrid McEwen-Paluch law."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from ehl.fluid.viscosity import (
     vogel_slope,
 )
 
-LAST_OCCUPIED = 0.93  # occupied share of the volume: from there on along the tangent
-LAST_SHARE = 0.9  # of the diverging pressure: from there on along the tangent
+LAST_OCCUPIED = 0.93  # occupied share of the volume above which the tangent is used
+LAST_SHARE = 0.9  # share of the diverging pressure above which the tangent is used
 
 
 class Doolittle(InputModel):
     """ln(eta/etaR) = B R0 [(Vo/VoR)/(V/VR - R0 Vo/VoR) - 1/(1 - R0)], Vo/VoR = 1 + eps (T - TR) (Doolittle; Bair).
 
-    In the occupied share y = R0 (Vo/VoR)/(V/VR) this is B [y/(1 - y) - R0/(1 - R0)]; V/VR is that of the equation of
-    state, (V/V0)(p, T) (1 + aV (T - TR)). Beyond y = 0.93 it goes on along its tangent in y (ours).
+    With the occupied share y = R0 (Vo/VoR)/(V/VR) this is B [y/(1 - y) - R0/(1 - R0)]. V/VR follows from the equation
+    of state, (V/V0)(p, T) (1 + aV (T - TR)). Above y = 0.93 the law is continued by its tangent in y (own choice).
     """
 
     deviation: ClassVar[float] = MEASURED_DEVIATION
@@ -66,7 +66,7 @@ class Doolittle(InputModel):
         occupied = self.epsilon / (1.0 + self.epsilon * over)
         volume = self.volume_expansion / (1.0 + self.volume_expansion * over)
         state = self.state.at(temperature)
-        # V/V0 depends on p/K0(T) alone, and K0 falls as exp(-betaK T)
+        # V/V0 depends on p/K0(T) only, and K0 decreases as exp(-betaK T)
         softer = self.state.betaK * pressure * state.slope(pressure) / state.ratio(pressure)
         return np.asarray(self.B * pole_growth(share, LAST_OCCUPIED)[1] * share * (occupied - volume + softer))
 
@@ -79,9 +79,8 @@ class Doolittle(InputModel):
 class McEwenPaluch(InputModel):
     """eta = K exp(B/(T + C)) (1 + a0 p/q)^q exp(CF p/(pinf - p)), T in degC (hybrid of Bair; form from memory).
 
-    pinf grows linearly with temperature, pinf = pinf40 + dpinf (T - 40), and a0 falls with it as
-    a0 = a40 exp(-beta_a (T - 40)): both ours, for one law over temperature. Beyond 0.9 pinf the exponent goes on along
-    its tangent in p/pinf (ours).
+    The temperature dependence is own work: pinf = pinf40 + dpinf (T - 40) and a0 = a40 exp(-beta_a (T - 40)). Above
+    0.9 pinf the exponent is continued by its tangent in p/pinf (own choice).
     """
 
     deviation: ClassVar[float] = MEASURED_DEVIATION
@@ -124,6 +123,6 @@ class McEwenPaluch(InputModel):
     def _at(self, temperature: FloatArray) -> tuple[FloatArray, FloatArray]:
         """a0 and pinf."""
         warmer = temperature - 313.15
-        # far from where it was measured pinf is kept from falling to nothing
+        # lower bound of pinf far outside the measured range
         end = np.maximum(self.pinf + self.pinf_rise * warmer, 0.2 * self.pinf)
         return self.a0 * np.exp(-self.a0_fall * warmer), end

@@ -1,7 +1,7 @@
-"""The lubricant: the numbers a solver needs at one inlet temperature, and the laws they stand for.
+"""`Lubricant`: properties and laws of an oil at one inlet temperature.
 
-`Lubricant` composes the laws of `ehl.fluid.viscosity`, `ehl.fluid.density` and `ehl.fluid.rheology`; `Oil` is a card of
-`data/oils/` that gives a `Lubricant` at any temperature.
+It combines the laws of `ehl.fluid.viscosity`, `ehl.fluid.density` and `ehl.fluid.rheology`. `Oil.at` gives a
+`Lubricant` at any temperature.
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ class Lubricant:
     viscosity_law : str
         Pressure dependence: "barus", "roelands", "modulus" or the name of `absolute_law`.
     modulus_constants : tuple of float
-        (a1 [Pa], a2 [Pa/K], b1 [-], b2 [1/K]) of ln(eta/eta0) = p/(a1 + a2 T + (b1 + b2 T) p), T in degC;
-        needed by the modulus law only.
+        (a1 [Pa], a2 [Pa/K], b1 [-], b2 [1/K]) of ln(eta/eta0) = p/(a1 + a2 T + (b1 + b2 T) p), T in degC, for the
+        modulus law.
     compression : Compression
-        rho/rho0 over pressure at the inlet temperature; that of Dowson & Higginson where not given.
+        rho/rho0 over pressure at the inlet temperature; default: that of Dowson & Higginson.
     rheology : {"newtonian", "eyring", "carreau"}
         Shear law.
     eyring_stress : float, LinearStress or RisingStress
-        tau0 [Pa], constant or rising with pressure.
+        tau0 [Pa], constant or increasing with pressure.
     limiting_shear_coefficient : float
         Lambda in tau <= tau_L0 + Lambda p [-]; infinity switches the limit off.
     temperature : float
@@ -57,35 +57,34 @@ class Lubricant:
     temperature_viscosity : float
         beta = -d ln eta0/dT at the inlet temperature [1/K].
     temperature_constants : tuple of float
-        (B [K], C [K]) of eta0(T) = K exp(B/(T + C)), T in degC, where the card has this form; else empty.
+        (B [K], C [K]) of eta0(T) = K exp(B/(T + C)), T in degC, for an oil with this law; else empty.
     density : float
         rho0 at ambient pressure and inlet temperature [kg/m3].
     thermal_conductivity : float
-        [W/(m K)] at ambient pressure.
+        Thermal conductivity at ambient pressure [W/(m K)].
     heat_capacity : float
-        [J/(kg K)].
+        Specific heat capacity [J/(kg K)].
     extrapolated : float
-        By how much ln eta0 would differ along its tangent over 1/T from the end of the temperatures that the card was
-        measured at [-]; 0 between them.
+        Difference of ln eta0 from its tangent over 1/T at the end of the measured temperatures [-]; 0 within them.
     carreau_stress : float
-        G in eta_effective = eta (1 + (eta rate/G)^2)^((n - 1)/2) [Pa]; needed by Carreau only.
+        G in eta_effective = eta (1 + (eta rate/G)^2)^((n - 1)/2) [Pa], for Carreau.
     carreau_exponent : float
         n [-]; 1 is Newtonian.
     limiting_shear_ambient : float
         tau_L0 [Pa].
     limiting_shear : {"cut", "smooth"}
-        Whether the limit only cuts off the traction, or is approached smoothly and acts on the pressure flow as well.
+        "cut" limits the traction only; "smooth" approaches the limit smoothly and affects the pressure flow as well.
     absolute_law : AbsoluteLaw
-        A law of eta itself by its constants, in place of those above.
+        A law of eta by its constants, in place of those above.
     pressure_rise_factor : float
-        Factor on ln(eta(p, T)/eta(0, T)) of any law [-]: its uncertainty is studied with it.
+        Factor on ln(eta(p, T)/eta(0, T)) of any law [-], for its uncertainty.
     pressure_valid : float
-        Highest pressure the law was measured at [Pa]; infinity where it is not known.
+        Highest measured pressure of the law [Pa]; infinity if unknown.
     shear_modulus : float
-        G of the film, for the elastic part of its shear rate [Pa]; infinity switches the elastic part off, that of the
-        bodies too.
+        G of the film for the elastic part of its shear rate [Pa]; infinity switches the elastic part off, including
+        that of the bodies.
     film_conductivity : FilmConductivity
-        How `thermal_conductivity` grows with pressure; as in a polyalphaolefin where not given.
+        Increase of `thermal_conductivity` with pressure; default: that of a polyalphaolefin.
 
     Examples
     --------
@@ -118,23 +117,23 @@ class Lubricant:
     pressure_valid: float = math.inf
     shear_modulus: float = math.inf
     film_conductivity: FilmConductivity = field(default_factory=lambda: PAO)
-    # known beforehand for a card; gone in what dataclasses.replace makes, whose law may be another
+    # precomputed for an oil; dataclasses.replace resets it, as the law may change
     _alpha_film: Any = field(init=False, default=None, repr=False, compare=False)
 
     def with_alpha_film(self, alpha_film: Any) -> Self:
-        """This lubricant, with its coefficient of film formulas known [1/Pa]."""
+        """This lubricant with a precomputed coefficient of film formulas [1/Pa]."""
         object.__setattr__(self, "_alpha_film", alpha_film)
         return self
 
     @property
     def pressure_viscosity_film(self) -> Any:
-        """alpha_film, the coefficient that Newtonian film formulas ask for [1/Pa] (`ehl.fluid.pressure_viscosity`)."""
+        """alpha_film, the coefficient for Newtonian film formulas [1/Pa] (`ehl.fluid.pressure_viscosity`)."""
         return alpha_of(self.pressure_law, "film") if self._alpha_film is None else self._alpha_film
 
     def referred_to(self, temperature: float) -> Lubricant:
-        """The same oil with the viscosities of its inlet at another temperature [K]; eta(p, T) is the same function.
+        """The same oil with another reference temperature [K] and the same function eta(p, T).
 
-        Density, conductivity and shear law stay those of the inlet temperature.
+        Density, conductivity and shear law remain those of the inlet temperature.
         """
         law, ambient, there = self.pressure_law, np.zeros(1), np.array([temperature])
         viscosity = float(np.exp(self.log_viscosity(ambient, there))[0])
@@ -146,9 +145,9 @@ class Lubricant:
         return moved
 
     def continuation_difference(self, pressure: float) -> float:
-        """ln(eta/eta0) along the tangent at `pressure_valid` over that of the law, less 1 [-].
+        """Relative difference of ln(eta/eta0) on the tangent at `pressure_valid` from the law [-].
 
-        How far the law may go astray at a higher pressure [Pa]; 0 up to `pressure_valid`.
+        A measure of the uncertainty of the extrapolated law at a higher pressure [Pa]; 0 up to `pressure_valid`.
         """
         if not pressure > self.pressure_valid:
             return 0.0
@@ -165,31 +164,23 @@ class Lubricant:
     def shear_law(self) -> ShearLaw:
         """Shear stress over shear rate, with its limit."""
         carreau = self.rheology == "carreau"
-        return ShearLaw(
-            self.rheology,
-            self.carreau_stress if carreau else self.eyring_stress,
-            self.carreau_exponent if carreau else 1.0,
-            self.limiting_shear_coefficient,
-            self.limiting_shear_ambient,
-            self.limiting_shear,
-        )
+        law = (self.carreau_stress, self.carreau_exponent) if carreau else (self.eyring_stress, 1.0)
+        limit = (self.limiting_shear_coefficient, self.limiting_shear_ambient, self.limiting_shear)
+        return ShearLaw(self.rheology, *law, *limit)
 
     @property
     def pressure_law(self) -> PressureLaw:
         """ln(eta(p, T)/eta0), with its derivatives."""
         law: BarusLaw | RoelandsLaw | ModulusLaw | RelativeLaw
+        temperature, beta = self.temperature, self.temperature_viscosity
         if self.absolute_law is not None:
-            law = RelativeLaw(self.absolute_law, self.temperature)
+            law = RelativeLaw(self.absolute_law, temperature)
         elif self.viscosity_law == "barus":
-            law = BarusLaw(self.pressure_viscosity, self.temperature, self.temperature_viscosity)
+            law = BarusLaw(self.pressure_viscosity, temperature, beta)
         elif self.viscosity_law == "roelands":
-            law = RoelandsLaw(
-                self.viscosity_inlet, self.pressure_viscosity, self.temperature, self.temperature_viscosity
-            )
+            law = RoelandsLaw(self.viscosity_inlet, self.pressure_viscosity, temperature, beta)
         else:
-            law = ModulusLaw(
-                self.modulus_constants, self.temperature, self.temperature_constants, self.temperature_viscosity
-            )
+            law = ModulusLaw(self.modulus_constants, temperature, self.temperature_constants, beta)
         return law if self.pressure_rise_factor == 1.0 else ScaledRise(law, self.pressure_rise_factor)
 
     def log_viscosity_ratio(self, pressure: FloatArray) -> FloatArray:
@@ -197,7 +188,7 @@ class Lubricant:
         return self.pressure_law.log_ratio(pressure)
 
     def viscosity(self, pressure: FloatArray) -> FloatArray:
-        """eta(p) [Pa s] at the inlet temperature; beyond the range of doubles it is held at 1e300 Pa s."""
+        """eta(p) [Pa s] at the inlet temperature, at most 1e300 Pa s."""
         exponent = np.log(self.viscosity_inlet) + self.log_viscosity_ratio(pressure)
         return np.asarray(np.exp(np.minimum(exponent, 690.0)))
 
@@ -220,11 +211,7 @@ class Lubricant:
 
     def shear_stress(self, pressure: FloatArray, film: FloatArray, speed_sliding: float) -> FloatArray:
         """Shear stress along the sliding vector [Pa] at the inlet temperature, at most the limiting one."""
-        log_viscous = (
-            np.log(self.viscosity_inlet)
-            + self.log_viscosity_ratio(pressure)
-            + np.log(max(speed_sliding, 1e-300))
-            - np.log(film)
-        )
+        log_rate = np.log(max(speed_sliding, 1e-300)) - np.log(film)
+        log_viscous = np.log(self.viscosity_inlet) + self.log_viscosity_ratio(pressure) + log_rate
         law = self.shear_law
         return np.minimum(np.exp(law.log_stress(log_viscous, pressure)[0]), law.limiting_stress(pressure))

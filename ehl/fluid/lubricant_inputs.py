@@ -1,4 +1,4 @@
-"""The lubricant in the input file: by its numbers or by an oil card, and its shear law."""
+"""The lubricant in the input file, by numbers or by an oil card, and its shear law."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ HeatCapacity = Annotated[float, ValueRange("J/(kg*K)", gt=0.0, le=10000.0)]
 
 
 class ShearInput(InputModel):
-    """The shear law. Nothing is assumed for what an oil has not been measured for: a law asks for its parameters."""
+    """The shear law; its parameters are required, as unmeasured properties of an oil have no default values."""
 
     rheology: Rheology = "eyring"
-    eyring_stress_law: Literal["constant", "pressure"] | None = None  # of the card, or constant
+    eyring_stress_law: Literal["constant", "pressure"] | None = None  # default: that of the oil card, or constant
     eyring_stress_pressure: RisingStress | None = None
     carreau_stress: Stress | None = None
     carreau_exponent: Annotated[float, ValueRange("", ge=0.1, le=1.0)] | None = None
@@ -58,16 +58,13 @@ class ShearInput(InputModel):
                 if getattr(self, name) is None:
                     raise InputError(name, None, f"the {meaning} of the oil, with rheology = 'carreau'")
         if self.limiting_shear == "smooth" and not (self.limiting_shear_ambient or 0.0) > 0.0:
-            raise InputError(
-                "limiting_shear_ambient",
-                self.limiting_shear_ambient,
-                "above 0 Pa with limiting_shear = 'smooth'",
-                "The limit acts on the pressure flow there, also in the inlet where Lambda p vanishes.",
-            )
+            hint = "The limit then acts on the pressure flow, including the inlet, where Lambda p vanishes."
+            allowed = "above 0 Pa with limiting_shear = 'smooth'"
+            raise InputError("limiting_shear_ambient", self.limiting_shear_ambient, allowed, hint)
         return self
 
     def shear_figures(self) -> dict[str, Any]:
-        """What these keys say of the fields of `Lubricant`."""
+        """Fields of `Lubricant` from these keys."""
         given: dict[str, Any] = {"rheology": self.rheology, "limiting_shear": self.limiting_shear}
         for name in ("carreau_stress", "carreau_exponent", "limiting_shear_ambient", "shear_modulus"):
             if getattr(self, name) is not None:
@@ -77,7 +74,7 @@ class ShearInput(InputModel):
         return given
 
     def unused_inputs(self) -> list[tuple[str, str]]:
-        """Given keys that the chosen law does not use, and why."""
+        """Given keys that have no effect with the chosen law, with reasons."""
         given = {name for name in self.model_fields_set if getattr(self, name) is not None}
         idle = []
         if self.rheology != "eyring":
@@ -94,10 +91,10 @@ class ShearInput(InputModel):
 
 
 class DirectLubricant(ShearInput):
-    """A lubricant given by its numbers at the inlet temperature.
+    """A lubricant given by its properties at the inlet temperature.
 
-    Either eta0 and alpha with a law of one constant (Roelands, Barus), or the table `viscosity` of a law by constants,
-    as on a card; eta0 is then that of the law unless it is given, and a stated alpha multiplies its rise by a factor.
+    Either eta0 and alpha with a law of one constant (Roelands, Barus), or the table `viscosity` with the constants of a
+    law, as in an oil card. With the table eta0 is optional, and alpha scales the increase with pressure.
     """
 
     viscosity_inlet: Viscosity | None = None
@@ -128,7 +125,7 @@ class DirectLubricant(ShearInput):
                 ("pressure_viscosity", "a number in 1/Pa or a string with its unit such as '18 1/GPa'"),
             ):
                 if values.get(name) is None:
-                    raise InputError(name, None, allowed, "Or a table viscosity with a law by constants.")
+                    raise InputError(name, None, allowed, "Alternatively give a table viscosity with the constants.")
         return values
 
     @model_validator(mode="after")
@@ -143,7 +140,7 @@ class DirectLubricant(ShearInput):
         return self
 
     def lubricant(self) -> Lubricant:
-        """The numbers the solvers take."""
+        """The lubricant at the inlet temperature."""
         limit = self.limiting_shear_coefficient
         plain: Compression = DowsonHigginson(*self.density_coefficients)
         if self.density_law == "incompressible":
@@ -193,20 +190,20 @@ class DirectLubricant(ShearInput):
         }
 
     def unused_inputs(self) -> list[tuple[str, str]]:
-        """Given keys that the chosen laws do not use, and why."""
+        """Given keys that have no effect with the chosen laws, with reasons."""
         idle = super().unused_inputs()
         if self.viscosity is not None:
             own = {"viscosity_law", "temperature_viscosity"} & self.model_fields_set
             idle += [(name, f"viscosity.law is {self.viscosity.law}") for name in sorted(own)]
         if self.density_pressure is not None or isinstance(self.viscosity, Doolittle):
             own = {"density_law", "density_coefficients"} & self.model_fields_set
-            idle += [(name, "another density law is given") for name in sorted(own)]
+            idle += [(name, "density_pressure or the viscosity law determines the density") for name in sorted(own)]
         elif self.density_law == "incompressible" and "density_coefficients" in self.model_fields_set:
             idle.append(("density_coefficients", "density_law is incompressible"))
         return idle
 
     def remarks(self) -> tuple[str, ...]:
-        """What a reader of the result must know of these inputs."""
+        """Notes on assumptions of these inputs."""
         silent = self.pressure_viscosity is not None and self.alpha_definition is None and self.viscosity_law != "barus"
         assumed = self.conductivity_pressure is None
         undefined = NO_DEFINITION.format(where="lubricant.pressure_viscosity")
@@ -214,7 +211,7 @@ class DirectLubricant(ShearInput):
 
 
 class OilLubricant(ShearInput):
-    """An oil card at a temperature; shear law and thermal figures may be overridden."""
+    """An oil at a temperature; shear law and thermal properties may be overridden."""
 
     oil: Annotated[str, in_any_case("oils")]
     temperature_oil: Temperature
@@ -227,14 +224,16 @@ class OilLubricant(ShearInput):
     def _known(self) -> Self:
         card = Oil.load(self.oil)
         if self.rheology == "eyring" and self.eyring_stress_law == "pressure" and self._rising_stress(card) is None:
-            raise InputError("eyring_stress_pressure", None, RISING_TABLE, f"The card of {self.oil} has none.")
+            raise InputError("eyring_stress_pressure", None, RISING_TABLE, f"The card of {self.oil} contains none.")
         if self.rheology == "eyring" and self.eyring_stress_law == "constant" and not self._constant_stress(card):
-            hint = f"The card of {self.oil} has none: it follows its base oil over pressure."
+            hint = (
+                f"The card of {self.oil} contains none; its stress increases with pressure like that of the base oil."
+            )
             raise InputError("eyring_stress", None, "a stress such as '8 MPa', with a constant law", hint)
         return self
 
     def remarks(self) -> tuple[str, ...]:
-        """What a reader of the result must know of the card."""
+        """Notes on assumptions of the oil card."""
         return Oil.load(self.oil).remarks()
 
     def _constant_stress(self, card: Oil) -> float | None:
@@ -244,17 +243,17 @@ class OilLubricant(ShearInput):
         return self.eyring_stress_pressure or card.eyring_stress_pressure
 
     def lubricant(self, temperature: Any = None) -> Lubricant:
-        """The numbers the solvers take; arrays where other temperatures are given as one [K]."""
+        """The lubricant at the inlet temperature, or at other temperatures [K] (scalar or array)."""
         card = Oil.load(self.oil)
         names = ("eyring_stress", "limiting_shear_coefficient", "thermal_conductivity", "heat_capacity")
         given: dict[str, Any] = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
         if "limiting_shear_coefficient" in given:
-            given["limiting_shear_ambient"] = 0.0  # that of the card belongs to the card's coefficient
+            given["limiting_shear_ambient"] = 0.0  # the value of the oil card belongs to its coefficient
         rising = self._rising_stress(card)
         if self.eyring_stress_law == "pressure" and rising is not None:
             given["eyring_stress"] = rising
         found = card.at(self.temperature_oil if temperature is None else temperature)
-        # the viscosity is that of the card
+        # the viscosity is that of the oil card
         return replace(found, **(given | self.shear_figures())).with_alpha_film(found.pressure_viscosity_film)
 
 

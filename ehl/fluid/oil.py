@@ -1,4 +1,4 @@
-"""Oil cards: what is known of one oil, and the `Lubricant` it is at a temperature."""
+"""Oil cards: properties of one oil, and its `Lubricant` at a temperature."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ KinematicViscosity = Annotated[float, ValueRange("m^2/s", gt=1e-7, le=1.0)]
 
 
 class CalibratedValue(InputModel):
-    """One parameter fitted to measured friction: SI value, standard error of its logarithm, 95 % interval."""
+    """A parameter fitted to measured friction: SI value, standard error of its logarithm, 95 % interval."""
 
     value: float
     standard_error: float
@@ -67,7 +67,7 @@ class CalibratedValue(InputModel):
 
 
 class CalibrationRecord(InputModel):
-    """What of a card was calibrated, from what (`mixed-ehl calibrate`); numbers SI."""
+    """Calibrated parameters of a card and the data they are from (`mixed-ehl calibrate`), in SI units."""
 
     file: str
     file_hash: str
@@ -89,7 +89,7 @@ class CalibrationRecord(InputModel):
 
 
 class Oil(InputModel):
-    """An oil card (`data/oils/*.toml`). Each figure's source and certainty stand in the file.
+    """An oil card (`data/oils/*.toml`), with source and certainty of each value in the file.
 
     Examples
     --------
@@ -110,30 +110,30 @@ class Oil(InputModel):
     viscosity: ViscosityInput
     pressure_viscosity: AlphaInput
     density_pressure: DensityInput | None = None
-    # of the base oil where the card has none (`ehl.fluid.oil_family`)
+    # default: the values of the base oil (`ehl.fluid.oil_family`)
     limiting_shear_coefficient: Annotated[float, ValueRange("", gt=0.0, le=1.0)] | None = None
     limiting_shear_ambient: Annotated[float, ValueRange("Pa", ge=0.0, le=1e8)] | None = None
     eyring_stress: Annotated[float, ValueRange("Pa", ge=1e4, le=1e9)] | None = None
-    # without effect on formulas, whose slip is never so small
+    # not in the hash of the card: without effect at the slip of fitted formulas
     shear_modulus: Annotated[float, ValueRange("Pa", ge=1e5, le=1e11)] | None = Field(default=None, exclude=True)
-    # left out of the card's hash: formulas fitted with the constant stress stay valid
+    # not in the hash of the card: formulas fitted with the constant stress remain valid
     eyring_stress_pressure: RisingStress | None = Field(default=None, exclude=True)
     thermal_conductivity: Annotated[float, ValueRange("W/(m*K)", gt=0.0, le=10.0)] = 0.14
     conductivity_pressure: FilmConductivity | None = None
     heat_capacity: Annotated[float, ValueRange("J/(kg*K)", gt=0.0, le=10000.0)] = 2000.0
     temperature_valid: tuple[Temperature, Temperature] = (20.0 + KELVIN, 150.0 + KELVIN)
-    # where figures come from, and how far, does not change them
+    # not in the hash of the card: origin, range and uncertainty do not change the values; missing uncertainties follow
+    # from the law
     pressure_valid: Annotated[float, ValueRange("Pa", gt=0.0, le=1e10)] | None = Field(default=None, exclude=True)
     calibration: CalibrationRecord | None = Field(default=None, exclude=True)
-    # nor does how well they are known; keys that a card does not give are assumed by its law
     uncertainty: CardUncertainty = Field(default_factory=dict, validate_default=True, exclude=True)
-    # of a card that is `varied`: a formula is then asked about its own oil with other inputs
+    # factors of a `varied` card, for formulas of its oil with other inputs
     factors: InputFactors = Field(default=InputFactors(), exclude=True)
 
     @field_validator("uncertainty", mode="before")
     @classmethod
     def _complete_uncertainty(cls, given: Any, info: ValidationInfo) -> Any:
-        """Standard deviations of the inputs, the assumed ones where the card gives none."""
+        """Standard deviations of the inputs, with default values for missing ones."""
         if not isinstance(given, dict) or not {"viscosity", "pressure_viscosity"} <= info.data.keys():
             return given
         viscosity, alpha = info.data["viscosity"], info.data["pressure_viscosity"]
@@ -143,13 +143,13 @@ class Oil(InputModel):
 
     @classmethod
     def load(cls, name: str) -> Oil:
-        """A shipped oil by name, a generic one, or a card of the user by its path ending in .toml.
+        """A shipped oil, a generic oil, or a card of the user.
 
         Parameters
         ----------
         name : str
-            One of `ehl.shipped("oils")`, in any case; base and viscosities of a generic oil such as ``"pao 97.5/13.3"``
-            (cSt at 40 and 100 degC), ``"mineral vg 220"`` or ``"mineral vg 220 vi 95"`` (`Oil.generic`); or a path.
+            One of `ehl.shipped("oils")` (case-insensitive); a generic oil such as ``"pao 97.5/13.3"`` (cSt at 40 and
+            100 degC), ``"mineral vg 220"`` or ``"mineral vg 220 vi 95"`` (`Oil.generic`); or the path of a .toml file.
 
         Returns
         -------
@@ -182,7 +182,7 @@ class Oil(InputModel):
         density_15: float | str | None = None,
         name: str | None = None,
     ) -> Oil:
-        """An oil from base and viscosity: ln(eta/eta0) of its family, the family's spread as uncertainty.
+        """A generic oil from base and viscosity, with ln(eta/eta0) and uncertainty of its family.
 
         Parameters
         ----------
@@ -190,13 +190,13 @@ class Oil(InputModel):
         nu_40, nu_100 : float or str, optional
             Kinematic viscosity at 40 and 100 degC, m2/s or with unit.
         iso_vg : int, optional
-            In place of both; nu100 is then that of usual oils of the family, or of the viscosity index.
+            ISO VG in place of both; nu100 then follows from the viscosity index or is typical of the family.
         viscosity_index : float, optional
-            With one of the three above (`ehl.fluid.viscosity_index.astm_d2270`).
+            Viscosity index, with one of the three above (`ehl.fluid.viscosity_index.astm_d2270`).
         density_15 : float or str, optional
-            At 15 degC, kg/m3; typical of the family where not given.
+            Density at 15 degC, kg/m3; default: typical of the family.
         name : str, optional
-            Of the card.
+            Name of the card.
 
         Returns
         -------
@@ -205,7 +205,7 @@ class Oil(InputModel):
         Raises
         ------
         InputError
-            There is no such base or viscosity grade, or the oil does not thin with temperature.
+            There is no such base or viscosity grade, or the viscosity does not decrease with temperature.
 
         Examples
         --------
@@ -221,9 +221,8 @@ class Oil(InputModel):
 
     def __repr__(self) -> str:
         nu_40, nu_100 = 1e6 * self.viscosity_kinematic_40, 1e6 * self.viscosity_kinematic_100
-        return (
-            f"Oil({self.name!r}: {self.description or self.base}, {nu_40:.4g} and {nu_100:.4g} cSt at 40 and 100 degC)"
-        )
+        words = self.description or self.base
+        return f"Oil({self.name!r}: {words}, {nu_40:.4g} and {nu_100:.4g} cSt at 40 and 100 degC)"
 
     def density(self, temperature: Values) -> Values:
         """Density at ambient pressure [kg/m3]; `temperature` in K."""
@@ -253,20 +252,20 @@ class Oil(InputModel):
         return thinning - self.density_temperature * self.density_15 / self.density(temperature)
 
     def alpha(self, temperature: Values) -> Values:
-        """Pressure-viscosity coefficient d ln(eta)/dp at p = 0 [1/Pa], whichever the card states; `temperature` in K.
+        """Pressure-viscosity coefficient d ln(eta)/dp at p = 0 [1/Pa]; `temperature` in K.
 
-        The other three are `ehl.fluid.pressure_viscosity.alpha_of` of the lubricant's law.
+        The other definitions are `ehl.fluid.pressure_viscosity.alpha_of` of the law of the lubricant.
         """
         alpha: Values = oil_alpha.slope(self, temperature)
         return alpha
 
     @property
     def alpha_definition(self) -> AlphaDefinition:
-        """Which coefficient the card states; the slope where it does not say."""
+        """Definition of the coefficient in the card; default: slope."""
         return self.pressure_viscosity.alpha_definition or "slope"
 
     def remarks(self) -> tuple[str, ...]:
-        """What a reader of results with this card must know."""
+        """Notes on assumptions of this card."""
         law = self.pressure_viscosity
         stated = not isinstance(law, ModulusAlpha) and law.alpha_definition is None
         assumed = self.conductivity_pressure is None and self.base in ("ester", "polyglycol")
@@ -274,22 +273,22 @@ class Oil(InputModel):
 
     @property
     def limiting_stress(self) -> tuple[float, float]:
-        """tau_L0 [Pa] and Lambda [-] of the card, or of its base oil."""
+        """tau_L0 [Pa] and Lambda [-] of the card or its base oil."""
         if self.limiting_shear_coefficient is not None:
             return self.limiting_shear_ambient or 0.0, self.limiting_shear_coefficient
         return self.limiting_shear_ambient or 0.0, FAMILIES[self.base].limit_slope
 
     def varied(self, **deviations: float) -> Oil:
-        """The card with inputs shifted by so many standard deviations of its `uncertainty`.
+        """The card with inputs shifted by multiples of the standard deviations in `uncertainty`.
 
-        An input x becomes x exp(n s), s its relative standard deviation. `pressure_viscosity` multiplies ln(eta/eta0)
-        under pressure at all pressures and temperatures. The Eyring stress does not follow the others.
+        An input x becomes x exp(n s) with its relative standard deviation s. `pressure_viscosity` multiplies
+        ln(eta/eta0) at all pressures and temperatures. The Eyring stress does not depend on the other inputs.
 
         Parameters
         ----------
         **deviations : float
-            n of `pressure_viscosity`, `viscosity`, `eyring_stress`, `limiting_shear`, `thermal_conductivity`; 0 where
-            not given.
+            n of `pressure_viscosity`, `viscosity`, `eyring_stress`, `limiting_shear`, `thermal_conductivity`; default:
+            0.
 
         Returns
         -------
@@ -310,7 +309,7 @@ class Oil(InputModel):
         """
         for name in deviations:
             if name not in VARIABLES:
-                raise InputError(name, deviations[name], "an input out of " + ", ".join(VARIABLES))
+                raise InputError(name, deviations[name], "one of " + ", ".join(VARIABLES))
         factor = {name: math.exp(n * getattr(self.uncertainty, name)) for name, n in deviations.items()}
         factors = {name: getattr(self.factors, name) * value for name, value in factor.items()}
         changes: dict[str, Any] = {"factors": self.factors.model_copy(update=factors)}
@@ -320,14 +319,14 @@ class Oil(InputModel):
         return self.model_copy(update=changes)
 
     def at(self, temperature: float | FloatArray) -> Lubricant:
-        """The lubricant at an inlet temperature [K]; its fields are arrays where the temperature is one.
+        """The lubricant at an inlet temperature.
 
-        Without figures of its own the card takes Eyring stress, limiting stress and shear modulus of its base oil.
+        Eyring stress, limiting stress and shear modulus are those of the base oil if the card has none.
 
         Parameters
         ----------
-        temperature : float
-            [K].
+        temperature : float or array
+            Inlet temperature [K]; an array gives array fields.
 
         Returns
         -------
@@ -336,7 +335,7 @@ class Oil(InputModel):
         Raises
         ------
         InputError
-            The temperature is outside -40 to 200 degC, or the card's constants give no viscosity there.
+            The temperature is outside -40 to 200 degC, or the constants of the card give no viscosity there.
 
         Examples
         --------
@@ -348,12 +347,8 @@ class Oil(InputModel):
         values = np.ravel(np.asarray(temperature, dtype=float))
         wrong = values[~((low <= values) & (values <= high))]
         if wrong.size:
-            raise InputError(
-                "temperature_oil",
-                f"{wrong[0]:.6g} K",
-                f"{low:.6g} K to {high:.6g} K (-40 to 200 degC)",
-                "Write degrees Celsius as '80 degC'.",
-            )
+            allowed, hint = f"{low:.6g} K to {high:.6g} K (-40 to 200 degC)", "Write degrees Celsius as '80 degC'."
+            raise InputError("temperature_oil", f"{wrong[0]:.6g} K", allowed, hint)
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
             found = self.without_film(temperature)
         inlet = np.ravel(np.asarray(found.viscosity_inlet))
@@ -378,12 +373,12 @@ class Oil(InputModel):
         return abs(change - float(end.temperature_viscosity * measured * (measured / temperature - 1.0)))
 
     def lubricant(self, temperature: Any) -> Lubricant:
-        """`at` without its checks, for what only computes like a temperature."""
+        """`at` without checks, for values that only support arithmetic."""
         found = self.without_film(temperature)
         return found.with_alpha_film(oil_alpha.film(self, temperature, found.pressure_viscosity))
 
     def without_film(self, temperature: Any) -> Lubricant:
-        """`lubricant` whose alpha_film is not known beforehand."""
+        """`lubricant` without precomputed alpha_film."""
         law, alpha, factors = self.viscosity, self.alpha(temperature), self.factors
         limit_ambient, limit_slope = self.limiting_stress
         stress: float | LinearStress = (
@@ -419,30 +414,30 @@ class Oil(InputModel):
         )
 
     def to_dict(self, temperatures: str | Sequence[float | str] | None = None) -> dict[str, Any]:
-        """The card with all figures at temperatures such as "40, 100 degC" (the default), SI."""
+        """The card with all properties at temperatures such as "40, 100 degC" (the default), in SI units."""
         return oil_sheet.sheet(self, _temperatures(temperatures))
 
     def to_frame(self, temperatures: str | Sequence[float | str] | None = None) -> DataFrame:
-        """One row per temperature: viscosity, the four alphas, shear and heat figures, SI; as of `to_dict`."""
+        """One row per temperature: viscosity, the four alphas, shear and thermal properties in SI units."""
         import pandas as pd
 
         return pd.DataFrame(self.to_dict(temperatures)["states"])
 
     def plot(self, ax: Axes | None = None, temperatures: str | Sequence[float | str] | None = None) -> Axes:
-        """Viscosity over pressure, one standard deviation, and what the card's source says.
+        """Viscosity over pressure with one standard deviation, and points of the source of the card.
 
         Parameters
         ----------
         ax : Axes, optional
-            Axes of matplotlib to draw in; a new figure of pyplot if not given.
+            Axes of matplotlib; default: those of a new figure.
         temperatures : str or sequence, optional
-            As of `to_dict`.
+            As in `to_dict`.
         """
         with interactive():
             return oil_sheet.plot_oil(self, _temperatures(temperatures), ax)
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write the card as TOML, numbers in SI; `InputError` where the path does not end in .toml."""
+        """Write the card as TOML in SI units; `InputError` if the path does not end in .toml."""
         oil_sheet.write_card(self, Path(path), "Oil card written by mixed-ehl")
 
     def _repr_html_(self) -> str:
@@ -450,7 +445,7 @@ class Oil(InputModel):
 
     @model_serializer(mode="wrap")
     def _without_none(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        # the hash of a card is that of its text: cards without these keys keep theirs
+        # without these keys the hash of a card, which is that of its text, does not change
         content: dict[str, Any] = handler(self)
         later = ("density_pressure", "conductivity_pressure")
         return {name: value for name, value in content.items() if name not in later or value is not None}
@@ -464,9 +459,8 @@ class Oil(InputModel):
         by_constants = isinstance(self.pressure_viscosity, ModulusAlpha)
         if by_constants == isinstance(self.viscosity, WaltherViscosity):
             allowed = "'table' or 'gold'" if by_constants else "'constants': its coefficient follows from its constants"
-            raise InputError(
-                "pressure_viscosity.law", self.pressure_viscosity.law, f"{allowed}, with law = '{self.viscosity.law}'"
-            )
+            allowed += f", with law = '{self.viscosity.law}'"
+            raise InputError("pressure_viscosity.law", self.pressure_viscosity.law, allowed)
         return self
 
 
@@ -485,7 +479,7 @@ class _GenericInput(InputModel):
 
 
 def _changed(name: str) -> int:
-    """Time stamp of a card of the user, so that one that was written anew is read anew; 0 for shipped ones."""
+    """Time stamp of a card of the user, so that a changed file is read again; 0 for shipped cards."""
     if not name.endswith(".toml"):
         return 0
     try:
@@ -496,7 +490,6 @@ def _changed(name: str) -> int:
 
 @cache
 def _load_card(name: str, changed: int) -> Oil:
-    # a sweep asks for the same card once per case
     names = data_names("oils")
     if name.endswith(".toml") and Path(name).is_file():
         return validate(Oil, read_toml(name, "oil"), name)

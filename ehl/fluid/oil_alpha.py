@@ -1,4 +1,4 @@
-"""The pressure-viscosity coefficients of an oil card over temperature, whichever of them the card states."""
+"""Pressure-viscosity coefficients of an oil card over temperature, from any of their definitions."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from ehl.fluid.oil import Oil
 
 
-_KEPT: dict[tuple[Any, ...], Any] = {}  # what was computed once for the figures of a card
+_KEPT: dict[tuple[Any, ...], Any] = {}  # cache by the properties of a card
 _MOST_KEPT = 512
 
 
 def stated(card: Oil, temperature: Any) -> Any:
-    """The coefficient as the card states it [1/Pa]; `temperature` in K."""
+    """The coefficient in the definition of the card [1/Pa]; `temperature` in K."""
     law = card.pressure_viscosity
     if isinstance(law, TabulatedAlpha):
         return _between(law, temperature)
@@ -60,7 +60,7 @@ def slope(card: Oil, temperature: Any) -> Any:
 
 
 def factor(card: Oil) -> float:
-    """The factor on ln(eta(p)/eta0) of a law by constants with which the card's anchor comes out."""
+    """Factor on ln(eta(p)/eta0) of the law with which it meets the anchor of the card."""
     law, viscosity = card.pressure_viscosity, card.viscosity
     if not isinstance(law, ModulusAlpha) or isinstance(viscosity, WaltherViscosity) or law.anchor_temperature is None:
         return 1.0
@@ -70,7 +70,7 @@ def factor(card: Oil) -> float:
 
 
 def film(card: Oil, temperature: Any, alpha: Any) -> Any:
-    """alpha_film of the card's law with its pressure_rise_factor [1/Pa]; `temperature` in K, `alpha` its `slope`."""
+    """alpha_film of the law with its pressure_rise_factor [1/Pa]; `temperature` in K, `alpha` from `slope`."""
     if card.viscosity.law == "barus":
         return card.factors.pressure_viscosity * alpha
 
@@ -81,7 +81,7 @@ def film(card: Oil, temperature: Any, alpha: Any) -> Any:
 
 
 def fit_error(card: Oil) -> float:
-    """Largest relative error of `film`, and of `slope` where it is fitted, from -40 to 200 degC [-]."""
+    """Largest relative error of `film`, and of `slope` if fitted, from -40 to 200 degC [-]."""
     middle = np.array([353.15])
     film(card, middle, slope(card, middle))
     return max((_KEPT[key].error for key in (_key(card, "slope"), _key(card, "film")) if key in _KEPT), default=0.0)
@@ -97,16 +97,8 @@ def _fit(card: Oil, what: str, function: Callable[[FloatArray], FloatArray]) -> 
 
 
 def _key(card: Oil, what: str) -> tuple[Any, ...]:
-    return (
-        what,
-        card.viscosity,
-        card.pressure_viscosity,
-        card.viscosity_kinematic_40,
-        card.viscosity_kinematic_100,
-        card.density_15,
-        card.density_temperature,
-        card.factors,
-    )
+    ambient = (card.viscosity_kinematic_40, card.viscosity_kinematic_100, card.density_15, card.density_temperature)
+    return (what, card.viscosity, card.pressure_viscosity, *ambient, card.factors)
 
 
 def _kept(key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
@@ -118,7 +110,7 @@ def _kept(key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
 
 
 def _between(law: TabulatedAlpha, temperature: Any) -> Any:
-    """Linear in ln alpha between the temperatures of the table, and beyond them with the slope of its ends."""
+    """Linear interpolation of ln alpha in the table, and linear extrapolation beyond its ends."""
     if len(law.value) == 1:
         return 0.0 * temperature + law.value[0]
     points = list(zip(law.temperature, (math.log(value) for value in law.value), strict=True))

@@ -1,8 +1,8 @@
-"""A generic oil from what an engineer knows: base oil, viscosities at 40 and 100 degC or the ISO VG, density.
+"""Generic oil from base oil, viscosities at 40 and 100 degC or the ISO VG, and density.
 
-ln(eta/eta0) over pressure and temperature has the shape of the FVA 400 oils of the family, eq. of `ModulusLaw`: the
-mean of their constants, each set scaled to a secant at 0.2 GPa and 80 degC of 1 1/GPa. The level is the family's own
-fit of that secant, alpha = s nu^t. Shape and spread are ours, from the constants in data/reference/oils_fva400.csv.
+ln(eta/eta0) has the form of the FVA 400 oils of the family (`ModulusLaw`): the mean of their constants, each set scaled
+to a secant of 1 1/GPa at 0.2 GPa and 80 degC. The level follows from a fit of that secant for the family,
+alpha = s nu^t. Mean and spread are own evaluations of data/reference/oils_fva400.csv.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ehl.fluid.rheology import LinearStress
 from ehl.fluid.viscosity import walther_1931
 from ehl.fluid.viscosity_index import both_viscosities
 
-LEVEL_TEMPERATURE = 80.0 + KELVIN  # where the secant of a family is taken [K]
+LEVEL_TEMPERATURE = 80.0 + KELVIN  # temperature of the secant of a family [K]
 TEMPERATURES = (20.0 + KELVIN, 150.0 + KELVIN)
 ISO_VG = (10, 15, 22, 32, 46, 68, 100, 150, 220, 320, 460, 680, 1000, 1500)
 _NAME = re.compile(
@@ -32,20 +32,20 @@ _NAME = re.compile(
 
 @dataclass(frozen=True)
 class OilFamily:
-    """What oils of one base have in common."""
+    """Mean properties of the oils of one base."""
 
     # a1 [Pa], a2 [Pa/K], b1, b2 [1/K] of the modulus law, T in degC, times the secant at 80 degC in 1/GPa
     shape: tuple[float, float, float, float]
     secant: tuple[float, float]  # s and t of the secant at 0.2 GPa, s nu^t 1/GPa, nu in cSt
-    # one standard deviation of ln(eta/eta0) of the family's oils about this, 40 to 120 degC, 0.2 to 1.2 GPa [-]
+    # standard deviation of ln(eta/eta0) of the oils of the family, 40 to 120 degC, 0.2 to 1.2 GPa [-]
     spread: float
-    viscosity_100: tuple[float, float]  # k and m of nu100 = k nu40^m in cSt, where only the ISO VG is known
-    density_15: float  # typical [kg/m3]
+    viscosity_100: tuple[float, float]  # k and m of nu100 = k nu40^m in cSt, if only the ISO VG is given
+    density_15: float  # typical value [kg/m3]
     oils: tuple[str, ...]  # cards of the family
 
 
-# tuned: nu100 over nu40 (ours): mineral through fva2 and minr, pao through pao100 and paor, the others through one
-# oil each and the exponent usual for them; densities: typical of the cards
+# tuned: nu100 over nu40 (own fit) for mineral from fva2 and minr, for pao from pao100 and paor, for the others from one
+# oil each with a typical exponent; densities are typical of the cards
 OIL_FAMILIES = {
     "mineral": OilFamily(
         (402.1e6, 6.120e6, 0.5834, -5.261e-4), (9.20, 0.159), 0.11, (0.616, 0.623), 880.0,
@@ -70,7 +70,7 @@ OIL_FAMILIES = {
 }  # fmt: skip
 
 
-# Shear of oils that have no figures of their own, by base oil; a figure on the card goes before these (docs/shear.md).
+# Shear properties by base oil, for oils whose card has none (docs/shear.md).
 STRESS_TEMPERATURE = 40.0 + KELVIN
 
 
@@ -78,9 +78,9 @@ STRESS_TEMPERATURE = 40.0 + KELVIN
 class ShearFamily:
     """Shear of one base oil: tau0 = tau00 + c (T - 40 degC) + s p and tau_L = Lambda p.
 
-    tau0 is the mean over the family's FVA 400 oils of 2 Lambda_A/alpha(p, T), alpha = d ln(eta)/dp, which Arana,
-    Larranaga & Ulacia (2019) give with Lambda_A: Eyring's flow with a constant ratio of the activation volumes of
-    stress and of pressure. The three constants are fitted from 40 to 120 degC and 0 to 1.2 GPa.
+    tau0 is the mean of 2 Lambda_A/alpha(p, T), alpha = d ln(eta)/dp, over the FVA 400 oils of the family. Formula and
+    Lambda_A are from Arana, Larranaga & Ulacia (2019): Eyring flow with a constant ratio of the activation volumes of
+    stress and pressure. The three constants are fitted from 40 to 120 degC and 0 to 1.2 GPa.
     """
 
     stress: float  # tau00, at 40 degC and ambient pressure [Pa]
@@ -88,49 +88,49 @@ class ShearFamily:
     stress_pressure: float  # s [-]
     ratio: float  # Lambda_A [-]
     limit_slope: float  # lambda [-]
-    limit_range: tuple[float, float]  # published figures that Lambda lies between [-]
-    source: str  # where Lambda_A and Lambda come from
+    limit_range: tuple[float, float]  # range of published values of Lambda [-]
+    source: str  # of Lambda_A and Lambda
 
     def eyring_stress(self, temperature: Any) -> LinearStress:
-        """tau0 over pressure at an inlet temperature [K]; held below 0 degC."""
+        """tau0 over pressure at an inlet temperature [K]; constant below 0 degC."""
         above = np.maximum(temperature, KELVIN) - STRESS_TEMPERATURE
         return LinearStress(self.stress + self.stress_temperature * above, self.stress_pressure)
 
 
-# apparent modulus of the film alone, the compliance of the bodies apart: 0.3 to 1 GPa were found for 5P4E and Santotrac
-# by traction (from memory); other oils are taken as the softest of them (ours, uncertain by a factor of 3 either way)
+# apparent modulus of the film without the compliance of the bodies: traction tests of 5P4E and Santotrac gave 0.3 to
+# 1 GPa (from memory); the lowest value is used for all oils (own choice, uncertain by a factor of 3)
 SHEAR_MODULUS = 0.3e9
 
-# Lambda: mineral is the middle of LVI 260 (.047, Arana et al. 2019) and Shell T9 (.083, Habchi 2018). PAO and
-# polyglycol stand to it as in Arana et al. (.035 and .044 to .047), whose cap is on mean friction; ester lies between
-# paraffinic oil and PAO (order at 40 degC: Lubricants 2025 13:485). No family changes with temperature: the one figure
-# found (T9) is constant. Lowest: measured mean traction of thrust ball bearings (FEUP), which no limit may lie below
+# Lambda: mineral is the mean of LVI 260 (.047, Arana et al. 2019) and Shell T9 (.083, Habchi 2018). The ratios of PAO
+# and polyglycol to it are those of Arana et al. (.035 and .044 to .047), whose limit concerns mean friction. Ester lies
+# between paraffinic oil and PAO (order at 40 degC: Lubricants 2025 13:485). Lambda does not depend on temperature, as
+# for T9, the only published data. Lower ends are measured mean tractions of thrust ball bearings (FEUP)
 FAMILIES = {
     "mineral": ShearFamily(
         4.08e6, 3.22e4, 8.90e-3, 0.047, 0.065, (0.056, 0.083),
-        "ratio published for LVI 260; limit: middle of LVI 260 and T9",
+        "ratio published for LVI 260; limit: mean of LVI 260 and T9",
     ),
     "hydrocracked": ShearFamily(
         5.05e6, 4.31e4, 8.46e-3, 0.041, 0.057, (0.044, 0.065),
-        "ratio and limit: middle of mineral oil and PAO (ours)",
+        "ratio and limit: mean of mineral oil and PAO (ours)",
     ),
     "pao": ShearFamily(
         4.26e6, 3.90e4, 7.10e-3, 0.035, 0.048, (0.044, 0.062),
-        "ratio published for PAO 100; limit: to mineral oil as there",
+        "ratio published for PAO 100; limit: in proportion to that of mineral oil",
     ),
     "ester": ShearFamily(
         4.15e6, 4.94e4, 1.085e-2, 0.041, 0.057, (0.043, 0.065),
-        "ratio and limit: middle of mineral oil and PAO (order published)",
+        "ratio and limit: mean of mineral oil and PAO (order published)",
     ),
     "polyglycol": ShearFamily(
         5.44e6, 6.73e4, 5.88e-3, 0.044, 0.061, (0.044, 0.078),
-        "ratio published; limit: to mineral oil as there",
+        "ratio published; limit: in proportion to that of mineral oil",
     ),
 }  # fmt: skip
 
 
 def vogel_constants(viscosity_40: float, viscosity_100: float, density_15: float, coefficient: float) -> dict[str, Any]:
-    """K [Pa s], B, C [K] of eta0 = K exp(B/(T + C)), T in degC, that meets Walther's nu times rho at 40, 100, 160 degC.
+    """K [Pa s], B, C [K] of eta0 = K exp(B/(T + C)), T in degC, from Walther's nu times rho at 40, 100 and 160 degC.
 
     viscosity_40, viscosity_100: kinematic viscosity [m2/s].
     density_15, coefficient: of `density_at` [kg/m3, 1/K].
@@ -146,14 +146,14 @@ def vogel_constants(viscosity_40: float, viscosity_100: float, density_15: float
 
 
 def modulus_constants(base: str, secant: float) -> dict[str, float]:
-    """a1, a2, b1, b2 of the family's shape with a secant at 0.2 GPa and 80 degC [1/GPa]."""
+    """a1, a2, b1, b2 of a family for a secant at 0.2 GPa and 80 degC [1/GPa]."""
     return dict(zip(("a1", "a2", "b1", "b2"), (value / secant for value in OIL_FAMILIES[base].shape), strict=True))
 
 
 def family_of(base: str) -> OilFamily:
-    """The family of a base oil; `InputError` where there is none."""
+    """The family of a base oil; `InputError` if there is none."""
     if base not in OIL_FAMILIES:
-        hint = near(base, OIL_FAMILIES) or "Semi-synthetic: take the base there is most of."
+        hint = near(base, OIL_FAMILIES) or "For a semi-synthetic oil use the main base."
         raise InputError("base", base, "one of " + ", ".join(OIL_FAMILIES), hint)
     return OIL_FAMILIES[base]
 
@@ -167,23 +167,23 @@ def generic_card(
     name: str | None = None,
     viscosity_index: float | None = None,
 ) -> dict[str, Any]:
-    """Content of a generic card, SI.
+    """Content of a generic card in SI units.
 
     base: a key of `OIL_FAMILIES`.
     viscosity_40, viscosity_100: kinematic viscosity [m2/s].
-    iso_vg: in place of both.
-    density_15: [kg/m3]; typical of the family where not given.
-    name: of the card; made of base and viscosities where not given.
+    iso_vg: in place of both viscosities.
+    density_15: density at 15 degC [kg/m3]; default: typical of the family.
+    name: of the card; default: base and viscosities.
     viscosity_index: with one of the viscosities or iso_vg.
     """
     base = same_name(base, OIL_FAMILIES)
     family = family_of(base)
     given = [value is not None for value in (viscosity_40, viscosity_100, viscosity_index)]
     if (sum(given) != 2) if iso_vg is None else any(given[:2]):
-        hint = "With the data sheet at hand give nu_40 and nu_100, or one of them and viscosity_index, else iso_vg."
+        hint = "Use nu_40 and nu_100 of the data sheet, or one of them and viscosity_index; otherwise iso_vg."
         raise InputError("iso_vg", iso_vg, "iso_vg, or two of nu_40, nu_100 and viscosity_index", hint)
     if iso_vg is not None and iso_vg not in ISO_VG:
-        raise InputError("iso_vg", iso_vg, "one of " + ", ".join(map(str, ISO_VG)), "Else give nu_40 and nu_100.")
+        raise InputError("iso_vg", iso_vg, "one of " + ", ".join(map(str, ISO_VG)), "Or give nu_40 and nu_100.")
     known = iso_vg is None
     if viscosity_index is not None:
         nominal = viscosity_40 if iso_vg is None else 1e-6 * iso_vg
@@ -232,16 +232,16 @@ def generic_card(
 
 
 def check_viscosities(viscosity_40: float, viscosity_100: float, name_40: str, name_100: str) -> None:
-    """Refuse an oil that does not thin with temperature, or whose Walther line has no answer."""
+    """Check that the viscosity decreases with temperature, and that the Walther equation applies."""
     if not viscosity_100 < viscosity_40:
         allowed = f"below {name_40}, {1e6 * viscosity_40:.6g} cSt"
-        raise InputError(name_100, f"{1e6 * viscosity_100:.6g} cSt", allowed, "Are the two exchanged?")
+        raise InputError(name_100, f"{1e6 * viscosity_100:.6g} cSt", allowed, "The two may be exchanged.")
     if not viscosity_100 > 0.5e-6:
         raise InputError(name_100, f"{1e6 * viscosity_100:.6g} cSt", "above 0.5 cSt", "Write the unit: '13.3 cSt'.")
 
 
 def generic_name(name: str) -> dict[str, Any] | None:
-    """Arguments of `generic_card` from a name such as ``pao 97.5/13.3`` or ``mineral vg 220``; None of others."""
+    """Arguments of `generic_card` from a name such as ``pao 97.5/13.3`` or ``mineral vg 220``; None for other names."""
     match = _NAME.fullmatch(name.strip().lower())
     if match is None:
         return None
@@ -251,6 +251,5 @@ def generic_name(name: str) -> dict[str, Any] | None:
         return {"base": found["base"], "iso_vg": int(found["vg"]), **index}
     if found["nu"] is not None:
         return {"base": found["base"], "viscosity_40": 1e-6 * float(found["nu"]), **index} if index else None
-    return {"base": found["base"], **{
-        f"viscosity_{at}": 1e-6 * float(found[f"nu_{at}"]) for at in ("40", "100")
-    }}  # fmt: skip
+    viscosities = {f"viscosity_{at}": 1e-6 * float(found[f"nu_{at}"]) for at in ("40", "100")}
+    return {"base": found["base"], **viscosities}

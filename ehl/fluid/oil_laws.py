@@ -1,4 +1,4 @@
-"""The laws of an oil that a card or the input file names: viscosity, its pressure coefficient, density."""
+"""Laws of an oil in cards and input files: viscosity, pressure-viscosity coefficient, density."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from ehl.fluid.viscosity import (
 )
 from ehl.fluid.yasutomi import ImprovedYasutomi, OriginalYasutomi
 
-# a new law is one class in a file of its own and its name here
+# register of the viscosity and density laws
 AbsoluteViscosity = ImprovedYasutomi | OriginalYasutomi | Doolittle | McEwenPaluch
 ViscosityByConstants = ModulusViscosity | AbsoluteViscosity
 ViscosityInput = Annotated[ViscosityByConstants | WaltherViscosity, Field(discriminator="law")]
@@ -36,22 +36,19 @@ DensityInput = Annotated[Tait | Murnaghan | DowsonHigginsonDensity | Incompressi
 
 
 def compression_of(density: Any, viscosity: Any, temperature: Any) -> dict[str, Any]:
-    """The field of `Lubricant` for a density law, where one is given; that of a free-volume law is its own."""
+    """Field of `Lubricant` for the density law, if any; a free-volume law has its own."""
     law = viscosity.state if density is None and isinstance(viscosity, Doolittle) else density
     return {} if law is None else {"compression": law.at(temperature)}
 
 
 class StatedAlpha(InputModel):
-    """A pressure-viscosity coefficient that is stated: which of the four it is.
-
-    Without it the value is taken as the slope at p = 0, as files before this key were.
-    """
+    """Definition of a given pressure-viscosity coefficient; default: the slope at p = 0."""
 
     alpha_definition: AlphaDefinition | None = None
 
     @model_serializer(mode="wrap")
     def _without_none(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        # the hash of a card is that of its text: cards without the key keep theirs
+        # without this key the hash of a card, which is that of its text, does not change
         content: dict[str, Any] = handler(self)
         if self.alpha_definition is None:
             content.pop("alpha_definition", None)
@@ -59,7 +56,7 @@ class StatedAlpha(InputModel):
 
 
 class TabulatedAlpha(StatedAlpha):
-    """Pressure-viscosity coefficient at given temperatures; ln alpha is linear between them."""
+    """Pressure-viscosity coefficient at given temperatures, with linear interpolation of ln alpha."""
 
     law: Literal["table"]
     temperature: tuple[Temperature, ...] = Field(min_length=1)
@@ -67,7 +64,7 @@ class TabulatedAlpha(StatedAlpha):
 
 
 class GoldAlpha(StatedAlpha):
-    """Pressure-viscosity coefficient from the kinematic viscosity (Gold), through one measured point if given."""
+    """Pressure-viscosity coefficient from the kinematic viscosity (Gold), scaled to one measured value if given."""
 
     law: Literal["gold"]
     base: Literal["mineral", "pao", "polyglycol", "ester"]
@@ -76,10 +73,9 @@ class GoldAlpha(StatedAlpha):
 
 
 class ModulusAlpha(StatedAlpha):
-    """The coefficient that the constants of the viscosity law give.
+    """Pressure-viscosity coefficient from the constants of the viscosity law.
 
-    With an anchor the whole of ln(eta(p)/eta0) is multiplied by one factor, such that the coefficient has this value
-    at this temperature.
+    With an anchor a factor on ln(eta(p)/eta0) gives the coefficient the given value at the given temperature.
     """
 
     law: Literal["modulus", "constants"]
@@ -94,40 +90,37 @@ class ModulusAlpha(StatedAlpha):
     def _anchored(self) -> Self:
         stated = (self.anchor_temperature, self.anchor_value, self.alpha_definition)
         if any(value is not None for value in stated) and any(value is None for value in stated):
-            raise InputError(
-                "anchor_value",
-                self.anchor_value,
-                "anchor_temperature, anchor_value and alpha_definition, all three or none",
-            )
+            allowed = "anchor_temperature, anchor_value and alpha_definition, all three or none"
+            raise InputError("anchor_value", self.anchor_value, allowed)
         return self
 
 
 AlphaInput = Annotated[TabulatedAlpha | GoldAlpha | ModulusAlpha, Field(discriminator="law")]
 
 NO_DEFINITION = (
-    "{where} does not say what its alpha means: taken as the slope at p = 0; "
-    "write alpha_definition = 'slope' to keep it, 'secant_200' for a figure of Gold's formula, FVA 400 or ISO/TR 15144"
+    "{where} has no definition of alpha: the slope at p = 0 is assumed; "
+    "set alpha_definition = 'slope' to confirm it, or 'secant_200' for Gold's formula, FVA 400 or ISO/TR 15144"
 )
 
 
 def law_by_constants(law: ViscosityByConstants, temperature: Any) -> ModulusLaw | RelativeLaw:
-    """The law under pressure at an inlet temperature [K]."""
+    """Pressure law at an inlet temperature [K]."""
     if isinstance(law, ModulusViscosity):
         return ModulusLaw((law.a1, law.a2, law.b1, law.b2), temperature, (law.B, law.C))
     return RelativeLaw(law, temperature)
 
 
-KNOWN_PRESSURE = 0.5e9  # up to here at least a law must hold where the card does not say [Pa]
+KNOWN_PRESSURE = 0.5e9  # default of the pressure up to which a law must be valid [Pa]
 _LEAST_SLOPE = 1e-10  # [1/Pa]
 
 
 def check_rising(law: ViscosityByConstants, temperatures: tuple[float, ...], pressure: float | None) -> None:
-    """Refuse constants with which the viscosity falls with pressure, stays, or has a pole up to a pressure [Pa].
+    """Check that the viscosity increases with pressure without a pole up to a pressure [Pa].
 
     Raises
     ------
     InputError
-        Naming temperature and pressure.
+        It does not; the message states temperature and pressure.
     """
     pressures = np.linspace(0.0, pressure or KNOWN_PRESSURE, 101)
     for temperature in temperatures:
@@ -137,19 +130,18 @@ def check_rising(law: ViscosityByConstants, temperatures: tuple[float, ...], pre
             low, bend = law.a1 + law.a2 * (temperature - KELVIN), law.b1 + law.b2 * (temperature - KELVIN)
             wrong |= low + bend * pressures <= 0.0
         if wrong.any():
-            raise InputError(
-                "viscosity.law",
-                law.law,
-                f"constants with which the viscosity rises with pressure up to {pressures[-1] / 1e9:.3g} GPa; at "
-                f"{temperature - KELVIN:.4g} degC it does not at {pressures[wrong][0] / 1e9:.3g} GPa",
-                "Correct the constants, or state the pressure they hold to as pressure_valid.",
+            allowed = (
+                f"constants with which the viscosity increases with pressure up to {pressures[-1] / 1e9:.3g} GPa; at "
+                f"{temperature - KELVIN:.4g} degC it does not at {pressures[wrong][0] / 1e9:.3g} GPa"
             )
+            hint = "Correct the constants, or give their highest valid pressure as pressure_valid."
+            raise InputError("viscosity.law", law.law, allowed, hint)
 
 
 def scale_of_law(
     law: ViscosityByConstants, temperature: float, alpha: float | None, definition: AlphaDefinition
 ) -> float:
-    """The factor on ln(eta(p)/eta0) with which a law has a stated coefficient at a temperature [K]; 1 without it."""
+    """Factor on ln(eta(p)/eta0) that gives a law the coefficient `alpha` at a temperature [K]; 1 without `alpha`."""
     if alpha is None:
         return 1.0
     own = law_by_constants(law, temperature)
@@ -157,7 +149,7 @@ def scale_of_law(
 
 
 def figures_by_constants(law: ViscosityByConstants, temperature: Any, scale: float) -> dict[str, Any]:
-    """The fields of `Lubricant` for a law by constants at an inlet temperature [K], its rise multiplied by `scale`."""
+    """Fields of `Lubricant` for a law at an inlet temperature [K], with the factor `scale` on ln(eta(p)/eta0)."""
     if isinstance(law, ModulusViscosity):
         moduli = tuple(value / scale for value in (law.a1, law.a2, law.b1, law.b2))
         return {

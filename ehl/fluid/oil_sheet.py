@@ -1,4 +1,4 @@
-"""Oil cards as files, and their figures over temperature and pressure as numbers and as a figure."""
+"""Output of oil cards: files, and properties over temperature and pressure as tables and plots."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _COLOURS, _GREY = ("#1f5a99", "#c8651b", "#4b8b3b", "#8a4f9e"), "#8a8f98"
 
 
 def temperatures_of(given: str | Sequence[float | str] | None, allowed: ValueRange) -> tuple[float, ...]:
-    """Temperatures [K] from a list in a text such as "40, 100 degC", or from numbers and texts."""
+    """Temperatures [K] from a text such as "40, 100 degC", or from numbers and texts."""
     if given is None:
         return TEMPERATURES
     if isinstance(given, str):
@@ -40,7 +40,7 @@ def temperatures_of(given: str | Sequence[float | str] | None, allowed: ValueRan
 
 
 def figures_at(oil: Oil, temperature: float) -> dict[str, float | None]:
-    """Figures of a card at a temperature [K], SI; the Eyring stress at 1 GPa where it rises with pressure."""
+    """Properties of a card at a temperature [K] in SI units, with the Eyring stress at 1 GPa."""
     lubricant = oil.at(temperature)
     law, stress = lubricant.pressure_law, lubricant.eyring_stress
     return {
@@ -65,7 +65,7 @@ def log_ratios(oil: Oil, temperatures: Sequence[float], pressures: Sequence[floa
 
 
 def sheet(oil: Oil, temperatures: Sequence[float], pressures: Sequence[float] = PRESSURES) -> dict[str, Any]:
-    """Everything, as JSON holds it."""
+    """All properties for JSON."""
     return {
         "name": oil.name,
         "description": oil.description,
@@ -84,7 +84,7 @@ def sheet(oil: Oil, temperatures: Sequence[float], pressures: Sequence[float] = 
 
 
 def source_points(name: str) -> tuple[tuple[float, float, float], ...]:
-    """Temperature [K], pressure [Pa] and viscosity [Pa s] by the law of a card's source; none where it has none."""
+    """Temperature [K], pressure [Pa] and viscosity [Pa s] from the law in the source of a card, if available."""
     return _points().get(name, ())
 
 
@@ -99,7 +99,7 @@ def _points() -> dict[str, tuple[tuple[float, float, float], ...]]:
 
 
 def plot_oil(oil: Oil, temperatures: Sequence[float], ax: Axes | None = None) -> Axes:
-    """eta over pressure at each temperature; band: one standard deviation of ln(eta/eta0); points: the source."""
+    """Plot of eta over pressure; band: one standard deviation of ln(eta/eta0); points: source of the card."""
     axes = axes_or_new(ax, 7.0, 4.6)
     pressure = np.linspace(0.0, PRESSURES[-1], 161)
     shown = to_display("pressure", pressure)
@@ -118,10 +118,8 @@ def plot_oil(oil: Oil, temperatures: Sequence[float], ax: Axes | None = None) ->
         axes.plot([], [], "o", color=_GREY, ms=4, mfc="none", label="law of the source")
     if oil.pressure_valid is not None:
         axes.axvline(to_display("pressure", oil.pressure_valid), color=_GREY, lw=0.8, ls="--")
-        axes.text(
-            to_display("pressure", oil.pressure_valid), 0.02, " measured up to here",
-            color=_GREY, transform=axes.get_xaxis_transform(), fontsize=8,
-        )  # fmt: skip
+        end, place = to_display("pressure", oil.pressure_valid), axes.get_xaxis_transform()
+        axes.text(end, 0.02, " end of measured range", color=_GREY, transform=place, fontsize=8)
     axes.set(xlabel=axis_label("pressure"), ylabel="viscosity [mPa s]", xlim=(0.0, shown[-1]))
     axes.set_title(f"{oil.name}: viscosity, band: one standard deviation of ln(eta/eta0)", fontsize=10)
     axes.legend(frameon=False)
@@ -129,12 +127,9 @@ def plot_oil(oil: Oil, temperatures: Sequence[float], ax: Axes | None = None) ->
 
 
 def card_text(card: Oil, head: str) -> str:
-    """The card as TOML, numbers in SI.
-
-    head: first line, a comment.
-    """
+    """The card as TOML in SI units; `head` is a comment in the first line."""
     content: dict[str, Any] = card.model_dump(exclude_none=True)
-    for name, field in type(card).model_fields.items():  # what the hash of a card leaves out belongs to its file
+    for name, field in type(card).model_fields.items():  # fields excluded from the hash of a card
         value = getattr(card, name)
         if field.exclude and value is not None and value != field.default:
             content[name] = value.model_dump() if isinstance(value, BaseModel) else value
@@ -142,7 +137,7 @@ def card_text(card: Oil, head: str) -> str:
 
 
 def write_card(card: Oil, path: Path, head: str) -> None:
-    """Write the card, and make sure that it reads back as it is; `head` as of `card_text`.
+    """Write the card and check that it can be read; `head` as in `card_text`.
 
     Raises `InputError`: the path does not end in .toml or cannot be written.
     """

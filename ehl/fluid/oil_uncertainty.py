@@ -1,4 +1,4 @@
-"""How well the figures of an oil card are known: one standard deviation of each input, and factors that shift them."""
+"""Uncertainty of an oil card: standard deviation of each input, and factors that shift them."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ Factor = Annotated[float, ValueRange("", gt=0.0, le=100.0)]
 
 VARIABLES = ("pressure_viscosity", "viscosity", "eyring_stress", "limiting_shear", "thermal_conductivity")
 
-# tuned: of ln(eta/eta0) of FVA 400 oils about Gold's formula in its own sense, the secant at 0.2 GPa (computed by us)
+# tuned: of ln(eta/eta0) of FVA 400 oils about Gold's formula for the secant at 0.2 GPa (own evaluation)
 GOLD_DEVIATION = {"mineral": 0.07, "hydrocracked": 0.08, "pao": 0.17, "polyglycol": 0.17, "ester": 0.12}
 MEMORY_DEVIATION = 0.15
 
 
 class CardUncertainty(InputModel):
-    """One standard deviation of the inputs a card stands for, relative to their value."""
+    """Relative standard deviations of the inputs of a card."""
 
-    pressure_viscosity: Deviation  # of ln(eta/eta0) under pressure, at all pressures and temperatures alike
+    pressure_viscosity: Deviation  # of ln(eta/eta0), equal for all pressures and temperatures
     viscosity: Deviation  # of eta0
     eyring_stress: Deviation
     limiting_shear: Deviation
@@ -32,9 +32,9 @@ class CardUncertainty(InputModel):
 
 
 class InputFactors(InputModel):
-    """Factors on the inputs of a card; 1 is the card as it is."""
+    """Factors on the inputs of a card."""
 
-    pressure_viscosity: Factor = 1.0  # on ln(eta/eta0) under pressure
+    pressure_viscosity: Factor = 1.0  # on ln(eta/eta0)
     viscosity: Factor = 1.0
     eyring_stress: Factor = 1.0
     limiting_shear: Factor = 1.0
@@ -44,10 +44,10 @@ class InputFactors(InputModel):
 def standard_uncertainty(
     law: ViscosityByConstants | WaltherViscosity, gold: str | None, certainty: str
 ) -> dict[str, Any]:
-    """What is assumed of a card that does not say it (ours).
+    """Default uncertainty of a card (own estimate).
 
     law: viscosity over pressure.
-    gold: base oil where Gold's formula gives the pressure-viscosity coefficient, through no measured point.
+    gold: base oil, if the pressure-viscosity coefficient is from Gold's formula without a measured value.
     certainty: of the card.
     """
     memory, spread = certainty == "from memory", law.deviation
@@ -58,8 +58,8 @@ def standard_uncertainty(
     return {
         "pressure_viscosity": round(spread, 3),
         "viscosity": 0.10 if memory else 0.05,
-        # tau0 by k T/V and by 2 Lambda/alpha(p, T) are a factor of 1.4 to 2.3 apart at 1 GPa, the published law of one
-        # PAO is 2.8 times the latter (docs/shear.md)
+        # tau0 from k T/V and from 2 Lambda/alpha(p, T) differ by a factor of 1.4 to 2.3 at 1 GPa; the published law of
+        # a PAO is 2.8 times the latter (docs/shear.md)
         "eyring_stress": 0.40,
         "limiting_shear": 0.25 if memory else 0.20,
         "thermal_conductivity": 0.10,

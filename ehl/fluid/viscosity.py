@@ -1,10 +1,9 @@
-"""Viscosity over temperature and pressure: every law once, as functions of arrays with their derivatives.
+"""Viscosity laws over temperature and pressure with their derivatives.
 
-Temperature laws give eta or nu at ambient pressure, pressure laws L = ln(eta(p, T)/eta0) with eta0 the viscosity at
-ambient pressure and the inlet temperature. They are written with ufuncs and arithmetic only, so that they take floats
-and arrays alike and can be recorded for export as code. The compiled solvers read L from a table made of them
-(`ehl.fluid.lookup`). A law by constants is one class: the table of a card or of the input file, the law itself, and how
-well such a law is known; `ehl.fluid.oil_laws` lists them.
+Temperature laws give eta or nu at ambient pressure. Pressure laws give L = ln(eta(p, T)/eta0), where eta0 is the
+viscosity at ambient pressure and inlet temperature. They consist of ufuncs and arithmetic, so that they apply to floats
+and arrays and can be exported as code. The compiled solvers interpolate L in a table (`ehl.fluid.lookup`). Input tables
+of the laws have their constants and uncertainty; `ehl.fluid.oil_laws` lists them.
 """
 
 from __future__ import annotations
@@ -32,10 +31,10 @@ DynamicViscosity = Annotated[float, ValueRange("Pa*s", gt=0.0)]
 Positive = Annotated[float, ValueRange("", gt=0.0, le=1e3)]
 Expansion = Annotated[float, ValueRange("1/K", ge=-0.1, le=0.1)]
 ROELANDS_PRESSURE = 1.96e8  # p0 [Pa]
-ROELANDS_LOG_VISCOSITY = 9.67  # -ln of the viscosity all curves meet at, 6.31e-5 Pa s
+ROELANDS_LOG_VISCOSITY = 9.67  # -ln of the common viscosity of all curves, 6.31e-5 Pa s
 ROELANDS_TEMPERATURE = 138.0  # [K]
 
-_LAST_BEFORE_POLE = 0.9  # of the pressure of a modulus law's pole: from there on along the tangent
+_LAST_BEFORE_POLE = 0.9  # share of the pressure at the pole of a modulus law above which the tangent is used
 
 # (s, t) of Gold's formula by base oil; nu in cSt, alpha in 1/GPa
 GOLD_COEFFICIENTS: dict[str, tuple[float, float]] = {
@@ -46,12 +45,12 @@ GOLD_COEFFICIENTS: dict[str, tuple[float, float]] = {
 }
 
 
-# tuned: one standard deviation of ln(eta/eta0) under pressure, where a card does not say it (ours). Roelands through
-# a true slope or secant bends alike for all oils, and they do not: -19 to +13 % at 0.8 GPa over seven oils
+# tuned: default standard deviation of ln(eta/eta0) (own estimate). The Roelands law with the measured slope or secant
+# deviates by -19 to +13 % at 0.8 GPa over seven oils
 ROELANDS_DEVIATION = 0.12
-# tuned: of two published sets of the modulus law for one oil, FVA 3: 6 to 9 % at 0.8 GPa
+# tuned: difference of two published sets of constants for one oil, FVA 3: 6 to 9 % at 0.8 GPa
 MODULUS_DEVIATION = 0.08
-# tuned: fits of viscometers up to 1 GPa by free volume or glass transition
+# tuned: free-volume and glass-transition laws fitted to viscometer data up to 1 GPa
 MEASURED_DEVIATION = 0.05
 
 
@@ -63,7 +62,7 @@ def walther_1931(temperature: Values, viscosity_40: float, viscosity_100: float)
     Parameters
     ----------
     temperature : float or ndarray
-        [K].
+        Temperature [K].
     viscosity_40, viscosity_100 : float
         Kinematic viscosity at 40 and 100 degC [m2/s].
 
@@ -83,7 +82,7 @@ def walther_1931(temperature: Values, viscosity_40: float, viscosity_100: float)
 
 
 def walther_slope(temperature: Values, viscosity_40: float, viscosity_100: float) -> Values:
-    """-d ln(nu)/dT of `walther_1931` [1/K]: n (nu + 0.7) ln(nu + 0.7)/(nu T), nu in cSt; arguments as there."""
+    """-d ln(nu)/dT of `walther_1931` [1/K] with the same arguments: n (nu + 0.7) ln(nu + 0.7)/(nu T), nu in cSt."""
     _, n = _walther_constants(viscosity_40, viscosity_100)
     nu = 1e6 * walther_1931(temperature, viscosity_40, viscosity_100)
     slope: Values = n * (nu + 0.7) * np.log(nu + 0.7) / (nu * temperature)
@@ -112,12 +111,8 @@ def vogel_slope(temperature: Values, rise: float, shift: float) -> Values:
 def gold_2001(viscosity_kinematic: Values, base: str) -> Values:
     """Pressure-viscosity coefficient alpha = s nu^t 1e-9 [1/Pa], nu in cSt (Gold et al. 2001).
 
-    Parameters
-    ----------
-    viscosity_kinematic : float or ndarray
-        [m2/s] at the temperature asked for.
-    base : str
-        Base oil, a key of `GOLD_COEFFICIENTS`.
+    viscosity_kinematic: at the temperature of the coefficient [m2/s].
+    base: base oil, a key of `GOLD_COEFFICIENTS`.
     """
     scale, exponent = GOLD_COEFFICIENTS[base]
     alpha: Values = scale * (viscosity_kinematic * 1e6) ** exponent * 1e-9
@@ -126,21 +121,11 @@ def gold_2001(viscosity_kinematic: Values, base: str) -> Values:
 
 @dataclass(frozen=True)
 class BarusLaw:
-    """L = alpha p - beta (T - T0) (Barus 1893).
+    """L = alpha p - beta (T - T0) (Barus 1893); fields may be arrays."""
 
-    Parameters
-    ----------
-    alpha : float or ndarray
-        [1/Pa].
-    temperature : float or ndarray
-        T0 [K].
-    beta : float or ndarray
-        [1/K].
-    """
-
-    alpha: float
-    temperature: float
-    beta: float
+    alpha: float  # [1/Pa]
+    temperature: float  # T0 [K]
+    beta: float  # [1/K]
 
     def log_ratio(self, pressure: Array, temperature: Array | None = None) -> Array:
         """L at pressures [Pa] and temperatures [K]; at the inlet temperature where none are given."""
@@ -158,26 +143,15 @@ class BarusLaw:
 
 @dataclass(frozen=True)
 class RoelandsLaw:
-    """L = A ((1 + p/p0)^z ((T - 138)/(T0 - 138))^-s0 - 1) (Roelands 1966).
+    """L = A ((1 + p/p0)^z ((T - 138)/(T0 - 138))^-s0 - 1) (Roelands 1966); fields may be arrays.
 
     A = ln eta0 + 9.67, z = alpha p0/A, s0 = beta (T0 - 138)/A, p0 = 1.96e8 Pa.
-
-    Parameters
-    ----------
-    viscosity : float or ndarray
-        eta0 [Pa s].
-    alpha : float or ndarray
-        [1/Pa].
-    temperature : float or ndarray
-        T0 [K].
-    beta : float or ndarray
-        [1/K].
     """
 
-    viscosity: float
-    alpha: float
-    temperature: float
-    beta: float
+    viscosity: float  # eta0 [Pa s]
+    alpha: float  # [1/Pa]
+    temperature: float  # T0 [K]
+    beta: float  # [1/K]
 
     def log_ratio(self, pressure: Array, temperature: Array | None = None) -> Array:
         """L at pressures [Pa] and temperatures [K]; at the inlet temperature where none are given."""
@@ -210,25 +184,14 @@ class RoelandsLaw:
 class ModulusLaw:
     """L = p/(a1 + a2 T + (b1 + b2 T) p) + ln(eta0(T)/eta0), T in degC (FVA 400; Arana, Larranaga & Ulacia 2019).
 
-    Where b1 + b2 T is negative L has a pole at p = -(a1 + a2 T)/(b1 + b2 T); from 0.9 of that pressure on it follows
-    its tangent (ours).
-
-    Parameters
-    ----------
-    constants : tuple of float
-        a1 [Pa], a2 [Pa/K], b1 [-], b2 [1/K].
-    temperature : float or ndarray
-        T0 [K].
-    vogel : tuple of float
-        (B, C) of `vogel_1921` for eta0(T) [K]; empty for exp(-beta (T - T0)).
-    beta : float or ndarray
-        [1/K]; used without `vogel`.
+    For negative b1 + b2 T there is a pole at p = -(a1 + a2 T)/(b1 + b2 T); above 0.9 of that pressure L is continued by
+    its tangent (own choice).
     """
 
-    constants: tuple[float, ...]
-    temperature: float
-    vogel: tuple[float, ...] = ()
-    beta: float = 0.0
+    constants: tuple[float, ...]  # a1 [Pa], a2 [Pa/K], b1 [-], b2 [1/K]
+    temperature: float  # T0 [K]
+    vogel: tuple[float, ...] = ()  # (B, C) of `vogel_1921` for eta0(T) [K]; empty for exp(-beta (T - T0))
+    beta: float = 0.0  # [1/K]; used without `vogel`
 
     def log_ratio(self, pressure: Array, temperature: Array | None = None) -> Array:
         """L at pressures [Pa] and temperatures [K]; at the inlet temperature where none are given."""
@@ -248,7 +211,7 @@ class ModulusLaw:
         inside = np.minimum(pressure, _LAST_BEFORE_POLE * pole)
         modulus = low + stiffening * inside
         within = -inside * (a2 + b2 * inside) / modulus**2
-        # on the tangent L = g(y)/|B| with y = p/pole: g falls with the pole's rise, and 1/|B| changes
+        # on the tangent L = g(y)/|B| with y = p/pole: both g and 1/|B| depend on temperature
         rise, slope = self._rise(pressure, temperature)
         bent = np.minimum(stiffening, -1e-30)
         beyond = slope * pressure * (b2 / bent - a2 / low) - rise * b2 / bent
@@ -289,29 +252,21 @@ class ModulusViscosity(InputModel):
 
 
 class WaltherViscosity(InputModel):
-    """Walther in temperature, Roelands (or Barus) in pressure."""
+    """Walther law over temperature, Roelands (or Barus) law over pressure."""
 
     deviation: ClassVar[float] = ROELANDS_DEVIATION
     law: Literal["roelands", "barus"]
 
 
 def pole_growth(place: Array, last: float) -> tuple[Array, Array]:
-    """g = y/(1 - y) and dg/dy of laws with a pole; beyond `last` along the tangent there (ours).
-
-    Parameters
-    ----------
-    place : ndarray
-        y [-]; the pole is at 1.
-    last : float
-        The last y that is taken as it is [-].
-    """
+    """g = y/(1 - y) and dg/dy of laws with a pole at y = 1, continued by the tangent above y = `last` (own choice)."""
     inside = np.minimum(place, last)
     slope = 1.0 / (1.0 - inside) ** 2
     return inside / (1.0 - inside) + slope * (place - inside), slope
 
 
 class AbsoluteLaw(Protocol):
-    """A law that gives eta itself over pressure and temperature, by constants of the oil."""
+    """A law of eta over pressure and temperature with constants of the oil."""
 
     def log_viscosity(self, pressure: Array, temperature: Array) -> Array:
         """ln eta, eta in Pa s, at pressures [Pa] and temperatures [K]."""
@@ -325,17 +280,10 @@ class AbsoluteLaw(Protocol):
 
 @dataclass(frozen=True)
 class ScaledAbsoluteRise:
-    """Another law whose rise of ln eta with pressure is multiplied by a factor.
-
-    Parameters
-    ----------
-    law : AbsoluteLaw
-    factor : float
-        [-].
-    """
+    """A law with a factor on its increase of ln eta with pressure."""
 
     law: AbsoluteLaw
-    factor: float
+    factor: float  # [-]
 
     def log_viscosity(self, pressure: Array, temperature: Array) -> Array:
         """ln eta, eta in Pa s, at pressures [Pa] and temperatures [K]."""
@@ -354,17 +302,10 @@ class ScaledAbsoluteRise:
 
 @dataclass(frozen=True)
 class RelativeLaw:
-    """L = ln eta(p, T) - ln eta(0, T0) of an `AbsoluteLaw`.
-
-    Parameters
-    ----------
-    law : AbsoluteLaw
-    temperature : float or ndarray
-        T0 [K].
-    """
+    """L = ln eta(p, T) - ln eta(0, T0) of an `AbsoluteLaw`."""
 
     law: AbsoluteLaw
-    temperature: float
+    temperature: float  # T0 [K]; may be an array
 
     def log_ratio(self, pressure: Array, temperature: Array | None = None) -> Array:
         """L at pressures [Pa] and temperatures [K]; at the inlet temperature where none are given."""
@@ -384,17 +325,10 @@ class RelativeLaw:
 
 @dataclass(frozen=True)
 class ScaledRise:
-    """Another law with its rise under pressure multiplied: L(0, T) + factor (L(p, T) - L(0, T)).
-
-    Parameters
-    ----------
-    law : BarusLaw, RoelandsLaw, ModulusLaw or RelativeLaw
-    factor : float or ndarray
-        [-].
-    """
+    """A law with a factor on its increase with pressure: L(0, T) + factor (L(p, T) - L(0, T))."""
 
     law: BarusLaw | RoelandsLaw | ModulusLaw | RelativeLaw
-    factor: float
+    factor: float  # [-]; may be an array
 
     def log_ratio(self, pressure: Array, temperature: Array | None = None) -> Array:
         """L at pressures [Pa] and temperatures [K]; at the inlet temperature where none are given."""

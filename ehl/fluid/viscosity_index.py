@@ -1,4 +1,4 @@
-"""Viscosity index after ASTM D2270 (ISO 2909), and the second viscosity that it gives."""
+"""Viscosity index after ASTM D2270 (ISO 2909), and the second viscosity from it."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import math
 
 from ehl.common.errors import InputError
 
-# kinematic viscosity at 100 degC [cSt] from which a row holds; L = a Y^2 + b Y + c, H = d Y^2 + e Y + f of the
-# reference oils of VI 0 and 100 (the equations of ASTM D2270 for its table, from memory; worked examples in the tests)
+# lowest kinematic viscosity at 100 degC of a row [cSt]; L = a Y^2 + b Y + c, H = d Y^2 + e Y + f of the reference oils
+# of VI 0 and 100 (equations of ASTM D2270, from memory; worked examples in the tests)
 _REFERENCE = (
     (2.0, 1.14673, 1.7576, -0.109, 0.84155, 1.5521, -0.077),
     (3.8, 3.38095, -15.4952, 33.196, 0.78571, 1.7929, -0.183),
@@ -48,7 +48,7 @@ def astm_d2270(viscosity_40: float, viscosity_100: float) -> float:
     (92, 156)
     """
     if viscosity_100 < LOWEST:
-        raise InputError("viscosity_100", viscosity_100, "at least 2 cSt, where the viscosity index begins")
+        raise InputError("viscosity_100", viscosity_100, "at least 2 cSt, the lower limit of the viscosity index")
     u, y = 1e6 * viscosity_40, 1e6 * viscosity_100
     _, a, b, c, d, e, f = next(row for row in reversed(_REFERENCE) if y >= row[0])
     low, high = a * y**2 + b * y + c, d * y**2 + e * y + f
@@ -58,7 +58,7 @@ def astm_d2270(viscosity_40: float, viscosity_100: float) -> float:
 
 
 def both_viscosities(index: float, viscosity_40: float | None, viscosity_100: float | None) -> tuple[float, float]:
-    """Kinematic viscosities at 40 and 100 degC of an oil of which one and the viscosity index are known [m2/s].
+    """Kinematic viscosities at 40 and 100 degC from one of them and the viscosity index [m2/s].
 
     Raises
     ------
@@ -81,6 +81,7 @@ def both_viscosities(index: float, viscosity_40: float | None, viscosity_100: fl
         other = float(brentq(excess, *ends, xtol=1e-15, rtol=1e-12))
     except ValueError:
         where = "40" if viscosity_40 is not None else "100"
-        hint = f"No oil of {1e6 * known:g} cSt at {where} degC has it; the viscosity at 100 degC is at least 2 cSt."
-        raise InputError("viscosity_index", index, "the index of an oil of that viscosity", hint) from None
+        hint = "The viscosity at 100 degC must be at least 2 cSt."
+        allowed = f"the index of an oil of {1e6 * known:g} cSt at {where} degC"
+        raise InputError("viscosity_index", index, allowed, hint) from None
     return (other, known) if viscosity_40 is None else (known, other)

@@ -1,4 +1,4 @@
-"""Viscosity by the distance from the glass transition (Yasutomi, Bair & Winer 1984; improved form of Bair 2007)."""
+"""Yasutomi viscosity law of the distance from the glass transition (Yasutomi, Bair & Winer 1984; Bair 2007)."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from ehl.common.units import KELVIN, ValueRange
 from ehl.common.validation import InputModel
 from ehl.fluid.viscosity import MEASURED_DEVIATION, DynamicViscosity, pole_growth
 
-LAST_DEPTH = 0.5  # of the way from the glass transition to the pole: from there on along the tangent
-_REST = 2e-13  # slope where the original form would fall: no viscosity is the same at two pressures [1/Pa]
-_GRID = np.linspace(0.0, 6e9, 301)  # where the original form's largest viscosity is looked for [Pa]
+LAST_DEPTH = 0.5  # share of the way from the glass transition to the pole above which the tangent is used
+_REST = 2e-13  # slope where the original form would decrease, so that ln eta remains monotone [1/Pa]
+_GRID = np.linspace(0.0, 6e9, 301)  # pressures for the largest viscosity of the original form [Pa]
 _TEMPERATURES = np.linspace(200.0, 700.0, 4001)  # [K]
 
 GlassTemperature = Annotated[float, ValueRange("K", ge=100.0, le=400.0, hint="Write degrees Celsius as '-72 degC'.")]
@@ -28,7 +28,8 @@ Positive = Annotated[float, ValueRange("", gt=0.0, le=1e3)]
 class _Yasutomi(InputModel):
     """log10 eta = log10 etaG - C1 X/(C2 + X), X = (T - Tg) F, Tg = Tg0 + A1 ln(1 + A2 p), T and Tg in degC.
 
-    Nearer than C2/2 to the pole X = -C2, where eta is above etaG 10^C1, log10 eta follows its tangent in X (ours).
+    Within C2/2 of the pole X = -C2, where eta exceeds etaG 10^C1, log10 eta is continued by its tangent in X (own
+    choice).
     """
 
     deviation: ClassVar[float] = MEASURED_DEVIATION
@@ -76,12 +77,12 @@ class _Yasutomi(InputModel):
         raise NotImplementedError
 
     def _held(self, pressure: FloatArray, temperature: FloatArray) -> FloatArray:
-        """The pressure, or that from which on the viscosity stays."""
+        """The pressure, limited to that of the largest viscosity."""
         return pressure
 
 
 class ImprovedYasutomi(_Yasutomi):
-    """Improved form: F = (1 + b1 p)^b2; equation and pole as of `_Yasutomi`."""
+    """Improved form: F = (1 + b1 p)^b2; equation and pole as in `_Yasutomi`."""
 
     law: Literal["yasutomi_improved"] = "yasutomi_improved"
     b1: PerPressure
@@ -96,7 +97,7 @@ class ImprovedYasutomi(_Yasutomi):
 class OriginalYasutomi(_Yasutomi):
     """Original form: F = 1 - B1 ln(1 + B2 p), which turns negative at high pressure.
 
-    From the pressure where its viscosity would start to fall, it stays but for 2e-4 of ln eta per GPa (ours).
+    Above the pressure of its largest viscosity ln eta increases by 2e-4 per GPa (own choice).
     """
 
     law: Literal["yasutomi_original"] = "yasutomi_original"
@@ -112,13 +113,13 @@ class OriginalYasutomi(_Yasutomi):
 
 
 def pressure_of_largest(law: OriginalYasutomi, temperature: FloatArray) -> FloatArray:
-    """Pressure up to which the viscosity of the original form rises [Pa]; `temperature` in K."""
+    """Pressure of the largest viscosity of the original form [Pa]; `temperature` in K."""
     return np.asarray(np.interp(temperature, _TEMPERATURES, _largest(law)))
 
 
 @lru_cache(maxsize=32)
 def _largest(law: OriginalYasutomi) -> FloatArray:
-    """dX/dp = 0 by bisection, at `_TEMPERATURES`."""
+    """Solution of dX/dp = 0 by bisection at `_TEMPERATURES`."""
 
     def falls(pressure: FloatArray) -> NDArray[np.bool_]:
         factor, factor_p = law._factor(pressure)

@@ -215,9 +215,7 @@ def _notes(
     if problem.settings.nodes == plan.nodes_max:
         notes.append("the mesh has the maximum number of nodes of this accuracy")
     if plan.thrifty:
-        notes.append(
-            "work bounded: shorter start-up and window, looser step tolerance; the drift of mu counts as error"
-        )
+        notes.append("work bounded: shorter start-up and window, looser step tolerance; drift of mu counts as error")
     elif plan.exchange_window < EXCHANGE_WINDOW:
         warm = ", surfaces preheated by the mean heat flux" if plan.preheating else ""
         notes.append(f"fine roughness: shorter start-up and window{warm}")

@@ -91,12 +91,9 @@ def sample_ring(profile: RoughProfile | None, spacing: float) -> FloatArray:
         return np.zeros(0)
     heights, period = ring(profile)
     if spacing > profile.cutoff / 2.0:
-        raise InputError(
-            "nodes",
-            f"sample distance {spacing:.3g} m",
-            f"at most {profile.cutoff / 2.0:.3g} m for wavelengths down to {profile.cutoff:.3g} m",
-            "Use more nodes, or a longer cut-off with the removed part counted in the boundary film.",
-        )
+        allowed = f"at most {profile.cutoff / 2.0:.3g} m for wavelengths down to {profile.cutoff:.3g} m"
+        hint = "Use more nodes, or a longer cut-off with the removed part included in the boundary film."
+        raise InputError("nodes", f"sample distance {spacing:.3g} m", allowed, hint)
     count = round(period / spacing)
     spectrum = np.fft.rfft(heights)
     kept = np.zeros(count // 2 + 1, dtype=complex)

@@ -132,7 +132,7 @@ class HotFilm:
     def __init__(self, model: HeatModel, scaled: ScaledContact, shear: FilmShear, tolerance: float) -> None:
         self.model, self.shear, self.tolerance = model, shear, tolerance
         self._scaled = scaled
-        # of steps of Newton's method: the next one is far smaller
+        # on a step of Newton's method; the error is far smaller
         self._film_tolerance = self._heat_tolerance = 0.03 * tolerance
         self.found: FilmTemperature | None = None
         self.change = (math.inf, math.inf)
@@ -194,7 +194,7 @@ class HotFilm:
                 # no further film solution exists near this one: accept it with its last change
                 break
             before, numbers = numbers, numbers_of(level, self.shear).as_array()
-            # as of a step of full length
+            # changes scaled to a full step
             friction, films = _changes(before, numbers)
             whole = RELAXATION / mixer.relaxation
             self.change = whole * friction, whole * films

@@ -46,7 +46,7 @@ class Translation:
 
 def _shape(family: str, a: float, b: float, z: FloatArray) -> FloatArray:
     t = (z - a) / b
-    # scaled so that the bounded and unbounded families stay finite at the lognormal line between them
+    # clipped so that both families are finite at the lognormal line between them
     if family == "unbounded":
         return np.asarray(np.sinh(np.clip(t, -300.0, 300.0)))
     return np.asarray(1.0 / (1.0 + np.exp(-np.clip(t, -300.0, 300.0))))

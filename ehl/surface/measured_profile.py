@@ -1,4 +1,4 @@
-"""Measured rough profiles: checking, levelling and filtering with stated cut-offs."""
+"""Checks, levelling and filtering of measured roughness profiles."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from ehl.surface.roughness import RoughProfile
 
 FloatArray = NDArray[np.float64]
 
-# ISO 16610-21: half the amplitude passes at the cut-off wavelength
+# ISO 16610-21: 50 % transmission at the cut-off wavelength
 GAUSSIAN_CONSTANT = math.sqrt(math.log(2.0) / math.pi)
-# of technical surfaces (ours): what lies beyond has most often a wrong unit
+# range of technical surfaces (own choice); values outside usually have a wrong unit
 RMS_RANGE, MAX_SLOPE, SLOPE_CUTOFF = (2e-9, 2e-5), 0.5, 2.5e-6
 
 
 def detrended(heights: FloatArray, order: int = 2) -> FloatArray:
-    """Heights less their least-squares polynomial: 1 takes out a tilt, 2 the form of a flank, cylinder or ball too."""
+    """Heights minus their least-squares polynomial: order 1 removes a tilt, 2 the form of a flank, cylinder or ball."""
     place = np.linspace(-1.0, 1.0, len(heights))
     return np.asarray(heights - np.polynomial.Polynomial.fit(place, heights, order)(place))
 
 
 def gaussian_mean_line(heights: FloatArray, spacing: float, cutoff: float, *, periodic: bool = False) -> FloatArray:
-    """Mean line of the Gaussian profile filter: wavelengths above the cut-off pass, half the amplitude at it.
+    """Mean line of the Gaussian profile filter, with 50 % transmission at the cut-off wavelength.
 
-    Weights exp(-pi (x/(a lambda_c))^2)/(a lambda_c), a = sqrt(ln 2/pi) (ISO 16610-21). At the ends of a profile that is
-    not periodic the weights are scaled to their sum inside it.
+    Weights exp(-pi (x/(a lambda_c))^2)/(a lambda_c), a = sqrt(ln 2/pi) (ISO 16610-21). At the ends of a non-periodic
+    profile the weights are normalised by their sum inside it.
 
     Parameters
     ----------
@@ -60,9 +60,9 @@ def gaussian_mean_line(heights: FloatArray, spacing: float, cutoff: float, *, pe
 
 
 def joined_ends(heights: FloatArray, overlap: int) -> FloatArray:
-    """A periodic profile, shorter by `overlap` samples: the end runs over into the beginning.
+    """Periodic profile, shorter by `overlap` samples, with the end blended into the beginning.
 
-    The weights cos and sin keep the RMS of uncorrelated heights.
+    The weights cos and sin preserve the RMS of uncorrelated heights.
     """
     phase = 0.5 * math.pi * (np.arange(overlap) + 0.5) / overlap
     joined = heights[: len(heights) - overlap].copy()
@@ -85,25 +85,24 @@ def prepared_profile(
 ) -> RoughProfile:
     """Level, filter and resample a measured profile.
 
-    What lies below the short cut-off is taken out of the profile, and its RMS is kept as ``rms_below_cutoff``: it
-    belongs to the boundary film (`ehl.surface.roughness.boundary_film`).
+    Waves shorter than the short cut-off are removed; their RMS is ``rms_below_cutoff``.
 
     Parameters
     ----------
     x, heights : ndarray, shape (n,)
         Uniform positions and heights [m].
     cutoff_long : float or None
-        lambda_c: longer waves are form and waviness and are taken out [m]; None keeps them.
+        lambda_c: longer waves (form and waviness) are removed [m]; None keeps them.
     cutoff_short : float
-        lambda_s: shorter waves are taken out and counted [m].
+        lambda_s: shorter waves are removed [m].
     spacing : float, optional
-        Of the result [m]; a fifth of the short cut-off when not given, never finer than measured.
+        Of the result [m]; default: a fifth of the short cut-off, at least the measured one.
     detrend_order : int
-        Order of the polynomial taken out first.
+        Order of the polynomial that is subtracted first.
     periodic : bool
         Whether to join the ends over a tenth of the length, for a surface that passes many times.
     peklenik_number, source, notes
-        Carried along.
+        Copied to the result.
 
     Raises
     ------
@@ -155,9 +154,9 @@ def prepared_profile(
 def profile_points(
     path: str | Path, *, unit_x: str = "", unit_height: str = ""
 ) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
-    """Positions and heights of a file [m], gaps and spikes interpolated, and what was done; of a map one line.
+    """Positions and heights of a file [m] with gaps and spikes interpolated, and notes; of a map one line.
 
-    `require_plausible` states what is refused.
+    `require_plausible` describes the accepted range.
     """
     found = read_heights(path, unit_x=unit_x, unit_height=unit_height).cleaned()
     heights, notes = typical_line(found)
@@ -166,32 +165,32 @@ def profile_points(
 
 
 def typical_line(found: MeasuredHeights) -> tuple[FloatArray, tuple[str, ...]]:
-    """The line of a map whose Rq is the median of all its lines, form taken out of each alone, and a note of it."""
+    """The line of a map with the median Rq of all lines after removal of the form, and a note on it."""
     if not found.is_map:
         return found.heights[0], ()
     rms = np.array([np.std(detrended(line)) for line in found.heights])
     chosen = int(np.argsort(rms)[len(rms) // 2])
     low, high = 1e6 * np.quantile(rms, (0.05, 0.95))
-    note = f"line {chosen + 1} of {len(rms)} of a map, of the median Rq; nine of ten have {low:.3g} to {high:.3g} um"
+    note = f"line {chosen + 1} of {len(rms)} of a map, with the median Rq; 90 % have {low:.3g} to {high:.3g} um"
     return found.heights[chosen], (note,)
 
 
 def require_plausible(name: str, x: FloatArray, heights: FloatArray, unit: str = "m") -> None:
-    """Refuse heights that no technical surface has: most often their unit is another one.
+    """Check that heights are those of a technical surface; a wrong unit is the usual cause if they are not.
 
-        Parameters
-        ----------
-        name : str
-            Of the file.
-        x, heights : ndarray, shape (n,)
-            Even positions and heights [m].
+    Parameters
+    ----------
+    name : str
+        Name of the file.
+    x, heights : ndarray, shape (n,)
+        Equidistant positions and heights [m].
     unit : str
-            Of the heights as they were read.
+        Unit in which the heights were read.
 
-        Raises
-        ------
-        InputError
-            Rq after taking out the form is not 2 nm to 20 um, or the RMS slope of waves longer than 2.5 um exceeds 0.5.
+    Raises
+    ------
+    InputError
+        Rq without the form is not 2 nm to 20 um, or the RMS slope of waves longer than 2.5 um exceeds 0.5.
     """
     step = float(x[1] - x[0])
     level = detrended(heights)
@@ -207,12 +206,9 @@ def require_plausible(name: str, x: FloatArray, heights: FloatArray, unit: str =
         if factor != 1.0 and RMS_RANGE[0] <= factor * rms <= RMS_RANGE[1] and factor * slope <= MAX_SLOPE
     ]
     hint = f" Are the heights in {' or '.join(meant)}?" if meant else " Check the units of positions and heights."
-    raise InputError(
-        "profile",
-        f"{name}: Rq {rms:.3g} m, RMS slope {slope:.3g}",
-        f"Rq of 2 nm to 20 um and an RMS slope up to {MAX_SLOPE:g}",
-        f"The heights were read in {unit}.{hint}",
-    )
+    allowed = f"Rq of 2 nm to 20 um and an RMS slope up to {MAX_SLOPE:g}"
+    given = f"{name}: Rq {rms:.3g} m, RMS slope {slope:.3g}"
+    raise InputError("profile", given, allowed, f"The heights were read in {unit}.{hint}")
 
 
 def load_profile(
@@ -227,10 +223,7 @@ def load_profile(
     periodic: bool = True,
     peklenik_number: float = 1.0,
 ) -> RoughProfile:
-    """A measured profile from a file of text or of an instrument (`read_heights`), checked and prepared.
-
-    See `prepared_profile` for the cut-offs.
-    """
+    """A measured profile from a text or instrument file (`read_heights`), checked and prepared (`prepared_profile`)."""
     x, heights, notes = profile_points(path, unit_x=unit_x, unit_height=unit_height)
     return prepared_profile(
         x,

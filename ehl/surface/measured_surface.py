@@ -1,4 +1,4 @@
-"""Statistics of a measured trace or map between cut-offs, along and across the lay, and their figure."""
+"""Roughness parameters of a measured profile or map between cut-offs, along and across the lay."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-# ISO 4288, ISO 3274 (from memory): Ra up to which a long cut-off holds, the cut-off, and the short one [m]
+# ISO 4288, ISO 3274 (from memory): upper limit of Ra, long cut-off and short cut-off [m]
 STANDARD_CUTOFFS = (
     (2e-8, 8e-5, 2.5e-6),
     (1e-7, 2.5e-4, 2.5e-6),
@@ -34,36 +34,36 @@ STANDARD_CUTOFFS = (
     (1e-5, 2.5e-3, 8e-6),
     (math.inf, 8e-3, 2.5e-5),
 )
-ISOTROPIC = 1.2  # ratio of the RMS slopes across and along below which no lay is stated (ours)
+ISOTROPIC = 1.2  # ratio of the RMS slopes across and along below which no lay is stated (own choice)
 _CUTOFF = ValueRange("m", gt=0.0, le=0.1)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeasuredSurface(TableResult):
-    """Roughness of a measured trace or map; lengths in m.
+    """Roughness of a measured profile or map; lengths in m.
 
     Parameters
     ----------
     name : str
-        Of the file.
+        Name of the file.
     lines, points : int
-        Lines, and points of each.
+        Number of lines, and of points of each line.
     cutoff_long, cutoff_short : float
         lambda_c, lambda_s.
     roughness_rms, skewness, kurtosis : float
         Rq, Rsk, Rku (of a map Sq, Ssk, Sku) between the cut-offs.
     rsm, rdq : float
-        Mean spacing of profile elements, and RMS slope [-], mean of the lines.
+        Mean spacing of profile elements and RMS slope [-], mean of the lines.
     correlation_length, correlation_length_along : float
-        Lag of 1/e of the autocorrelation, of a map across and along the lay; the latter nan for a trace.
+        Lag of 1/e of the autocorrelation, for a map across and along the lay; the latter is nan for a profile.
     lay_angle : float
-        Between lay and x of a map [rad]; nan for a trace and where there is none.
+        Angle between lay and x of a map [rad]; nan for a profile or an isotropic map.
     missing, spikes : int
-        Points that were interpolated.
+        Number of interpolated points.
     notes : tuple of str
-        What was done.
+        Processing steps.
     x, raw, form, used : ndarray, shape (n,)
-        Positions and heights of one line: as read, the polynomial taken out, and what is left between the cut-offs.
+        Positions and heights of one line: as read, the removed polynomial, and the heights between the cut-offs.
 
     Examples
     --------
@@ -128,7 +128,7 @@ class MeasuredSurface(TableResult):
         if ax is None:
             above, ax = new_figure(7.6, 4.6).subplots(2, 1, sharex=True)
             above.plot(1e3 * self.x, 1e6 * self.raw, color=GREY, lw=0.8, label="as read")
-            above.plot(1e3 * self.x, 1e6 * self.form, color=ORANGE, lw=1.2, label="form, taken out")
+            above.plot(1e3 * self.x, 1e6 * self.form, color=ORANGE, lw=1.2, label="form, removed")
             above.set_ylabel("height [µm]")
             above.legend(loc="best")
         ax.plot(1e3 * self.x, 1e6 * self.used, color=BLUE, lw=0.8, label="between the cut-offs")
@@ -147,18 +147,18 @@ def measured_surface(
     cutoff_long: float | str | None = None,
     cutoff_short: float | str | None = None,
 ) -> MeasuredSurface:
-    """Roughness of a file of text or of an instrument (`ehl.surface.profile_file.read_heights`).
+    """Roughness of a text or instrument file (`ehl.surface.profile_file.read_heights`).
 
     Parameters
     ----------
     path : str or Path
-        The file.
+        File of the measurement.
     unit_x, unit_height : str
-        Where it states none.
+        Units, for a file that does not state them.
     detrend : int
-        Order of the polynomial (form) that is taken out.
+        Order of the polynomial (form) that is removed.
     cutoff_long, cutoff_short : float or str, optional
-        [m]; by the table of ISO 4288 for the arithmetic mean height where not given.
+        Cut-offs [m]; default: the table of ISO 4288 for the arithmetic mean height.
 
     Returns
     -------
@@ -223,7 +223,7 @@ def measured_surface(
 
 
 def _levelled(heights: FloatArray, order: int) -> FloatArray:
-    """Heights of a trace or map less their least-squares polynomial."""
+    """Heights of a profile or map minus their least-squares polynomial."""
     if len(heights) == 1:
         return detrended(heights[0], order)[None, :]
     y, x = np.meshgrid(*(np.linspace(-1.0, 1.0, n) for n in heights.shape), indexing="ij")
@@ -233,7 +233,7 @@ def _levelled(heights: FloatArray, order: int) -> FloatArray:
 
 
 def _standard_cutoffs(level: FloatArray, step: float, longest: float) -> tuple[float, float, float]:
-    """The row of the longest cut-off whose Ra, behind that filter, is above the limit of the row before it."""
+    """Row of the longest cut-off whose Ra after filtering exceeds the limit of the previous row."""
     for below, row in zip(STANDARD_CUTOFFS[-2::-1], STANDARD_CUTOFFS[:0:-1], strict=True):
         cutoff = min(row[1], longest)
         if np.mean([np.mean(np.abs(line - gaussian_mean_line(line, step, cutoff))) for line in level]) > below[0]:
@@ -242,7 +242,7 @@ def _standard_cutoffs(level: FloatArray, step: float, longest: float) -> tuple[f
 
 
 def _between(level: FloatArray, found: MeasuredHeights, long: float, short: float) -> FloatArray:
-    """Heights between the cut-offs, of a map with the areal Gaussian filter."""
+    """Heights between the cut-offs; for a map with the areal Gaussian filter."""
 
     def smooth(heights: FloatArray, cutoff: float) -> FloatArray:
         along = np.array([gaussian_mean_line(line, found.spacing, cutoff) for line in heights])
@@ -260,7 +260,7 @@ def _lay(used: FloatArray, found: MeasuredHeights) -> tuple[float, float, float]
         return measured_correlation_length(used[0], found.spacing, periodic=False), math.nan, math.nan
     slope_y, slope_x = np.gradient(used, found.spacing_lines, found.spacing)
     tensor = np.array([[np.mean(a * b) for b in (slope_x, slope_y)] for a in (slope_x, slope_y)])
-    power, directions = np.linalg.eigh(tensor)  # the lay has the least slope
+    power, directions = np.linalg.eigh(tensor)  # the lay has the smallest slope
     lay = math.remainder(math.atan2(directions[1, 0], directions[0, 0]), math.pi)
     lengths = [_correlation_length(used, found, lay + turn) for turn in (0.5 * math.pi, 0.0)]
     marked = power[1] > ISOTROPIC**2 * power[0]
@@ -268,7 +268,7 @@ def _lay(used: FloatArray, found: MeasuredHeights) -> tuple[float, float, float]
 
 
 def _correlation_length(used: FloatArray, found: MeasuredHeights, angle: float) -> float:
-    """Lag in one direction at which the areal autocorrelation falls to 1/e [m]; nan where it does not."""
+    """Lag in one direction at which the areal autocorrelation falls to 1/e [m]; nan if it does not."""
     shape = tuple(scipy.fft.next_fast_len(2 * n) for n in used.shape)
     heights = used - used.mean()
 
@@ -298,7 +298,7 @@ def rms_slope(heights: FloatArray, spacing: float) -> float:
 
 
 def mean_spacing(heights: FloatArray, spacing: float) -> float:
-    """RSm of a profile [m]: elements of a peak and a valley of at least a tenth of Rz each; nan of fewer than two."""
+    """RSm of a profile [m] from elements with a peak and a valley of at least 0.1 Rz each; nan for fewer than two."""
     z = heights - heights.mean()
     least = 0.1 * float(np.ptp(z)) / 2.0
     state = np.where(z > least, 1, np.where(z < -least, -1, 0))

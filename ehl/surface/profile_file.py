@@ -1,8 +1,7 @@
-"""Files of measured profiles and maps: text of any dialect, and the formats of instruments.
+"""Reader of measured profiles and maps: text files and the formats of instruments.
 
-A text is read here: one column of heights with a stated spacing, positions and heights, points x, y, z on a grid, or a
-matrix whose size the header states. Everything else, and text that is none of these, goes to the optional package
-SurfaceTopography, whatever the file is called.
+This module reads text with one column of heights and a stated spacing, positions and heights, points x, y, z on a grid,
+or a matrix whose size is in the header. All other files are read by the optional package SurfaceTopography.
 """
 
 from __future__ import annotations
@@ -25,17 +24,16 @@ from ehl.common.units import parse_quantity, spellings
 FloatArray = NDArray[np.float64]
 
 MIN_POINTS = 64
-# relative; larger steps than this are resampled
-UNIFORM_SPACING = 1e-3
-# of roughness (ours): what lies beyond has most often a wrong unit, or is no roughness
-LENGTH_RANGE = (0.999e-4, 0.1)  # [m]
-MAX_MISSING, LONGEST_GAP = 0.2, 0.02  # shares of the points of a line that are interpolated at most, of one gap
-# spikes (ours): points that leave the median of their five neighbours by so many robust standard deviations, of the
-# deviations and of the heights
+UNIFORM_SPACING = 1e-3  # relative deviation of the steps above which a profile is resampled
+# of roughness measurements (own choice); a length outside usually has a wrong unit [m]
+LENGTH_RANGE = (0.999e-4, 0.1)
+MAX_MISSING, LONGEST_GAP = 0.2, 0.02  # largest interpolated shares of the points of a line: all gaps, one gap
+# spikes (own choice): deviation from the median of five points, in robust standard deviations of these deviations and
+# of the heights; largest share of spikes
 SPIKE_DEVIATION, SPIKE_HEIGHT, MAX_SPIKES = 10.0, 1.0, 0.02
 ROBUST = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
 
-_HINT = "Give it by profile_unit_x and profile_unit_height, or in the header of the file: x [mm], height [um]."
+_HINT = "Set profile_unit_x and profile_unit_height, or add the units to the header of the file: x [mm], height [um]."
 _EXTRA = 'Formats of instruments are read by SurfaceTopography: pip install "mixed-ehl[roughness]".'
 _SIZE = r"[^\d\n]{0,20}?([-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*([^\d\s,;]+)"
 _SPACING = re.compile(rf"(?:spacing|step|increment|interval|resolution|pitch|\bdx\b|delta ?x){_SIZE}", re.I)
@@ -47,27 +45,27 @@ _ALTITUDE = re.compile(r"z\b|height|profile?\b|raw|h(ö|oe)he|amplitude", re.I)
 
 
 class _OtherFormat(InputError):
-    """A text that is no table this module reads: perhaps SurfaceTopography does."""
+    """A text without a table for this module; SurfaceTopography may read it."""
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredHeights:
-    """Heights of a trace or map as an instrument gave them, on even positions.
+    """Measured heights of a profile or map on equidistant positions.
 
     Parameters
     ----------
     name : str
-        Of the file.
+        Name of the file.
     heights : ndarray, shape (lines, n)
-        [m]; not-a-number where nothing was measured. The lines run along x.
+        Heights along x [m]; nan for missing points.
     spacing, spacing_lines : float
-        Between points of a line, and between lines [m]; the latter nan for a trace.
+        Distance of the points of a line, and of the lines [m]; the latter is nan for a profile.
     unit : str
-        Of the heights in the file.
+        Unit of the heights in the file.
     notes : tuple of str
-        What was done while reading.
+        Processing steps.
     missing, spikes : int
-        Points that were interpolated, after `cleaned`.
+        Number of points interpolated by `cleaned`.
     """
 
     name: str
@@ -85,7 +83,7 @@ class MeasuredHeights:
             raise InputError("profile", self.name, f"at least {MIN_POINTS} points", f"The file has {count}.")
         length = self.spacing * count
         if not LENGTH_RANGE[0] <= length <= LENGTH_RANGE[1]:
-            hint = "Is the unit of the positions right?"
+            hint = "Check the unit of the positions."
             raise InputError("profile", f"{self.name}, {length:.3g} m long", "a length of 0.1 mm to 100 mm", hint)
 
     @property
@@ -99,16 +97,16 @@ class MeasuredHeights:
         return np.asarray(self.spacing * np.arange(self.heights.shape[1]), dtype=np.float64)
 
     def cleaned(self) -> MeasuredHeights:
-        """The same with gaps and spikes interpolated, both counted.
+        """Heights with interpolated gaps and spikes, and their numbers.
 
-        A spike leaves the median of the five points about it by more than ten robust standard deviations of such
+        A spike deviates from the median of the five points about it by more than ten robust standard deviations of such
         deviations, and by more than the robust standard deviation of the heights.
 
         Raises
         ------
         InputError
-            More than 20 % of a trace, 2 % of it in one gap, or spikes in more than 2 % of the points. Such lines of a
-            map are left out instead.
+            More than 20 % of a profile are missing, 2 % in one gap, or more than 2 % are spikes. Such lines of a map
+            are excluded instead.
         """
         kept, missing, spikes, refused = [], 0, 0, ""
         for line in self.heights:
@@ -134,7 +132,7 @@ class MeasuredHeights:
             notes.append(f"{spikes} spikes interpolated")
         out = len(self.heights) - len(kept)
         if out:
-            notes.append(f"{out} of {len(self.heights)} lines left out, with too many gaps or spikes")
+            notes.append(f"{out} of {len(self.heights)} lines excluded because of too many gaps or spikes")
         return replace(self, heights=np.array(kept), notes=tuple(notes), missing=missing, spikes=spikes)
 
 
@@ -157,20 +155,20 @@ def _spikes(line: FloatArray) -> NDArray[np.bool_]:
 
 
 def read_heights(path: str | Path, *, unit_x: str = "", unit_height: str = "") -> MeasuredHeights:
-    """Heights of a trace or map from a file of text or of an instrument.
+    """Heights of a profile or map from a text or instrument file.
 
     Parameters
     ----------
     path : str or Path
-        The file.
+        File of the measurement.
     unit_x, unit_height : str
-        Units such as "mm" and "um" of a text; they win over its header.
+        Units such as "mm" and "um" of a text file; they take precedence over its header.
 
     Raises
     ------
     InputError
-        The file is missing or cannot be read, has no unit, has fewer than 64 points or a length that no roughness has,
-        or its positions do not increase.
+        The file is missing or cannot be read, has no unit, fewer than 64 points or an implausible length, or its
+        positions do not increase.
     """
     try:
         text = read_text(path, "profile", "a file of text with two columns", any_encoding=True)
@@ -179,14 +177,15 @@ def read_heights(path: str | Path, *, unit_x: str = "", unit_height: str = "") -
     try:
         block = numeric_block(text)
         if len(block.rows) < 4:
-            raise _OtherFormat("profile", str(path), "a table of positions and heights", "It has no lines of numbers.")
+            hint = "The file has no lines of numbers."
+            raise _OtherFormat("profile", str(path), "a table of positions and heights", hint)
         return _Text(str(path), text, block, unit_x, unit_height).heights()
     except _OtherFormat as error:
         return read_topography(path, unit_height, error)
 
 
 class _Text:
-    """A table of numbers with what its header states."""
+    """A table of numbers with its header."""
 
     def __init__(self, name: str, text: str, block: NumericBlock, unit_x: str, unit_height: str) -> None:
         self.name, self.block = name, block
@@ -195,7 +194,7 @@ class _Text:
         self._require_one_table(text)
 
     def _require_one_table(self, text: str) -> None:
-        """Refuse numbers behind the block, or rows of another width in it: something in between is no number."""
+        """Reject numbers after the block, or rows of another width in it, which follow a line that is not numeric."""
         dialect, block = self.block.dialect, self.block
         widths = [len(row) for row in block.rows]
         width = max(set(widths), key=widths.count)
@@ -207,7 +206,7 @@ class _Text:
             row += [""] * (width - len(row))
         behind = (dialect.cells(line) for line in lines[block.last :])
         if any(len(cells) == width and cells[0] and dialect.is_numeric(cells[0]) for cells in behind):
-            raise self._refused("numbers", f"Line {block.last + 1} reads {lines[block.last][:60]!r}.")
+            raise self._refused("numbers", f"Line {block.last + 1} is {lines[block.last][:60]!r}.")
 
     def _refused(self, allowed: str, hint: str) -> InputError:
         return InputError("profile", self.name, allowed, hint)
@@ -240,7 +239,7 @@ class _Text:
             raise self._refused(error.allowed, f"Line {number}: {cell!r}: {error.hint}") from None
 
     def _named_columns(self, width: int) -> tuple[list[int], list[str]]:
-        """Columns of position and height of a wider table and all heads, by the line nearest to the numbers."""
+        """Columns of position and height of a wider table, and all heads, from the line closest to the numbers."""
         for line in reversed(self.block.header):
             heads = self._heads(line, width)
             x = next((k for k, head in enumerate(heads) if _POSITION.match(head)), None)
@@ -265,7 +264,7 @@ class _Text:
         return self.given[0] or x or default, self.given[1] or z or default
 
     def _found(self, count: int) -> list[str]:
-        """Units of all columns from the header line nearest to the numbers that has them."""
+        """Units of all columns from the header line with units that is closest to the numbers."""
         for line in reversed(self.block.header):
             brackets = re.findall(r"[\[(]\s*([^\])]+?)\s*[\])]", line)
             if len(brackets) == count:
@@ -291,8 +290,8 @@ class _Text:
         backward = np.flatnonzero(np.diff(x) <= 0.0)
         if len(x) >= MIN_POINTS and len(backward):
             line = self.block.numbers[backward[0] + 1]
-            hint = f"Point {backward[0] + 2} (line {line}) does not lie behind the one before it."
-            raise self._refused("positions that increase", hint)
+            hint = f"The position of point {backward[0] + 2} (line {line}) is not larger than the previous one."
+            raise self._refused("increasing positions", hint)
         return even_trace(self.name, x, z, unit_height)
 
     def _column(self, values: FloatArray) -> MeasuredHeights:
@@ -310,7 +309,7 @@ class _Text:
         if len(sizes) < 2 or not (stated or self.given[1]):
             hint = (
                 f"The table that begins in line {self.block.first} has {data.shape[1]} columns. The header of a map "
-                "states its size and unit: '# Width: 240 um', '# Height: 240 um', '# Value units: m'."
+                "must contain its size and unit: '# Width: 240 um', '# Height: 240 um', '# Value units: m'."
             )
             raise _OtherFormat("profile", self.name, "two columns, position and height, or a map", hint)
         width, height = (float(size[1].replace(",", ".")) * self._scale(size[2], "unit_x") for size in sizes)
@@ -320,14 +319,14 @@ class _Text:
 
 
 def _unit_of(text: str) -> str:
-    """Unit of length at the end of a head such as ``Lateral um``, ``x/mm``, ``z_um``, ``Raw Micrometer``; or none."""
+    """Length unit at the end of a head such as ``Lateral um``, ``x/mm``, ``z_um``, ``Raw Micrometer``; "" if none."""
     known = spellings("m")
     word = re.split(r"[\s/_:\[(]+", text.strip(" ])"))[-1].replace("\u00b5", "u").replace("\u03bc", "u")
     return next((name for name in (word, word.lower()) if name in known), "")
 
 
 def _grid(data: FloatArray) -> tuple[FloatArray, float, float] | None:
-    """Points x, y, z as lines along x, and both spacings; None where they lie on no grid."""
+    """Points x, y, z as lines along x, and both spacings; None if they are not on a grid."""
     x, y = np.unique(data[:, 0]), np.unique(data[:, 1])
     if len(x) * len(y) != len(data) or min(len(x), len(y)) < 2:
         return None
@@ -337,7 +336,7 @@ def _grid(data: FloatArray) -> tuple[FloatArray, float, float] | None:
 
 
 def even_trace(name: str, x: FloatArray, heights: FloatArray, unit: str = "m") -> MeasuredHeights:
-    """A trace on even positions; `InputError` where its steps are too uneven for that."""
+    """Profile on equidistant positions; `InputError` if a step exceeds 10 times the mean."""
     if len(x) < MIN_POINTS:
         raise InputError("profile", name, f"at least {MIN_POINTS} points", f"The file has {len(x)}.")
     steps, mean = np.diff(x), (x[-1] - x[0]) / (len(x) - 1)
@@ -353,35 +352,35 @@ def even_trace(name: str, x: FloatArray, heights: FloatArray, unit: str = "m") -
 
 
 def read_topography(path: str | Path, unit: str = "", own: InputError | None = None) -> MeasuredHeights:
-    """Heights of a file of an instrument, through the optional package SurfaceTopography.
+    """Heights of an instrument file, read by the optional package SurfaceTopography.
 
     Parameters
     ----------
     path : str or Path
-        The file.
+        File of the measurement.
     unit : str
-        Of lengths and heights where the file states none.
+        Unit of lengths and heights, for a file that does not state one.
     own : InputError, optional
-        Why the file was not read as text; raised where the package cannot read it either.
+        Error of the text reader, raised if the package cannot read the file either.
     """
     name = str(path)
-    read_bytes(path, "profile", "an existing file")  # readers of other packages would wait for a pipe
+    read_bytes(path, "profile", "an existing file")  # other readers would block on a named pipe
     try:
         import SurfaceTopography
     except ImportError:
-        allowed = "a text file with positions and heights, unless SurfaceTopography is installed"
+        allowed = "a text file with positions and heights, or an instrument file with SurfaceTopography installed"
         problem = own or InputError("profile", name, allowed)
         raise _with_hint(problem, _EXTRA) from None
     try:
         topography: Any = SurfaceTopography.read_topography(name)
         lengths, heights = _extent(topography)
     except Exception as error:  # its readers raise errors of many kinds
-        hint = f"None of the readers of SurfaceTopography takes the file ({type(error).__name__})."
-        problem = own or InputError("profile", name, "a format SurfaceTopography reads")
+        hint = f"SurfaceTopography cannot read the file ({type(error).__name__})."
+        problem = own or InputError("profile", name, "a format of SurfaceTopography")
         raise _with_hint(problem, hint) from None
     stated = unit or topography.unit
     if not stated or topography.physical_sizes is None:
-        raise own or InputError("profile", name, "a file that carries its size and its length unit", _HINT)
+        raise own or InputError("profile", name, "a file with its size and length unit", _HINT)
     scale = parse_quantity(f"1 {_unit_of(str(stated)) or stated}", "m", field="unit")
     note = "read by SurfaceTopography"
     if topography.dim == 1:
@@ -396,7 +395,7 @@ def _with_hint(problem: InputError, hint: str) -> InputError:
 
 
 def _extent(topography: Any) -> tuple[FloatArray, FloatArray]:
-    """Positions and heights of a trace, or both sizes and the heights of a map."""
+    """Positions and heights of a profile, or both sizes and the heights of a map."""
     if topography.dim == 1:
         x, heights = topography.positions_and_heights()
         return _plain(x), _plain(heights)
@@ -404,5 +403,5 @@ def _extent(topography: Any) -> tuple[FloatArray, FloatArray]:
 
 
 def _plain(values: Any) -> FloatArray:
-    """An array with nan where the instrument saw nothing."""
+    """Array with nan for missing points."""
     return np.asarray(np.ma.filled(np.ma.asarray(values, dtype=float), math.nan))

@@ -1,4 +1,4 @@
-"""Rough profiles with stated statistics."""
+"""Rough profiles with given statistics."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from ehl.surface.height_translation import translation
 
 FloatArray = NDArray[np.float64]
 
-# exp(-(k lc)^2/4), the spectrum of the ACF exp(-(x/lc)^2), has fallen to 5 % of its peak at k = 3.5/lc
+# exp(-(k lc)^2/4), the spectrum of the ACF exp(-(x/lc)^2), is 5 % of its peak at k = 3.5/lc
 CUTOFF_PER_CORRELATION_LENGTH = 2.0 * math.pi / 3.5
 EP_FILM = 30e-9  # film of the additives of gear oils (data/additives/EP.toml) [m]
 
 
 @dataclass(frozen=True, eq=False)
 class RoughProfile:
-    """Heights of one surface along x, mean zero, with the statistics measured on them.
+    """Heights of one surface along x with mean zero, and their statistics.
 
     Parameters
     ----------
@@ -35,21 +35,21 @@ class RoughProfile:
     skewness, kurtosis : float
         Third and fourth standardised moments [-]; 0 and 3 for a Gaussian.
     correlation_length : float
-        Where the autocorrelation first falls to 1/e [m]; lc of the ACF exp(-(x/lc)^2). nan if it never does.
+        Lag at which the autocorrelation first falls to 1/e [m], lc of the ACF exp(-(x/lc)^2); nan if it does not.
     cutoff : float
-        Shortest wavelength kept [m].
+        Shortest wavelength [m].
     rms_below_cutoff : float
-        RMS of what lies below that cut-off (sigma_sub) [m]; nan where no spectrum is known.
+        RMS of waves shorter than the cut-off (sigma_sub) [m]; nan for an unknown spectrum.
     periodic : bool
-        Whether the last sample joins the first.
+        Whether the last sample is followed by the first.
     peklenik_number : float
-        Correlation length along y over that along x, as stated [-]; a line profile cannot show it.
+        Correlation length along y over that along x [-], an input that a line profile does not show.
     seed : int or None
-        Of a generated profile.
+        Seed of a generated profile.
     source : str
-        How it came about.
+        Origin of the profile.
     notes : tuple of str
-        What was done to it on the way.
+        Processing steps.
     """
 
     heights: FloatArray
@@ -80,26 +80,13 @@ class RoughProfile:
         source: str = "",
         notes: tuple[str, ...] = (),
     ) -> RoughProfile:
-        """A profile from its heights (the mean is taken out), with its statistics measured."""
+        """Profile from its heights, whose mean is subtracted."""
         z = np.asarray(heights, dtype=float) - np.mean(heights)
         z.setflags(write=False)
         rms, skewness, kurtosis = moments(z)
         lc = measured_correlation_length(z, spacing, periodic=periodic)
-        return cls(
-            z,
-            float(spacing),
-            rms,
-            skewness,
-            kurtosis,
-            lc,
-            float(cutoff),
-            rms_below_cutoff,
-            periodic,
-            peklenik_number,
-            seed,
-            source,
-            notes,
-        )
+        statistics = (rms, skewness, kurtosis, lc, float(cutoff), rms_below_cutoff)
+        return cls(z, float(spacing), *statistics, periodic, peklenik_number, seed, source, notes)
 
     @property
     def length(self) -> float:
@@ -112,7 +99,7 @@ class RoughProfile:
         return np.asarray(self.spacing * np.arange(len(self.heights)), dtype=float)
 
     def scaled(self, rms: float) -> RoughProfile:
-        """The same shape with another Rq [m]."""
+        """The profile scaled to another Rq [m]."""
         if self.rms == 0.0:
             raise InputError("rms", rms, "0 m", "A flat profile cannot be scaled.")
         factor = rms / self.rms
@@ -122,12 +109,12 @@ class RoughProfile:
         return replace(self, heights=heights, rms=rms, rms_below_cutoff=below)
 
     def resampled(self, spacing: float) -> RoughProfile:
-        """The same profile at another spacing [m]; exact for a periodic band-limited one, cubic spline otherwise.
+        """The profile at another spacing [m]: exact for a periodic band-limited profile, else by cubic spline.
 
         Raises
         ------
         InputError
-            The new spacing cannot carry the shortest wavelength kept.
+            The new spacing does not resolve the shortest wavelength.
         """
         _check_spacing(spacing, self.cutoff)
         if self.periodic:
@@ -165,7 +152,7 @@ def moments(heights: FloatArray) -> tuple[float, float, float]:
 
 
 def autocorrelation(heights: FloatArray, *, periodic: bool = True) -> FloatArray:
-    """Autocorrelation at lags 0, 1, 2... samples, 1 at lag 0; unbiased for a profile that is not periodic."""
+    """Autocorrelation at lags 0, 1, 2... samples, 1 at lag 0; unbiased for a non-periodic profile."""
     n = len(heights)
     size = n if periodic else scipy.fft.next_fast_len(2 * n)
     power = np.abs(scipy.fft.rfft(heights, size)) ** 2
@@ -176,13 +163,13 @@ def autocorrelation(heights: FloatArray, *, periodic: bool = True) -> FloatArray
 
 
 def measured_correlation_length(heights: FloatArray, spacing: float, *, periodic: bool = True) -> float:
-    """Lag at which the autocorrelation first falls to 1/e [m]; nan if it never does."""
+    """Lag at which the autocorrelation first falls to 1/e [m]; nan if it does not."""
     acf = autocorrelation(heights, periodic=periodic)
     below = np.flatnonzero(acf < math.exp(-1.0))
     if not len(below):
         return math.nan
     i = int(below[0])
-    # a Gaussian ACF is a straight line in sqrt(-ln ACF); past a zero crossing only its own ordinate is left
+    # a Gaussian ACF is linear in sqrt(-ln ACF); after a zero crossing the ACF itself is interpolated
     if acf[i] > 0.0:
         before, after = math.sqrt(max(-math.log(min(acf[i - 1], 1.0)), 0.0)), math.sqrt(-math.log(acf[i]))
         fraction = (1.0 - before) / (after - before)
@@ -206,9 +193,9 @@ def generate_profile(
 ) -> RoughProfile:
     """Periodic, band-limited random profile with the autocorrelation exp(-(x/lc)^2), or a self-affine one.
 
-    The spectrum is fixed by seed, length, correlation length, Hurst exponent and cut-off alone: another spacing samples
-    the same profile at other points. Heights other than Gaussian come from a monotone Johnson translation of the
-    Gaussian profile; it adds overtones above the cut-off and shortens the correlation length a little.
+    The spectrum depends on seed, length, correlation length, Hurst exponent and cut-off only: another spacing samples
+    the same profile at other points. Non-Gaussian heights are a monotone Johnson translation of the Gaussian profile,
+    which adds harmonics above the cut-off and slightly shortens the correlation length.
 
     Parameters
     ----------
@@ -219,46 +206,41 @@ def generate_profile(
     length : float
         Period [m]; at least 4 lc.
     spacing : float
-        Wanted sample distance [m]; the nearest one that divides the period is used.
+        Approximate sample distance [m]; the closest one that divides the period is used.
     seed : int
-        Non-negative.
+        Seed of the random numbers, non-negative.
     skewness, kurtosis : float
-        Of the height distribution the profile is drawn from [-]; one profile scatters about them.
+        Moments of the height distribution [-]; those of one profile scatter about them.
     cutoff : float, optional
-        Shortest wavelength kept [m]; 2 pi lc/3.5 when not given.
+        Shortest wavelength [m]; default: 2 pi lc/3.5.
     hurst : float, optional
-        Hurst exponent H of a self-affine profile, 0 < H < 1: its spectrum is flat below the roll-off and falls as
-        k^-(1 + 2 H) above it (`SelfAffine`); the Gaussian autocorrelation when not given.
+        Hurst exponent H of a self-affine profile, 0 < H < 1, with a spectrum that is flat below the roll-off and
+        decreases as k^-(1 + 2 H) above it (`SelfAffine`); default: the Gaussian autocorrelation.
     peklenik_number : float
-        Stated lay of the surface, carried along [-].
+        Lay of the surface, copied to the result [-].
 
     Returns
     -------
     RoughProfile
-        With the statistics measured on it.
+        Profile with its statistics.
 
     Raises
     ------
     InputError
-        A value is out of range, the spacing cannot carry the cut-off, or no distribution has such moments.
+        A value is out of range, the spacing does not resolve the cut-off, or no distribution has such moments.
     """
     _require("rms", rms, rms >= 0.0, ">= 0 m")
     _require("correlation_length", correlation_length, correlation_length > 0.0, "> 0 m")
-    _require(
-        "length", length, length >= 4.0 * correlation_length, f">= 4 correlation lengths ({4 * correlation_length:g} m)"
-    )
+    least = 4.0 * correlation_length
+    _require("length", length, length >= least, f">= 4 correlation lengths ({least:g} m)")
     _require("seed", seed, isinstance(seed, (int, np.integer)) and seed >= 0, "an integer >= 0")
     shortest = CUTOFF_PER_CORRELATION_LENGTH * correlation_length if cutoff is None else float(cutoff)
-    _require(
-        "cutoff",
-        shortest,
-        0.0 < shortest <= length / 4.0,
-        f"> 0 and at most a quarter of the length ({length / 4:g} m)",
-    )
+    allowed = f"> 0 and at most a quarter of the length ({length / 4:g} m)"
+    _require("cutoff", shortest, 0.0 < shortest <= length / 4.0, allowed)
     _check_spacing(spacing, shortest)
     count = _count(length, spacing)
     modes = _modes(seed, correlation_length, length, shortest, hurst)
-    # statistics, level and scale come from one fine sampling: they must not depend on the spacing asked for
+    # statistics, mean and scale are those of one fine sampling, so that they do not depend on the spacing
     fine, heights = _synthesis(modes, 16 * len(modes)), _synthesis(modes, count)
     if (skewness, kurtosis) != (0.0, 3.0):
         curve = translation(skewness, kurtosis)
@@ -289,7 +271,7 @@ def _modes(seed: int, lc: float, length: float, shortest: float, hurst: float | 
     """Complex amplitudes of the wave numbers 1..n over the period, scaled to unit variance."""
     count = int(length / shortest * (1.0 + 1e-12))
     k = 2.0 * math.pi / length * np.arange(1.0, count + 1.0)
-    # one row of the draw per mode: the long waves stay when only the cut-off changes
+    # one row of random numbers per mode: the long waves do not depend on the cut-off
     draw = np.random.default_rng(seed).standard_normal((count, 2))
     density = np.exp(-((k * lc) ** 2) / 4.0) if hurst is None else SelfAffine(lc, hurst).density(k)
     amplitude = (draw[:, 0] + 1j * draw[:, 1]) * np.sqrt(density)
@@ -300,13 +282,13 @@ def _modes(seed: int, lc: float, length: float, shortest: float, hurst: float | 
 class SelfAffine:
     """Spectrum of a self-affine profile: S(k) ~ (1 + (k/k_r)^2)^-(1/2 + H).
 
-    Flat for waves longer than the roll-off 2 pi/k_r, a power law below. Its autocorrelation is Matern's,
-    2^(1-H)/Gamma(H) (k_r x)^H K_H(k_r x); exp(-k_r x) for H = 1/2.
+    Flat for waves longer than the roll-off 2 pi/k_r, a power law for shorter ones. The autocorrelation is the Matern
+    function 2^(1-H)/Gamma(H) (k_r x)^H K_H(k_r x), which is exp(-k_r x) for H = 1/2.
 
     Parameters
     ----------
     correlation_length : float
-        Where the autocorrelation has fallen to 1/e, all waves included [m].
+        Lag at which the autocorrelation of all waves is 1/e [m].
     hurst : float
         H, 0 < H < 1.
     """
@@ -333,7 +315,7 @@ class SelfAffine:
         return float(scipy.special.betainc(self.hurst, 0.5, 1.0 / (1.0 + (self.roll_off / wavelength) ** 2)))
 
     def slope(self, shortest: float, longest: float = math.inf) -> float:
-        """RMS slope of the waves between two wavelengths [m], for a Rq of 1 m of all waves [1/m]."""
+        """RMS slope of the waves between two wavelengths [m] over the Rq of all waves [1/m]."""
         first, last = self.roll_off / longest, self.roll_off / min(shortest, longest)
         u = np.linspace(math.sqrt(first), math.sqrt(last), 2001) ** 2  # dense at the long waves
         density = (1.0 + u**2) ** -(0.5 + self.hurst)
@@ -343,7 +325,7 @@ class SelfAffine:
 
 @lru_cache(maxsize=64)
 def _lag_of_1_over_e(hurst: float) -> float:
-    """k_r x where Matern's autocorrelation is 1/e."""
+    """k_r x at which the Matern autocorrelation is 1/e."""
 
     def excess(x: float) -> float:
         bessel = scipy.special.kv(hurst, x)
@@ -365,12 +347,9 @@ def _count(length: float, spacing: float) -> int:
 def _check_spacing(spacing: float, shortest: float) -> None:
     _require("spacing", spacing, spacing > 0.0, "> 0 m")
     if spacing > shortest / 2.2:
-        raise InputError(
-            "spacing",
-            spacing,
-            f"at most {shortest / 2.2:.4g} m for a profile with wavelengths down to {shortest:.4g} m",
-            "Use a finer mesh, or a longer cut-off with the removed part counted in the boundary film.",
-        )
+        allowed = f"at most {shortest / 2.2:.4g} m for a profile with wavelengths down to {shortest:.4g} m"
+        hint = "Use a finer mesh, or a longer cut-off with the removed part included in the boundary film."
+        raise InputError("spacing", spacing, allowed, hint)
 
 
 def _require(field: str, value: object, holds: bool, allowed: str) -> None:

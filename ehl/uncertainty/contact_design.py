@@ -1,4 +1,4 @@
-"""Uncertainty of the friction of one contact from its inputs, by solutions at both ends of each input."""
+"""Uncertainty of the friction of one contact from solutions at both ends of the interval of each input."""
 
 from __future__ import annotations
 
@@ -18,15 +18,14 @@ from ehl.uncertainty.spread import GROUPS, LATERAL_CAUSE, Spread, UncertaintyInp
 
 Moving = Callable[[ContactProblem, float], ContactProblem]
 
-# film ratio from which roughness leaves no trace
-THICK = 3.0
-# ends of what a contact file may say
+THICK = 3.0  # film ratio above which the effect of roughness is negligible
+# allowed range of the boundary film [m], and smallest Peklenik number of a contact file
 FILMS, LAY_LEAST = (5e-9, 300e-9), 1.0 / 3.0
 _ROUGH = ("roughness_rms", "correlation_length", "peklenik_number", "boundary_friction", "boundary_film")
 
 
 def varied_lubricant(lubricant: Lubricant, name: str, factor: float) -> Lubricant:
-    """The lubricant with one figure of `ehl.fluid.oil_uncertainty.VARIABLES` times a factor."""
+    """The lubricant with one property of `ehl.fluid.oil_uncertainty.VARIABLES` times a factor."""
     stress = lubricant.eyring_stress
     scaled = stress.scaled(factor) if isinstance(stress, PressureStress) else factor * stress
     changes: dict[str, dict[str, Any]] = {
@@ -44,7 +43,7 @@ def varied_lubricant(lubricant: Lubricant, name: str, factor: float) -> Lubrican
 
 @dataclass(frozen=True)
 class UncertainContactInput:
-    """One uncertain input of a contact; `moved` is the problem with it so many standard deviations away."""
+    """One uncertain input of a contact; `moved` returns the problem with it shifted by some standard deviations."""
 
     name: str
     input: str
@@ -55,7 +54,7 @@ class UncertainContactInput:
 def uncertain_contact_inputs(
     problem: ContactProblem, spreads: UncertaintyInput, oil: Oil | None, film_ratio: float
 ) -> list[UncertainContactInput]:
-    """Every uncertain input of a contact; of thick films not those of the roughness."""
+    """All uncertain inputs of a contact; for thick films without those of the roughness."""
     surface, rough = problem.surface, problem.rough and film_ratio <= THICK
     found: list[UncertainContactInput] = []
 
@@ -112,8 +111,9 @@ def uncertain_contact_inputs(
 
 
 def _beyond_measured(name: str, spread: Spread, problem: ContactProblem) -> Spread:
-    """The spread of a figure of the oil where its laws are extrapolated: the difference from their tangent is taken as
-    the half-width of a 90 % interval.
+    """The spread of an oil property, increased if its laws are extrapolated.
+
+    The difference from the tangent of the laws counts as the half-width of a 90 % interval.
     """
     lubricant, pressure = problem.lubricant, problem.line.pressure_hertz
     differences = {
@@ -146,11 +146,11 @@ def contact_uncertainty(
 
     problem: the contact.
     solve: friction coefficient [-], its relative error [-] and the film ratio [-] of a problem.
-    spreads: how well inputs are known.
-    oil: card that says how well its figures are known; without one the oil counts as known.
-    level: share of cases the interval is to hold [-].
-    jobs: worker processes; by default all cores granted.
-    Raises `InputError`: the level is no share between 0 and 1.
+    spreads: standard deviations of the inputs.
+    oil: data with its uncertainty; without it the oil properties count as exact.
+    level: coverage of the interval [-].
+    jobs: worker processes; default: all available cores.
+    Raises `InputError`: the level is not between 0 and 1.
     """
     score = score_of(level)
     mu, error, ratio = solve(problem)
@@ -176,7 +176,7 @@ def contact_uncertainty(
         ]
 
     ends = friction([entry.moved(problem, z) for entry in inputs for z in (-score, score)])
-    notes = [] if oil else ["the lubricant is given by numbers: its figures count as known"]
+    notes = [] if oil else ["the lubricant is given by numbers: its properties count as exact"]
     notes.append(f"error of the solution {100.0 * error:.2g} %: smaller changes are not resolved")
     changes, lost = [], []
     for entry, below, above in zip(inputs, ends[::2], ends[1::2], strict=True):
@@ -189,7 +189,6 @@ def contact_uncertainty(
     if rough > 0.0:
         changes.append(Change(LATERAL_CAUSE, GROUPS[LATERAL_CAUSE], rough / score, -rough, rough, lateral.source))
     if lost:
-        notes.append(f"not solved at both ends, and not in the interval: {', '.join(lost)}")
-    return InputUncertainty.of(
-        "friction_coefficient", mu, changes, lambda ln: mu * math.exp(ln), level, notes, together
-    )
+        notes.append(f"no solution at both ends, not included in the interval: {', '.join(lost)}")
+    name = "friction_coefficient"
+    return InputUncertainty.of(name, mu, changes, lambda ln: mu * math.exp(ln), level, notes, together)

@@ -1,4 +1,4 @@
-"""The interval that uncertain inputs leave of a figure, and what of it each of them makes."""
+"""Interval of a result by uncertain inputs, and the contribution of each input."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 
 
 LEVEL = 0.90
-_BARS = 12  # at most, of a figure
+_BARS = 12  # largest number of bars of a figure
 
 
 def score_of(level: float) -> float:
-    """Standard deviations to either side that hold a share `level` of a normal distribution.
+    """Half width of the central interval of coverage `level` of a normal distribution, in standard deviations.
 
-    Raises `InputError`: the level is no share between 0 and 1.
+    Raises `InputError`: the level is not between 0 and 1.
     """
     if not 0.0 < level < 1.0:
         raise InputError("level", level, "between 0 and 1, such as 0.9")
@@ -39,22 +39,22 @@ def score_of(level: float) -> float:
 
 @dataclass(frozen=True)
 class Change:
-    """What one uncertain input does to friction or loss."""
+    """Change of friction or loss by one uncertain input."""
 
     name: str  # of the input
     group: str  # inputs of one cause, for a headline
-    sd: float  # standard deviation of the input: of its logarithm, or in SI units; nan where it is a function of place
-    # change of ln(friction) at the lower and upper end of the interval of this input alone
+    sd: float  # standard deviation of the input: of its logarithm, or in SI units; nan if it depends on the place
+    # change of ln(friction) at the lower and upper end of the interval of this input
     below: Any
     above: Any
-    note: str = ""  # where spread and change come from
+    note: str = ""  # source of spread and change
 
 
 def combined(changes: Sequence[Change]) -> tuple[FloatArray, FloatArray]:
-    """Both ends of ln(friction) over its value, for independent inputs: the changes of each side add as squares.
+    """Both ends of ln(friction) relative to its value for independent inputs: root sum of squares on each side.
 
-    lower = -sqrt(sum min(below, above, 0)^2), upper = sqrt(sum max(below, above, 0)^2). Exact for one input and for
-    many that ln(friction) is linear in; an input that raises friction at both its ends widens the upper side only.
+    lower = -sqrt(sum min(below, above, 0)^2), upper = sqrt(sum max(below, above, 0)^2). This is exact for one input and
+    for a linear ln(friction). An input that increases friction at both its ends widens the upper side only.
     """
     down: FloatArray | float = 0.0
     up: FloatArray | float = 0.0
@@ -65,17 +65,17 @@ def combined(changes: Sequence[Change]) -> tuple[FloatArray, FloatArray]:
     return np.asarray(-np.sqrt(down)), np.asarray(np.sqrt(up))
 
 
-# ln(friction) over its value with inputs moved at once: of each case the scores by the names of the inputs, in units
+# change of ln(friction) with several inputs shifted together; each case has the scores of the inputs by name, in units
 # of the score of the level
 Together = Callable[[Sequence[Mapping[str, float]]], Sequence[float]]
 
 
 def ends(changes: Sequence[Change], together: Together | None = None) -> tuple[float, float]:
-    """Both ends of ln(friction) over its value.
+    """Both ends of ln(friction) relative to its value.
 
-    Each input alone gives a direction in which all of them move friction most (first-order reliability). With
-    ``together`` friction is asked there, with all inputs moved at once: what saturates, such as the share of
-    asperities, does not count twice. Without it, or where it has no value, the changes of each side add as squares.
+    The changes by single inputs give the direction of the largest change (first-order reliability method). With
+    ``together`` friction is computed there with all inputs shifted, so that saturation, such as that of the asperity
+    load share, is included. Without it, or if it has no value, `combined` is used.
     """
     found = [float(end) for end in combined(changes)]
     if together is None or len(changes) < 2:
@@ -95,36 +95,35 @@ def ends(changes: Sequence[Change], together: Together | None = None) -> tuple[f
 class UncertaintySource:
     """One uncertain input."""
 
-    # input, and the cause it is shown under
-    name: str
-    group: str
-    sd: float  # its standard deviation: of the logarithm, or in SI units; nan where it is a function of place
-    # the figure, with this input alone at the lower and upper end of its interval
+    name: str  # of the input
+    group: str  # cause in the headline
+    sd: float  # standard deviation of the logarithm, or in SI units; nan if it depends on the place
+    # the result with this input at the lower and upper end of its interval
     below: float
     above: float
     share: float  # share of the squared width of the interval [-]
-    note: str  # where spread and effect come from
+    note: str  # source of spread and change
 
     @property
     def label(self) -> str:
-        """The input in words."""
+        """Label of the input."""
         known = quantities().get(self.name)
         return self.name.replace("_", " ") if known is None else known.label
 
     @property
     def low(self) -> float:
-        """Lower end of the figure by this input."""
+        """Lower end of the result by this input."""
         return min(self.below, self.above)
 
     @property
     def high(self) -> float:
-        """Upper end of the figure by this input."""
+        """Upper end of the result by this input."""
         return max(self.below, self.above)
 
 
 @dataclass(frozen=True, repr=False)
 class InputUncertainty(TableResult):
-    """Interval of a figure by what is not known about the inputs; the error of the solver is not in it.
+    """Interval of a result by the uncertainty of its inputs, without the error of the solver.
 
     Examples
     --------
@@ -133,14 +132,14 @@ class InputUncertainty(TableResult):
     InputUncertainty(friction coefficient 0.05 (0.04094 to 0.06107), of which oil 0.01007)
     """
 
-    name: str  # of the figure (`efficiency`, `friction_coefficient`)
-    # the figure and its interval, SI
+    name: str  # of the result (`efficiency`, `friction_coefficient`)
+    # the result and its interval, SI
     value: float
     low: float
     high: float
-    level: float  # share of cases the interval is to hold [-]
-    sources: tuple[UncertaintySource, ...]  # what contributes, most first
-    notes: tuple[str, ...] = ()  # what is not in the interval
+    level: float  # coverage of the interval [-]
+    sources: tuple[UncertaintySource, ...]  # contributions, largest first
+    notes: tuple[str, ...] = ()  # contributions that are not in the interval
 
     @classmethod
     def of(
@@ -153,7 +152,7 @@ class InputUncertainty(TableResult):
         notes: Sequence[str] = (),
         together: Together | None = None,
     ) -> InputUncertainty:
-        """From the changes of ln(friction or loss), which `figure` turns into the figure."""
+        """Interval from the changes of ln(friction or loss); `figure` converts such a change to the result."""
         parts = [float(np.square(combined([change])).sum()) for change in changes]
         total = sum(parts)
         sources = []
@@ -168,19 +167,19 @@ class InputUncertainty(TableResult):
 
     @property
     def quantity(self) -> Quantity:
-        """What the figure is."""
+        """Quantity of the result."""
         return quantities()[self.name]
 
     @property
     def groups(self) -> dict[str, float]:
-        """Half width that each cause alone leaves, the largest first; causes add as squares."""
+        """Half width by each cause, the largest first; inputs of one cause add as squares."""
         squares: dict[str, float] = {}
         for source in self.sources:
             squares[source.group] = squares.get(source.group, 0.0) + (0.5 * (source.high - source.low)) ** 2
         return {name: math.sqrt(square) for name, square in sorted(squares.items(), key=lambda item: -item[1])}
 
     def headline(self, most: int = 3) -> str:
-        """The figure, its interval, and what contributes most, in words."""
+        """Result, interval and largest contributions as text."""
         shown, unit = self.quantity, self.quantity.display
         digits = self._digits()
         low, value, high = (f"{shown.to_display(end):.{digits}f}" for end in (self.low, self.value, self.high))
@@ -192,7 +191,7 @@ class InputUncertainty(TableResult):
         return f"{text}, of which {parts}" + (" points" if unit == "%" else "")
 
     def _digits(self) -> int:
-        """Decimals that show two digits of the interval's width."""
+        """Decimals for two significant digits of the width of the interval."""
         width = float(self.quantity.to_display(self.high) - self.quantity.to_display(self.low))
         if not width > 0.0:
             return 4
@@ -202,12 +201,12 @@ class InputUncertainty(TableResult):
         return f"InputUncertainty({self.quantity.label} {self.headline()})"
 
     def to_dict(self) -> dict[str, Any]:
-        """For JSON; what is not finite becomes None."""
+        """Content for JSON, with None for values that are not finite."""
         content: dict[str, Any] = finite_or_none(self)
         return content
 
     def table(self) -> Table:
-        """What contributes, most first."""
+        """Table of the contributions, largest first."""
         head = self.quantity.label
         columns = (
             Column("input", label="input"),
@@ -231,7 +230,7 @@ class InputUncertainty(TableResult):
 
 
 def plot_sources(found: InputUncertainty, ax: Axes | None = None) -> Axes:
-    """One bar for each input from the lower to the upper end it alone leaves, the widest on top."""
+    """One bar for each input from the lower to the upper end by this input, the widest on top."""
     shown = found.quantity
     sources = [s for s in found.sources if s.high > s.low][:_BARS]
     axes = axes_or_new(ax, 7.0, 1.6 + 0.32 * (len(sources) + 1))
@@ -245,7 +244,7 @@ def plot_sources(found: InputUncertainty, ax: Axes | None = None) -> Axes:
     axes.invert_yaxis()
     unit = typeset_unit(shown.display)
     axes.set_xlabel(f"{shown.label} [{unit or '-'}], {100.0 * found.level:.0f} % interval")
-    axes.set_title("Measure first what makes the widest bar", fontsize=10)
+    axes.set_title("Contribution of each input", fontsize=10)
     for side in ("top", "right", "left"):
         axes.spines[side].set_visible(False)
     axes.tick_params(axis="y", length=0)

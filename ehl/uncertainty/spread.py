@@ -1,4 +1,4 @@
-"""How well the inputs of a contact are known: by oil card, finish and additives, or as the user says."""
+"""Standard deviations of the inputs of a contact: from oil card, finish and additives, or given by the user."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ Kind = Literal["relative", "absolute"]
 
 @dataclass(frozen=True)
 class Spread:
-    """How well a number is known: one standard deviation.
+    """Standard deviation of a number.
 
-    Raises `InputError`: it is below 0 or no number.
+    Raises `InputError`: it is negative or not finite.
 
     Examples
     --------
@@ -32,11 +32,10 @@ class Spread:
     0.465
     """
 
-    # of the logarithm of a number that is known up to a factor ("relative"), or of the number in SI units ("absolute")
-    sd: float
+    sd: float  # of the logarithm ("relative"), or of the number in SI units ("absolute")
     kind: Kind = "relative"
-    source: str = "given"  # where it comes from
-    sd_below: float | None = None  # to lower values, where that differs
+    source: str = "given"
+    sd_below: float | None = None  # to lower values, if different
 
     def __post_init__(self) -> None:
         for sd in (self.sd, self.below):
@@ -45,7 +44,7 @@ class Spread:
 
     @classmethod
     def of_figure(cls, figure: Figure) -> Spread:
-        """Of a positive figure with its central 90 % range."""
+        """Spread of a positive value with its central 90 % range."""
         up, down = (math.log(end) / HALF_RANGE for end in (figure.high / figure.value, figure.value / figure.low))
         return cls(up, "relative", figure.source, down)
 
@@ -56,25 +55,26 @@ class Spread:
 
     @property
     def known(self) -> bool:
-        """Whether the number is known exactly."""
+        """Whether the number is exact."""
         return self.sd == 0.0 and self.below == 0.0
 
     def shift(self, score: float) -> float:
-        """Change of the logarithm, or of the number, so many standard deviations away."""
+        """Change of the logarithm, or of the number, by `score` standard deviations."""
         return score * (self.sd if score > 0.0 else self.below)
 
     def at(self, value: Any, score: float) -> Any:
-        """The value so many standard deviations away."""
+        """The value shifted by `score` standard deviations."""
         return value * math.exp(self.shift(score)) if self.kind == "relative" else value + self.shift(score)
 
 
-# the teeth are rarely as warm as the oil or a heat balance says
+# difference between the bulk temperature of the teeth and that of the oil or of a heat balance
 TEMPERATURE_BULK = Spread(10.0, "absolute", "ours")
-# of hardened steel, 30 +- 10 W/(m K): 21 (through-hardened bearing steel) to 46 (annealed) were found, from memory
+# hardened steel, 30 +- 10 W/(m K); measured: 21 (through-hardened bearing steel) to 46 (annealed), from memory
 CONDUCTIVITY_SOLID = Spread(0.30, source="hardened steel, 21 to 46 W/(m K)")
 
-# standard deviation of ln mu of the lateral mode against solutions with two-dimensional roughness (docs/roughness.md),
-# and the smooth film ratio above which it falls as its inverse square, as the effect of roughness does
+# standard deviation of ln mu of the lateral mode compared with solutions with two-dimensional roughness
+# (docs/roughness.md), and the smooth film ratio above which it decreases as the inverse square, like the effect of
+# roughness
 LATERAL_MODE, LATERAL_RATIO = 0.08, 1.0
 LATERAL_CAUSE = "rough_contact_model"
 
@@ -84,7 +84,7 @@ Relative = Annotated[
 Kelvins = Annotated[float, ValueRange("K", ge=0.0, le=100.0, hint="One standard deviation.")]
 
 SURFACE = ("roughness_rms", "correlation_length", "peklenik_number", "boundary_film", "boundary_friction")
-# what has one cause is shown as one
+# cause of each input in a headline
 GROUPS = {
     **dict.fromkeys(VARIABLES, "oil"),
     "roughness_rms": "roughness",
@@ -99,9 +99,9 @@ GROUPS = {
 
 
 class UncertaintyInput(InputModel):
-    """Table [uncertainty]: one standard deviation of each input, in place of those of oil card, finish and program.
+    """Table [uncertainty]: standard deviations of inputs that replace those of oil card, finish and program.
 
-    Relative ones are of the logarithm: 0.1 is about 10 %. An input that is known exactly has 0.
+    Relative values are standard deviations of the logarithm: 0.1 is about 10 %. An exact input has 0.
 
     Examples
     --------
@@ -109,60 +109,58 @@ class UncertaintyInput(InputModel):
     0.05
     """
 
-    # of the rise of ln eta with pressure [-]; of the card by default, as the next four
+    # of the increase of ln eta with pressure, relative [-]; default: oil card, as for the next four
     pressure_viscosity: Relative | None = None
-    # of the oil, relative [-]
     viscosity: Relative | None = None
     eyring_stress: Relative | None = None
     limiting_shear: Relative | None = None
     thermal_conductivity: Relative | None = None
-    # of either surface, relative [-]
+    # of each surface, relative [-]
     roughness_rms: Relative | None = None
     correlation_length: Relative | None = None
     peklenik_number: Relative | None = None
-    # relative [-]
     boundary_film: Relative | None = None
     boundary_friction: Relative | None = None
-    # of mu by the model of two-dimensional roughness where asperities touch, relative [-]
+    # of mu by the model of two-dimensional roughness with asperity contact, relative [-]
     rough_contact_model: Relative | None = None
     temperature_bulk: Kelvins | None = None  # of both bodies [K]
     conductivity_solid: Relative | None = None  # thermal conductivity of both bodies, relative [-]
-    # both surfaces were made alike, so that the Rq of both is wrong the same way; by default where a finish is named
+    # whether the errors of Rq of both surfaces are fully correlated; default: with a named finish
     same_surface: bool | None = None
     _figures: Mapping[str, Figure] = PrivateAttr(default_factory=dict)
     _finish: str | None = PrivateAttr(default=None)
 
     @classmethod
     def none(cls, **given: float) -> UncertaintyInput:
-        """All inputs known exactly, but for those given."""
+        """All inputs exact except those given."""
         return cls(**(dict.fromkeys(GROUPS, 0.0) | given))
 
     def of_surface(self, **surface: Any) -> Self:
-        """The same with the ranges of a surface; keywords as of `ehl.surface.finish.surface_uncertainty`."""
+        """The same with the ranges of a surface; keywords of `ehl.surface.finish.surface_uncertainty`."""
         found = self.model_copy()
         found._figures, found._finish = surface_uncertainty(**surface), surface.get("finish")
         return found
 
     @property
     def shared_rms(self) -> bool:
-        """Whether the Rq of both surfaces has one cause."""
+        """Whether the errors of Rq of both surfaces are fully correlated."""
         return self._finish is not None if self.same_surface is None else self.same_surface
 
     def spread(self, name: str, oil: Oil | None = None) -> Spread:
-        """How well an input is known: as given here, by oil card, finish and additives, or the default."""
+        """Spread of an input: given here, from oil card, finish and additives, or the default."""
         given = getattr(self, name)
         if name == "temperature_bulk":
             return TEMPERATURE_BULK if given is None else Spread(given, "absolute")
         if given is not None:
             return Spread(given)
         if name == LATERAL_CAUSE:
-            return Spread(LATERAL_MODE, source="against solutions with two-dimensional roughness")
+            return Spread(LATERAL_MODE, source="compared with solutions with two-dimensional roughness")
         if name == "conductivity_solid":
             return CONDUCTIVITY_SOLID
         if name in SURFACE:
             return Spread.of_figure((self._figures or _UNNAMED)[name])
         if oil is None:
-            raise InputError("oil", None, "an oil, whose card says how well its figures are known")
+            raise InputError("oil", None, "an oil whose data contain their uncertainty")
         return Spread(getattr(oil.uncertainty, name), source="oil card")
 
 
@@ -171,6 +169,5 @@ def lateral_spread(film_ratio: Any, sd: float) -> Any:
     return sd * np.minimum((LATERAL_RATIO / np.maximum(film_ratio, LATERAL_RATIO)) ** 2, 1.0)
 
 
-# figures do not matter where only their ratios are asked for
 _UNNAMED = surface_uncertainty(roughness_rms=1e-6)
 DEFAULT = UncertaintyInput()

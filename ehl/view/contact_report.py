@@ -1,4 +1,4 @@
-"""Sections of one contact: the friction coefficient with its uncertainty, figures, tables, how it was computed."""
+"""Report sections of one contact: friction coefficient with uncertainty, figures, tables, computation."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _TILES = ("film_central", "film_min", "film_ratio", "pressure_max", "temperature
 
 
 def contact_sections(result: Any, medium: Medium, uncertainty: InputUncertainty | None) -> list[Section]:
-    """Sections of one contact, also of one that failed."""
+    """Sections of one contact, including one that failed."""
     if medium != "page":
         operating_point = [] if result.problem is None else [operating_point_table(result)]
         more = [] if uncertainty is None else [uncertainty.table()]
@@ -42,7 +42,7 @@ def contact_sections(result: Any, medium: Medium, uncertainty: InputUncertainty 
     sections.append(Section("Results and operating point", [Row(tables)]))
     computed: list[Item] = [Text(f"{result.outcome.capitalize()}; {result.cost}.")]
     if result.skipped:
-        computed.insert(0, Table(("left out", "because"), [_reason(text) for text in result.skipped]))
+        computed.insert(0, Table(("neglected", "reason"), [_reason(text) for text in result.skipped]))
     sections.append(Section("How it was computed", computed))
     return sections
 
@@ -64,12 +64,12 @@ def _headline(result: Any, uncertainty: InputUncertainty | None) -> Section:
     known = [_inputs(uncertainty), (_error(result.friction_error), "error of the solution")]
     if math.isfinite(result.friction_boundary_half):
         ends = sorted((result.friction_boundary_half, result.friction_boundary_double))
-        known.append((f"{ends[0]:.3g} to {ends[1]:.3g}", "at half and twice the boundary film, which no theory gives"))
+        known.append((f"{ends[0]:.3g} to {ends[1]:.3g}", "at half and twice the boundary film, an empirical input"))
     tiles = []
     for name in _TILES:
         value = getattr(result, name)
         if name == "film_ratio" and not math.isfinite(value):
-            tiles.append(("smooth", "surfaces, no film ratio"))
+            tiles.append(("smooth", "surfaces without a film ratio"))
         elif math.isfinite(value):
             tiles.append((quantity(name).text(value, 3), quantity(name).label))
     if math.isfinite(result.film_ratio):
@@ -80,18 +80,16 @@ def _headline(result: Any, uncertainty: InputUncertainty | None) -> Section:
 
 def _inputs(uncertainty: InputUncertainty | None) -> tuple[str, str]:
     if uncertainty is None:
-        return "not computed", "interval by uncertain inputs; --uncertainty of solve, or Contact.uncertainty in Python"
+        return "not computed", "interval by uncertain inputs (solve --uncertainty, or Contact.uncertainty in Python)"
     if not uncertainty.low < uncertainty.high:
         return "no interval", "; ".join(uncertainty.notes) or "no input is uncertain"
     most = ", ".join(f"{name} {half:.2g}" for name, half in list(uncertainty.groups.items())[:3])
-    return (
-        f"{uncertainty.low:.3g} to {uncertainty.high:.3g}",
-        f"{100.0 * uncertainty.level:.0f} % interval by uncertain inputs, most by {most}",
-    )
+    meaning = f"{100.0 * uncertainty.level:.0f} % interval by uncertain inputs, largest contributions: {most}"
+    return f"{uncertainty.low:.3g} to {uncertainty.high:.3g}", meaning
 
 
 def _error(share: float) -> str:
-    return f"±\N{NO-BREAK SPACE}{100.0 * share:.2g} %" if math.isfinite(share) else "not known"
+    return f"±\N{NO-BREAK SPACE}{100.0 * share:.2g} %" if math.isfinite(share) else "unknown"
 
 
 def _reason(text: str) -> tuple[str, str]:

@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 
 def plot_contact(result: Any, ax: Axes | None = None) -> Axes:
-    """Pressure, film and temperatures; of a transient run also its history and roughness."""
+    """Figure of pressure, film and temperatures; of a transient run also its history and roughness."""
     from ehl.view.rough_plots import plot_transient
 
     if result.problem is None or result.film is None or result.isothermal is None:
-        raise InputError("plot", result.reason, "a contact that was solved")
+        raise InputError("plot", result.reason, "a solved contact")
     if ax is None and result.transient is not None:
         return plot_transient(result.problem, result.transient, result.isothermal, _caption(result))
     return _plot_smooth(result.problem.line, result.film, result.heat, _caption(result), ax)
@@ -44,14 +44,14 @@ def _caption(result: Any) -> str:
         first += f",  {half:.4f} … {double:.4f} at half and twice the boundary film"
     second = f"λ = {result.film_ratio:.2g},  asperities carry {100.0 * result.asperity_load_share:.2g} %"
     if math.isfinite(result.roughness_load_share):
-        second += f", {100.0 * result.roughness_load_share:.2g} % above the macroscopic pressure"
+        second += f", {100.0 * result.roughness_load_share:.2g} % of the load above the macroscopic pressure"
     return f"{first}\n{second},  {result.status} {result.reason}".rstrip()
 
 
 def _plot_smooth(
     line: LineContact, film: SteadyResult, heat: ThermalTraction | None, title: str, ax: Axes | None
 ) -> Axes:
-    """Pressure and film over x/b with the Hertz pressure; temperatures below in a figure of its own with heat."""
+    """Pressure and film over x/b with the Hertz pressure; temperatures in a second plot if they were computed."""
     b = line.half_width
     temperature_axes = None
     if ax is not None:

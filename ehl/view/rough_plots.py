@@ -1,4 +1,4 @@
-"""Figure of a rough contact in motion: time means, the last step, friction over the way, the roughness that passed."""
+"""Figure of a transient rough contact: time means, last step, friction over travel, and roughness."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SHOWN = (-2.0, 1.35)  # [b]
 
 
 def plot_transient(problem: ContactProblem, run: TransientResult, smooth: SteadyResult, title: str) -> Axes:
-    """Means over time (left), last step (right), friction over the rolled distance and profiles (below)."""
+    """Time means (left), last step (right), friction over travel and profiles (below)."""
     b = problem.line.half_width
     hot = run.run.problem.settings.thermal
     surfaces = rough_surfaces(problem.surface, problem.line, min(body.hardness for body in problem.bodies))
@@ -136,8 +136,7 @@ def _last_filling(axes: Axes, run: TransientResult, b: float) -> None:
 def running_mean(run: TransientResult) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Mean of mu and half width of its 90 % interval over the first 2, 4, 6... half-widths of the window.
 
-    Returns: travel, mean, half_width: [b], [-], [-]; the half width is nan as long as the batches are too few, shape
-    (n,).
+    Returns: travel [b], mean [-], half_width [-], shape (n,); the half width is nan with too few batches.
     """
     mu = run.history_friction
     per_half_width = mu.size / run.travel
@@ -154,10 +153,10 @@ def _friction(axes: Axes, run: TransientResult) -> None:
     if known.any():
         axes.fill_between(
             travel[known], (mean - half_width)[known], (mean + half_width)[known], color=BLUE, alpha=0.2, lw=0.0,
-            label=f"90 % interval, from {MIN_BATCHES} batches on",
+            label=f"90 % interval (at least {MIN_BATCHES} batches)",
         )  # fmt: skip
     axes.plot(travel, mean, color=BLUE, label="running mean")
-    axes.set(xlim=(0.0, run.travel), xlabel="rolled distance [b]", ylabel=axis_label("friction_coefficient"))
+    axes.set(xlim=(0.0, run.travel), xlabel="travel [b]", ylabel=axis_label("friction_coefficient"))
     low, high = np.quantile(run.history_friction, (0.002, 0.998))
     axes.set_ylim(low - 0.1 * (high - low), high + 0.35 * (high - low))
     axes.legend(loc="upper right", frameon=False, fontsize=8, ncols=3)

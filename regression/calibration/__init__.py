@@ -1,4 +1,4 @@
-"""Calibration: oil and surface parameters of the contact solver fitted to measured friction.
+"""Calibration of oil and surface parameters of the contact solver to measured friction.
 
-measured table + setup ─> bounded, robust least squares on the solver ─> intervals, parameters held ─> oil card
+Bounded, robust least squares on the solver give parameters with intervals and an oil card.
 """

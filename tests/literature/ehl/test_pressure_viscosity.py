@@ -334,4 +334,4 @@ def test_beyond_the_measured_pressure_the_law_goes_on_and_its_tangent_bounds_it(
     assert oil.continuation_difference(1.5e9) == pytest.approx(tangent / at - 1.0, rel=1e-9)
     assert oil.continuation_difference(0.6e9) == 0.0
     notes = Contact(**base, viscosity=law, pressure_valid="0.7 GPa", thermal="off").solve().notes
-    assert any("above the 0.7 GPa up to which the oil is known" in note for note in notes)
+    assert any("above 0.7 GPa, the measured range of the oil" in note for note in notes)
