@@ -293,7 +293,7 @@ def given(options: Mapping[str, Any]) -> dict[str, Any]:
 
 def is_list(text: str) -> bool:
     """Whether a text is a list ``a, b, c unit`` or a range ``from:to:number unit``."""
-    return "," in text or ":" in text
+    return any(sign in re.sub(r"\d,\d", "", text) for sign in ",;:")  # a comma within a number is refused later
 
 
 def pairs(field: str, texts: list[str] | None) -> dict[str, str]:

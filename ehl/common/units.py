@@ -28,9 +28,10 @@ def _registry() -> Any:
 # a unit follows after a space, or at once if it cannot be read as part of the number
 _NUMBER_AND_UNIT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?:\s+|(?=[^\d\s.+-]))(\S.*)")
 _DEGREES = re.compile(
-    r"([+-]?)(\d+) ?(?:°|deg) ?(\d+(?:\.\d+)?) ?(?:'|min|arcmin)(?: ?(\d+(?:\.\d+)?) ?(?:\"|s|sec|arcsec))?"
+    r"([+-]?)(\d+) ?(?:°|deg) ?(\d+(?:\.\d+)?) ?(?:'|min|arcmin)(?: ?(\d+(?:\.\d+)?) ?(?:\"|s|arcsec))?"
 )
 _COMMA = re.compile(r"\d,\d")
+_THOUSANDS = re.compile(r"['’]?\d{3}\b")  # how what follows a number begins where it has a separator of thousands
 _COMMA_HINT = (
     "A comma inside of a number is ambiguous. Write a decimal point, no separator of thousands, "
     "and separate the values of a list by a comma and a space, or by a semicolon."
@@ -39,6 +40,7 @@ _COMMA_HINT = (
 _LONGEST = 200
 _RANGE = re.compile(r"\s*([^:]{1,40}):([^:]{1,40}):\s*(\d{1,9})\s*([^\d.:][^:]{0,40})")
 _MAX_VALUES = 10_000  # of a range
+_POWERLESS = re.compile(r"(?<=[A-Za-z])(-?\d)")  # a power without its sign, as in m3
 _POWER, _SMALL_POWER = re.compile(r"\*\*|\^"), re.compile(r"(\*\*|\^)\s*[+-]?\d(\.\d+)?(?![\d^]|\*\*)")
 
 KELVIN = 273.15  # zero of the Celsius scale [K]
@@ -84,16 +86,16 @@ _READ: dict[str, tuple[tuple[float, str], ...]] = {
         (1.0, "meter metre"),
         (1e-2, "cm"),
         (1e-3, "millimeter millimetre"),
-        (1e-6, "micron microns micrometer micrometre"),
-        (_INCH, "in inch inches"),
+        (1e-6, "micron microns micrometer micrometre mikrometer"),
+        (_INCH, "in inch inches zoll"),
         (_FOOT, "ft feet foot"),
         (1e-3 * _INCH, "mil mils thou"),
         (1e-6 * _INCH, "uin microinch"),
     ),
     "m^2": ((1.0, "m2"), (1e-4, "cm2"), (1e-6, "mm2")),
-    "1/m": ((1.0, "1/m m-1"), (1e3, "mm-1")),
+    "1/m": ((1.0, "1/m"),),
     "m/s": (
-        (1.0, "m_s-1 mps"),
+        (1.0, "mps"),
         (1e-3, "mm/s"),
         (1e-2, "cm/s"),
         (1.0 / 3.6, "km/h kmh kph"),
@@ -103,8 +105,9 @@ _READ: dict[str, tuple[tuple[float, str], ...]] = {
         (_FOOT / 60.0, "ft/min fpm"),
         (0.44704, "mph"),
     ),
-    "m^2/s": ((1.0, "m2/s"), (1e-6, "mm2/s cst CST mm2_s-1"), (1e-4, "St cm2/s")),
+    "m^2/s": ((1e-6, "mm2/s cst centistoke centistokes"), (1e-4, "St cm2/s")),
     "rad": (
+        (1.0, "radian radians"),
         (math.pi / 180.0, "° degree degrees"),
         (1e-3, "mrad"),
         (math.pi / 200.0, "gon"),
@@ -113,53 +116,74 @@ _READ: dict[str, tuple[tuple[float, str], ...]] = {
     ),
     # of a shaft: a rotation or turn a time, or the angular speed; nothing else
     "rad/s": (
-        (1.0, "rad/s rad_s-1"),
-        (_TURN / 60.0, "RPM Rpm 1/min /min min-1 U/min u/min r/min rev/min revs/min rot/min"),
-        (_TURN, "1/s /s s-1 Hz U/s rev/s rps"),
+        (1.0, "radians/s"),
+        (_TURN / 60.0, "1/min u/min upm umdr/min r/min rev/min revs/min rot/min tr/min"),
+        (_TURN, "1/s hz u/s rev/s rps"),
         (_TURN * 1e3 / 60.0, "krpm"),
     ),
-    "N": ((1.0, "N"), (_POUND, "lbf"), (9.80665, "kgf kp")),
+    "N": ((1.0, "N"), (10.0, "daN"), (_POUND, "lbf"), (9.80665, "kgf kp")),
     "N*m": (
-        (1.0, "Nm N_m"),
+        (1.0, "Nm"),
         (1e3, "kNm kN_m"),
+        (10.0, "daNm daN_m"),
+        (1e-2, "Ncm N_cm"),
         (1e-3, "mNm mN_m Nmm N_mm"),
         (_POUND * _FOOT, "lbf_ft ft_lbf lb_ft ft_lb lbft ftlb lbfft ftlbf"),
         (_POUND * _INCH, "lbf_in in_lbf lb_in in_lb lbin inlb lbfin inlbf"),
         (9.80665, "kgf_m kgfm kp_m kpm"),
     ),
-    "N/m": ((1.0, "N/m"), (1e3, "kN/m"), (_POUND / _INCH, "lbf/in lb/in"), (_POUND / _FOOT, "lbf/ft lb/ft")),
+    "N/m": ((1e3, "kN/m"), (_POUND / _INCH, "lbf/in lb/in"), (_POUND / _FOOT, "lbf/ft lb/ft")),
     "Pa": (
         (1.0, "Pa N/m2"),
         (1e2, "hPa mbar"),
-        (1e3, "kPa"),
+        (1e3, "kPa kN/m2"),
         (1e6, "N/mm2 MN/m2"),
         (1e9, "kN/mm2"),
         (_POUND / _INCH**2, "psi lbf/in2"),
         (1e3 * _POUND / _INCH**2, "ksi kpsi"),
         (9.80665e6, "kgf/mm2"),
     ),
-    "1/Pa": ((1.0, "Pa-1 m2/N"), (1e-6, "1/MPa MPa-1 mm2/N"), (1e-9, "GPa-1 /GPa"), (1e-5, "1/bar bar-1")),
+    "1/Pa": ((1.0, "1/Pa m2/N"), (1e-6, "1/MPa mm2/N"), (1e-5, "1/bar")),
     "Pa/K": ((1.0, "Pa/K"), (1e6, "MPa/K"), (1e3, "kPa/K")),
-    "Pa*s": ((1.0, "Pa_s Pas N_s/m2"), (1e-3, "mPas mPa_s cP cp"), (0.1, "P")),
+    "Pa*s": ((1.0, "Pas N_s/m2 Ns/m2"), (1e-3, "mPas cP cp"), (0.1, "P")),
     "K": ((1.0, "kelvin Kelvin"),),
-    "1/K": ((1.0, "1/K K-1 1/degC 1/°C 1/C"),),
-    "kg/m^3": ((1.0, "kg/m3 g/l g/L"), (1e3, "g/cm3 g/ml g/mL g/cc kg/l kg/L kg/dm3 t/m3")),
-    "W/(m*K)": ((1.0, "W/m_K W/mK W/m/K W_m-1_K-1"), (1e-3, "mW/m_K mW/mK")),
-    "J/(kg*K)": ((1.0, "J/kg_K J/kgK J/kg/K J_kg-1_K-1"), (1e3, "kJ/kg_K kJ/kgK kJ/kg/K J/g_K J/gK")),
+    "1/K": ((1.0, "1/K 1/°C 1/C"),),
+    "kg/m^3": ((1.0, "g/l g/L"), (1e3, "g/cm3 g/ml g/mL g/cc kg/l kg/L kg/dm3 t/m3")),
+    "W/(m*K)": ((1.0, "W/mK W/m/K"), (1e-3, "mW/m_K mW/mK")),
+    "J/(kg*K)": ((1.0, "J/kgK J/kg/K"), (1e3, "kJ/kg_K kJ/kgK kJ/kg/K J/g_K J/gK J/g/K")),
     "W/(m^2*K)": ((1.0, "W/m2_K W/m2K W/m2/K"),),
     "W/m^2": ((1.0, "W/m2"), (1e3, "kW/m2"), (1e6, "MW/m2 W/mm2"), (1e9, "GW/m2")),
-    "K/W": ((1.0, "K/W degC/W °C/W C/W"),),
-    "s": ((1.0, "s sec second seconds"), (1e-3, "ms"), (60.0, "min minute minutes"), (3600.0, "hr hour hours")),
-    "h": ((1.0, "h hr hour hours"), (1.0 / 60.0, "min minute minutes"), (1.0 / 3600.0, "s sec second seconds")),
-    "": ((1e-2, "percent"),),
+    "K/W": ((1.0, "K/W °C/W C/W"),),
+    "s": ((1.0, "s second seconds"), (1e-3, "ms"), (60.0, "min minute minutes"), (3600.0, "hr hour hours")),
+    "h": ((1.0, "h hr hour hours"), (1.0 / 60.0, "min minute minutes"), (1.0 / 3600.0, "s second seconds")),
+    "": ((1e-2, "percent pct prozent"), (1e-3, "‰")),
 }
 # kelvins of a temperature scale: factor and zero
 _TEMPERATURES = {
-    **dict.fromkeys(("C", "°C", "deg_C", "Celsius", "celsius"), (1.0, KELVIN)),
-    **dict.fromkeys(("F", "°F", "degF", "deg_F", "Fahrenheit"), (5.0 / 9.0, KELVIN - 160.0 / 9.0)),
+    **dict.fromkeys(("C", "celsius", "°celsius"), (1.0, KELVIN)),
+    **dict.fromkeys(("F", "°F", "fahrenheit", "°fahrenheit"), (5.0 / 9.0, KELVIN - 160.0 / 9.0)),
 }
+# words that have one meaning in any case; the others may differ by it, as mPa and MPa do
+_ANY_CASE = frozenset(
+    "rpm krpm min u upm umdr r rev revs rot tr hz rps rad deg degree degrees celsius fahrenheit cst centistoke "
+    "centistokes lb lbf ft in inch inches zoll feet foot mil mils thou micron microns micrometer micrometre mikrometer "
+    "millimeter millimetre microinch lbft ftlb lbfft ftlbf lbin inlb lbfin inlbf psi ksi km h kmh kph mph fpm fps "
+    "percent pct prozent second seconds minute minutes hr hour hours".split()
+)
 # fields whose unit is never left to pint: another spelling there may mean something else
 _CLOSED = ("", "rad/s", "N*m", "rad")
+
+
+# signs that look alike: degrees, primes, fractions, minus; blanks of no width
+_ALIKE = str.maketrans(
+    dict.fromkeys("\u00ba\u02da", "°")
+    | dict.fromkeys("\u00b4`\u2018\u2019\u2032", "'")
+    | dict.fromkeys("\u201c\u201d\u2033", '"')
+    | dict.fromkeys("\u2044\u2215", "/")
+    | dict.fromkeys("\u2010\u2011\u2012\u2013\u2212", "-")
+    | dict.fromkeys("\u200b\u2060\ufeff")
+    | {"\u03bc": "u"}
+)
 
 
 @cache
@@ -169,21 +193,41 @@ def spellings(unit: str) -> dict[str, tuple[float, float]]:
     unit: SI unit of a field; ``""`` for a ratio.
     """
     found = {_canonical(name): (factor, zero) for name, (common, factor, zero) in UNITS.items() if common == unit}
+    found |= {_canonical(unit): (1.0, 0.0)} if unit else {}
     for factor, names in _READ.get(unit, ()):
         found |= dict.fromkeys((name.replace("_", " ") for name in names.split()), (factor, 0.0))
-    if unit == "K":
-        found |= {name.replace("_", " "): value for name, value in _TEMPERATURES.items()}
-    return found
+    return found | _TEMPERATURES if unit == "K" else found
+
+
+def _known(typed: str, unit: str) -> tuple[float, float] | None:
+    """Factor and zero of a spelling of an SI unit; None where it is not one of `spellings`."""
+    text, known = _canonical(typed), spellings(unit)
+    if text not in known and _in_any_case(text):
+        text = next((name for name in known if name.casefold() == text.casefold() and _in_any_case(name)), text)
+    return known.get(text)
+
+
+def _in_any_case(text: str) -> bool:
+    return all(word.casefold() in _ANY_CASE for word in re.findall(r"[^\W\d_]+", text))
+
+
+def _plain(text: str) -> str:
+    """The text with one sign for those that look alike."""
+    return unicodedata.normalize("NFKC", text.translate(_ALIKE)).translate(_ALIKE).strip()
 
 
 def _canonical(text: str) -> str:
-    """One form for the ways to write a unit: ``mm²/s``, ``mm^2/s`` and ``mm**2/s`` are ``mm2/s``."""
-    text = unicodedata.normalize("NFKC", text).replace("\u03bc", "u").replace("\u2212", "-")
-    text = text.replace("\u2032", "'").replace("\u2019", "'").replace("''", '"').replace("\u201d", '"')
-    text = re.sub(r"(\*\*|\^)\s*(?=[+-]?\d)", "", text)
-    text = re.sub(r"(?<=[A-Za-z])[.-](?=[A-Za-z])", " ", text)  # N.m, lb-ft
-    text = re.sub(r"[*\u00b7\u22c5\u00d7()]", " ", text)
-    return re.sub(r"\s*/\s*", "/", " ".join(text.split()))
+    """One form for the ways to write a unit: ``mm²/s``, ``mm^2/s``, ``mm**2/s`` and ``mm2 s-1`` are ``mm2/s``."""
+    text = re.sub(r"(\*\*|\^)\s*(?=[+-]?\d)", "", text)  # powers
+    text = re.sub(r"[*\u00b7\u2022\u2219\u22c5\u00d7()\[\]]", " ", _plain(text).replace("''", '"'))
+    text = re.sub(r"\s*/\s*", "/", text)
+    text = re.sub(r"\br\W?p\W?m\b", "rpm", text, flags=re.IGNORECASE)
+    text = re.sub(r"(?<=[A-Za-z])[.-](?=[A-Za-z])", " ", text).rstrip(". ")  # N.m, lb-ft, in.
+    text = re.sub(r"(?:°|\bdeg(?:rees?|\.)?) ?(?=(?:[CF]|celsius|fahrenheit)\b)", "°", text, flags=re.IGNORECASE)
+    text = re.sub(r"\blbs\b", "lb", re.sub(r"\bsec\b", "s", " ".join(text.split())), flags=re.IGNORECASE)
+    # negative powers behind a unit and alone
+    text = re.sub(r"(?<=\w) ([^\W\d_]+)-(\d)", lambda found: f"/{found[1]}{found[2].replace('1', '')}", text)
+    return re.sub(r"^(?:1?/|(?=[^\W\d_]+-1$))([^\W\d_]+)(?:-1)?$", r"1/\1", text)
 
 
 # what a user may type for each SI unit, shown in error messages
@@ -254,7 +298,7 @@ def _from_text(text: str, unit: str, field: str) -> tuple[float, bool]:
         pass
     if _COMMA.search(text):
         raise InputError(field, text, _expectation(unit), _COMMA_HINT)
-    cleaned = unicodedata.normalize("NFKC", text).replace("\u2212", "-").strip()
+    cleaned = _plain(text)
     if unit == "rad" and (match := _DEGREES.fullmatch(_canonical(cleaned))) is not None:
         minutes, seconds = float(match[3]), float(match[4] or 0.0)
         if minutes < 60.0 and seconds < 60.0:
@@ -262,10 +306,10 @@ def _from_text(text: str, unit: str, field: str) -> tuple[float, bool]:
             return -angle if match[1] == "-" else angle, True
     match = _NUMBER_AND_UNIT.fullmatch(cleaned)
     if match is not None:
-        known = spellings(unit).get(_canonical(match[2]))
+        known = _known(match[2], unit)
         if known is not None:
             return float(match[1]) * known[0] + known[1], True
-    if match is None or unit in _CLOSED:
+    if match is None or unit in _CLOSED or _THOUSANDS.match(match[2]):
         raise InputError(field, text, _expectation(unit), _refusal(match[2] if match else "", unit))
     return _by_pint(float(match[1]), match[2], text, unit, field), True
 
@@ -275,21 +319,25 @@ def _by_pint(number: float, typed: str, text: str, unit: str, field: str) -> flo
     import pint
 
     registry = _registry()
-    try:
-        # Quantity(value, unit) and not a product: offset units (degC) are not multiplicative
-        quantity = registry.Quantity(number, registry.Unit(typed.replace("\u03bc", "u")))
-        return float(quantity.to(registry.Unit(unit)).magnitude)
-    except pint.DimensionalityError:
-        hint = _near_unit(typed, unit, "The unit is of another dimension.")
-    except Exception:  # pint raises its own, tokenizer and attribute errors for unreadable text
-        hint = _near_unit(typed, unit)
+    hint = ""
+    for name in dict.fromkeys((typed, _POWERLESS.sub(r"**\1", typed))):
+        try:
+            # Quantity(value, unit) and not a product: offset units (degC) are not multiplicative
+            quantity = registry.Quantity(number, registry.Unit(name))
+            return float(quantity.to(registry.Unit(unit)).magnitude)
+        except pint.DimensionalityError:
+            hint = _near_unit(typed, unit, "The unit is of another dimension.")
+        except Exception:  # pint raises its own, tokenizer and attribute errors for unreadable text
+            hint = hint or _near_unit(typed, unit)
     raise InputError(field, text, _expectation(unit), hint)
 
 
 def _refusal(typed: str, unit: str) -> str:
     """Why a unit is refused that no table of the field has."""
+    if _THOUSANDS.match(typed):
+        return "Write the number without a separator of thousands."
     others = {common for common, _, _ in UNITS.values()} | _READ.keys()
-    if any(_canonical(typed) in spellings(other) for other in others):
+    if any(_known(typed, other) for other in others):
         return _near_unit(typed, unit, "The unit is of another dimension.")
     return _near_unit(typed, unit)
 
@@ -350,10 +398,13 @@ class ValueRange:
 
     def _remedy(self, value: object) -> str:
         """The hint, and for a bare number the unit in which it would be inside of the range."""
-        if isinstance(value, int | float) and self.unit:
-            for name, (unit, factor, zero) in UNITS.items():
-                if unit == self.unit and name != unit and self._inside(float(value) * factor + zero):
-                    return f"A bare number is in {self.unit}. Did you mean '{value:g} {name}'? {self.hint}".strip()
+        try:
+            number = float(value)  # type: ignore[arg-type]
+        except (TypeError, ValueError):
+            return self.hint
+        for name, (unit, factor, zero) in UNITS.items():
+            if self.unit and unit == self.unit and name != unit and self._inside(number * factor + zero):
+                return f"A bare number is in {self.unit}. Did you mean '{number:g} {name}'? {self.hint}".strip()
         return self.hint
 
     def check_list(self, text: str, field: str) -> list[float]:
@@ -414,27 +465,3 @@ def _entries(text: str) -> list[str]:
     last = _NUMBER_AND_UNIT.fullmatch(entries[-1])
     default = f" {last[2]}" if last else ""
     return [entry if _NUMBER_AND_UNIT.fullmatch(entry) else entry + default for entry in entries]
-
-
-def spellings_page() -> str:
-    """The page docs/units.md: every unit that is read, by the SI unit of the field."""
-    rows = [
-        "# Units",
-        "",
-        "A value is a number and its unit, such as `1.2 GPa` or `350Nm`; a bare number in a file or in Python is in",
-        "SI units. `mm²`, `mm^2` and `mm2` are the same, as are `N m`, `N*m` and `N·m`. A comma inside of a number is",
-        "refused: values of a list are separated by a comma and a space, or by a semicolon.",
-        "",
-        "| SI unit of the field | units that are read |",
-        "|---|---|",
-    ]
-    for unit in sorted({*_READ, *(common for common, _, _ in UNITS.values())}):
-        rows.append(f"| {unit or 'ratio'} | " + " ".join(f"`{name}`" for name in spellings(unit)) + " |")
-    rows += [
-        "",
-        "Speeds of shafts, torques, angles and ratios are read in these units alone. A rate such as `1500 1/min` is",
-        "a number of rotations, an energy is no torque, an angle is no ratio. Other fields are read in any unit of",
-        "their dimension that [pint](https://pint.readthedocs.io) has. Angles may have minutes and seconds:",
-        "`35° 12' 30\"`.",
-    ]
-    return "\n".join(rows)
