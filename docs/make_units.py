@@ -14,9 +14,9 @@ from ehl.common.units import parse_quantity, spellings
 HERE = Path(__file__).parent
 HEAD = """# Units
 
-A value is a number and its unit, such as `1.2 GPa` or `350Nm`; a bare number in a file or in Python is in SI units. `mm²`, `mm^2` and `mm2` are the
-same, as are `N m`, `N*m` and `N·m`, and `kg/m3` and `kg m-3`. A comma within a number is refused: values of a list are separated by a comma and
-a space, or by a semicolon.
+A value is a number and its unit, such as `1.2 GPa` or `350Nm`; a bare number in a file or in Python is in SI units.
+`mm²`, `mm^2` and `mm2` are the same, as are `N m`, `N*m` and `N·m`, and `kg/m3` and `kg m-3`. A comma within a number
+is refused: values of a list are separated by a comma and a space, or by a semicolon.
 
 ## Spellings
 
@@ -26,9 +26,10 @@ a space, or by a semicolon.
 UNITS = """
 ## Units by field
 
-Speeds of shafts, torques, angles and ratios are read in these units only. A rate such as `1500 1/min` is a number of rotations, an energy is not a
-torque, an angle is not a ratio. Other fields are read in any unit of their dimension that [pint](https://pint.readthedocs.io) has. Angles may have
-minutes and seconds: `35° 12' 30"`. Words such as `rpm`, `inch` and `Celsius` are read in any case; `mPa` and `MPa` differ.
+Speeds of shafts, torques, angles and ratios are read in these units only. A rate such as `1500 1/min` is a number of
+rotations, an energy is not a torque, an angle is not a ratio. Other fields are read in any unit of their dimension that
+[pint](https://pint.readthedocs.io) has. Angles may have minutes and seconds: `35° 12' 30"`. Words such as `rpm`, `inch`
+and `Celsius` are read in any case; `mPa` and `MPa` differ.
 
 | SI unit of the field | units that are read |
 |---|---|

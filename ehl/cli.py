@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 import ehl
+from ehl.common import console
 from ehl.common.console import CONTACT, App, JsonOption, check_outputs, given, names_of, print_json, write_figure
 
 
@@ -152,16 +153,16 @@ def oil(
 
 
 def profile(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Profile or map: text file or instrument file.")],
-    unit_x: Annotated[str, typer.Option(help="Unit of the positions if the file has none.")] = "",
-    unit_height: Annotated[str, typer.Option(help="Unit of the heights if the file has none.")] = "",
-    detrend: Annotated[int, typer.Option(help="Order of the polynomial that is removed as form.")] = 2,
-    cutoff_long: Annotated[str | None, typer.Option(help="lambda_c, e.g. '0.8 mm'; default: ISO 4288.")] = None,
-    cutoff_short: Annotated[str | None, typer.Option(help="lambda_s, e.g. '2.5 um'.")] = None,
+    file: console.ProfileArgument,
+    unit_x: console.UnitXOption = "",
+    unit_height: console.UnitHeightOption = "",
+    detrend: console.DetrendOption = 2,
+    cutoff_long: console.CutoffLongOption = None,
+    cutoff_short: console.CutoffShortOption = None,
     json_output: JsonOption = False,
-    plot: Annotated[Path | None, typer.Option(help="Write a figure of raw heights, form and roughness.")] = None,
+    plot: console.ProfilePlotOption = None,
 ) -> None:
-    """Evaluate a measured profile: Rq, RSm, slope, correlation length, lay, interpolated points."""
+    """Check a measured profile: Rq, RSm, slope, correlation length, lay, interpolated points, form removed."""
     check_outputs({"plot": plot})
     cutoffs = {"cutoff_long": cutoff_long, "cutoff_short": cutoff_short}
     found = ehl.measured_surface(file, unit_x=unit_x, unit_height=unit_height, detrend=detrend, **given(cutoffs))

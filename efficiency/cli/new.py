@@ -15,6 +15,7 @@ import typer.main
 import efficiency
 import ehl
 from ehl import InputError
+from ehl.common import console
 from ehl.common.console import PROGRAM, App, check_outputs, write_text
 
 # kind: what it is, and what one does with it
@@ -60,17 +61,25 @@ new_app = App(
 
 
 def new_finish(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Trace or map, as of `mixed-ehl profile`.")],
+    file: console.ProfileArgument,
     output: OutputOption = None,
     force: ForceOption = False,
-    unit_x: Annotated[str, typer.Option(help="Unit of the positions where the file has none.")] = "",
-    unit_height: Annotated[str, typer.Option(help="Unit of the heights where the file has none.")] = "",
+    unit_x: console.UnitXOption = "",
+    unit_height: console.UnitHeightOption = "",
+    detrend: console.DetrendOption = 2,
+    cutoff_long: console.CutoffLongOption = None,
+    cutoff_short: console.CutoffShortOption = None,
     new: Annotated[bool, typer.Option("--new", help="The surface was measured as made, not run in.")] = False,
+    plot: console.ProfilePlotOption = None,
 ) -> None:
-    """A finish card of a measured trace or map: Rq, correlation length, skewness and lay, each with its range."""
+    """A finish card of a measured trace or map: Rq, correlation length, skewness, lay with ranges; power spectrum."""
     path = _target(output, "finish", ".toml", force)
-    found = ehl.Finish.from_profile(file, "new" if new else "run_in", unit_x=unit_x, unit_height=unit_height)
-    write_text(path, found.to_toml())
+    check_outputs({"plot": plot})
+    cutoffs = console.given({"cutoff_long": cutoff_long, "cutoff_short": cutoff_short})
+    found = ehl.measured_surface(file, unit_x=unit_x, unit_height=unit_height, detrend=detrend, **cutoffs)
+    found.write(plot=plot)
+    found.show()
+    write_text(path, ehl.Finish.from_profile(found, "new" if new else "run_in").to_toml())
     print(f"written: {path}\nnext: {_FINISH[2].format(file=path)}")
 
 

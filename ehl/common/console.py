@@ -279,6 +279,16 @@ def _write_log() -> str:
 
 
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object in SI units.")]
+# how a measured profile is read
+ProfileArgument = Annotated[
+    Path, typer.Argument(metavar="FILE", help="Trace or map: text, or a file of an instrument.")
+]
+UnitXOption = Annotated[str, typer.Option(help="Unit of the positions where the file has none.")]
+UnitHeightOption = Annotated[str, typer.Option(help="Unit of the heights where the file has none.")]
+DetrendOption = Annotated[int, typer.Option(help="Order of the polynomial that is removed as form.")]
+CutoffLongOption = Annotated[str | None, typer.Option(help="lambda_c, e.g. '0.8 mm'; by ISO 4288 if not given.")]
+CutoffShortOption = Annotated[str | None, typer.Option(help="lambda_s, e.g. '2.5 um'.")]
+ProfilePlotOption = Annotated[Path | None, typer.Option(help="Write a figure: as read, form, and the profile used.")]
 
 
 def names_of(kind: str) -> Callable[[], list[str]]:

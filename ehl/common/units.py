@@ -164,11 +164,11 @@ _TEMPERATURES = {
     **dict.fromkeys(("F", "°F", "fahrenheit", "°fahrenheit"), (5.0 / 9.0, KELVIN - 160.0 / 9.0)),
 }
 # words that have one meaning in any case; the others may differ by it, as mPa and MPa do
-_ANY_CASE = frozenset(
+_ANY_CASE = (
     "rpm krpm min u upm umdr r rev revs rot tr hz rps rad deg degree degrees celsius fahrenheit cst centistoke "
     "centistokes lb lbf ft in inch inches zoll feet foot mil mils thou micron microns micrometer micrometre mikrometer "
     "millimeter millimetre microinch lbft ftlb lbfft ftlbf lbin inlb lbfin inlbf psi ksi km h kmh kph mph fpm fps "
-    "percent pct prozent second seconds minute minutes hr hour hours".split()
+    "percent pct prozent second seconds minute minutes hr hour hours"
 )
 # fields whose unit is never left to pint: another spelling there may mean something else
 _CLOSED = ("", "rad/s", "N*m", "rad")
@@ -208,7 +208,7 @@ def _known(typed: str, unit: str) -> tuple[float, float] | None:
 
 
 def _in_any_case(text: str) -> bool:
-    return all(word.casefold() in _ANY_CASE for word in re.findall(r"[^\W\d_]+", text))
+    return all(f" {word.casefold()} " in f" {_ANY_CASE} " for word in re.findall(r"[^\W\d_]+", text))
 
 
 def _plain(text: str) -> str:

@@ -11,17 +11,21 @@ from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from statistics import NormalDist
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import model_validator
 
 from ehl.common.data import data_names, data_path
-from ehl.common.errors import InputError, near
+from ehl.common.errors import InputError, near, same_name
 from ehl.common.files import toml_text
+from ehl.common.numbers import finite_or_none
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, read_toml, validate
+
+if TYPE_CHECKING:
+    from ehl.surface.measured_surface import MeasuredSurface
 
 FloatArray = NDArray[np.float64]
 State = Literal["new", "run_in"]
@@ -91,9 +95,24 @@ class _StateTable(InputModel):
     lay_ratio: Figure
 
 
+class MeasuredParameters(InputModel):
+    """What a profile has besides the figures of its finish, SI: as of `ehl.measured_surface`."""
+
+    kurtosis: float
+    rsm: float | None = None
+    rdq: float
+    correlation_length_along: float | None = None
+    lay_angle: float | None = None
+    cutoff_short: float
+    cutoff_long: float
+    frequency: tuple[float, ...] = ()
+    spectral_density: tuple[float, ...] = ()
+
+
 class _FinishFile(InputModel):
     name: str
     description: str
+    measured: MeasuredParameters | None = None
     new: _StateTable | None = None
     run_in: _StateTable | None = None
 
@@ -123,6 +142,8 @@ class Finish:
         Skewness of the heights [-].
     lay_ratio : Figure
         Correlation length along the marks over that across them [-].
+    measured : MeasuredParameters, optional
+        Of a measured profile: Rku, RSm, Rdq, cut-offs, correlation length along the lay, power spectrum.
     """
 
     name: str
@@ -132,6 +153,7 @@ class Finish:
     correlation_length: Figure
     skewness: Figure
     lay_ratio: Figure
+    measured: MeasuredParameters | None = None
 
     @classmethod
     def load(cls, name: str, state: str = "run_in") -> Finish:
@@ -165,10 +187,10 @@ class Finish:
         if table is None:
             raise InputError("finish_state", state, f"a state of {name}: " + ", ".join(set(STATES) - {state}))
         figures = (table.roughness_rms, table.correlation_length, table.skewness, table.lay_ratio)
-        return cls(file.name, state, file.description, *figures)
+        return cls(file.name, state, file.description, *figures, file.measured)
 
     @classmethod
-    def from_profile(cls, path: str | Path, state: State = "run_in", **reading: Any) -> Finish:
+    def from_profile(cls, path: str | Path | MeasuredSurface, state: State = "run_in", **reading: Any) -> Finish:
         """The finish of a measured profile or map.
 
         A single profile does not show the lay: it counts as isotropic, with a range up to 5. The other ranges are own
@@ -176,8 +198,8 @@ class Finish:
 
         Parameters
         ----------
-        path : str or Path
-            File of the measurement.
+        path : str, Path or MeasuredSurface
+            The file, or what `ehl.measured_surface` found in it.
         state : {"run_in", "new"}
             State of the measured flank.
         **reading
@@ -197,26 +219,30 @@ class Finish:
         >>> import ehl
         >>> card = ehl.Finish.from_profile("flank.csv", unit_height="um").to_toml()  # doctest: +SKIP
         """
-        from ehl.surface.measured_surface import measured_surface
+        from ehl.surface.measured_surface import MeasuredSurface, measured_surface
 
-        found = measured_surface(path, **reading)
+        found = path if isinstance(path, MeasuredSurface) else measured_surface(path, **reading)
         across, along = found.correlation_length, found.correlation_length_along
         if not math.isfinite(across):
             raise InputError("profile", found.name, "heights whose autocorrelation falls to 1/e within the length")
-        source = f"{Path(path).name}, {found.cutoff_short:.3g} m to {found.cutoff_long:.3g} m; range ours"
+        source = f"{Path(found.name).name}, {found.cutoff_short:.3g} m to {found.cutoff_long:.3g} m; range ours"
         lay = Figure(value=1.0, low=1.0, high=5.0, source="not measurable by a single profile; range ours")
         if math.isfinite(along):
             ratio = max(along / across, 1.0 / 3.0)
             lay = Figure(value=ratio, low=ratio / 1.5, high=ratio * 1.5, source=source)
         rms, skewness = found.roughness_rms, min(max(found.skewness, -2.7), 2.7)
+        measured = {name: finite_or_none(getattr(found, name)) for name in MeasuredParameters.model_fields} | {
+            name: tuple(getattr(found, name).tolist()) for name in ("frequency", "spectral_density")
+        }
         return cls(
-            Path(path).stem,
+            Path(found.name).stem,
             state,
-            f"measured: RSm {found.rsm:.3g} m, Rdq {found.rdq:.3g}, Rku {found.kurtosis:.3g}",
+            f"measured, {found.lines} lines of {found.points} points",
             Figure(value=rms, low=rms / 1.2, high=rms * 1.2, source=source),
             Figure(value=across, low=across / 1.25, high=across * 1.25, source=source),
             Figure(value=skewness, low=skewness - 0.3, high=skewness + 0.3, source=source),
             lay,
+            MeasuredParameters(**measured),
         )
 
     def to_toml(self) -> str:
@@ -233,8 +259,11 @@ class Finish:
         'name = "ground"'
         """
         figures = ("roughness_rms", "correlation_length", "skewness", "lay_ratio")
-        table = {name: getattr(self, name).model_dump() for name in figures}
-        return toml_text({"name": self.name, "description": self.description, self.state: table})
+        content = {"name": self.name, "description": self.description}
+        tables = {self.state: {name: getattr(self, name).model_dump() for name in figures}}
+        if self.measured is not None:
+            tables["measured"] = self.measured.model_dump(exclude_none=True)
+        return toml_text(content | tables)
 
     def with_rms(self, rms: float) -> Finish:
         """The finish with a measured Rq, with a range of 20 % and the same correlation length.
@@ -306,7 +335,7 @@ class Additive:
 def _finish_file(name: str) -> _FinishFile:
     if name.endswith(".toml"):
         return validate(_FinishFile, read_toml(name, "finish"), name)
-    return _shipped_finish(name)
+    return _shipped_finish(same_name(name, data_names("finishes")))
 
 
 @cache

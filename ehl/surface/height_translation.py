@@ -52,6 +52,7 @@ def _shape(family: str, a: float, b: float, z: FloatArray) -> FloatArray:
     return np.asarray(1.0 / (1.0 + np.exp(-np.clip(t, -300.0, 300.0))))
 
 
+NEARLY_GAUSSIAN = 0.07  # skewness below which the fit starts at the limit of a small one
 # trapezoidal rule on the normal density: spectrally accurate, nodes to 9 sigma
 _NODES = np.linspace(-9.0, 9.0, 721)
 _WEIGHTS = np.exp(-0.5 * _NODES**2)
@@ -98,8 +99,13 @@ def translation(skewness: float, kurtosis: float) -> Callable[[FloatArray], Floa
         # kurtosis above its bound on a logarithmic scale, which resolves the region near the bound
         return np.array([third - sign * skewness, math.log((fourth - third**2 - 1.0) / (kurtosis - skewness**2 - 1.0))])
 
-    for start in ((0.0, 0.3), (-1.0, 0.3), (1.0, 0.3), (2.0, 0.0), (-2.0, 0.7), (4.0, 1.0), (0.5, -0.5), (6.0, 0.5)):
-        fit = scipy.optimize.least_squares(residual, start, bounds=([-60.0, -3.0], [60.0, 4.0]), xtol=1e-14, ftol=1e-14)
+    starts = [(0.0, 0.3), (-1.0, 0.3), (1.0, 0.3), (2.0, 0.0), (-2.0, 0.7), (4.0, 1.0), (0.5, -0.5), (6.0, 0.5)]
+    low, high = [-60.0, -3.0], [60.0, 4.0]
+    size = abs(skewness)
+    if family == "bounded" and 1e-4 < size < NEARLY_GAUSSIAN:  # location and scale grow as 1/skewness
+        starts, low, high = [(3.23 / size, -math.log(0.5 * size))], [0.0, 0.0], [1e5, 12.0]
+    for start in starts:
+        fit = scipy.optimize.least_squares(residual, start, bounds=(low, high), xtol=1e-14, ftol=1e-14)
         if np.max(np.abs(fit.fun)) < 1e-7:
             a, b = float(fit.x[0]), math.exp(float(fit.x[1]))
             mean, std, _, _ = _moments(family, a, b)

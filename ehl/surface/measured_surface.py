@@ -34,6 +34,7 @@ STANDARD_CUTOFFS = (
     (1e-5, 2.5e-3, 8e-6),
     (math.inf, 8e-3, 2.5e-5),
 )
+SPECTRUM_BINS = 24  # of equal width in the logarithm of the frequency, between the cut-offs
 ISOTROPIC = 1.2  # ratio of the RMS slopes across and along below which no lay is stated (own choice)
 _CUTOFF = ValueRange("m", gt=0.0, le=0.1)
 
@@ -60,6 +61,9 @@ class MeasuredSurface(TableResult):
         Angle between lay and x of a map [rad]; nan for a profile or an isotropic map.
     missing, spikes : int
         Number of interpolated points.
+    frequency, spectral_density : ndarray, shape (bins,)
+        Spatial frequency 1/wavelength [1/m] between the cut-offs, and the one-sided power spectral density of the
+        lines [m^3]: its integral over the frequency is Rq squared.
     notes : tuple of str
         Processing steps.
     x, raw, form, used : ndarray, shape (n,)
@@ -92,6 +96,8 @@ class MeasuredSurface(TableResult):
     lay_angle: float
     missing: int
     spikes: int
+    frequency: FloatArray
+    spectral_density: FloatArray
     notes: tuple[str, ...]
     x: FloatArray
     raw: FloatArray
@@ -188,7 +194,7 @@ def measured_surface(
     if long is None or short is None:
         chosen = _standard_cutoffs(level, step, length / 5.0)
         if long is None and chosen[1] > length / 5.0:
-            notes.append(f"long cut-off a fifth of the length: {length:.3g} m are less than five of {chosen[1]:.3g} m")
+            notes.append(f"long cut-off reduced to a fifth of the length; ISO 4288 requires {5e3 * chosen[1]:.3g} mm")
         long = min(chosen[1], length / 5.0) if long is None else long
         short = max(chosen[2], 2.0 * step) if short is None else short
     if not 2.0 * step <= short < 0.5 * long <= 0.5 * length:
@@ -214,6 +220,7 @@ def measured_surface(
         angle,
         found.missing,
         found.spikes,
+        *power_spectrum(used, step, short, long),
         tuple(notes),
         found.x,
         raw,
@@ -288,6 +295,22 @@ def _correlation_length(used: FloatArray, found: MeasuredHeights, angle: float) 
         return math.nan
     i = int(below[0])
     return float(step * (i - 1 + (values[i - 1] - math.exp(-1.0)) / (values[i - 1] - values[i])))
+
+
+def power_spectrum(lines: FloatArray, spacing: float, short: float, long: float) -> tuple[FloatArray, FloatArray]:
+    """Spatial frequency [1/m] and one-sided power spectral density [m^3] of lines, mean in bins between cut-offs.
+
+    Periodograms with a Hann window, mean of all lines, as by `scipy.signal.periodogram`.
+
+    lines: heights, shape (lines, n) [m].
+    spacing, short, long: [m].
+    """
+    frequency, density = scipy.signal.periodogram(lines, 1.0 / spacing, "hann", detrend="constant")
+    edges = np.geomspace(1.0 / long, 1.0 / short, SPECTRUM_BINS + 1)
+    inside = np.digitize(frequency, edges)
+    mean = density.mean(axis=0)
+    filled = [k for k in range(1, SPECTRUM_BINS + 1) if (inside == k).any()]
+    return tuple(np.array([values[inside == k].mean() for k in filled]) for values in (frequency, mean))  # type: ignore[return-value]
 
 
 def rms_slope(heights: FloatArray, spacing: float) -> float:

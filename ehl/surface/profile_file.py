@@ -6,6 +6,8 @@ or a matrix whose size is in the header. All other files are read by the optiona
 
 from __future__ import annotations
 
+import contextlib
+import io
 import math
 import re
 from dataclasses import dataclass, replace
@@ -33,15 +35,20 @@ MAX_MISSING, LONGEST_GAP = 0.2, 0.02  # largest interpolated shares of the point
 SPIKE_DEVIATION, SPIKE_HEIGHT, MAX_SPIKES = 10.0, 1.0, 0.02
 ROBUST = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
 
-_HINT = "Set profile_unit_x and profile_unit_height, or add the units to the header of the file: x [mm], height [um]."
+_HINT = (
+    "State it in the header of the file, such as x [mm], height [um], or as unit_x and unit_height (--unit-x, "
+    "--unit-height; in a contact file profile_unit_x, profile_unit_height)."
+)
 _EXTRA = 'Formats of instruments are read by SurfaceTopography: pip install "mixed-ehl[roughness]".'
-_SIZE = r"[^\d\n]{0,20}?([-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*([^\d\s,;]+)"
-_SPACING = re.compile(rf"(?:spacing|step|increment|interval|resolution|pitch|\bdx\b|delta ?x){_SIZE}", re.I)
-_WIDTH, _HEIGHT = (re.compile(rf"\b{word}\b{_SIZE}", re.I) for word in ("width", "height"))
-_VALUE_UNIT = re.compile(r"(?:value|height|z)[ _-]*units?\W+([^\s,;\])]+)", re.I)
-_ANY_UNIT = re.compile(r"\bunits?\W+([^\s,;\])]+)", re.I)
+_SPACING = r"spacing|step|increment|interval|resolution|pitch|pixel[ _]?size|calibration|\bdx\b|delta ?x|abstand"
+_WIDTH, _HEIGHT = r"\bwidth\b|\bbreite\b", r"\bheight\b|\bhöhe\b"
+_SIZE = re.compile(r"[-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?")
+_VALUE_UNIT = re.compile(r"(?:values?|height|z|werte?|höhen?)[ _-]*(?:units?|einheit(?:en)?)\W+([^\s,;\])\"]+)", re.I)
+_ANY_UNIT = re.compile(r"\b(?:units?|einheit(?:en)?)\b\W+(?:der werte\W+)?([^\s,;\])\"]+)", re.I)
 _POSITION = re.compile(r"x\b|lateral|position|pos\b|distance|length|weg|abstand", re.I)
-_ALTITUDE = re.compile(r"z\b|height|profile?\b|raw|h(ö|oe)he|amplitude", re.I)
+_ALTITUDE = re.compile(r"z\b|height|profile?\b|raw|h(ö|oe)he|amplitude|primary|total|p\b|r\b", re.I)
+_PLACEHOLDERS = (999.0, 9999.0, 99999.0, 32767.0, 32768.0)  # sizes of numbers that stand for a missing height
+MIN_FILLED = 0.5  # share of the points of a grid that are given at least
 
 
 class _OtherFormat(InputError):
@@ -174,6 +181,7 @@ def read_heights(path: str | Path, *, unit_x: str = "", unit_height: str = "") -
         text = read_text(path, "profile", "a file of text with two columns", any_encoding=True)
     except InputError as error:
         return read_topography(path, unit_height, error)
+    text = re.sub(r"\bno data\b", "nan", text, flags=re.IGNORECASE)
     try:
         block = numeric_block(text)
         if len(block.rows) < 4:
@@ -202,11 +210,12 @@ class _Text:
         for number, row in zip(block.numbers, block.rows, strict=True):
             if len(row) > width:
                 hint = f"Line {number} has {len(row)} cells: {lines[number - 1][:60]!r}."
-                raise self._refused("rows of one width", hint)
+                raise _OtherFormat("profile", self.name, "rows of one width", hint)
             row += [""] * (width - len(row))
         behind = (dialect.cells(line) for line in lines[block.last :])
         if any(len(cells) == width and cells[0] and dialect.is_numeric(cells[0]) for cells in behind):
-            raise self._refused("numbers", f"Line {block.last + 1} is {lines[block.last][:60]!r}.")
+            hint = f"Line {block.last + 1} reads {lines[block.last][:60]!r}."
+            raise _OtherFormat("profile", self.name, "numbers", hint)
 
     def _refused(self, allowed: str, hint: str) -> InputError:
         return InputError("profile", self.name, allowed, hint)
@@ -215,22 +224,19 @@ class _Text:
         """The table as positions and heights, by the number of its columns."""
         rows = zip(self.block.rows, self.block.numbers, strict=True)
         data = np.array([[self._value(cell, number) for cell in row] for row, number in rows])
-        if data.shape[1] == 1:
-            return self._column(data[:, 0])
-        if data.shape[1] == 2:
-            return self._trace(data[:, 0], data[:, 1], *self._units(2))
-        if data.shape[1] >= 8 and not re.search(r"[\[(]", self.header.splitlines()[-1] if self.header else ""):
-            return self._matrix(data)
-        if data.shape[1] == 3 and (grid := _grid(data)) is not None:
-            x, z = self._units(2) if len(self._found(3)) != 3 else (self._found(3)[0], self._found(3)[2])
-            x, z = self.given[0] or x, self.given[1] or z
+        width = data.shape[1]
+        if width == 1:
+            return self._column(_without_placeholders(data[:, 0]))
+        if width >= 8 and not re.search(r"[\[(]", self.header.splitlines()[-1] if self.header else ""):
+            return self._matrix(_without_placeholders(data))
+        if width == 3 and (grid := _grid(_without_placeholders(data[:, 2]), *data[:, :2].T)) is not None:
             values, dx, dy = grid
-            scale = self._scale(x, "unit_x")
-            return MeasuredHeights(self.name, values * self._scale(z, "unit_height"), dx * scale, dy * scale, z)
-        columns, heads = self._named_columns(data.shape[1])
-        found = self._found(data.shape[1]) or [_unit_of(head) for head in heads]
-        x, z = (found[k] for k in columns)
-        return self._trace(data[:, columns[0]], data[:, columns[1]], self.given[0] or x, self.given[1] or z)
+            unit_x, unit = self._units(3, 0, 2)
+            scale = self._scale(unit_x, "unit_x")
+            values = values * self._scale(unit, "unit_height")
+            return MeasuredHeights(self.name, values, dx * scale, dy * scale, unit)
+        x, z = self._named_columns(width)
+        return self._trace(data[:, x], _without_placeholders(data[:, z]), x, *self._units(width, x, z))
 
     def _value(self, cell: str, number: int) -> float:
         try:
@@ -238,14 +244,16 @@ class _Text:
         except InputError as error:
             raise self._refused(error.allowed, f"Line {number}: {cell!r}: {error.hint}") from None
 
-    def _named_columns(self, width: int) -> tuple[list[int], list[str]]:
-        """Columns of position and height of a wider table, and all heads, from the line closest to the numbers."""
+    def _named_columns(self, width: int) -> tuple[int, int]:
+        """Columns of position and height, by the nearest line of heads; of two columns without heads in this order."""
         for line in reversed(self.block.header):
             heads = self._heads(line, width)
             x = next((k for k, head in enumerate(heads) if _POSITION.match(head)), None)
             z = next((k for k, head in enumerate(heads) if _ALTITUDE.match(head)), None)
             if x is not None and z is not None:
-                return [x, z], heads
+                return x, z
+        if width == 2:
+            return 0, 1
         hint = f"The table that begins in line {self.block.first} has {width} columns."
         raise _OtherFormat("profile", self.name, "two columns, position and height, or columns named x and z", hint)
 
@@ -256,37 +264,55 @@ class _Text:
             heads = next((cut for cut in (re.split(r"\s{2,}|\t|[,;]", line), line.split()) if len(cut) == width), [])
         return [head.strip() for head in heads]
 
-    def _units(self, count: int) -> tuple[str, str]:
-        found = self._found(count)
-        x, z = (found[0], found[-1]) if found else ("", "")
-        stated = _VALUE_UNIT.search(self.header) or _ANY_UNIT.search(self.header)
-        default = stated[1] if stated else ""
-        return self.given[0] or x or default, self.given[1] or z or default
-
-    def _found(self, count: int) -> list[str]:
-        """Units of all columns from the header line with units that is closest to the numbers."""
+    def _units(self, count: int, x: int, z: int) -> tuple[str, str]:
+        """Units of the columns x and z: as given, of their heads, or as stated for all; empty where there is none."""
+        found = [""] * count
         for line in reversed(self.block.header):
             brackets = re.findall(r"[\[(]\s*([^\])]+?)\s*[\])]", line)
-            if len(brackets) == count:
-                return brackets
-            units = [_unit_of(head) for head in self._heads(line, count)]
-            if units and all(units):
-                return units
-        return []
+            units = brackets if len(brackets) == count else [_unit_of(head) for head in self._heads(line, count)]
+            if any(units):
+                found = units
+                break
+        stated = next(iter(self._stated_units()), "")
+        return self.given[0] or found[x] or stated, self.given[1] or found[z] or stated
+
+    def _lengths(self, words: str) -> list[float]:
+        """Lengths that the header states in lines with one of some words, such as ``Width: 240 um`` [m]."""
+        found = []
+        for line in self.block.header:
+            match = re.search(words, line, re.I)
+            number = _SIZE.search(line, match.end()) if match else None
+            if match is None or number is None:
+                continue
+            between = re.findall(r"[\[(]([^\])]+)", line[match.end() : number.start()])
+            after = re.split(r"[\s,;\"]+", line[number.end() :].lstrip(' \t,;"'))
+            unit = (between or after)[0].strip()
+            unit = _unit_of(unit) or self.given[0]
+            if unit:
+                found.append(float(number[0].replace(",", ".")) * self._scale(unit, "unit_x"))
+        return found
 
     def _scale(self, unit: str, field: str) -> float:
         if not unit:
-            raise _OtherFormat(field, "", "a length unit such as 'um'", _HINT)
+            raise _OtherFormat(field, None, "a length unit such as 'um'", _HINT)
         known = _unit_of(unit)
         return parse_quantity(f"1 {known or unit}", "m", field=field)
 
-    def _trace(self, positions: FloatArray, heights: FloatArray, unit_x: str, unit_height: str) -> MeasuredHeights:
-        x = positions * self._scale(unit_x, "unit_x")
-        z = heights * self._scale(unit_height, "unit_height")
+    def _trace(
+        self, positions: FloatArray, heights: FloatArray, column: int, unit_x: str, unit_height: str
+    ) -> MeasuredHeights:
+        scale = self._scale(unit_x, "unit_x")
+        x, z = positions * scale, heights * self._scale(unit_height, "unit_height")
         if not np.isfinite(x).all():
             raise self._refused("a position for each height", f"{(~np.isfinite(x)).sum()} positions are missing.")
         if x[0] > x[-1]:
             x, z = x[::-1], z[::-1]
+        printed = [row[column].strip('"').lower() for row in self.block.rows]
+        decimals = max(len(re.split("[.,]", cell)[-1]) if re.search("[.,]", cell) else 0 for cell in printed)
+        rounding = 0.0 if any("e" in cell for cell in printed) else scale * 10.0**-decimals
+        even = x[0] + (x[-1] - x[0]) * np.arange(len(x)) / (len(x) - 1)
+        if len(x) >= MIN_POINTS and x[-1] > x[0] and np.max(np.abs(x - even)) < 1.01 * rounding:
+            return even_trace(self.name, even, z, unit_height)  # uneven only as printed, with too few decimals
         backward = np.flatnonzero(np.diff(x) <= 0.0)
         if len(x) >= MIN_POINTS and len(backward):
             line = self.block.numbers[backward[0] + 1]
@@ -295,27 +321,33 @@ class _Text:
         return even_trace(self.name, x, z, unit_height)
 
     def _column(self, values: FloatArray) -> MeasuredHeights:
-        spacing = _SPACING.search(self.header)
-        if spacing is None:
+        spacing = self._lengths(_SPACING)
+        if not spacing:
             allowed = "positions and heights, or a spacing in the header such as 'spacing: 0.5 um'"
             raise _OtherFormat("profile", self.name, allowed, "The file has one column.")
-        step = float(spacing[1].replace(",", ".")) * self._scale(spacing[2], "unit_x")
-        unit = self._units(1)[1]
-        return MeasuredHeights(self.name, values[None, :] * self._scale(unit, "unit_height"), step, unit=unit)
+        unit = self.given[1] or next(iter(self._stated_units()), "")
+        return MeasuredHeights(self.name, values[None, :] * self._scale(unit, "unit_height"), spacing[0], unit=unit)
+
+    def _stated_units(self) -> list[str]:
+        """Units of the heights that the header states."""
+        stated = [found[1] for pattern in (_VALUE_UNIT, _ANY_UNIT) if (found := pattern.search(self.header))]
+        heads = [_unit_of(line) for line in reversed(self.block.header) if _ALTITUDE.match(line)]
+        return [unit for unit in (*stated, *heads) if _unit_of(unit)]
 
     def _matrix(self, data: FloatArray) -> MeasuredHeights:
-        sizes = [found for found in (_WIDTH.search(self.header), _HEIGHT.search(self.header)) if found]
-        stated = _VALUE_UNIT.search(self.header)
-        if len(sizes) < 2 or not (stated or self.given[1]):
+        rows, columns = data.shape
+        sizes = [self._lengths(words) for words in (_WIDTH, _HEIGHT)]
+        steps = self._lengths(_SPACING)
+        if all(sizes):
+            steps = [sizes[0][0] / columns, sizes[1][0] / rows]
+        unit = self.given[1] or next(iter(self._stated_units()), "")
+        if not steps or not unit:
             hint = (
-                f"The table that begins in line {self.block.first} has {data.shape[1]} columns. The header of a map "
-                "must contain its size and unit: '# Width: 240 um', '# Height: 240 um', '# Value units: m'."
+                f"The table that begins in line {self.block.first} has {columns} columns. The header of a map "
+                "states its size or spacing, and its unit: '# Width: 240 um', '# Height: 240 um', '# Value units: m'."
             )
             raise _OtherFormat("profile", self.name, "two columns, position and height, or a map", hint)
-        width, height = (float(size[1].replace(",", ".")) * self._scale(size[2], "unit_x") for size in sizes)
-        unit = self.given[1] or (stated[1] if stated else "")
-        rows, columns = data.shape
-        return MeasuredHeights(self.name, data * self._scale(unit, "unit_height"), width / columns, height / rows, unit)
+        return MeasuredHeights(self.name, data * self._scale(unit, "unit_height"), steps[0], steps[-1], unit)
 
 
 def _unit_of(text: str) -> str:
@@ -325,14 +357,25 @@ def _unit_of(text: str) -> str:
     return next((name for name in (word, word.lower()) if name in known), "")
 
 
-def _grid(data: FloatArray) -> tuple[FloatArray, float, float] | None:
-    """Points x, y, z as lines along x, and both spacings; None if they are not on a grid."""
-    x, y = np.unique(data[:, 0]), np.unique(data[:, 1])
-    if len(x) * len(y) != len(data) or min(len(x), len(y)) < 2:
+def _without_placeholders(values: FloatArray) -> FloatArray:
+    """Heights with nan in place of a number such as -9999, where it is far beyond all others."""
+    size = np.abs(values)
+    for number in _PLACEHOLDERS:
+        meant = size == number
+        if meant.any() and not meant.all() and number > 10.0 * np.nanmax(size[~meant]):
+            return np.where(meant, math.nan, values)
+    return values
+
+
+def _grid(heights: FloatArray, x: FloatArray, y: FloatArray) -> tuple[FloatArray, float, float] | None:
+    """Points as lines along x, and both spacings; None where they are not on a grid."""
+    columns, lines = np.unique(x), np.unique(y)
+    size = len(columns) * len(lines)
+    if min(len(columns), len(lines)) < 2 or not MIN_FILLED * size <= len(heights) <= size:
         return None
-    heights = np.full((len(y), len(x)), math.nan)
-    heights[np.searchsorted(y, data[:, 1]), np.searchsorted(x, data[:, 0])] = data[:, 2]
-    return heights, float(x[-1] - x[0]) / (len(x) - 1), float(y[-1] - y[0]) / (len(y) - 1)
+    found = np.full((len(lines), len(columns)), math.nan)
+    found[np.searchsorted(lines, y), np.searchsorted(columns, x)] = heights
+    return found, float(np.ptp(columns)) / (len(columns) - 1), float(np.ptp(lines)) / (len(lines) - 1)
 
 
 def even_trace(name: str, x: FloatArray, heights: FloatArray, unit: str = "m") -> MeasuredHeights:
@@ -372,7 +415,8 @@ def read_topography(path: str | Path, unit: str = "", own: InputError | None = N
         problem = own or InputError("profile", name, allowed)
         raise _with_hint(problem, _EXTRA) from None
     try:
-        topography: Any = SurfaceTopography.read_topography(name)
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            topography: Any = SurfaceTopography.read_topography(name)
         lengths, heights = _extent(topography)
     except Exception as error:  # its readers raise errors of many kinds
         hint = f"SurfaceTopography cannot read the file ({type(error).__name__})."

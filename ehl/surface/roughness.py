@@ -17,6 +17,7 @@ FloatArray = NDArray[np.float64]
 
 # exp(-(k lc)^2/4), the spectrum of the ACF exp(-(x/lc)^2), is 5 % of its peak at k = 3.5/lc
 CUTOFF_PER_CORRELATION_LENGTH = 2.0 * math.pi / 3.5
+GAUSSIAN_WITHIN = 2e-3  # skewness and kurtosis - 3 up to which heights are left Gaussian
 EP_FILM = 30e-9  # film of the additives of gear oils (data/additives/EP.toml) [m]
 
 
@@ -242,7 +243,7 @@ def generate_profile(
     modes = _modes(seed, correlation_length, length, shortest, hurst)
     # statistics, mean and scale are those of one fine sampling, so that they do not depend on the spacing
     fine, heights = _synthesis(modes, 16 * len(modes)), _synthesis(modes, count)
-    if (skewness, kurtosis) != (0.0, 3.0):
+    if abs(skewness) > GAUSSIAN_WITHIN or abs(kurtosis - 3.0) > GAUSSIAN_WITHIN:
         curve = translation(skewness, kurtosis)
         fine, heights = curve(fine), curve(heights)
         heights = (heights - np.mean(fine)) / np.std(fine)

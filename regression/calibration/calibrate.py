@@ -324,7 +324,8 @@ def calibrate(
     """
     setup = setup_of(setup, parameters, oil)
     if not isinstance(measurement, Measurement):
-        measurement = read_measurement(Path(measurement), setup.conditions.given())
+        fixed = setup.conditions.given()
+        measurement = read_measurement(Path(measurement), fixed, roughness_rms=setup.roughness_rms)
     clock = time.perf_counter()
     check_information(measurement, setup)
     solver = solver_of(measurement, setup, checked_jobs(jobs))

@@ -77,13 +77,16 @@ class Measurement:
         return len(self.curve)
 
 
-def read_measurement(path: Path, fixed: Mapping[str, float], *, friction: bool = True) -> Measurement:
+def read_measurement(
+    path: Path, fixed: Mapping[str, float], *, friction: bool = True, roughness_rms: float = 0.0
+) -> Measurement:
     """Read a table of measured friction.
 
     path: CSV, XLSX or the export of a test rig as `ehl.common.table_reader.read_table` takes it. Slip in both
         directions is folded (`folded`).
     fixed: conditions that hold for every row, SI; each either here or in the table.
     friction: whether the column friction_coefficient is needed (not for a planned test).
+    roughness_rms: of rows where neither the table nor `fixed` states it [m].
     Raises `InputError`: naming file, row and column.
     """
     table, numbers = numbered_table(path, COLUMNS, ("friction_coefficient",) if friction else (), missing=True)
@@ -105,7 +108,7 @@ def read_measurement(path: Path, fixed: Mapping[str, float], *, friction: bool =
         for name in CONDITIONS
         if name in given
     }
-    columns.setdefault("roughness_rms", np.zeros(size))
+    columns.setdefault("roughness_rms", np.full(size, roughness_rms))
     nothing, content = np.full(size, np.nan), read_bytes(path, "file", "a CSV or XLSX file")
     measurement = Measurement(
         name=path.name + (" (synthetic)" if content.startswith(SYNTHETIC.encode()) else ""),

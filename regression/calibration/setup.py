@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -114,6 +115,12 @@ class CalibrationSetup(InputModel):
                 hint = "The bodies are taken at the oil temperature of each row."
                 raise InputError(f"{name}.temperature_bulk", solid.temperature_bulk, "no bulk temperature", hint)
         return self
+
+    @property
+    def roughness_rms(self) -> float:
+        """Composite Rq of rows that state none: of a finish, or 0 [m]."""
+        surface = self.surface
+        return math.hypot(surface.roughness_rms_1, surface.roughness_rms_2) if surface.finish is not None else 0.0
 
     @property
     def rising(self) -> bool:

@@ -54,6 +54,10 @@ GERMAN = [line.replace(",", ";").replace(".", ",") for line in rows()]
         ("X_(mm) Z_(microns)\n100", rows(template="{x}, {z}"), "utf-8"),
         ("point\tx [mm]\tz [um]", [f"{k}\t" + line.replace(",", "\t") for k, line in enumerate(rows())], "utf-16-le"),
         ("spacing: 1 um, units: um", [line.split(",")[1] for line in rows()], "utf-8"),
+        ("Sampling interval (mm): 0.001\nHeights in um", [line.split(",")[1] for line in rows()], "utf-8"),
+        ("Height (µm),Distance (mm)", rows(template="{z},{x}"), "cp1252"),
+        ("x [mm];P [µm];R [µm]", rows(template="{x};{z};0.1"), "latin-1"),
+        ("mm µm\n100", rows(template="   {x:.7e},   {z:.16e}"), "utf-8"),
     ],
 )
 def test_columns_and_units_by_content(tmp_path, header, lines, encoding):
@@ -142,24 +146,34 @@ def test_the_form_of_a_flank_does_not_count(tmp_path, radius):
     assert rms[1] == pytest.approx(rms[0], rel=0.01)
 
 
-@pytest.mark.parametrize("kind", ["matrix", "points"])
+HEADS_OF_MAPS = {
+    "gwyddion": "# Channel: Height\n# Width: 192 µm\n# Height: 160 µm\n# Value units: m",
+    "german": "Breite: 0,192 mm\nHöhe: 0,16 mm\nEinheit der Werte: m",
+    "keyence": '"XY calibration","2.000","um"\n"Output","Height"\n"Horizontal","96"\n"Unit","m"\n\n"Height"',
+    "steps": "X pixel size [um],2\nY pixel size [um],2.0\nZ unit,m",
+}
+
+
+@pytest.mark.parametrize("kind", [*HEADS_OF_MAPS, "points", "points with holes"])
 def test_a_map_of_text(tmp_path, kind):
     x = 2e-6 * np.arange(96)
     lines = np.array([generate_profile(0.2e-6, 12e-6, 192e-6, 2e-6, seed).heights for seed in range(80)])
-    if kind == "matrix":
-        text = ["# Channel: Height", "# Width: 192 µm", "# Height: 160 µm", "# Value units: m"]
-        text += ["\t".join(f"{z:.5e}" for z in line) for line in lines]
+    if kind in HEADS_OF_MAPS:
+        text = [HEADS_OF_MAPS[kind], *("\t".join(f"{z:.5e}" for z in line) for line in lines)]
     else:
         text = ["x [um] y [um] z [um]"]
         text += [
             f"{1e6 * a:g} {2 * k} {1e6 * z:.6f}" for k, line in enumerate(lines) for a, z in zip(x, line, strict=True)
         ]
-    found = read_heights(write(tmp_path / "map.txt", text))
-    assert_allclose(found.heights, lines, atol=1e-11)
+    if kind == "points with holes":
+        del text[500::97]
+    found = read_heights(write(tmp_path / "map.txt", text)).cleaned()
+    assert found.missing == (len(range(500, 1 + lines.size, 97)) if kind == "points with holes" else 0)
+    assert_allclose(found.heights, lines, atol=4e-8 if found.missing else 1e-11)
     assert (found.spacing, found.spacing_lines) == pytest.approx((2e-6, 2e-6))
     _, heights, notes = profile_points(tmp_path / "map.txt")
     assert np.std(heights) == pytest.approx(np.median(np.std(lines, axis=1)), rel=0.1)
-    assert "of 80 of a map" in notes[0]
+    assert any("of 80 of a map" in note for note in notes)
 
 
 def test_missing_and_binary_files(tmp_path):
@@ -266,6 +280,37 @@ class FakeTopography:
 
     def heights(self):
         return self._heights
+
+
+def test_positions_with_too_few_digits_are_even(tmp_path):
+    """As a stylus instrument prints steps of 0.156 um with one decimal."""
+    heights = generate_profile(0.3e-6, 20e-6, 400e-6, 0.156e-6, 4).heights
+    lines = (f"{0.156 * k:.1f},{1e6 * z:.6f},," for k, z in enumerate(heights))
+    found = read_heights(write(tmp_path / "p.csv", ["Scan Data", "Lateral um,Raw Micrometer,", *lines]))
+    assert (found.notes, found.spacing) == ((), pytest.approx(0.156e-6, rel=1e-4))
+    assert_allclose(found.heights[0], heights, atol=1e-12)
+
+
+@pytest.mark.parametrize("code", ["-9999", "Bad", "No Data", "***"])
+def test_codes_of_missing_heights(tmp_path, code):
+    lines = [line if k % 9 else line.partition(",")[0] + "," + code for k, line in enumerate(rows(), 1)]
+    assert read_heights(write(tmp_path / "p.csv", ["x [mm],z [um]", *lines])).cleaned().missing == 11
+
+
+@pytest.mark.parametrize("kind", ["gwy", "netcdf", "x3p", "matrix"])
+def test_formats_written_by_surface_topography(tmp_path, kind):
+    """Its own test files do not come with the package: it writes files of the same formats."""
+    package = pytest.importorskip("SurfaceTopography", reason="extra roughness")
+    heights = np.random.default_rng(1).normal(0.0, 0.3, (96, 80))
+    topography = package.Topography(heights, (192.0, 160.0), unit="um")
+    if not hasattr(topography, f"to_{kind}"):
+        pytest.skip("a version of SurfaceTopography that does not write it")
+    path = tmp_path / "map.dat"
+    getattr(topography, f"to_{kind}")(str(path))
+    found = read_heights(path)
+    assert_allclose(found.heights, 1e-6 * heights.T, atol=1e-12)
+    assert (found.spacing, found.spacing_lines) == pytest.approx((2e-6, 2e-6))
+    assert (kind == "matrix") == (found.notes == ())
 
 
 def test_profilometer_line_and_map(tmp_path, monkeypatch):
