@@ -176,7 +176,7 @@ def mesh_cycle(
     of = np.repeat(on_path, points_per_line)
     edge = None
     if edges:
-        of, fields, edge = _with_edges(lines, of, fields, points, reach, (across, moved))
+        of, fields, edge = _with_edges(lines, of, fields, points, reach, (across, moved), points_per_line)
     result = []
     for k, angle in enumerate(lines.angles):
         here = np.flatnonzero(owner[of] == k)
@@ -202,6 +202,7 @@ def _with_edges(
     on_lines: Lines,
     reach: float | None,
     relief: tuple[Across, FloatArray],
+    per_line: int,
 ) -> tuple[IntArray, dict[str, FloatArray], EdgeProximity]:
     """Points of edges behind those of the lines: roll angle each belongs to, all fields, the edges next to the points.
 
@@ -210,7 +211,7 @@ def _with_edges(
     surface, owner = lines.surface, lines.owner
     pitch = 2.0 * np.pi / surface.assembly.teeth_gear
     spacing = float(np.median(on_lines.length))
-    points = edge_points(surface, lines.edges, lines.roll, spacing, reach or EDGE_REACH * pitch)
+    points = edge_points(surface, lines.edges, lines.roll, spacing, reach or EDGE_REACH * pitch, per_line)
     if reach is not None:
         least = np.full(int(owner.max()) + 1, np.inf)
         np.minimum.at(least, owner[of], fields["closing"])

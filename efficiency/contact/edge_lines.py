@@ -15,6 +15,7 @@ import numpy as np
 from efficiency.contact.contact_search import point_contact
 from efficiency.contact.mesh_surface import EDGES, POSITION, MeshSurface, line_frame
 from ehl.common.arrays import BoolArray, FloatArray, IntArray
+from ehl.common.errors import ConvergenceError
 
 # edges where a tooth ends in the air
 FREE = tuple(k for k, name in enumerate(EDGES) if name.split()[1] in ("toe", "heel", "tip"))
@@ -24,6 +25,8 @@ _STEP = 1e-7
 _CROSSING = 0.02
 _LANDING = 8
 _BEYOND = 0.02
+# points of an edge over those of a line, at which the tooth is too narrow for its depth; shipped designs: 2 at most
+_MOST_POINTS = 20
 
 
 @dataclass(frozen=True)
@@ -154,12 +157,13 @@ class EdgePoints:
 
 
 def edge_points(
-    surface: MeshSurface, pieces: tuple[EdgePiece, ...], roll: FloatArray, spacing: float, reach: float
+    surface: MeshSurface, pieces: tuple[EdgePiece, ...], roll: FloatArray, spacing: float, reach: float, per_line: int
 ) -> EdgePoints:
     """Points of edges outside the lines of roll angles (k,): pinion angles plus whole pitches [rad].
 
     `spacing` is aimed at along the edge [m]; `reach` is the gear rotation up to which the conjugate flanks may be apart
-    at a point [rad].
+    at a point [rad]; `per_line` is the number of points of a line. `ConvergenceError` where an edge takes many times as
+    many.
     """
     owner: list[IntArray] = []
     edge: list[IntArray] = []
@@ -172,6 +176,12 @@ def edge_points(
             extent = float(ends[1] - ends[0])
             if extent < 1e-3 * spacing:
                 continue
+            if extent > _MOST_POINTS * per_line * spacing:
+                raise ConvergenceError(
+                    "short_lines",
+                    f"the {EDGES[piece.edge]} edge is in contact over {extent * 1e3:.3g} mm, contact lines are "
+                    f"{per_line * spacing * 1e3:.3g} mm long; check face width, tooth depth and spiral angle",
+                )
             count = max(4, int(np.ceil(extent / spacing)))
             arc = ends[0] + extent * (np.arange(count) + 0.5) / count
             u, v = np.interp(arc, piece.arc, piece.u), np.interp(arc, piece.arc, piece.v)

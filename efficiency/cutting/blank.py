@@ -24,6 +24,9 @@ Depth = Annotated[float, ValueRange("m", ge=0.0, le=0.2)]
 TaperAngle = Annotated[float, ValueRange("rad", ge=-0.35, le=0.35)]
 Shift = Annotated[float, ValueRange("m", ge=-1.0, le=1.0)]
 
+# of the tooth depth: narrower teeth have no lines of contact along the face (ours)
+NARROWEST_FACE = 0.5
+
 Array = NDArray[np.inexact[Any]]
 """Real or complex."""
 
@@ -56,6 +59,9 @@ class Blank(InputModel):
         what, limit = min(limits.items(), key=lambda item: item[1])
         if self.face_width >= limit:
             raise InputError("face_width", f"{self.face_width * 1e3:.6g} mm", f"below {limit * 1e3:.6g} mm, {what}")
+        if self.face_width < NARROWEST_FACE * depth:
+            allowed = f"at least {NARROWEST_FACE * depth * 1e3:.3g} mm, half of the tooth depth at the mean point"
+            raise InputError("face_width", f"{self.face_width * 1e3:.6g} mm", allowed, "Check the unit.")
         return self
 
     def axial(self, u: FloatArray, h: FloatArray) -> tuple[FloatArray, FloatArray]:

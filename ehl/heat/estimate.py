@@ -47,7 +47,7 @@ class ThermalEstimate:
     rise_flash: float
     bulk_offset: float  # largest difference between a bulk temperature and the oil temperature [K]
     viscosity_change: float  # (rises + bulk offset) times -d ln eta/dT at the Hertz pressure [-]
-    friction_change: float  # resulting relative change of friction [-]
+    friction_change: float  # size of the resulting relative change of friction [-]
     film_change: float  # relative loss of film by inlet heating, the larger of two published factors [-]
     matters: bool  # viscosity_change or film_change above the threshold
 
@@ -99,7 +99,8 @@ def estimate_thermal_effect(
         rise_flash,
         bulk_offset,
         viscosity_change,
-        viscosity_change * sensitivity,
+        # a law far above its measured pressures may have a viscosity that rises with temperature: heat is then left out
+        abs(viscosity_change) * sensitivity,
         loss,
         max(viscosity_change, loss) > THERMAL_THRESHOLD,
     )

@@ -113,16 +113,18 @@ def cold_path(scaled: ScaledContact, nodes: int, report: PathReport) -> Level:
     spent = report.iterations
     level, easy = easy_start(scaled, nodes, report)
     t, before, t_before = 0.0, None, 0.0
-    step = 0.34
+    step, tries, shortened = 0.34, 0, False
     while t < 1.0:
-        if report.iterations - spent > MAX_ITERATIONS:
+        # a try that has no iterations is work as well
+        tries += 1
+        if report.iterations - spent > MAX_ITERATIONS or tries > MAX_ITERATIONS:
             raise NewtonFailure("path_limit", report.iterations)
         features = features_of_level(level)
         grid = level.grid
         if not features.close_to(level.features):
             grid = grid_for(features, nodes)
         goal = min(1.0, t + step)
-        if goal > 0.97:
+        if goal > 0.97 and not shortened:
             goal = 1.0
         start = transfer(level, grid) if grid is not level.grid else level.unknowns
         if before is not None:
@@ -132,14 +134,14 @@ def cold_path(scaled: ScaledContact, nodes: int, report: PathReport) -> Level:
             new = solve_level(grid, between(easy, scaled, goal), start, tolerance=1e-4, max_iterations=14)
         except NewtonFailure as failure:
             report.iterations += failure.iterations
-            step = 0.4 * (goal - t)
+            step, shortened = 0.4 * (goal - t), True
             before = None if failure.reason == "start_infeasible" else before
             if step < 2e-4:
                 raise NewtonFailure("path_stalled", report.iterations) from None
             continue
         report.iterations += new.iterations
         before, t_before = level, t
-        level, t = new, goal
+        level, t, shortened = new, goal, False
         step *= 2.0 if new.iterations <= 4 else (1.3 if new.iterations <= 7 else 0.8)
     return level
 

@@ -20,6 +20,7 @@ from ehl.common.duration import duration
 from ehl.common.errors import InputError
 from ehl.common.runner import MAX_JOBS, granted_workers
 from ehl.inputs import ModelInput
+from ehl.rough.accuracy import BOUND, WORK
 from ehl.rough.mixed import roughness_matters
 
 # seconds of the smooth solution with its heat, by accuracy
@@ -30,6 +31,9 @@ ROUGH = (0.145, -0.195, 0.549, 0.163, 0.130, 0.071, 0.024, 0.178, 0.100)
 # by accuracy: the constant, and the factor that makes a sum over many cases right; standard rests on 8 contacts,
 # reference on a few of an earlier engine: orders of magnitude
 LEVEL: dict[str, tuple[float, float]] = {"fast": (-1.57, 1.1), "standard": (-0.02, 1.1), "reference": (2.4, 1.1)}
+# of the work of a run that the solver allows (`ehl.rough.accuracy.WORK`): time of a node-iteration [s], and runs of a
+# contact whose roughness is finer than its mesh
+NODE_ITERATION, RUNS = 1.5e-7, 4
 
 
 @dataclass(frozen=True)
@@ -76,6 +80,7 @@ def contact_seconds(model: ModelInput, table: Mapping[str, FloatArray]) -> tuple
 
     model: model and accuracy of the contact solver.
     table: `regression.friction.conditions.conditions_of` the contacts, and their correlation length.
+    Returns: no contact above the work that the solver allows, however far outside the fitted range.
     """
     seconds = np.full(table["pressure_hertz"].shape, SMOOTH[model.accuracy])
     rough = np.zeros(seconds.shape, dtype=bool)
@@ -83,7 +88,8 @@ def contact_seconds(model: ModelInput, table: Mapping[str, FloatArray]) -> tuple
     rough |= [math.isfinite(ratio) and roughness_matters(ratio, model, stress) for ratio, stress in films]
     constant, factor = LEVEL[model.accuracy]
     terms = cost_terms(table)[rough]
-    seconds[rough] += factor * np.exp(constant + terms @ np.array(ROUGH))
+    most = RUNS * BOUND * WORK[model.accuracy] * NODE_ITERATION
+    seconds[rough] += np.minimum(factor * np.exp(np.minimum(constant + terms @ np.array(ROUGH), 100.0)), most)
     return seconds, rough
 
 

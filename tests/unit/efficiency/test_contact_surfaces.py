@@ -15,8 +15,10 @@ from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
 from efficiency.contact.transmission import transmission
 from efficiency.cutting import newton
 from efficiency.design.design import Design, load_design
+from efficiency.mesh import Mesh
 from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
-from ehl.common.errors import InputError
+from ehl.common.data import data_path
+from ehl.common.errors import ConvergenceError, InputError
 
 ARCSEC = np.pi / (180.0 * 3600.0)
 BEVEL, HYPOID = "fm_spiral_bevel_14x39", "fh_hypoid_9x34"
@@ -292,3 +294,15 @@ def test_patch_over_a_part_of_its_rectangle() -> None:
     np.testing.assert_allclose(np.imag(value) / 1e-20, np.real(by_u), rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(np.real(by_v)[0], (-field(x, y) / (1.5 + y))[some], rtol=1e-5)
     assert patch.raised((20, 20))(x, y, ("f",)) == pytest.approx(patch(x, y, ("f",)), abs=1e-12)
+
+
+def test_edges_far_longer_than_the_lines_of_contact_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A face width of micrometres gave thousands of contact points, and gigabytes of compliance."""
+    monkeypatch.setattr("efficiency.cutting.blank.NARROWEST_FACE", 0.0)
+    path = tmp_path / "narrow.toml"
+    path.write_text(data_path("designs", f"{BEVEL}.toml").read_text().replace('"25.4 mm"', '"0.0254 mm"'))
+    with pytest.raises(ConvergenceError) as caught:
+        Mesh.of(load_design(path))
+    assert caught.value.reason == "short_lines"

@@ -42,6 +42,7 @@ def test_shipped_design_by_name_and_by_path(tmp_path: Path) -> None:
         ('point_radius = "114.47823644967657 mm"', 'point_radius = "114 deg"', "point_radius", "10 mm"),
         ('face_width = "25.4 mm"', 'face_width = "180 mm"', "face_width", "180 mm"),
         ('face_width = "25.4 mm"', 'face_width = "100 mm"', "pinion.blank.face_width", "falls to 0 at the toe"),
+        ('face_width = "25.4 mm"', 'face_width = "0.0254 mm"', "pinion.blank.face_width", "at least 3.62 mm"),
         ("teeth = 14", "teeth = 1", "teeth", "3"),
         ("teeth = 14", "teeth = 41", "pinion.blank.teeth", "at most the 39 teeth of the gear"),
         ('hand = "left"', 'hand = "right"', "cradle_angle", "positive for a right-hand member"),

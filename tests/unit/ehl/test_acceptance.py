@@ -189,6 +189,14 @@ def test_a_film_as_thick_as_a_tenth_of_the_radius_is_no_answer() -> None:
     assert (result.status, result.reason) == ("failed", "film_above_radius")
 
 
+def test_no_error_is_negative_where_a_law_has_a_viscosity_that_rises_with_temperature() -> None:
+    keys: dict[str, Any] = {"oil": "hc_additive", "temperature": "149 degC", "pressure_hertz": "4.37 GPa"}
+    keys |= {"radius_equivalent": "10.8 mm", "speed_entrainment": "7.33 mm/s", "slide_to_roll": 0.298}
+    result = Contact(**keys, accuracy="fast").solve()
+    assert result.friction_error > 0.02
+    assert result.film_error >= 0.0
+
+
 def test_friction_above_the_shear_strength_of_liquids_is_an_error(good: ContactResult) -> None:
     """0.15 p and 5 MPa over the solved length; what a law without a limit gives above that counts whole."""
     assert good.problem is not None

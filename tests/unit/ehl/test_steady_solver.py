@@ -8,6 +8,7 @@ import pytest
 from contacts import line_contact
 from refusals import refuses
 
+from ehl.contact import Contact
 from ehl.fluid.lubricant import Lubricant
 from ehl.smooth import continuation, scaling
 from ehl.smooth.newton import solve_level
@@ -200,6 +201,14 @@ def test_failure_is_a_status_with_a_reason_and_no_nan(monkeypatch):
     assert not np.isnan(numbers).any()
     assert math.isinf(result.film_error)
     assert result.film_central == 0.0
+
+
+def test_a_path_whose_last_step_has_no_first_iterate_ends():
+    """Near its end the path steps to the end; a step that failed is shortened all the same."""
+    keys = {"pressure_hertz": 6.3032e9, "radius_equivalent": 0.3773327, "speed_entrainment": 0.0016570174}
+    keys |= {"slide_to_roll": -0.000131044, "speed_sliding_lengthwise": 41.316371}
+    found = Contact(oil="fva2a", temperature_oil=324.8745942354202, accuracy="fast", **keys).solve()
+    assert (found.status, found.reason) == ("failed", "path_stalled")
 
 
 def test_contact_without_entrainment_is_refused():
