@@ -46,6 +46,7 @@ CHANGE_SHARE, RAW_SHARE, RAW_INTERVALS, RAW_BOUNDS = 2.0 / 7.0, 0.03, 48, (0.002
 # tuned: with thermal effects the order is less regular; chosen on 128 contacts of the gear range and 128 of a far wider
 # range
 HOT_CHANGE_SHARE, HOT_RAW_SHARE = 0.8, 0.2
+OBSERVED_RATIOS = (1.5, 4.0)  # of two changes: 2 is of first order, 4 of second
 FLOOR = 5e-7  # relative error by the open parabolic inlet (compared with four times the length)
 
 
@@ -66,6 +67,11 @@ def extrapolate(levels: list[FloatArray], coarsest: int, *, hot: bool = False) -
     if hot:
         change_share, share = HOT_CHANGE_SHARE, HOT_RAW_SHARE
     errors = change_share * np.abs(value - before) + share * np.abs(fine - middle) + FLOOR * np.abs(value)
+    if not hot:
+        # where the changes fall more slowly than of second order: the limit of the order observed
+        ratio = np.abs(middle - coarse) / np.maximum(np.abs(fine - middle), 1e-300)
+        beyond = 1.0 / (np.clip(ratio, *OBSERVED_RATIOS) - 1.0) - 1.0 / 3.0
+        errors = np.maximum(errors, beyond * np.abs(fine - middle))
     return GridLimit(value, errors)
 
 
