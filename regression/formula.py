@@ -221,6 +221,8 @@ class Formula(FittedFormula, Reportable):
             f"{100.0 * v.p95:.0f} %, worst {100.0 * v.largest:.0f} %"
         )
 
+    __str__ = __repr__
+
     def _repr_html_(self) -> str:
         from regression.view.tables import family_table
 

@@ -224,6 +224,8 @@ class Oil(InputModel):
         words = self.description or self.base
         return f"Oil({self.name!r}: {words}, {nu_40:.4g} and {nu_100:.4g} cSt at 40 and 100 degC)"
 
+    __str__ = __repr__
+
     def density(self, temperature: Values) -> Values:
         """Density at ambient pressure [kg/m3]; `temperature` in K."""
         return density_at(temperature, self.density_15, self.density_temperature)

@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from refusals import refuses
 
 from ehl.common.errors import InputError
 from ehl.common.validation import validate
@@ -81,19 +80,21 @@ def test_constraints_nothing_passes_are_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    ("constraints", "field"),
+    ("constraints", "words"),
     [
-        ({"film_ratio": {"low": 2, "high": 1}}, "film_ratio.high"),
-        ({"film_ratio": {}}, "film_ratio.low"),
-        ({"film_ratio": {"least": 1}}, "film_ratio.least"),
-        ({"film_ratio": 2}, "film_ratio.low"),
-        ({"load_per_length": {"high": "3 GPa"}}, "load_per_length.high"),
-        ({"lambda": {"low": 1}}, "lambda"),
+        ({"film_ratio": {"low": 2, "high": 1}}, ["constraints.film_ratio.high", "above low", "Exchange"]),
+        ({"film_ratio": {}}, ["constraints.film_ratio.low", "low, high or both"]),
+        ({"film_ratio": {"least": 1}}, ["constraints.film_ratio.least", "low and high"]),
+        ({"film_ratio": 2}, ["constraints.film_ratio", "table with low"]),
+        ({"load_per_length": {"high": "3 GPa"}}, ["constraints.load_per_length.high", "dimension"]),
+        ({"lambda": {"low": 1}}, ["constraints.lambda", "film_ratio"]),
     ],
 )
-def test_bad_constraints(constraints: dict[str, Any], field: str) -> None:
-    with refuses(f"constraints.{field}"):
+def test_bad_constraints(constraints: dict[str, Any], words: list[str]) -> None:
+    with pytest.raises(InputError) as caught:
         plan(constraints=constraints)
+    for word in words:
+        assert word in str(caught.value)
 
 
 def test_flash_temperature_of_blok() -> None:
