@@ -50,7 +50,7 @@ def new_questions(kind: str) -> dict[str, tuple[str, str]]:
 
     Parameters
     ----------
-    kind : {"oil", "contact", "plan", "design", "targets", "duty"}
+    kind : {"oil", "contact", "plan", "design", "targets", "axle", "duty"}
         Of file.
 
     Returns
@@ -77,10 +77,10 @@ def new_file(kind: str, name: str = "", **answers: float | str) -> str:
 
     Parameters
     ----------
-    kind : {"oil", "contact", "plan", "design", "targets", "duty"}
+    kind : {"oil", "contact", "plan", "design", "targets", "axle", "duty"}
         Of file: TOML, for "duty" CSV.
     name : str
-        Of oil, plan, design or targets; ``my_`` and the kind where not given.
+        Of oil, plan, design, targets or axle; ``my_`` and the kind where not given.
     **answers : float or str
         Keywords of `new_questions`, texts with their unit.
 
@@ -186,11 +186,9 @@ def _design(text: str, name: str, answers: Mapping[str, str], given: Mapping[str
     from efficiency.design.design import Design
     from ehl.common.validation import validate
 
-    like, names = answers["like"], data_names("designs")
-    if like not in names:
-        raise InputError("like", like, "one of " + ", ".join(names), near(like, names))
+    like = answers["like"]
     head, begin, operation = text.replace("<like>", like).partition("[operation]\n")
-    shipped = data_path("designs", f"{like}.toml").read_text(encoding="utf-8")
+    shipped = _shipped("designs", like)
     # what is not answered stays as in the design
     kept = {word: str(value) for word, value in tomllib.loads(shipped)["operation"].items()}
     made = re.sub(r"^name = .*$", lambda _: "name = <name>", shipped, count=1, flags=re.M)
@@ -198,6 +196,28 @@ def _design(text: str, name: str, answers: Mapping[str, str], given: Mapping[str
     made = re.sub(r"^\[operation\]\n(?:(?!\[).*\n)*", lambda _: block, made, count=1, flags=re.M)
     made = _filled(head + made, name, kept | {word: given[word] for word in kept if word in given})
     validate(Design, tomllib.loads(made))
+    return made
+
+
+def _shipped(folder: str, like: str) -> str:
+    """Text of a shipped file."""
+    names = data_names(folder)
+    if like not in names:
+        raise InputError("like", like, "one of " + ", ".join(names), near(like, names))
+    return data_path(folder, f"{like}.toml").read_text(encoding="utf-8")
+
+
+def _axle(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, str]) -> str:
+    from efficiency.axle.axle_input import AxleInput
+    from ehl.common.validation import validate
+
+    like = answers["like"]
+    made = re.sub(r"\A(?:#.*\n|\n)*name = .*$", "name = <name>", _shipped("axles", like), count=1, flags=re.M)
+    made = re.sub(r"^source = .*$", f'source = "bearings, sump and housing of {like}"', made, count=1, flags=re.M)
+    if "pair" in given:
+        made = re.sub(r"^pair = .*$", "pair = <pair>", made, count=1, flags=re.M)
+    made = _filled(text.replace("<like>", like) + made, name, given)
+    validate(AxleInput, tomllib.loads(made))
     return made
 
 
@@ -249,4 +269,12 @@ def _duty(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, 
     return "\n".join(lines) + "\n"
 
 
-_WRITERS = {"oil": _oil, "contact": _contact, "plan": _plan, "design": _design, "targets": _targets, "duty": _duty}
+_WRITERS = {
+    "oil": _oil,
+    "contact": _contact,
+    "plan": _plan,
+    "design": _design,
+    "targets": _targets,
+    "axle": _axle,
+    "duty": _duty,
+}

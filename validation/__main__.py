@@ -26,6 +26,7 @@ from common import OUT, command_line, one_of, write_rows  # noqa: E402
 TWINS = str(HERE.parent / "tests" / "twins")  # second algorithms are scripts of their own
 FIGURES = {
     **dict.fromkeys(("app.png", "app_phone.png"), ("app_response.py", "--out", "docs/figures")),
+    "axle_maps.png": ("axle_maps.py",),
     "comparison.png": ("report_figures.py", "comparison"),
     "report_gear.png": ("report_figures.py", "gear"),
     "gear_load_time.png": ("gear_load_time.py",),

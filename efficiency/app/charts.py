@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from efficiency.app.scene import SceneAnswer
@@ -59,6 +59,21 @@ def losses(rows: Sequence[tuple[str, float, float, float]]) -> Options:
                 "itemStyle": {"color": "#c8641e"},
                 "data": ends,
             },
+        ],
+    }
+
+
+def stacked(speeds: Sequence[float], losses: Mapping[str, Sequence[float]]) -> Options:
+    """Loss by source over the speed, one on the other."""
+    return {
+        "grid": {"left": 60, "right": 20, "top": 40, "bottom": 45},
+        "tooltip": {"trigger": "axis"},
+        "legend": {"top": 0, "textStyle": {"color": GREY}},
+        "xAxis": AXIS | {"type": "category", "data": speeds, "name": "rpm", "nameLocation": "middle", "nameGap": 30},
+        "yAxis": AXIS | {"type": "value", "name": "W"},
+        "series": [
+            {"type": "line", "name": name, "stack": "loss", "areaStyle": {}, "symbol": "none", "data": list(values)}
+            for name, values in losses.items()
         ],
     }
 

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 from nicegui import app, core, run, ui
 
 from efficiency.app import charts
+from efficiency.app.axle_tab import AxleTab
 from efficiency.app.guard import Guard
 from efficiency.app.scene import CHOICES, FIELDS, FINISHES, FRICTIONS, MISALIGNMENTS, Bench, Scene, SceneAnswer, changed
 from ehl.common.data import data_names
@@ -38,45 +39,59 @@ class Page:
         self.busy = self.waiting = False
         self.inputs: dict[str, Any] = {}
         self.drawn: dict[str, Scene] = {}  # what map and contact were drawn for
-        self._controls()
-        with ui.column().classes("w-full max-w-screen-xl mx-auto gap-3 p-2"):
-            with ui.card().classes("w-full"):
-                ui.label("Efficiency of the mesh").classes("text-sm opacity-70")
-                self.headline = ui.label("…").classes("text-3xl font-bold").mark("headline")
-                self.details = ui.label("").classes("text-sm")
-                self.fault = ui.label("").classes("text-negative whitespace-pre-line").mark("fault")
-                self.fault.set_visibility(False)
-                self.stale = ui.label("The results below belong to the last valid settings.").mark("stale")
-                self.stale.classes("text-negative").set_visibility(False)
-                self.notes = ui.column().classes("w-full gap-1")
-            with ui.row().classes("w-full gap-3"):
-                self.pressure = self._chart("Contact pressure on the gear tooth [GPa]")
-                self.loss = self._chart("Loss on the gear tooth [W/mm²]")
-            self.bars = self._chart("Power loss by friction model [W]; marks: interval of 90 % by the inputs", "w-full")
-            with ui.row().classes("w-full gap-3"):
-                with ui.card().classes("flex-1 min-w-[320px]"):
-                    self.map_button = ui.button("Efficiency map", on_click=self._draw_map).mark("map")
-                    self.progress = ui.linear_progress(0.0, show_value=False)
-                    self.progress.set_visibility(False)
-                    self.map = ui.echart({"series": []}).classes("h-80 w-full")
-                    self.map.set_visibility(False)
-                    self.map_stale = _outdated("map")
-                with ui.card().classes("flex-1 min-w-[320px]"):
-                    self.contact_button = ui.button("Film and pressure of the contact that loses most (smooth)")
-                    self.contact_button.on_click(self._draw_contact)
-                    self.contact_text = ui.label("")
-                    self.contact = ui.image().classes("w-full")
-                    self.contact.set_visibility(False)
-                    self.contact_stale = _outdated("contact")
-            with ui.row().classes("gap-2"):
-                ui.button("Design file", on_click=self._save_design).props("outline")
-                ui.button("Report", on_click=self._save_report).props("outline")
-                ui.button("Python script", on_click=self._save_script).props("outline")
+        drawer = self._controls()
+        with ui.tabs() as tabs:
+            pair, axle = ui.tab("Gear pair"), ui.tab("Axle").mark("axle_tab")
+        with ui.tab_panels(tabs, value=pair).props("keep-alive").classes("w-full bg-transparent"):
+            with ui.tab_panel(axle):
+                whole = AxleTab(bench)
+            with ui.tab_panel(pair), ui.column().classes("w-full max-w-screen-xl mx-auto gap-3 p-2"):
+                with ui.card().classes("w-full"):
+                    ui.label("Efficiency of the mesh").classes("text-sm opacity-70")
+                    self.headline = ui.label("…").classes("text-3xl font-bold").mark("headline")
+                    self.details = ui.label("").classes("text-sm")
+                    self.fault = ui.label("").classes("text-negative whitespace-pre-line").mark("fault")
+                    self.fault.set_visibility(False)
+                    self.stale = ui.label("The results below belong to the last valid settings.").mark("stale")
+                    self.stale.classes("text-negative").set_visibility(False)
+                    self.notes = ui.column().classes("w-full gap-1")
+                with ui.row().classes("w-full gap-3"):
+                    self.pressure = self._chart("Contact pressure on the gear tooth [GPa]")
+                    self.loss = self._chart("Loss on the gear tooth [W/mm²]")
+                self.bars = self._chart(
+                    "Power loss by friction model [W]; marks: interval of 90 % by the inputs", "w-full"
+                )
+                with ui.row().classes("w-full gap-3"):
+                    with ui.card().classes("flex-1 min-w-[320px]"):
+                        self.map_button = ui.button("Efficiency map", on_click=self._draw_map).mark("map")
+                        self.progress = ui.linear_progress(0.0, show_value=False)
+                        self.progress.set_visibility(False)
+                        self.map = ui.echart({"series": []}).classes("h-80 w-full")
+                        self.map.set_visibility(False)
+                        self.map_stale = _outdated("map")
+                    with ui.card().classes("flex-1 min-w-[320px]"):
+                        self.contact_button = ui.button("Film and pressure of the contact that loses most (smooth)")
+                        self.contact_button.on_click(self._draw_contact)
+                        self.contact_text = ui.label("")
+                        self.contact = ui.image().classes("w-full")
+                        self.contact.set_visibility(False)
+                        self.contact_stale = _outdated("contact")
+                with ui.row().classes("gap-2"):
+                    ui.button("Design file", on_click=self._save_design).props("outline")
+                    ui.button("Report", on_click=self._save_report).props("outline")
+                    ui.button("Python script", on_click=self._save_script).props("outline")
+
+        async def turned(event: Any) -> None:
+            drawer.set_value(event.value != "Axle")  # its settings are those of the pair
+            if event.value == "Axle":
+                await whole.refresh()
+
+        tabs.on_value_change(turned)
         ui.timer(0.05, self.refresh, once=True)
 
     # controls
 
-    def _controls(self) -> None:
+    def _controls(self) -> Any:
         drawer = ui.left_drawer().classes("gap-1")
         with ui.header().classes("items-center justify-between py-1"):
             flat = "flat color=white dense"
@@ -98,6 +113,7 @@ class Page:
             ui.label("misalignment").classes("text-sm opacity-70 mt-2")
             for name in MISALIGNMENTS:
                 self._number(name, _REACH)
+        return drawer
 
     def _select(self, name: str, names: list[str] | dict[str, str]) -> None:
         value = getattr(self.scene, name)

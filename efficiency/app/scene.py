@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from efficiency.axle.axle import BALANCE, Axle
+from efficiency.axle.result import SOURCES, AxleResult
 from efficiency.conditions.conditions import default_friction
 from efficiency.design.design import bevel_names
 from efficiency.loss.efficiency_result import pair_notes
@@ -56,6 +58,12 @@ CHOICES = {
     "finish": "finish of both flanks",
     "oil": "oil",
     "friction": "friction model",
+}
+# numbers of the tab of an axle: label, value at the start
+AXLE_FIELDS = {
+    "torque": ("pinion torque [N m]", "200"),
+    "speed": ("pinion speed [rpm]", "1500"),
+    "temperature": ("oil temperature [°C] or balance", "80"),
 }
 _STATES: dict[str, State] = {"run in": "run_in", "new": "new"}
 # finish as it is chosen: name, state
@@ -186,6 +194,7 @@ class Bench:
     given: Path | None = None  # design file of the command line: the only file that is opened
     _pairs: dict[str, GearPair] = field(default_factory=dict, repr=False)
     _loads: dict[tuple[str, ...], LoadedMesh] = field(default_factory=dict, repr=False)
+    _axles: dict[str, Axle] = field(default_factory=dict, repr=False)
 
     @property
     def designs(self) -> list[str]:
@@ -243,6 +252,33 @@ class Bench:
         found = self._loads[key]
         mesh = found.mesh
         return replace(found, mesh=replace(mesh, design=_finished(mesh.bevel, scene.finish))) if scene.finish else found
+
+    def axle(self, texts: Mapping[str, str]) -> tuple[Axle, dict[str, str]]:
+        """A shipped axle with the methods of the tab, and the operating point."""
+        name = texts["axle"]
+        if name not in data_names("axles"):
+            raise InputError("axle", name[:_LONGEST], "one of " + ", ".join(data_names("axles")))
+        if name not in self._axles:
+            self._axles[name] = Axle(name)
+        point = {"torque": f"{texts['torque']} N m", "speed": f"{texts['speed']} rpm"}
+        kelvin = texts["temperature"]
+        point["temperature"] = kelvin if kelvin == BALANCE else f"{kelvin} degC"
+        methods = {key: text for key, text in texts.items() if key not in ("axle", *AXLE_FIELDS)}
+        return self._axles[name].with_methods(**methods), point
+
+    def axle_point(self, texts: Mapping[str, str]) -> AxleResult:
+        """Losses of an axle at the operating point of the tab."""
+        axle, point = self.axle(texts)
+        return axle.at(**point)
+
+    def axle_speeds(self, texts: Mapping[str, str]) -> tuple[list[float], dict[str, list[float]]]:
+        """Speeds to twice that of the tab [rpm], and the loss by source at them [W]."""
+        axle, point = self.axle(texts)
+        found = axle.at(**point).points[0]
+        speeds = [abs(found.speed) * share for share in np.linspace(0.2, 2.0, 10)]
+        losses = axle.map([found.torque], speeds, [found.temperature])
+        rpm = [float(f"{speed * 30.0 / math.pi:.3g}") for speed in speeds]
+        return rpm, {name: losses.values(f"loss_{name}").round(2).tolist() for name in SOURCES}
 
     def answer(self, scene: Scene) -> SceneAnswer:
         """Efficiency and all that the page draws of one scene."""

@@ -5,18 +5,19 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from copy import copy
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 import scipy
 
 from efficiency.axle.axle_input import AxleInput, MethodsInput, ShaftInput, load_axle
 from efficiency.axle.bearings import BEARING_METHODS, BearingState, bearing_limits
-from efficiency.axle.drag import CHURNING_METHODS, SEAL_METHODS, Wheel, windage_torque
-from efficiency.axle.result import AxlePoint, AxleResult, BearingLoss
+from efficiency.axle.drag import CHURNING_METHODS, SEAL_METHODS, OilBath, Wheel, churning_limits, windage_torque
+from efficiency.axle.result import AxlePoint, AxleResult, BearingLoss, interval_factors
 from efficiency.conditions.conditions import Friction, Value, Values, axis_values, checked
 from efficiency.conditions.duty import SIGNED, DutyRow, read_duty
 from efficiency.conditions.grid import Condition, GridPoint, solve_points
@@ -38,9 +39,6 @@ from ehl.fluid.oil import Oil
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
 
 BALANCE = "balance"
-# standard deviation of ln(loss) of the methods, and the factor to the ends of a 90 % interval (ours)
-SCATTER = {"skf": 0.25, "palmgren": 0.35, "seals": 0.3, "churning": 0.8, "windage": 0.7}
-_NINETY = 1.645
 _CLOSE = 1e-9  # [K] of the temperature at which heat balances
 
 
@@ -62,13 +60,26 @@ class _MeshLoss:
         return cls(math.nan, math.nan, math.nan, math.nan, reason, notes)
 
     @classmethod
-    def of(cls, point: GridPoint, ends: tuple[float, float], model: str) -> _MeshLoss:
-        """Of a point whose loss over that of the ends of its interval is known."""
+    def of(cls, point: GridPoint, ends: tuple[float, float, str], model: str) -> _MeshLoss:
+        """Of a point whose loss at the ends of its interval is known as a share of it, with a note on these ends."""
         if point.reason:
             return cls.failed(point.reason, point.notes)
         loss = float(point.figure("power_loss") + point.figure("power_loss_rolling"))
-        outside = float(point.figure("outside_range_share"))
-        return cls(loss, loss * ends[0], loss * ends[1], outside, "", point.notes, model)
+        outside, said = float(point.figure("outside_range_share")), (*point.notes, *([ends[2]] if ends[2] else []))
+        return cls(loss, loss * ends[0], loss * ends[1], outside, "", said, model)
+
+
+def _ends(result: EfficiencyResult | None) -> tuple[float, float, str]:
+    """Ends of the 90 % interval of the mesh loss as shares of it, and a note where they are not known."""
+    if result is None or result.reason:
+        return 1.0, 1.0, ""
+    try:
+        low, high = (
+            (1.0 - end) / (1.0 - result.efficiency) for end in (result.efficiency_upper, result.efficiency_lower)
+        )
+    except InputError:  # inputs of the interval beyond the temperatures of oils
+        return 1.0, 1.0, "the interval of the mesh loss is not known so near 200 degC"
+    return low, high, ""
 
 
 class Axle:
@@ -108,6 +119,7 @@ class Axle:
         self.methods = validate(MethodsInput, self.input.methods.model_dump() | dict(methods or {}), "methods")
         self.pair, self._grid = load(self.input.pair), grid
         self._wrenches: dict[tuple[Side, float], FloatArray] = {}
+        self._fluids: dict[float, tuple[float, float, bool]] = {}
 
     @property
     def name(self) -> str:
@@ -118,6 +130,18 @@ class Axle:
     def shafts(self) -> tuple[ShaftInput, ShaftInput]:
         """Of pinion and gear."""
         return self.input.pinion_shaft, self.input.gear_shaft
+
+    def with_methods(self, **methods: str) -> Axle:
+        """The axle with other methods; pair, meshes and loads are shared.
+
+        Parameters
+        ----------
+        **methods : str
+            As of the class.
+        """
+        other = copy(self)
+        other.methods = validate(MethodsInput, self.methods.model_dump() | methods, "methods")
+        return other
 
     @cached_property
     def wheels(self) -> tuple[Wheel, Wheel]:
@@ -201,23 +225,25 @@ class Axle:
         self, side: Side, axes: tuple[list[float], ...], friction: Friction | None
     ) -> dict[tuple[float, ...], _MeshLoss]:
         """Mesh losses of one side over torque, speed, temperature; the interval from that at the ends of the axes."""
-        mesh, held = self._mesh(side), {"driver": "pinion" if side == "drive" else "gear", "friction": friction}
-        few = [sorted({values[0], values[-1]}) for values in axes]
-        names = ("torque", "speed", "temperature")
-        coarse = mesh.over(**dict(zip(names, few, strict=True)), interval=True, **held)
+        driver: Any = "pinion" if side == "drive" else "gear"
+        torque, speed, temperature = axes
+        grid = self._mesh(side).map(friction, torque, speed, temperature, driver=driver)
+        few = [sorted({0, len(values) - 1}) for values in axes]
+        shape = tuple(map(len, axes))
+        corners = [grid.points[int(np.ravel_multi_index(place, shape))].result for place in itertools.product(*few)]
+        found = [_ends(corner) for corner in corners]
         spread = []
-        for name in ("efficiency_upper", "efficiency_lower"):
-            ends = np.log((1.0 - coarse.values(name)) / (1.0 - coarse.values()))
+        for end in (0, 1):
+            values = np.log([one[end] for one in found]).reshape([len(some) for some in few])
             for axis, (some, every) in enumerate(zip(few, axes, strict=True)):
-                moved = np.moveaxis(ends, axis, -1)
-                lines = [np.interp(every, some, line) for line in moved.reshape(-1, len(some))]
-                ends = np.moveaxis(np.reshape(lines, (*moved.shape[:-1], len(every))), -1, axis)
-            spread.append(np.exp(ends).ravel())
-        grid = mesh.map(**dict(zip(names, axes, strict=True)), **held)
-        model = coarse.results[0].friction_model if coarse.results else ""
-        places = itertools.product(*axes)
-        ends = zip(*spread, strict=True)
-        return {at: _MeshLoss.of(point, end, model) for at, point, end in zip(places, grid.points, ends, strict=True)}
+                values = np.moveaxis(values, axis, -1)
+                lines = [np.interp(every, np.array(every)[some], line) for line in values.reshape(-1, len(some))]
+                values = np.moveaxis(np.reshape(lines, (*values.shape[:-1], len(every))), -1, axis)
+            spread.append(np.exp(values).ravel())
+        note = next((one[2] for one in found if one[2]), "")
+        model = next((corner.friction_model for corner in corners if corner is not None), "")
+        at = zip(itertools.product(*axes), grid.points, *spread, strict=True)
+        return {place: _MeshLoss.of(point, (low, high, note), model) for place, point, low, high in at}
 
     @one_thread
     def duty(
@@ -260,51 +286,66 @@ class Axle:
         """Power loss at the test points of 40 CFR 1037.560; `options` as of `GearPair.axle_test`."""
         own = self.pair.design.operation.temperature
         kelvin = float(checked("temperature", own if temperature is None else temperature))
-        held: dict[str, Any] = {
-            "temperature": kelvin,
-            "axle": _OtherLosses(self, kelvin),
-            "grid": self._grid,
-            "friction": friction,
-        }
-        return self.pair.axle_test(application, **held, **options)
+        held: dict[str, Any] = {"temperature": kelvin, "axle": _OtherLosses(self, kelvin), "grid": self._grid}
+        return self.pair.axle_test(application, friction=friction, **held, **options)
 
-    @one_thread
-    def losses_without_mesh(
-        self, row: DutyRow, *, many: bool = False
+    def _other_losses(
+        self, row: DutyRow, loads: Sequence[Sequence[tuple[float, float]]]
     ) -> tuple[dict[str, float], tuple[BearingLoss, ...], list[str]]:
-        """Losses by source without that of the mesh [W], those of each bearing, and notes, at an operating point.
-
-        `many`: one of many points, with bearing loads interpolated over the torque.
-        """
-        oil, sump, design = self._oil, self.input.sump, self.pair.design
-        viscosity, density = (float(of(row.temperature)) for of in (oil.viscosity_kinematic, oil.density))
-        losses, bearings, notes = dict.fromkeys(("bearings", "seals", "churning", "windage"), 0.0), [], list[str]()
-        speeds, wrench = (abs(row.speed), abs(row.speed) * design.ratio), self._wrench_at(row, many=many)
-        synthetic = oil.base not in ("mineral", "hydrocracked")
-        for k, (shaft, wheel, speed) in enumerate(zip(self.shafts, self.wheels, speeds, strict=True)):
-            loads = shaft.loads(wrench[k])
-            for bearing, (radial, axial) in zip(shaft.bearings, loads, strict=True):
+        """Losses by source without that of the mesh [W], those of each bearing under its load, and notes."""
+        viscosity, density, synthetic = self._oil_at(row.temperature)
+        oil, sump, wheels, bearings, notes = self._oil, self.input.sump, self.wheels, [], list[str]()
+        speeds = abs(row.speed), abs(row.speed) * self.pair.design.ratio
+        method, seal, seals = BEARING_METHODS[self.methods.bearings], SEAL_METHODS[self.methods.seals], 0.0
+        for member, shaft, speed, forces in zip(("pinion", "gear"), self.shafts, speeds, loads, strict=True):
+            for bearing, (radial, axial) in zip(shaft.bearings, forces, strict=True):
                 depth = bearing.oil_depth
                 if depth is None:  # the outer raceway is 1.2 mean diameters wide (SKF model)
                     depth = max(sump.oil_level - shaft.height + 0.6 * bearing.mean_diameter, 0.0)
                 state = BearingState(radial, axial, speed, viscosity, depth, synthetic)
-                parts = BEARING_METHODS[self.methods.bearings](bearing, state)
+                parts = method(bearing, state)
                 moment = math.fsum(parts.values())
-                member = "gear" if k else "pinion"
                 bearings.append(BearingLoss(member, bearing.name, radial, axial, moment, moment * speed, parts))
                 notes += bearing_limits(self.methods.bearings, bearing, state)
-            seal = SEAL_METHODS[self.methods.seals]
-            losses["seals"] += math.fsum(seal(s.diameter, speed, oil, row.temperature) for s in shaft.seals)
-            dip = max(sump.oil_level - shaft.height + wheel.radius_tip, 0.0)
-            churning = CHURNING_METHODS[self.methods.churning](wheel, dip, speed, viscosity, density, sump.volume)
-            losses["churning"] += churning * speed
-            losses["windage"] += windage_torque(wheel.radius_tip, speed) * speed
-        losses["bearings"] = math.fsum(bearing.loss for bearing in bearings)
+            seals += math.fsum(seal(s.diameter, speed, oil, row.temperature) for s in shaft.seals)
+        one, two = (
+            max(sump.oil_level - shaft.height + wheel.radius_tip, 0.0)
+            for shaft, wheel in zip(self.shafts, wheels, strict=True)
+        )
+        bath = OilBath((one, two), speeds, viscosity, density, sump.volume)
+        notes += churning_limits(self.methods.churning, wheels, bath)
+        losses = {
+            "bearings": math.fsum(bearing.loss for bearing in bearings),
+            "seals": seals,
+            "churning": CHURNING_METHODS[self.methods.churning](wheels, bath),
+            "windage": math.fsum(
+                windage_torque(wheel.radius_tip, w) * w for wheel, w in zip(wheels, speeds, strict=True)
+            ),
+        }
         return losses, tuple(bearings), notes
 
     @cached_property
     def _oil(self) -> Oil:
         return Oil.load(self.pair.design.operation.oil)
+
+    def _oil_at(self, kelvin: float) -> tuple[float, float, bool]:
+        """Kinematic viscosity [m^2/s], density [kg/m^3] and whether the base oil is synthetic."""
+        if kelvin not in self._fluids:
+            oil, synthetic = self._oil, self._oil.base not in ("mineral", "hydrocracked")
+            self._fluids[kelvin] = float(oil.viscosity_kinematic(kelvin)), float(oil.density(kelvin)), synthetic
+        return self._fluids[kelvin]
+
+    def _loads_at(self, row: DutyRow, *, many: bool) -> list[list[tuple[float, float]]]:
+        """Radial and axial load of the bearings of both shafts [N]."""
+        return [shaft.loads(of) for shaft, of in zip(self.shafts, self._wrench_at(row, many=many), strict=True)]
+
+    def _alternatives(self, row: DutyRow) -> dict[str, float]:
+        """Losses by the methods that were not chosen [W]."""
+        found, loads = {}, self._loads_at(row, many=False)
+        for name, field in MethodsInput.model_fields.items():
+            for method in set(get_args(field.annotation)) - {getattr(self.methods, name)}:
+                found[f"{name} {method}"] = self.with_methods(**{name: method})._other_losses(row, loads)[0][name]
+        return found
 
     def _mesh(self, side: Side) -> Any:
         return self.pair.mesh(side, *(self._grid or ()))
@@ -318,32 +359,22 @@ class Axle:
         def solve(condition: Condition) -> EfficiencyResult:
             return self.pair.at(grid=self._grid, many=many, **condition, friction=friction)
 
-        try:
-            point = solve_points([row.condition], solve, interval=interval)[0]
-        except InputError:  # inputs of the interval beyond the temperatures of oils; another error comes again
-            if not interval:
-                raise
-            found = self._mesh_loss(row, friction, many=many, interval=False)
-            return replace(found, notes=(*found.notes, "the interval of the mesh loss is not known so near 200 degC"))
-        if not interval or point.result is None or point.reason:
-            return _MeshLoss.of(point, (1.0, 1.0), "")
-        names, lost = ("efficiency_upper", "efficiency_lower"), 1.0 - point.result.efficiency
-        lower, upper = ((1.0 - float(point.requested[name])) / lost for name in names)
-        return _MeshLoss.of(point, (lower, upper), point.result.friction_model)
+        point = solve_points([row.condition], solve)[0]
+        model = point.result.friction_model if point.result is not None else ""
+        return _MeshLoss.of(point, _ends(point.result) if interval else (1.0, 1.0, ""), model)
 
     def _balanced(self, torque: float, speed: float, friction: Friction | None) -> float:
         """Oil temperature at which the heat that leaves is the loss [K]."""
+
+        loads = self._loads_at(DutyRow(torque, speed, 0.0, 0.0), many=False)
 
         def left(kelvin: float) -> float:
             row = DutyRow(torque, speed, kelvin, 0.0)
             mesh = self._mesh_loss(row, friction, many=True, interval=False)
             if mesh.reason:
                 raise ConvergenceError(mesh.reason, mesh.notes[0] if mesh.notes else "")
-            return (
-                mesh.loss
-                + math.fsum(self.losses_without_mesh(row)[0].values())
-                - sum(self.input.housing.removed(kelvin)[:2])
-            )
+            others = self._other_losses(row, loads)[0].values()
+            return mesh.loss + math.fsum(others) - sum(self.input.housing.removed(kelvin)[:2])
 
         low, high = TEMPERATURE_RANGE
         if left(high) > 0.0:
@@ -380,37 +411,32 @@ class Axle:
     def _result(
         self, kind: Literal["point", "map", "duty"], rows: Sequence[DutyRow], meshes: Sequence[_MeshLoss]
     ) -> AxleResult:
-        points, said = [], []
-        bearings: tuple[BearingLoss, ...] = ()
+        points, said, bearings = [], [], ()
+        loads: dict[float, list[list[tuple[float, float]]]] = {}
         for row, mesh in zip(rows, meshes, strict=True):
             where = f"{row.torque:.4g} N m, {row.speed * 30.0 / math.pi:.4g} rpm, {row.temperature - 273.15:.4g} degC"
             try:
-                others, bearings, notes = self.losses_without_mesh(row, many=kind == "map")
+                if row.torque not in loads:
+                    loads[row.torque] = self._loads_at(row, many=kind == "map")
+                others, bearings, notes = self._other_losses(row, loads[row.torque])
             except ConvergenceError as error:
                 others, notes = dict.fromkeys(("bearings", "seals", "churning", "windage"), math.nan), []
                 mesh = _MeshLoss.failed(error.reason, (error.detail,))
             points.append(self._point(row, mesh, others))
             said += [(where, note) for note in (*mesh.notes, *notes)]
         model = next((mesh.model for mesh in meshes if mesh.model), "")
-        shown = bearings if kind == "point" else ()
-        about = self.name, self.input.source, self.pair.name, model, self._oil.name
-        return AxleResult(kind, *about, dict(self.methods), tuple(points), shown, tuple(said))
+        about = self.name, self.input.source, self.pair.name, model, self._oil.name, dict(self.methods), tuple(points)
+        if kind != "point" or points[0].reason:
+            return AxleResult(kind, *about, said=tuple(said))
+        return AxleResult(kind, *about, bearings, self._alternatives(rows[0]), tuple(said))
 
     def _point(self, row: DutyRow, mesh: _MeshLoss, others: Mapping[str, float]) -> AxlePoint:
         total = math.fsum((mesh.loss, *others.values()))
-        down, up = [mesh.loss - mesh.lower], [mesh.upper - mesh.loss]
-        for name, loss in others.items():
-            scatter = name
-            if name == "bearings":
-                scatter = "skf" if self.methods.bearings == "skf" else "palmgren"
-            factor = math.exp(_NINETY * SCATTER[scatter])
-            down.append(loss - loss / factor)
-            up.append(loss * factor - loss)
+        factors = interval_factors(self.methods.bearings)
+        down = [mesh.loss - mesh.lower, *(loss - loss / factors[name] for name, loss in others.items())]
+        up = [mesh.upper - mesh.loss, *(loss * factors[name] - loss for name, loss in others.items())]
         pinion = row.torque * row.speed
-        if pinion > 0.0:
-            put_in, given_out = pinion, pinion - total
-        else:
-            put_in, given_out = total - pinion, -pinion
+        put_in, given_out = (pinion, pinion - total) if pinion > 0.0 else (total - pinion, -pinion)
         housing, cooler, wall = self.input.housing.removed(row.temperature)
         efficiency = max(given_out, 0.0) / put_in if put_in > 0.0 else math.nan
         at = {"torque": row.torque, "speed": row.speed, "temperature": row.temperature, "hours": row.hours}
@@ -423,6 +449,8 @@ class Axle:
             loss_total_lower=total - math.hypot(*down),
             loss_total_upper=total + math.hypot(*up),
             **split,
+            loss_mesh_lower=mesh.lower,
+            loss_mesh_upper=mesh.upper,
             axle_power_input=put_in,
             axle_power_output=given_out,
             axle_efficiency=efficiency,
@@ -448,10 +476,8 @@ class _OtherLosses:
 
     def torque_loss(self, torque: float, speed: float) -> float:
         """At a signed pinion torque [N m] and a pinion speed above zero [rad/s], [N m]."""
-        losses = self.axle.losses_without_mesh(DutyRow(float(torque), float(speed), self.temperature, 0.0), many=True)[
-            0
-        ]
-        return math.fsum(losses.values()) / float(speed)
+        row = DutyRow(float(torque), float(speed), self.temperature, 0.0)
+        return math.fsum(self.axle._other_losses(row, self.axle._loads_at(row, many=True))[0].values()) / float(speed)
 
 
 def shaft_wrench(load: LoadDistribution, axis: Axis, sign: float) -> FloatArray:

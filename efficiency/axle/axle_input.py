@@ -54,10 +54,8 @@ class ShaftInput(InputModel):
         ``F_out - F_in = K``; neither below the force that the radial load of a tapered roller bearing needs,
         ``0.5 Fr/Y`` (SKF catalogue), nor below the preload of equal springs, ``F_0 +- K/2``.
         """
-        places = np.array([[1.0, bearing.position] for bearing in self.bearings]).T
-        along_x = np.linalg.lstsq(places, -np.array([wrench[0], wrench[4]]), rcond=None)[0]
-        along_y = np.linalg.lstsq(places, np.array([-wrench[1], wrench[3]]), rcond=None)[0]
-        radial = np.hypot(along_x, along_y)
+        statics = np.linalg.pinv(np.array([[1.0, bearing.position] for bearing in self.bearings]).T)
+        radial = np.hypot(*(statics @ -np.array([[wrench[0], wrench[4]], [wrench[1], -wrench[3]]]).T).T)
         pushed = float(wrench[2])
         induced = {
             b.thrust: 0.5 * float(r) / (b.axial_factor or math.inf) for b, r in zip(self.bearings, radial, strict=True)

@@ -16,6 +16,7 @@ from functools import cache
 from typing import Annotated, Literal, Self
 
 import numpy as np
+import scipy
 from pydantic import model_validator
 
 from ehl.common.data import data_path
@@ -121,20 +122,18 @@ def skf_moment(bearing: BearingInput, at: BearingState) -> Moments:
     """Rolling, sliding, seal and drag moment of the SKF model [N m].
 
     ``M = phi_ish phi_rs G_rr (nu n)^0.6 + G_sl mu_sl + M_seal + M_drag``; range: n >= 0, loads above the minimum load
-    of the bearing, constant speed, shaft horizontal, large oil reservoir.
+    of the bearing, constant speed, shaft horizontal, large oil reservoir. Oil so thick that starvation and shear
+    heating would make the rolling moment fall with the viscosity is taken where they begin to (ours), with a note.
     """
-    d, D, dm = 1e3 * bearing.bore, 1e3 * bearing.outside_diameter, 1e3 * bearing.mean_diameter
-    n, nu = _rpm(at.speed), 1e6 * at.viscosity
+    n, nu, dm = _rpm(at.speed), 1e6 * at.viscosity, 1e3 * bearing.mean_diameter
     rolling, sliding = skf_load_variables(bearing, at.radial, at.axial)
-    shear_heating = 1.0 / (1.0 + 1.84e-9 * (n * dm) ** 1.28 * nu**0.64)
-    # in an oil bath above the lowest rolling elements (0.1 d_m) nothing starves
-    starved = 3e-8 if 1e3 * at.oil_depth < 0.1 * dm else 0.0
-    replenished = math.exp(-min(starved * nu * n * (d + D) * math.sqrt(_K_Z[bearing.type] / (2.0 * (D - d))), _MOST))
-    boundary = math.exp(-min(2.6e-8 * (n * nu) ** 1.4 * dm, _MOST))
+    thick = min(nu, 1e6 * rolling_range(bearing, at))
+    shear, starvation = _thick_oil(bearing, at)
     film = _MU_FILM.get(bearing.type, _MU_FILM_BALL[at.synthetic])
+    boundary = math.exp(-min(2.6e-8 * (n * nu) ** 1.4 * dm, _MOST))
     mu = boundary * (_MU_BOUNDARY if n > 0.0 else _MU_STANDSTILL) + (1.0 - boundary) * film
     return {
-        "rolling": 1e-3 * shear_heating * replenished * rolling * (nu * n) ** 0.6,
+        "rolling": 1e-3 * math.exp(-starvation * thick) / (1.0 + shear * thick**0.64) * rolling * (thick * n) ** 0.6,
         "sliding": 1e-3 * sliding * mu,
         "seal": skf_seal_moment(bearing),
         "drag": skf_drag_moment(bearing, at),
@@ -218,13 +217,38 @@ def drag_range(bearing: BearingInput, oil_depth: float) -> float:
     return 500e-6 if oil_depth <= 0.5 * bearing.outside_diameter else 250e-6
 
 
+def rolling_range(bearing: BearingInput, at: BearingState) -> float:
+    """Viscosity at which the SKF rolling moment is largest [m^2/s]; infinite where it grows at the oil's own."""
+    shear, starvation = _thick_oil(bearing, at)
+
+    def growth(nu: float) -> float:
+        return 0.6 - starvation * nu - 0.64 * shear * nu**0.64 / (1.0 + shear * nu**0.64)
+
+    nu = 1e6 * at.viscosity
+    return math.inf if growth(nu) >= 0.0 else 1e-6 * float(scipy.optimize.brentq(growth, 0.0, nu))
+
+
+def _thick_oil(bearing: BearingInput, at: BearingState) -> tuple[float, float]:
+    """1/phi_ish - 1 over nu^0.64 and -ln phi_rs over nu, nu in mm^2/s.
+
+    The latter is 0 in an oil bath above the lowest rolling elements, 0.1 d_m.
+    """
+    d, D, dm = 1e3 * bearing.bore, 1e3 * bearing.outside_diameter, 1e3 * bearing.mean_diameter
+    n, starved = _rpm(at.speed), 3e-8 if 1e3 * at.oil_depth < 0.1 * dm else 0.0
+    return 1.84e-9 * (n * dm) ** 1.28, starved * n * (d + D) * math.sqrt(_K_Z[bearing.type] / (2.0 * (D - d)))
+
+
 def bearing_limits(method: str, bearing: BearingInput, at: BearingState) -> list[str]:
     """Notes where a bearing leaves the range of its method."""
-    most = drag_range(bearing, at.oil_depth)
-    if method != "skf" or at.oil_depth <= 0.0 or at.viscosity <= most:
+    if method != "skf":
         return []
-    seen, end = 1e6 * at.viscosity, 1e6 * most
-    return [f"drag of bearing {bearing.name}: {seen:.4g} cSt, taken at {end:.0f} cSt where its range ends"]
+    ends = {"rolling moment": rolling_range(bearing, at)}
+    if at.oil_depth > 0.0:
+        ends["drag"] = drag_range(bearing, at.oil_depth)
+    seen = f"of bearing {bearing.name}: {1e6 * at.viscosity:.4g} cSt, taken at"
+    return [
+        f"{name} {seen} {1e6 * end:.3g} cSt where its range ends" for name, end in ends.items() if at.viscosity > end
+    ]
 
 
 def _rpm(speed: float) -> float:

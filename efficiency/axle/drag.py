@@ -13,6 +13,7 @@ GRAVITY = 9.80665  # [m/s^2]
 AIR_DENSITY, AIR_VISCOSITY = 1.2, 1.5e-5  # at 20 degC [kg/m^3], [m^2/s]
 # Reynolds numbers between which both regimes of Changenet and Velex are mixed
 _VISCOUS, _INERTIAL = 6000.0, 9000.0
+SMALL_SUMP = 1.0  # least V/D^3 of their measurements
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,8 @@ def changenet_velex_torque(
     below Re = 6000 ``C = 1.366 (h/D)^0.45 (V/D^3)^0.1 Fr^-0.6 Re^-0.21``, above 9000 ``C = 3.644 (h/D)^0.1
     (V/D^3)^-0.35 Fr^-0.88 (b/D)^0.85``, linear between. Fitted to single spur and helical gears at low and medium
     speed; the two formulas for high speed are not in it, nor the direction of the flow from one gear onto the other.
+    V/D^3 below `SMALL_SUMP` is taken there (ours): the rig had V/D^3 of 1 to 7 (box of 365 x 185 mm, gears of 96 to
+    160 mm, from memory), an axle has 0.1 to 0.5, for which both formulas differ by a factor 3 to 5 at the same Re.
 
     wheel: the gear.
     depth: h, how far its tip circle dips [m].
@@ -78,31 +81,70 @@ def changenet_velex_torque(
     wetted = R**2 * (2.0 * angle - math.sin(2.0 * angle)) + 2.0 * R * b * angle
     wetted += flanks / (math.pi * math.cos(wheel.pressure_angle) * math.cos(wheel.helix_angle))
     reynolds, froude, D = omega * R * b / viscosity, omega**2 * R / GRAVITY, 2.0 * R
-    viscous = 1.366 * (h / D) ** 0.45 * (volume / D**3) ** 0.1 * froude**-0.6 * reynolds**-0.21
-    inertial = 3.644 * (h / D) ** 0.1 * (volume / D**3) ** -0.35 * froude**-0.88 * (b / D) ** 0.85
+    filling = max(volume / D**3, SMALL_SUMP)
+    viscous = 1.366 * (h / D) ** 0.45 * filling**0.1 * froude**-0.6 * reynolds**-0.21
+    inertial = 3.644 * (h / D) ** 0.1 * filling**-0.35 * froude**-0.88 * (b / D) ** 0.85
     share = min(max((reynolds - _VISCOUS) / (_INERTIAL - _VISCOUS), 0.0), 1.0)
     return float(0.5 * density * omega**2 * R**3 * wetted * ((1.0 - share) * viscous + share * inertial))
 
 
-def iso_14179_2_torque(
-    wheel: Wheel, depth: float, speed: float, viscosity: float, density: float, volume: float
-) -> float:
-    """Hydraulic loss torque of a dipping gear by ISO/TR 14179-2 after Mauz [N m].
+def iso_14179_2_torque(depth: float, face_width: float, velocity: float) -> float:
+    """Hydraulic loss torque of a gear stage by ISO/TR 14179-2 after Mauz [N m].
 
     ``T = C_Sp C_1 exp(C_2 v/v_0)``, ``C_1 = 0.063 h/h_0 + 0.0128 (b/b_0)^3``, ``C_2 = h/(80 h_0) + 0.2``, with
-    h_0 = b_0 = 10 mm and v_0 = 10 m/s; the factor C_Sp of oil splashed onto the mesh is taken as 1 (ours). Viscosity
-    and density are not in it: fitted to mineral oils at running temperature. Without oil, and at rest, it is taken as
-    zero (ours).
+    h_0 = b_0 = 10 mm and v_0 = 10 m/s; h is the sum of both immersion depths. The factor C_Sp of oil splashed onto the
+    mesh is taken as 1 (ours). Neither viscosity nor diameter is in it: for mineral oils at running temperature and
+    gears of the sizes that were measured. Without oil, and at rest, it is taken as zero (ours).
+
+    depth, face_width: h, b [m].
+    velocity: at the pitch circle [m/s].
     """
-    if depth <= 0.0 or speed == 0.0:
+    if depth <= 0.0 or velocity == 0.0:
         return 0.0
-    h, b = min(depth, 2.0 * wheel.radius_tip) / 0.01, wheel.face_width / 0.01
-    return (0.063 * h + 0.0128 * b**3) * math.exp((h / 80.0 + 0.2) * abs(speed) * wheel.radius / 10.0)
+    h, b = depth / 0.01, face_width / 0.01
+    return (0.063 * h + 0.0128 * b**3) * math.exp((h / 80.0 + 0.2) * velocity / 10.0)
 
 
-CHURNING_METHODS: dict[str, Callable[[Wheel, float, float, float, float, float], float]] = {
-    "changenet_velex": changenet_velex_torque,
-    "iso_14179_2": iso_14179_2_torque,
+@dataclass(frozen=True)
+class OilBath:
+    """The oil that two gears turn in, pinion first."""
+
+    depths: tuple[float, float]  # how far the tip circles dip [m]
+    speeds: tuple[float, float]  # [rad/s]
+    viscosity: float  # kinematic [m^2/s]
+    density: float  # [kg/m^3]
+    volume: float  # [m^3]
+
+
+def changenet_velex_loss(wheels: tuple[Wheel, Wheel], bath: OilBath) -> float:
+    """Churning loss of both gears, each by itself [W]."""
+    fluid = bath.viscosity, bath.density, bath.volume
+    each = zip(wheels, bath.depths, bath.speeds, strict=True)
+    return math.fsum(abs(w) * changenet_velex_torque(wheel, h, w, *fluid) for wheel, h, w in each)
+
+
+def iso_14179_2_loss(wheels: tuple[Wheel, Wheel], bath: OilBath) -> float:
+    """Churning loss of the stage [W]: one torque, on the shaft of the gear or, where it runs dry, of the pinion (ours).
+
+    At each gear by itself, b^3 would count twice, and a small pinion that turns fast would lose most of it.
+    """
+    dipping = 1 if bath.depths[1] > 0.0 else 0
+    depth = math.fsum(min(h, 2.0 * wheel.radius_tip) for wheel, h in zip(wheels, bath.depths, strict=True))
+    speed, wide = abs(bath.speeds[dipping]), min(wheel.face_width for wheel in wheels)
+    return speed * iso_14179_2_torque(depth, wide, speed * wheels[dipping].radius)
+
+
+def churning_limits(method: str, wheels: tuple[Wheel, Wheel], bath: OilBath) -> list[str]:
+    """A note where the sump is smaller than those of the measurements."""
+    filling = bath.volume / (2.0 * wheels[1].radius) ** 3
+    if method != "changenet_velex" or bath.depths[1] <= 0.0 or filling >= SMALL_SUMP:
+        return []
+    return [f"churning: oil volume {filling:.2g} D^3 of the gear, taken at {SMALL_SUMP:g} D^3 where its range ends"]
+
+
+CHURNING_METHODS: dict[str, Callable[[tuple[Wheel, Wheel], OilBath], float]] = {
+    "changenet_velex": changenet_velex_loss,
+    "iso_14179_2": iso_14179_2_loss,
 }
 
 

@@ -9,7 +9,6 @@ from typing import Any, Literal
 import numpy as np
 
 from efficiency.conditions.duty import HOUR
-from efficiency.conditions.grid import count_reasons
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.vehicle.loss_map import LossMap, LossPoint, LossTable
 from ehl.common.arrays import FloatArray
@@ -24,7 +23,16 @@ OUTSIDE = (
     "Outside the model: differential, half shafts, wheel hubs and their bearings, splash from gear to gear and onto "
     "bearings, squeezing of oil in the mesh, forces other than those of the mesh, the oil level in motion."
 )
-_ENERGIES = ("loss_total", "loss_mesh", "loss_bearings", "loss_seals", "loss_churning", "loss_windage")
+SOURCES = ("mesh", "bearings", "seals", "churning", "windage")
+# standard deviation of ln(loss) of the methods, and the factor to the ends of a 90 % interval (ours)
+SCATTER = {"skf": 0.25, "iso_14179_2": 0.35, "seals": 0.3, "churning": 0.8, "windage": 0.7}
+_NINETY = 1.645
+
+
+def interval_factors(bearings: str) -> dict[str, float]:
+    """Factors from a loss to the ends of its 90 % interval by source, of a method of bearings."""
+    scatter = SCATTER | {"bearings": SCATTER[bearings]}
+    return {name: math.exp(_NINETY * scatter[name]) for name in SOURCES[1:]}
 
 
 @dataclass(frozen=True)
@@ -46,6 +54,8 @@ class AxlePoint:
     loss_seals: float
     loss_churning: float
     loss_windage: float
+    loss_mesh_lower: float
+    loss_mesh_upper: float
     # the output is below zero where the losses exceed the power of the pinion
     axle_power_input: float
     axle_power_output: float
@@ -84,7 +94,9 @@ class AxleResult(LossTable):
     oil: str
     methods: dict[str, str]  # method of bearings, seals, churning
     points: tuple[AxlePoint, ...] = field(repr=False)  # of a map by temperature, then speed, then torque
-    bearings: tuple[BearingLoss, ...] = field(default=(), repr=False)  # of a single point
+    # of a single point; the latter by the methods that were not chosen [W]
+    bearings: tuple[BearingLoss, ...] = field(default=(), repr=False)
+    alternatives: dict[str, float] = field(default_factory=dict, repr=False)
     said: tuple[tuple[str, str], ...] = field(default=(), repr=False)  # point and note
 
     def values(self, name: str = "loss_total") -> FloatArray:
@@ -95,15 +107,24 @@ class AxleResult(LossTable):
         """Power of a duty cycle summed over its time [J]."""
         return math.fsum(getattr(point, name) * HOUR * point.hours for point in self.points)
 
-    @property
-    def status(self) -> Literal["converged", "failed"]:
-        """``failed`` if any point failed."""
-        return "failed" if self.reason else "converged"
+    def split(self) -> dict[str, tuple[float, float, float, float]]:
+        """Loss [W] or energy of a duty cycle [J] by source and in total: value, ends of the 90 % interval, share.
 
-    @property
-    def reason(self) -> str:
-        """How many points failed for which reason."""
-        return count_reasons([point.reason for point in self.points], "points")
+        The share is that of the squared width. The errors of a source are taken as the same at all points of a duty
+        cycle, those of different sources as independent.
+        """
+        if self.kind == "map":
+            raise InputError("split", "map", "a point or a duty cycle")
+        take = self.energy if self.kind == "duty" else lambda name: float(getattr(self.points[0], name))
+        factors = interval_factors(self.methods["bearings"])
+        rows = {name: (take(f"loss_{name}"),) * 3 for name in SOURCES}
+        rows = {k: (p, p / factors.get(k, 1.0), p * factors.get(k, 1.0)) for k, (p, *_) in rows.items()}
+        rows["mesh"] = take("loss_mesh"), take("loss_mesh_lower"), take("loss_mesh_upper")
+        widths = {name: (high - low) ** 2 for name, (_, low, high) in rows.items()}
+        total, square = take("loss_total"), max(math.fsum(widths.values()), 1e-300)
+        found = {name: (*row, widths[name] / square) for name, row in rows.items()}
+        down, up = (math.hypot(*(row[0] - row[end] for row in rows.values())) for end in (1, 2))
+        return found | {"total": (total, total - down, total + up, 1.0)}
 
     def loss_map(self, temperature: float | None = None) -> LossMap:
         """The points of a map at one oil temperature [K], the first if not given, for `LossMap.to_vecto`."""
@@ -128,22 +149,34 @@ class AxleResult(LossTable):
 
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
         """Loss with its interval, its split by source, bearings, notes, what is outside."""
-        tables = [self.table(), *([self._bearing_table()] if self.bearings else [])]
+        tables = [self.table(), *([] if self.kind == "map" else [self._split_table()])]
+        tables += [self._bearing_table()] if self.bearings else []
         if medium == "files":
             return [Section("", [Head(self._title), *tables])]
         head: list[Item] = [Head(self._title, self.source)]
-        if self.kind == "point":
-            value, low, high = (
-                quantity("loss_total").text(getattr(self.points[0], name))
-                for name in ("loss_total", "loss_total_lower", "loss_total_upper")
+        if self.kind != "map":
+            value, low, high = (quantity(self._shown).text(value) for value in self.split()["total"][:3])
+            head.append(
+                MainResult(value, f"{quantity(self._shown).label} of the axle", [(f"{low} to {high}", "90 % interval")])
             )
-            head.append(MainResult(value, "loss of the axle", [(f"{low} to {high}", "90 % interval")]))
-        if self.kind == "duty":
-            parts = ", ".join(f"{name[5:]} {self.energy(name) / 3.6e6:.4g}" for name in _ENERGIES)
-            head.append(Text(f"Energy lost [kWh]: {parts}."))
         said = Notes(pair_notes(self.said), len(self.points))
-        method = Text(f"Methods: {self._methods}; the intervals of these methods are ours.")
-        return [Section("", [*head, *tables, said, method, Text(OUTSIDE)])]
+        method = f"Methods: {self._methods}; the intervals of these methods are ours."
+        if self.alternatives:
+            others = ", ".join(
+                f"{name} {quantity('loss_total').text(loss)}" for name, loss in self.alternatives.items()
+            )
+            method += f" Other methods: {others}."
+        return [Section("", [*head, *tables, said, Text(method), Text(OUTSIDE)])]
+
+    @property
+    def _shown(self) -> str:
+        return "energy_total" if self.kind == "duty" else "loss_total"
+
+    def _split_table(self) -> Table:
+        names = (self._shown, f"{self._shown}_lower", f"{self._shown}_upper", "share")
+        rows = [{"source": source} | dict(zip(names, row, strict=True)) for source, row in self.split().items()]
+        title = "By source, with 90 % intervals and shares in the width of the total's."
+        return Table.from_records(rows, title=title, name="sources")
 
     @property
     def _title(self) -> str:
@@ -165,10 +198,12 @@ class AxleResult(LossTable):
         """For JSON; not-a-number becomes None."""
         names = ("kind", "axle", "design", "friction_model", "oil", "methods", "status", "reason")
         about = {name: getattr(self, name) for name in names}
-        if self.kind == "duty":
-            about["energy"] = finite_or_none({name: self.energy(name) for name in _ENERGIES})
+        if self.kind != "map":
+            names = ("value", "lower", "upper", "share")
+            about["sources"] = finite_or_none({k: dict(zip(names, v, strict=True)) for k, v in self.split().items()})
         arrays = {"points": finite_or_none(self.points), "bearings": finite_or_none(self.bearings)}
-        return {**about, **arrays, "notes": list(self.notes), "outside": OUTSIDE}
+        about["interval_factors"] = interval_factors(self.methods["bearings"])
+        return {**about, "alternatives": self.alternatives, **arrays, "notes": list(self.notes), "outside": OUTSIDE}
 
     def __repr__(self) -> str:
         return f"AxleResult({self.axle}, {self.kind}: {len(self.points)} points, {self.status})"

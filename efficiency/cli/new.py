@@ -25,6 +25,7 @@ _KINDS = {
     "plan": ("The contacts a friction formula is made from.", "mixed-ehl sweep {file} --estimate"),
     "design": ("A gear pair with the flanks of a shipped one.", "mixed-ehl gear {file} --friction 75w90"),
     "targets": ("A gear pair of your own, from its blank.", "mixed-ehl settings {file} --sized -o design.toml"),
+    "axle": ("A whole axle: bearings, seals, sump and housing around a gear pair.", "mixed-ehl axle {file}"),
     "duty": ("A duty cycle (CSV).", "mixed-ehl duty fm_spiral_bevel_14x39 {file} --friction 75w90"),
 }
 _FINISH = ("finish", "A finish card of a measured trace or map.", 'finish = "{file}" in [surface], [pinion] or [gear]')

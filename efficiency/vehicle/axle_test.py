@@ -125,11 +125,6 @@ class AxleTest(LossTable):
     said: tuple[tuple[str, str], ...] = field(default=(), repr=False)
 
     @property
-    def status(self) -> Literal["converged", "failed"]:
-        """As of the map."""
-        return self.map.status
-
-    @property
     def reason(self) -> str:
         """As of the map."""
         return self.map.reason

@@ -63,6 +63,17 @@ class LossTable(TableResult):
     """
 
     said: tuple[tuple[str, str], ...]
+    points: tuple[Any, ...]
+
+    @property
+    def status(self) -> Literal["converged", "failed"]:
+        """``failed`` if any point failed."""
+        return "failed" if self.reason else "converged"
+
+    @property
+    def reason(self) -> str:
+        """How many points failed for which reason."""
+        return count_reasons([point.reason for point in self.points], "points")
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -116,16 +127,6 @@ class LossMap(LossTable):
     def values(self, name: str = "torque_loss") -> FloatArray:
         """One figure of all points, (speeds, torques); nan where a point failed."""
         return np.array([getattr(point, name) for point in self.points]).reshape(self.shape)
-
-    @property
-    def status(self) -> Literal["converged", "failed"]:
-        """``failed`` if any point failed."""
-        return "failed" if self.reason else "converged"
-
-    @property
-    def reason(self) -> str:
-        """How many points failed for which reason."""
-        return count_reasons([point.reason for point in self.points], "points")
 
     def table(self) -> Table:
         """One row per point."""

@@ -66,6 +66,7 @@ WRITTEN = {
     "calibrate": {"card.toml", "curves.png", "calibration.html", "calibration.toml", "synthetic_traction.csv"},
     "cluster": {"plan.toml", "run", "cases.h5", "formula.json"},
     "better": {"my_pair.toml", "better"},
+    "axle": {"my_axle.toml", "point.html", "duty.csv", "duty.html", "axle.vtlm"},
 }
 
 

@@ -72,7 +72,7 @@ RUN_BY = {
     ("docs/formula_code.md", "c"): "test_example_of_the_page",
 } | {
     (f"docs/tutorials/{page}.md", "sh"): "test_tutorial_runs_as_it_is_printed"
-    for page in ("oil", "gear", "calibrate", "cluster", "better")
+    for page in ("oil", "gear", "calibrate", "cluster", "better", "axle")
 }
 
 # lines of `sh` blocks that are not run here, by how they begin, and why

@@ -140,11 +140,6 @@ COMPUTATIONS: dict[str, tuple[Callable[[], Any], Callable[[Any], Any], str]] = {
     "Axle.map": (lambda: AXLE, lambda a: a.map(200.0, 150.0, 353.15, MODEL), "efficiency.mesh.solve_balanced"),
     "Axle.duty": (lambda: AXLE, lambda a: a.duty(DUTY, MODEL), "efficiency.mesh.solve_balanced"),
     "Axle.axle_test": (lambda: AXLE, lambda a: a.axle_test("tandem", MODEL), "efficiency.mesh.solve_balanced"),
-    "Axle.losses_without_mesh": (
-        lambda: AXLE,
-        lambda a: a.losses_without_mesh(DUTY[0]),
-        "efficiency.axle.axle.windage_torque",
-    ),
     "GearPair.compare": (lambda: PAIR, lambda p: p.compare([MODEL], **GRID), "efficiency.mesh.compare_models"),
     "GearPair.geometry": (lambda: PAIR, lambda p: p.geometry(), "efficiency.geometry.pair_geometry.flank_pair"),
     "GearPair.misalignment": (

@@ -20,8 +20,8 @@ from refusals import refuses
 from typer.testing import CliRunner
 
 import efficiency
-from efficiency.app.charts import efficiency_map, losses, tooth
-from efficiency.app.scene import Bench, Scene, changed
+from efficiency.app.charts import efficiency_map, losses, stacked, tooth
+from efficiency.app.scene import AXLE_FIELDS, Bench, Scene, changed
 from efficiency.cli import app
 from ehl.common.data import data_path
 from ehl.common.errors import InputError
@@ -84,6 +84,27 @@ def test_pictures_hold_the_contact(bench: Bench, scene: Scene) -> None:
     assert heard[-1] == 1.0
     assert map_rows[-1][-1] > map_rows[0][0]
     assert len(efficiency_map(torques, speeds, map_rows)["series"][0]["data"]) == len(torques) * len(speeds)
+
+
+def test_axle_of_the_tab_is_that_of_the_python_interface(bench: Bench) -> None:
+    texts = {name: start for name, (_, start) in AXLE_FIELDS.items()} | {
+        "axle": "eaxle_helical",
+        "churning": "iso_14179_2",
+    }
+    found = bench.axle_point(texts)
+    expected = efficiency.Axle("eaxle_helical", methods={"churning": "iso_14179_2"}).at(
+        "200 N m", "1500 rpm", "80 degC"
+    )
+    assert found.points == expected.points
+    speeds, by_source = bench.axle_speeds(texts)
+    at = speeds.index(1500.0)
+    assert sum(losses[at] for losses in by_source.values()) == pytest.approx(found.points[0].loss_total, rel=3e-3)
+    assert [series["name"] for series in stacked(speeds, by_source)["series"]] == list(by_source)
+    balanced = bench.axle_point(texts | {"temperature": "balance"}).points[0]
+    assert abs(balanced.heat_stored) < 1e-3 * balanced.loss_total
+    for name, text in (("axle", "../../pyproject.toml"), ("torque", "a lot"), ("speed", "1,200"), ("churning", "none")):
+        with pytest.raises(InputError, match=name):
+            bench.axle_point(texts | {name: text})
 
 
 @pytest.mark.parametrize(

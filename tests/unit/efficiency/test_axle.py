@@ -1,5 +1,6 @@
 """A whole axle: forces from the mesh, power and heat balance, intervals, maps, duty cycles, files for vehicles."""
 
+import csv
 import json
 import math
 from collections.abc import Callable
@@ -11,14 +12,15 @@ import numpy as np
 import pytest
 
 import efficiency
-from efficiency.axle.axle import SCATTER, Axle
+from efficiency.axle.axle import Axle
 from efficiency.axle.axle_input import AxleInput, load_axle
-from efficiency.axle.result import AxlePoint, AxleResult
+from efficiency.axle.result import SCATTER, SOURCES, AxlePoint, AxleResult
 from efficiency.conditions.duty import DutyRow
+from ehl.common.data import data_path
 from ehl.common.errors import ConvergenceError, InputError
 
 TRUCK, EAXLE, GRID, MODEL = "truck_hypoid", "eaxle_helical", (4, 9), "constant:0.05"
-SOURCES = ("loss_mesh", "loss_bearings", "loss_seals", "loss_churning", "loss_windage")
+LOSSES = [f"loss_{name}" for name in SOURCES]
 
 
 @cache
@@ -68,7 +70,7 @@ def test_power_and_heat_balance(name: str, torque: float, speed: float) -> None:
     found = point(torque, speed, name=name)
     scale = max(abs(torque * speed), found.loss_total)
     assert found.axle_power_input - found.axle_power_output == pytest.approx(found.loss_total, abs=1e-12 * scale)
-    assert math.fsum(getattr(found, name) for name in SOURCES) == pytest.approx(found.loss_total, rel=1e-12)
+    assert math.fsum(getattr(found, name) for name in LOSSES) == pytest.approx(found.loss_total, rel=1e-12)
     heat = found.heat_housing + found.heat_cooler + found.heat_stored
     assert heat == pytest.approx(found.loss_total, abs=1e-12 * (abs(found.heat_housing) + scale))
     assert abs(torque * speed) in (found.axle_power_input, found.axle_power_output, -found.axle_power_output)
@@ -83,16 +85,79 @@ def test_drag_without_torque() -> None:
     assert 0.0 < loose.loss_bearings < 0.5 * point(0.0).loss_bearings
 
 
-def test_limits() -> None:
-    still = point(200.0, 0.0)
-    assert still.loss_total == 0.0
-    assert math.isnan(still.axle_efficiency)
-    dry = changed(sump={"oil_level": -1.0}).at(0.0, 157.0, 353.15).points[0]
-    assert dry.loss_churning == 0.0
-    assert dry.loss_bearings < point(0.0).loss_bearings
-    cold, warm = axle().at(0.0, 157.0, 233.15, MODEL), point(0.0)
-    assert 3.0 < cold.points[0].loss_total / warm.loss_total < 100.0
+@pytest.mark.parametrize(("name", "least"), [(TRUCK, 3.0), (EAXLE, 2.0)])
+def test_limits(name: str, least: float) -> None:
+    """At rest nothing is lost, but the bearings resist; without oil nothing churns; cold oil drags more."""
+    still = axle(name).at(200.0, 0.0, 353.15, MODEL)
+    assert still.points[0].loss_total == 0.0
+    assert math.isnan(still.points[0].axle_efficiency)
+    assert all(bearing.moment > 0.0 for bearing in still.bearings)
+    dry = changed(name, sump={"oil_level": -1.0}).at(0.0, 157.0, 353.15).points[0]
+    assert dry.loss_churning == 0.0 < dry.loss_bearings
+    assert dry.loss_total < point(0.0, name=name).loss_total
+    cold = axle(name).at(0.0, 157.0, 233.15, MODEL)
+    assert least < cold.points[0].loss_total / point(0.0, name=name).loss_total < 100.0
     assert any("where its range ends" in note for note in cold.notes)
+
+
+@pytest.mark.parametrize(("torque", "speed", "driving"), [(-100.0, 157.0, "gear"), (-100.0, -157.0, "pinion")])
+def test_coast_flanks_in_regeneration_and_in_reverse(torque: float, speed: float, driving: str) -> None:
+    """The wheels drive the pinion against its torque; in reverse the pinion drives on the same flanks."""
+    found, drive = point(torque, speed, name=EAXLE), point(100.0, 157.0, name=EAXLE)
+    assert found.axle_power_output == pytest.approx(15700.0 if driving == "gear" else 15700.0 - found.loss_total)
+    # involute teeth are alike on both flanks: the loss differs by the driver alone
+    assert (found.loss_mesh == pytest.approx(drive.loss_mesh, rel=1e-9)) == (driving == "pinion")
+    # the same bearings, seals and oil; the thrust of the helix changes its direction
+    assert found.loss_seals == drive.loss_seals
+    assert found.loss_bearings == pytest.approx(drive.loss_bearings, rel=0.3)
+    assert 0.9 < found.axle_efficiency < 1.0
+
+
+def test_split_by_source() -> None:
+    found = axle().at(200.0, 157.0, 353.15, MODEL)
+    parts = found.split()
+    total = parts.pop("total")
+    for place, name in enumerate(("", "_lower", "_upper")):
+        assert total[place] == pytest.approx(getattr(found.points[0], f"loss_total{name}"), rel=1e-12)
+    assert math.fsum(value for value, *_ in parts.values()) == pytest.approx(total[0], rel=1e-12)
+    assert math.fsum(share for *_, share in parts.values()) == pytest.approx(1.0)
+    assert all(low <= value <= high for value, low, high, _ in parts.values())
+    assert set(found.alternatives) == {"bearings iso_14179_2", "seals iso_14179_2", "churning iso_14179_2"}
+    other = axle(bearings="iso_14179_2").at(200.0, 157.0, 353.15, MODEL).points[0]
+    assert found.alternatives["bearings iso_14179_2"] == pytest.approx(other.loss_bearings, rel=1e-12)
+    with pytest.raises(InputError):
+        map_of_axle().split()
+
+
+def measured(name: str) -> list[tuple[float, float, float]]:
+    """Speed [rad/s], torque and torque loss [N m] of a measured axle."""
+    with data_path("reference", "axle_maps.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    keys = ("speed_rpm", "torque_Nm", "torque_loss_Nm")
+    found = [tuple(float(row[key]) for key in keys) for row in rows if row["axle"] == name]
+    return [(n * math.pi / 30.0, torque, loss) for n, torque, loss in found]
+
+
+@pytest.mark.parametrize(("name", "kelvin"), [("ro440", 353.15), ("vecto_tractor", 343.15)])
+def test_drag_of_measured_truck_axles(name: str, kelvin: float) -> None:
+    """Two axles of the ratio of the shipped one: each point inside the interval, the mean within 10 %."""
+    ratios = []
+    for speed, torque, loss in measured(name):
+        if torque == 0.0:
+            found = axle("heavy_truck_hypoid").at(0.0, speed, kelvin).points[0]
+            assert found.loss_total_lower < loss * speed < found.loss_total_upper
+            ratios.append(found.loss_total / (loss * speed))
+    assert math.exp(np.mean(np.log(ratios))) == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.parametrize("speed", [44.8, 134.4])
+def test_load_loss_of_a_measured_truck_axle(speed: float) -> None:
+    """Slope over the torque from 850 to 2100 N m within 20 %."""
+    rows = [(t, loss) for w, t, loss in measured("vecto_tractor") if abs(w - speed) < 0.1 and 800.0 < t < 2200.0]
+    heavy = efficiency.Axle("heavy_truck_hypoid", grid=(6, 9))
+    (low, first), (high, last) = rows[0], rows[-1]
+    computed = [heavy.at(torque, speed, 343.15).points[0].loss_total / speed for torque in (low, high)]
+    assert computed[1] - computed[0] == pytest.approx(last - first, rel=0.2)
 
 
 def test_hot_oil_has_a_loss_without_interval_of_the_mesh() -> None:
@@ -106,7 +171,7 @@ def test_methods_can_be_chosen() -> None:
     other = axle(bearings="iso_14179_2", seals="iso_14179_2", churning="iso_14179_2").at(200.0, 157.0, 353.15, MODEL)
     found = other.points[0]
     assert found.loss_mesh == point().loss_mesh
-    for name in SOURCES[1:4]:
+    for name in LOSSES[1:4]:
         assert getattr(found, name) != getattr(point(), name)
         assert 0.1 < getattr(found, name) / getattr(point(), name) < 10.0
     assert set(other.bearings[0].parts) == {"load", "no load"}
@@ -148,7 +213,7 @@ def test_map_has_the_losses_of_points() -> None:
 
 def test_interpolated_bearing_loads_are_near_the_exact_ones() -> None:
     row = DutyRow(120.0, 157.0, 353.15, 0.0)
-    exact, near = (axle().losses_without_mesh(row, many=many)[0]["bearings"] for many in (False, True))
+    exact, near = (axle()._other_losses(row, axle()._loads_at(row, many=many))[0]["bearings"] for many in (False, True))
     assert near == pytest.approx(exact, rel=5e-3)
 
 
@@ -175,6 +240,10 @@ def test_duty_cycle_counts_rows_without_torque(tmp_path: Path) -> None:
     assert len(found.points) == 2
     by_hand = 3600.0 * (found.points[0].loss_total + 2.0 * point(0.0).loss_total)
     assert found.energy() == pytest.approx(by_hand, rel=1e-9)
+    energy = found.split()
+    assert energy["total"][0] == found.energy()
+    assert energy["mesh"][2] == pytest.approx(3600.0 * found.points[0].loss_mesh_upper, rel=1e-12)
+    assert energy["total"][1] < energy["total"][0] < energy["total"][2]
     assert found.points[0].loss_total == pytest.approx(point().loss_total, rel=1e-3)
 
 

@@ -12,6 +12,7 @@ from refusals import refuses
 import efficiency
 import ehl
 import regression
+from efficiency.axle.axle_input import load_axle
 from efficiency.conditions.duty import read_duty
 from efficiency.machine_settings.inputs import load_targets
 
@@ -22,10 +23,12 @@ READERS: dict[str, Callable[[Path], Any]] = {
     "plan": lambda path: regression.Plan.from_file(path).sampling.size,
     "design": lambda path: efficiency.load(path).name,
     "targets": lambda path: load_targets(path).blank.teeth_gear,
+    "axle": lambda path: load_axle(path).name,
     "duty": lambda path: sum(row.hours for row in read_duty(path)),
 }
 EXPECTED = {
-    "oil": 220e-6, "contact": 1.2e9, "plan": 256, "design": "my_design", "targets": 42, "duty": 1000.0,
+    "oil": 220e-6, "contact": 1.2e9, "plan": 256, "design": "my_design", "targets": 42, "axle": "my_axle",
+    "duty": 1000.0,
 }  # fmt: skip
 
 
@@ -39,7 +42,8 @@ def test_file_is_read_by_the_command_it_is_for(
     [file] = tmp_path.iterdir()
     assert f"written: {file.name}" in outcome.out
     assert "next: mixed-ehl " in outcome.out
-    assert READERS[kind](file) == pytest.approx(EXPECTED[kind]) if kind != "design" else EXPECTED[kind]
+    expected = EXPECTED[kind]
+    assert READERS[kind](file) == (expected if isinstance(expected, str) else pytest.approx(expected))
     text = file.read_text(encoding="utf-8")
     assert text.startswith("#") or kind == "duty"
     again = mixed_ehl("new", kind)
