@@ -222,7 +222,7 @@ def rolling_range(bearing: BearingInput, at: BearingState) -> float:
     shear, starvation = _thick_oil(bearing, at)
 
     def growth(nu: float) -> float:
-        return 0.6 - starvation * nu - 0.64 * shear * nu**0.64 / (1.0 + shear * nu**0.64)
+        return float(0.6 - starvation * nu - 0.64 * shear * nu**0.64 / (1.0 + shear * nu**0.64))
 
     nu = 1e6 * at.viscosity
     return math.inf if growth(nu) >= 0.0 else 1e-6 * float(scipy.optimize.brentq(growth, 0.0, nu))
