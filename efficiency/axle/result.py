@@ -126,6 +126,10 @@ class AxleResult(LossTable):
         down, up = (math.hypot(*(row[0] - row[end] for row in rows.values())) for end in (1, 2))
         return found | {"total": (total, total - down, total + up, 1.0)}
 
+    def references(self) -> set[str]:
+        """Gear model, published friction formula, methods of bearings, seals and churning."""
+        return {"gear", f"friction:{self.friction_model}", *(f"{kind}:{name}" for kind, name in self.methods.items())}
+
     def loss_map(self, temperature: float | None = None) -> LossMap:
         """The points of a map at one oil temperature [K], the first if not given, for `LossMap.to_vecto`."""
         kelvin = self.points[0].temperature if temperature is None else temperature

@@ -109,6 +109,10 @@ class LossMap(LossTable):
     # point and note; the losses outside the mesh first
     said: tuple[tuple[str, str], ...] = field(default=(), repr=False)
 
+    def references(self) -> set[str]:
+        """Gear model and published friction formula."""
+        return {"gear", f"friction:{self.friction_model}"}
+
     @property
     def speeds(self) -> FloatArray:
         """Pinion speeds, rising [rad/s]."""

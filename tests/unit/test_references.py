@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import tomllib
+from typing import get_args
 
 import pytest
 
 import efficiency
 import ehl
+from efficiency.axle.axle_input import MethodsInput
 from ehl.common.data import data_path
 from ehl.common.references import Citation
 from regression.friction.published_registry import PUBLISHED
@@ -24,6 +26,11 @@ def test_laws_of_oils(name):
 
 def test_published_formulas():
     assert {use for model in PUBLISHED.values() for use in model.references()} <= CITED
+
+
+def test_methods_of_axles():
+    methods = MethodsInput.model_fields.items()
+    assert {f"{kind}:{name}" for kind, field in methods for name in get_args(field.annotation)} <= CITED
 
 
 def test_a_pair_and_a_map():
