@@ -330,9 +330,10 @@ class GearPair:
         axle: Axle | None = None,
         grid: tuple[int, int] | None = None,
         progress: ProgressCallback | None = None,
+        interval: bool = False,
         **conditions: Unpack[HeldValues],
     ) -> LossMap:
-        """Torque loss over pinion torque and speed, drive and coast, for `LossMap.to_vecto`.
+        """Torque loss over pinion torque and speed, drive and coast, for `LossMap.to_vecto` and `LossMap.to_fmu`.
 
         Parameters
         ----------
@@ -350,6 +351,8 @@ class GearPair:
             of the pinion torque) or a table file with the columns torque, speed, torque_loss; none if not given.
         grid, progress : optional
             As in `over`.
+        interval : bool
+            Columns of the 90 % interval by uncertain inputs (0.05 s a point).
         **conditions : float or str
             What differs from the design at all points, as in `LoadedMesh.efficiency`.
 
@@ -362,7 +365,7 @@ class GearPair:
         kelvin = checked("temperature", self.design.operation.temperature if temperature is None else temperature)
         model, oil, solve = self._points(friction, grid, conditions)
         about = {"design": self.name, "friction_model": model.name, "oil": oil}
-        return solve_loss_map(torques, speeds, kelvin, solve, resolve_axle(axle), progress, **about)
+        return solve_loss_map(torques, speeds, kelvin, solve, resolve_axle(axle), progress, interval, **about)
 
     @one_thread
     def axle_test(

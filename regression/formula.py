@@ -142,14 +142,14 @@ class Formula(FittedFormula, Reportable):
         oil_arguments: bool = False,
         guard: bool = True,
     ) -> tuple[str, ...]:
-        """Write the formula as program text: Python, C, Fortran or MATLAB.
+        """Write the formula as program text, Python, C, Fortran or MATLAB, or as an FMU (FMI 2.0).
 
         Parameters
         ----------
         path : str or path
             File to write; its stem becomes the name of the function.
-        language : {"python", "c", "fortran", "matlab"}, optional
-            By the suffix of the file if not given: .py, .c, .f90, .m.
+        language : {"python", "c", "fortran", "matlab", "fmu"}, optional
+            By the suffix of the file if not given: .py, .c, .f90, .m, .fmu.
         oil : str, optional
             Oil card whose laws are written into the code; needed where the formula was fitted to several.
         oil_arguments : bool

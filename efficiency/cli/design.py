@@ -144,7 +144,7 @@ def export(
     bore: Annotated[str | None, advanced(help="Members: diameter of the bore, '0 mm' for none.")] = None,
     units: UnitsOption = "metric",
     language: Annotated[
-        str | None, typer.Option(help="Formula: python, c, fortran, matlab; by the suffix if not given.")
+        str | None, typer.Option(help="Formula: python, c, fortran, matlab, fmu; by the suffix if not given.")
     ] = None,
     oil: Annotated[str | None, typer.Option(help="Formula: oil card to write in, if fitted to several.")] = None,
     oil_arguments: Annotated[
@@ -156,7 +156,7 @@ def export(
 ) -> None:
     """Write solids (STL), flank grids (CSV) and the machine summary (CSV) of a design, or a formula as code.
 
-    A formula becomes one function with its range, interval and flag: .py, .c, .f90 or .m.
+    A formula becomes one function with its range, interval and flag: .py, .c, .f90 or .m, or an FMU: .fmu.
     """
     of_designs = {"rim": rim, "bore": bore, "member": member != "both" and member, "what": what != WHAT and what}
     if design in shipped("formulas") or Path(design).suffix == ".json":

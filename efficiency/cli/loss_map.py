@@ -56,18 +56,25 @@ def loss_map(
     conditions: _ConditionOptions,
     axle: _AxleOptions,
     vecto: Annotated[Path | None, typer.Option(help="Write a VECTO loss map (.vtlm).")] = None,
+    fmu: Annotated[
+        Path | None, typer.Option(help="Write an FMU with the interval of the loss (.fmu, FMI 2.0).")
+    ] = None,
     json_output: JsonOption = False,
     files: TableOptions,
 ) -> None:
     """Torque loss over pinion torque and speed, drive and coast, for vehicle simulation."""
-    check_outputs({"vecto": vecto}, vecto=".vtlm")
+    check_outputs({"vecto": vecto, "fmu": fmu}, vecto=".vtlm", fmu=".fmu")
     check_files(files)
     load_balance_of(conditions.get("load_balance"))
     losses = _axle(axle)
     with working("loss map"):
-        found = efficiency.load(design).loss_map(torque, speed, friction, axle=losses, **conditions)
+        found = efficiency.load(design).loss_map(
+            torque, speed, friction, axle=losses, interval=fmu is not None, **conditions
+        )
     if vecto is not None and found.status == "converged":
         found.to_vecto(vecto)
+    if fmu is not None and found.status == "converged":
+        found.to_fmu(fmu)
     present(found, json_output, **files)
 
 

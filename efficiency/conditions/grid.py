@@ -17,6 +17,7 @@ from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.numbers import finite_or_none
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
+from ehl.common.tabular import Tabular
 
 if TYPE_CHECKING:
     import pandas
@@ -70,7 +71,7 @@ class GridPoint:
 
 
 @dataclass(frozen=True, repr=False)
-class Grid(Reportable):
+class Grid(Tabular, Reportable):
     """Efficiencies at all combinations of some axes; a failed point keeps its reason.
 
     Parameters
@@ -135,6 +136,9 @@ class Grid(Reportable):
             return ""
         error = f"{100.0 * self.interpolation_error:.1g} % of the loss"
         return f"{count} of {len(self.points)} points are interpolated between solved ones, within {error}"
+
+    def _dimensions(self) -> tuple[str, ...]:
+        return tuple(self.axes)
 
     def to_frame(self) -> pandas.DataFrame:
         """One row per point: its condition, its figures in SI units, status, reason, notes."""

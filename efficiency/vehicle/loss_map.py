@@ -29,14 +29,16 @@ from ehl.common.progress import ProgressCallback
 from ehl.common.quantities import quantity
 from ehl.common.sections import Head, Medium, Notes, Section
 from ehl.common.table import Table
+from ehl.common.tabular import Tabular
 from ehl.common.units import ValueRange
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
-    pass
+    import pandas
 
 
 VECTO_HEAD = "Input Speed [rpm],Input Torque [Nm],Torque Loss [Nm]"
+_INTERVAL = ("torque_loss_lower", "torque_loss_upper")
 MESH_ALONE = "loss of the mesh alone: an axle loses more, state its bearings and drag"
 
 
@@ -54,6 +56,9 @@ class LossPoint:
     outside_range_share: float  # share of the sliding power outside the range of the friction model [-]
     status: str
     reason: str
+    # ends of the 90 % interval of the torque loss by uncertain inputs of the sliding friction [N m]; nan without one
+    torque_loss_lower: float = math.nan
+    torque_loss_upper: float = math.nan
 
 
 class LossTable(TableResult):
@@ -87,7 +92,7 @@ class LossTable(TableResult):
 
 
 @dataclass(frozen=True, repr=False)
-class LossMap(LossTable):
+class LossMap(Tabular, LossTable):
     """Torque loss over pinion torque and speed at one oil temperature.
 
     Examples
@@ -132,10 +137,18 @@ class LossMap(LossTable):
         """One figure of all points, (speeds, torques); nan where a point failed."""
         return np.array([getattr(point, name) for point in self.points]).reshape(self.shape)
 
+    def to_frame(self) -> pandas.DataFrame:
+        """One row per point, SI units."""
+        return self.table().to_frame()
+
+    def _dimensions(self) -> tuple[str, ...]:
+        return "torque", "speed"
+
     def table(self) -> Table:
         """One row per point."""
+        without = () if any(np.isfinite(p.torque_loss_upper) for p in self.points) else _INTERVAL
         return Table.from_records(
-            [asdict(point) for point in self.points],
+            [{k: v for k, v in asdict(point).items() if k not in without} for point in self.points],
             title=f"{self.design}, {self.oil} at {quantity('temperature').text(self.temperature)}, "
             f"friction: {model_label(self.friction_model)}; torque loss",
             name="loss map",
@@ -185,6 +198,76 @@ class LossMap(LossTable):
         write_file(path, "\n".join([f"{VECTO_HEAD} # {comment}", *rows]) + "\n", "vecto")
         return path
 
+    def to_fmu(self, path: Path | str) -> Path:
+        """Write the map as a Functional Mock-up Unit (FMI 2.0, model exchange and co-simulation; .fmu).
+
+        Inputs: `torque` and `speed` of the pinion. Outputs: `torque_loss`, bilinear between the points, with its
+        interval where the map has one, `efficiency`, and `in_range`, which is 0 outside the axes: there the loss is
+        that of the nearest point of the map.
+
+        Raises `InputError`: another suffix or a name that is no identifier, an axis of one value; `ConvergenceError`:
+        a point failed.
+        """
+        from regression.export.export import identifier
+        from regression.export.fmu import Variable, fmu
+
+        path = Path(path)
+        if path.suffix.lower() != ".fmu":
+            raise InputError("fmu", str(path), "a file name ending in .fmu")
+        name = identifier(path)
+        if min(self.shape) < 2:
+            raise InputError("fmu", f"{len(self.torques)} torques, {len(self.speeds)} speeds", "two of each at least")
+        require_all(self.reason)
+        tables = {"torque_loss": "torque loss at the pinion"}
+        if np.all(np.isfinite(self.values("torque_loss_upper"))):
+            tables |= {name: f"{name[-5:]} end of its 90 % interval" for name in _INTERVAL}
+        inputs = [
+            Variable("torque", "N.m", "pinion torque, below zero in coast", self.torques[-1]),
+            Variable("speed", "rad/s", "pinion speed", self.speeds[-1]),
+        ]
+        outputs = [Variable(table, "N.m", text) for table, text in tables.items()]
+        outputs.append(Variable("efficiency", "", "output over input power, in coast from gear to pinion"))
+        outputs.append(Variable("in_range", "", "1 within the axes of the map, else 0"))
+        about = f"{self.table().title}; {self.notes[0]}"
+        losses = [self.values(table) for table in tables]
+        content = fmu(name, about, inputs, outputs, _c_tables(self.torques, self.speeds, losses), _C_BODY)
+        write_file(path, content, "fmu")
+        return path
+
+
+# bilinear interpolation of the tables, and the outputs of the unit
+_C_PLACE = """
+static int place(const double axis[], int n, double x, double *share)
+{
+    int k = 0;
+    while (k < n - 2 && x > axis[k + 1]) k++;
+    *share = (x - axis[k]) / (axis[k + 1] - axis[k]);
+    *share = *share < 0.0 ? 0.0 : *share > 1.0 ? 1.0 : *share;
+    return k;
+}"""
+_C_BODY = """\
+    double a, b;
+    const int i = place(speeds, SPEEDS, u[1], &a), j = place(torques, TORQUES, u[0], &b);
+    for (int k = 0; k < TABLES; k++) {
+        const double low = tables[k][i][j] + b * (tables[k][i][j + 1] - tables[k][i][j]);
+        y[k] = low + a * (tables[k][i + 1][j] + b * (tables[k][i + 1][j + 1] - tables[k][i + 1][j]) - low);
+    }
+    y[TABLES] = u[0] == 0.0 ? 0.0 : u[0] > 0.0 ? 1.0 - y[0] / u[0] : u[0] / (u[0] - y[0]);
+    y[TABLES + 1] = u[0] >= torques[0] && u[0] <= torques[TORQUES - 1];
+    y[TABLES + 1] *= u[1] >= speeds[0] && u[1] <= speeds[SPEEDS - 1];"""
+
+
+def _c_tables(torques: FloatArray, speeds: FloatArray, losses: Sequence[FloatArray]) -> str:
+    """C text of the axes and tables of a map."""
+    from regression.export.printer import number_rows
+
+    def array(name: str, values: FloatArray) -> str:
+        return f"static const double {name} = {{\n{number_rows([values.ravel().tolist()], '    ', '  ').strip()}\n}};"
+
+    sizes = f"enum {{ SPEEDS = {len(speeds)}, TORQUES = {len(torques)}, TABLES = {len(losses)} }};"
+    axes = [array("speeds[SPEEDS]", speeds), array("torques[TORQUES]", torques)]
+    return "\n".join([sizes, *axes, array("tables[TABLES][SPEEDS][TORQUES]", np.array(losses)), _C_PLACE])
+
 
 def require_all(reason: str) -> None:
     """`ConvergenceError` where points are missing: other programs would interpolate over them."""
@@ -216,6 +299,7 @@ def solve_loss_map(
     solve: Callable[[Condition], EfficiencyResult],
     axle: AxleLosses | None = None,
     progress: ProgressCallback | None = None,
+    interval: bool = False,
     **about: Any,
 ) -> LossMap:
     """Torque loss at all combinations.
@@ -225,15 +309,19 @@ def solve_loss_map(
     solve: efficiency at a condition, as of `efficiency.conditions.grid.solve_points`.
     axle: losses outside the mesh; what its table does not cover is refused before anything is computed.
     progress: called with a `Progress` after each point.
+    interval: whether the points have the interval of their torque loss.
     **about: `design`, `friction_model`, `oil` of the map.
     """
     beside = {(t, w): axle.torque_loss(t, w) if axle else 0.0 for t in torques for w in speeds}
     # neighbours in torque keep geometry and load
     places = [(t, w) for t in sorted(torques, key=lambda t: (t < 0.0, t)) if t != 0.0 for w in speeds]
     rows = [DutyRow(float(t), float(w), temperature, 1.0) for t, w in places]
-    solved = dict(zip(places, solve_points([row.condition for row in rows], solve, progress), strict=True))
+    conditions = [row.condition for row in rows]
+    solved = dict(zip(places, solve_points(conditions, solve, progress, interval=interval), strict=True))
     points = tuple(
-        _point(float(t), float(w), beside[t, w], None if t == 0.0 else solved[t, w]) for w in speeds for t in torques
+        _point(float(t), float(w), beside[t, w], None if t == 0.0 else solved[t, w], interval)
+        for w in speeds
+        for t in torques
     )
     return LossMap(temperature=temperature, points=points, said=_said(solved.values(), axle), **about)
 
@@ -253,11 +341,22 @@ def _said_of(point: GridPoint, note: str) -> tuple[str, str]:
     return place, note if point.result is not None else f"no answer: {note}"
 
 
-def _point(torque: float, speed: float, beside: float, point: GridPoint | None) -> LossPoint:
+def _point(torque: float, speed: float, beside: float, point: GridPoint | None, interval: bool) -> LossPoint:
     if point is None:
-        return LossPoint(torque, speed, beside, 0.0, beside, 0.0, "converged", "")
+        ends = [beside, beside] if interval else []
+        return LossPoint(torque, speed, beside, 0.0, beside, 0.0, "converged", "", *ends)
     result = point.result
     if result is None or point.reason:
         return LossPoint(torque, speed, math.nan, math.nan, beside, math.nan, "failed", point.reason)
     mesh = (result.power_loss + result.power_loss_rolling) / speed
-    return LossPoint(torque, speed, mesh + beside, mesh, beside, result.outside_range_share, point.status, "")
+    ends = [
+        mesh + beside + (_sliding_loss(point.requested[f"efficiency_{end}"], torque) - result.power_loss / speed)
+        for end in ("upper", "lower")
+        if interval
+    ]
+    return LossPoint(torque, speed, mesh + beside, mesh, beside, result.outside_range_share, point.status, "", *ends)
+
+
+def _sliding_loss(efficiency: Any, torque: float) -> float:
+    """Torque loss of the sliding friction by the efficiency [N m]."""
+    return torque * (1.0 - efficiency) if torque > 0.0 else -torque * (1.0 / efficiency - 1.0)

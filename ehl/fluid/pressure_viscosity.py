@@ -139,9 +139,9 @@ def roelands_slope(secant: Any, viscosity: Any) -> Any:
 
 @dataclass(frozen=True)
 class TemperatureFit:
-    """ln of a positive function of temperature by Chebyshev polynomials, in arithmetic that can be recorded as code."""
+    """ln of a positive function of temperature by polynomials, in arithmetic that can be recorded as code."""
 
-    # (lowest, highest temperature [K], coefficients) of each piece, from cold to warm
+    # (lowest, highest temperature [K], coefficients of the powers of t, -1 to 1) of each piece, from cold to warm
     pieces: tuple[tuple[float, float, tuple[float, ...]], ...]
     error: float  # largest relative error of the function at four times as many temperatures [-]
 
@@ -155,17 +155,18 @@ class TemperatureFit:
 
     @staticmethod
     def _piece(temperature: Any, low: float, high: float, coefficients: tuple[float, ...]) -> Any:
-        """Clenshaw's sum."""
-        double = 2.0 * (2.0 * temperature - (low + high)) / (high - low)
-        following: Any = 0.0 * double
-        after: Any = 0.0
-        for coefficient in coefficients[:0:-1]:
-            following, after = double * following - after + coefficient, following
-        return 0.5 * double * following - after + coefficients[0]
+        """Horner's scheme."""
+        place = (2.0 * temperature - (low + high)) / (high - low)
+        value: Any = coefficients[-1] + 0.0 * place
+        for coefficient in coefficients[-2::-1]:
+            value = value * place + coefficient
+        return value
 
 
 # up to which a piece is halved, and the length [K] below which it is not
 _FIT_ERROR, _SHORTEST_PIECE = 1e-6, 5.0
+# of ln of the function: last coefficients of Chebyshev polynomials that are left out, and digits of those of powers
+_NEGLIGIBLE, _DIGITS = 1e-14, 15
 
 
 def temperature_fit(
@@ -179,7 +180,8 @@ def temperature_fit(
         low, high = left.pop()
         values = np.log(function(0.5 * (low + high) + 0.5 * (high - low) * spot))
         coefficients = np.polynomial.chebyshev.chebfit(spot, values, degree)
-        piece = (low, high, tuple(map(float, coefficients)))
+        powers = np.polynomial.chebyshev.cheb2poly(np.polynomial.chebyshev.chebtrim(coefficients, _NEGLIGIBLE))
+        piece = (low, high, tuple(map(float, np.round(powers, _DIGITS))))
         between = np.linspace(low, high, 4 * degree + 1)
         own = float(np.max(np.abs(TemperatureFit((piece,), 0.0)(between) / function(between) - 1.0)))
         if own > _FIT_ERROR and high - low > _SHORTEST_PIECE:

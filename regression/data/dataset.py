@@ -23,6 +23,7 @@ from ehl.common.pages import TableResult
 from ehl.common.sections import Head, Medium, Section
 from ehl.common.table import Column, Table
 from ehl.common.table_reader import harmless
+from ehl.common.tabular import Tabular
 from ehl.fluid.oil import Oil
 from ehl.fluid.pressure_viscosity import alpha_film
 from ehl.fluid.viscosity import RoelandsLaw
@@ -39,7 +40,7 @@ Source = str | os.PathLike[str]
 
 
 @dataclass(frozen=True)
-class Dataset:
+class Dataset(Tabular):
     """All cases of one or more runs; made by `load_dataset`.
 
     Parameters

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 from regression.export.record import Value
@@ -24,7 +25,7 @@ class DataFunction:
     """A function of several logarithms over stored numbers."""
 
     name: str  # one of `RESULTS`
-    arrays: dict[str, Rows]  # rows of numbers by name; rows of several lengths are one after the other in one row
+    arrays: dict[str, Rows]  # rows of numbers by name
     sizes: dict[str, float]  # words of the loops that stand for a number
 
     def filled(self, text: str) -> str:
@@ -48,18 +49,24 @@ class DataValue(Value):
 
 def network_statistics(network: Network) -> Callable[[list[Any]], list[Any]]:
     """As `regression.friction.network.Network.statistics` of recorded logarithms."""
+    size, units = len(network.variables), network.units
+    # of each network rows of the inputs of a layer, then its biases; one layer after the other
+    ends = (0, units, 2 * units, 2 * units + 2)
+    layers = [[zip(*rows[start:end], strict=True) for start, end in pairwise(ends)] for rows in network.members]
     function = DataFunction(
         "networks",
         {
             "scales": (network.mean, network.scale, network.low, network.high),
-            "weights": ([number for rows in network.members for row in rows for number in row],),
+            "weights": [[number for layer in member for row in layer for number in row] for member in layers],
         },
         {
             "STEP": network.step,
-            "SIZE": len(network.variables),
-            "UNITS": network.units,
+            "SIZE": size,
+            "UNITS": units,
             "MEMBERS": len(network.members),
             "FADE": FADE,
+            "FIRST": units * (size + 1),
+            "SECOND": units * (size + 1) + units * (units + 1),
         },
     )
     return lambda logarithms: list(DataValue(function, logarithms))
@@ -70,7 +77,7 @@ def guard(cloud: DataCloud, logarithms: list[Any]) -> list[Any]:
     arrays: dict[str, Rows] = {
         "scales": (cloud.mean, cloud.scale),
         "whitening": cloud.whitening,
-        "cases": cloud.points,
+        "cases": list(zip(*cloud.points, strict=True)),
         "limits": cloud.limits,
     }
     sizes = {"STEP": cloud.step, "SIZE": len(logarithms), "CASES": len(cloud.points), "PAIRS": len(cloud.limits)}

@@ -12,18 +12,20 @@ from pathlib import Path
 from ehl.common.errors import InputError
 from ehl.common.files import write_file
 from regression.export.c_text import c_text
+from regression.export.fmu import friction_fmu
 from regression.export.fortran_text import fortran_text
 from regression.export.matlab_text import matlab_text
 from regression.export.program import Program, program_of
 from regression.export.python_text import python_text
 from regression.friction.fitted import FittedFormula
 
-# text of a program and suffixes of its files
-_LANGUAGES: dict[str, tuple[Callable[[Program, str], str], tuple[str, ...]]] = {
+# content of a program's file and suffixes of such files
+_LANGUAGES: dict[str, tuple[Callable[[Program, str], str | bytes], tuple[str, ...]]] = {
     "python": (python_text, (".py",)),
     "c": (c_text, (".c",)),
     "fortran": (fortran_text, (".f90", ".f08")),
     "matlab": (matlab_text, (".m",)),
+    "fmu": (friction_fmu, (".fmu",)),
 }
 LANGUAGES = tuple(_LANGUAGES)
 
@@ -44,12 +46,21 @@ def export_formula(
     text, _ = _LANGUAGES[_language(path, language)]
     if oil is not None and oil_arguments:
         raise InputError("oil", oil, "not together with oil_arguments")
+    name = identifier(path)
+    program = program_of(formula, oil=oil, oil_arguments=oil_arguments, guard=guard)
+    write_file(path, text(program, name))
+    return program
+
+
+def identifier(path: Path) -> str:
+    """Name of the function or unit in a file.
+
+    Raises `InputError`: it is no identifier.
+    """
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,30}", path.stem):
         hint = "The function takes the name of the file."
         raise InputError("path", path.name, "a file name of letters, digits and _ that starts with a letter", hint)
-    program = program_of(formula, oil=oil, oil_arguments=oil_arguments, guard=guard)
-    write_file(path, text(program, path.stem))
-    return program
+    return path.stem
 
 
 def _language(path: Path, language: str | None) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 from regression.export.data_functions import RESULTS
-from regression.export.printer import ATOM, LIBRARY, Printer, assignments, broken, commented, number_rows
+from regression.export.printer import ATOM, LIBRARY, Printer, assignments, broken, commented, number_rows, packed
 from regression.export.program import OUTPUTS, Program
 
 
@@ -48,23 +48,19 @@ _LOOPS = {
   pure function networks(logarithms) result(r)
     real(dp), intent(in) :: logarithms(:)
     real(dp) :: r(6), out(2, MEMBERS), x(SIZE), reach(SIZE), one(UNITS), two(UNITS)
-    integer :: m, at
+    integer :: m
     reach = FADE_dp * (networks_scales(:, 4) - networks_scales(:, 3))
     x = (min(max(logarithms, -1e3_dp), 1e3_dp) - networks_scales(:, 1)) / networks_scales(:, 2)
     r(1) = 1.0_dp - maxval(max(networks_scales(:, 3) - x, x - networks_scales(:, 4)) / reach)
     r(1) = min(max(r(1), 0.0_dp), 1.0_dp)
     r(1) = r(1) * r(1) * (3.0_dp - 2.0_dp * r(1))
     x = min(max(x, networks_scales(:, 3) - reach), networks_scales(:, 4) + reach)
-    at = 0
     do m = 1, MEMBERS
-      one = layer(x, UNITS, at)
+      one = layer(networks_weights(:FIRST, m), x, UNITS)
       one = one / sqrt(1.0_dp + one ** 2)
-      at = at + UNITS * (SIZE + 1)
-      two = layer(one, UNITS, at)
+      two = layer(networks_weights(FIRST + 1:SECOND, m), one, UNITS)
       two = two / sqrt(1.0_dp + two ** 2)
-      at = at + UNITS * (UNITS + 1)
-      out(:, m) = layer(two, 2, at)
-      at = at + 2 * (UNITS + 1)
+      out(:, m) = layer(networks_weights(SECOND + 1:, m), two, 2)
     end do
     r(2:3) = sum(out, 2) / MEMBERS
     r(4) = sum((out(1, :) - r(2)) ** 2) / MEMBERS
@@ -72,16 +68,16 @@ _LOOPS = {
     r(6) = sum((out(2, :) - r(3)) ** 2) / MEMBERS
   end function networks
 
-  pure function layer(x, units, at) result(z)
+  pure function layer(weights, x, units) result(z)
+    integer, intent(in) :: weights(:), units
     real(dp), intent(in) :: x(:)
-    integer, intent(in) :: units, at
     real(dp) :: z(units)
-    integer :: k, first
-    do k = 1, units
-      first = at + (k - 1) * (size(x) + 1)
-      z(k) = STEP_dp * networks_weights(first + size(x) + 1, 1)
-      z(k) = z(k) + sum(STEP_dp * networks_weights(first + 1:first + size(x), 1) * x)
+    integer :: i
+    z = weights(units * size(x) + 1:)
+    do i = 1, size(x)
+      z = z + weights(units * (i - 1) + 1:units * i) * x(i)
     end do
+    z = STEP_dp * z
   end function layer""",
     "guard": """
   pure function guard(logarithms) result(r)
@@ -93,7 +89,7 @@ _LOOPS = {
     z = matmul(c, guard_whitening)
     r = [huge(total), sqrt(sum(z ** 2)), huge(total)]
     do j = 1, CASES
-      r(1) = min(r(1), sum((z - STEP_dp * guard_cases(:, j)) ** 2))
+      r(1) = min(r(1), sum((z - STEP_dp * guard_cases(j, :)) ** 2))
     end do
     r(1) = sqrt(r(1))
     do j = 1, PAIRS
@@ -104,56 +100,46 @@ _LOOPS = {
     end do
   end function guard""",
 }
-_A_STATEMENT = 900  # numbers: keeps within the limit of continuation lines
 
 
 def _stored_rows(program: Program) -> list[str]:
-    """Module variables, each in data statements of a bounded length."""
+    """Module variables."""
     lines = []
     for function in program.data_functions:
         for array, rows in function.arrays.items():
-            name, whole = f"{function.name}_{array}", isinstance(rows[0][0], int)
-            lines.append(f"  {'integer' if whole else 'real(dp)'}, save :: {name}({len(rows[0])}, {len(rows)})")
-            parts = [row[start : start + _A_STATEMENT] for row in rows for start in range(0, len(row), _A_STATEMENT)]
-            long = len(rows) == 1
-            for place, part in enumerate(parts if long else [[number for row in rows for number in row]]):
-                first = place * _A_STATEMENT + 1
-                target = f"({name}(i, 1), i = {first}, {first + len(part) - 1})" if long else name
-                text = number_rows([part], "    ", "//", "" if whole else "_dp").replace("\n", " &\n")
-                lines += [f"  data {target} &", text]
-    return ["  integer :: i", *lines] if lines else []
-
-
-def _loops(program: Program) -> list[str]:
-    return [function.filled(_LOOPS[function.name]) for function in program.data_functions]
+            whole = isinstance(rows[0][0], int)
+            kind, mark = ("integer", "") if whole else ("real(dp)", "_dp")
+            lines.append(f"  {kind}, save :: {function.name}_{array}({len(rows[0])}, {len(rows)})")
+            numbers = number_rows([[number for row in rows for number in row]], "    ", "//", mark)
+            lines += [f"  data {function.name}_{array} &", numbers.replace("\n", " &\n")]
+    return lines
 
 
 def fortran_text(program: Program, name: str) -> str:
     """A module with one elemental subroutine: arguments may be arrays of one shape."""
     printer = FortranPrinter(name)
     arguments = [argument.name for argument in program.arguments]
-    lines = [commented(program, "!"), "", f"module {name}_formula"]
+    lines = [commented(program, "!"), f"module {name}_formula"]
     used = "ieee_is_finite, ieee_is_nan, ieee_value, ieee_quiet_nan, ieee_positive_inf"
     lines += [f"  use, intrinsic :: ieee_arithmetic, only: {used}"]
-    lines += ["  implicit none", "  private", f"  public :: {name}", "  integer, parameter :: dp = kind(1.0d0)"]
+    lines += ["  implicit none", f"  private; public :: {name}", "  integer, parameter :: dp = kind(1.0d0)"]
     lines += [*_stored_rows(program), "contains"]
     lines += _wrapped(f"elemental subroutine {name}({', '.join((*arguments, *OUTPUTS))})", "  ")
     lines += _wrapped(f"real(dp), intent(in) :: {', '.join(arguments)}", "    ")
-    lines += ["    real(dp), intent(out) :: mu, lower, upper", "    integer, intent(out) :: flag"]
-    lines += [
-        f"    real(dp), parameter :: {printer.variable(value.name)} = {printer.number(value.number)}"
-        for value in program.coefficients
-    ]
+    lines += ["    real(dp), intent(out) :: mu, lower, upper; integer, intent(out) :: flag"]
     for kind, logical in (("real(dp)", False), ("logical", True)):
         names = [
             printer.variable(step.name) + (f"({RESULTS[step.operation]})" if step.operation in RESULTS else "")
-            for step in program.steps
+            for step in (*program.coefficients, *program.steps)
             if step.logical == logical and step.name not in OUTPUTS
         ]
         if names:
             lines += _wrapped(f"{kind} :: {', '.join(names)}", "    ")
-    for variable, expression in assignments(program, printer):
-        lines += _wrapped(f"{variable} = {f'int({expression})' if variable == 'flag' else expression}", "    ")
+    statements = [
+        f"{variable} = {f'int({expression})' if variable == 'flag' else expression};"
+        for variable, expression, _ in assignments(program, printer)
+    ]
+    lines += [line.removesuffix(";") for line in packed(statements, "    ", " &")]
     lines += [f"  end subroutine {name}"]
     for operation, (helper, sign) in _HELPERS.items():
         if operation in program.operations:
@@ -165,7 +151,8 @@ def fortran_text(program: Program, name: str) -> str:
                 f"    c = merge(a, b, a {sign} b .or. ieee_is_nan(a))",
                 f"  end function {helper}",
             ]
-    lines += [*_loops(program), f"end module {name}_formula", ""]
+    lines += [function.filled(_LOOPS[function.name]) for function in program.data_functions]
+    lines += [f"end module {name}_formula", ""]
     return "\n".join(lines)
 
 

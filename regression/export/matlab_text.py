@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 from regression.export.data_functions import RESULTS
-from regression.export.printer import LIBRARY, Printer, assignments, broken, commented, number_rows
+from regression.export.printer import LIBRARY, Printer, assignments, broken, commented, number_rows, packed
 from regression.export.program import Program
 
 
@@ -53,81 +53,61 @@ end""",
 }
 
 
+_ROWS = """
+function [x, shape] = rows(x)
+  shape = size(x{1});
+  for i = 2:numel(x)
+    shape = size(zeros(shape) + x{i});
+  end
+  x = cellfun(@(v) reshape(v + zeros(shape), 1, []), x(:), 'UniformOutput', false);
+  x = min(max(cat(1, x{:}), -1e3), 1e3);
+end"""
+
 _LOOPS = {
     "networks": """
 function r = networks(x)
   [scales, weights] = networks_data();
-  fading = 1;
-  for i = 1:SIZE
-    low = scales(3, i); high = scales(4, i); reach = FADE * (high - low);
-    x{i} = (min(max(x{i}, -1e3), 1e3) - scales(1, i)) / scales(2, i);
-    fading = min(fading, 1 - max(low - x{i}, x{i} - high) / reach);
-    x{i} = min(max(x{i}, low - reach), high + reach);
-  end
-  fading = max(fading, 0);
-  outs = cell(1, MEMBERS);
-  at = 0;
+  [x, shape] = rows(x);
+  low = scales(:, 3); high = scales(:, 4); reach = FADE * (high - low);
+  x = (x - scales(:, 1)) ./ scales(:, 2);
+  fading = min(max(1 - max(max(low - x, x - high) ./ reach, [], 1), 0), 1);
+  x = min(max(x, low - reach), high + reach);
+  out = zeros(2, size(x, 2), MEMBERS);
   for m = 1:MEMBERS
-    [one, at] = layer(STEP * weights, x, UNITS, at);
-    [two, at] = layer(STEP * weights, cellfun(@(z) z ./ sqrt(1 + z .^ 2), one, 'UniformOutput', false), UNITS, at);
-    [outs{m}, at] = layer(STEP * weights, cellfun(@(z) z ./ sqrt(1 + z .^ 2), two, 'UniformOutput', false), 2, at);
+    w = STEP * weights(:, m);
+    one = layer(w(1:FIRST), x, UNITS);
+    two = layer(w(FIRST + 1:SECOND), one ./ sqrt(1 + one .^ 2), UNITS);
+    out(:, :, m) = layer(w(SECOND + 1:end), two ./ sqrt(1 + two .^ 2), 2);
   end
-  r = {fading .* fading .* (3 - 2 * fading), 0, 0, 0, 0, 0};
-  for m = 1:MEMBERS
-    r{2} = r{2} + outs{m}{1} / MEMBERS;
-    r{3} = r{3} + outs{m}{2} / MEMBERS;
-  end
-  for m = 1:MEMBERS
-    a = outs{m}{1} - r{2};
-    b = outs{m}{2} - r{3};
-    r{4} = r{4} + a .^ 2 / MEMBERS;
-    r{5} = r{5} + a .* b / MEMBERS;
-    r{6} = r{6} + b .^ 2 / MEMBERS;
-  end
+  centre = mean(out, 3);
+  a = out(1, :, :) - centre(1, :); b = out(2, :, :) - centre(2, :);
+  r = {fading .^ 2 .* (3 - 2 * fading), centre(1, :), centre(2, :), mean(a .^ 2, 3), mean(a .* b, 3), mean(b .^ 2, 3)};
+  r = cellfun(@(v) reshape(v, shape), r, 'UniformOutput', false);
 end
 
-function [z, at] = layer(weights, x, units, at)
-  z = cell(1, units);
-  for k = 1:units
-    z{k} = weights(at + numel(x) + 1);
-    for i = 1:numel(x)
-      z{k} = z{k} + weights(at + i) * x{i};
-    end
-    at = at + numel(x) + 1;
-  end
+function z = layer(weights, x, units)
+  weights = reshape(weights, units, []);
+  z = weights(:, 1:end - 1) * x + weights(:, end);
 end
 """,
     "guard": """
 function r = guard(x)
   [scales, whitening, cases, limits] = guard_data();
-  u = cell(1, SIZE);
-  z = cell(1, SIZE);
-  r = {Inf, 0, Inf};
-  for i = 1:SIZE
-    x{i} = min(max(x{i}, -1e3), 1e3) - scales(1, i);
-    u{i} = x{i} / scales(2, i);
-    z{i} = 0;
-    for k = 1:i
-      z{i} = z{i} + whitening(i, k) * x{k};
-    end
-    r{2} = r{2} + z{i} .^ 2;
-  end
-  r{2} = sqrt(r{2});
+  [x, shape] = rows(x);
+  x = x - scales(:, 1);
+  u = x ./ scales(:, 2);
+  z = whitening' * x;
+  r = {Inf, sqrt(sum(z .^ 2, 1)), Inf};
   for j = 1:CASES
-    square = 0;
-    for i = 1:SIZE
-      square = square + (z{i} - STEP * cases(j, i)) .^ 2;
-    end
-    r{1} = min(r{1}, square);
+    r{1} = min(r{1}, sum((z - STEP * cases(j, :)') .^ 2, 1));
   end
   r{1} = sqrt(r{1});
-  for j = 1:PAIRS
-    ends = STEP * limits(j, 3:6);
-    total = u{limits(j, 1) + 1} + u{limits(j, 2) + 1};
-    apart = u{limits(j, 1) + 1} - u{limits(j, 2) + 1};
-    r{3} = min(min(r{3}, total - ends(1)), ends(2) - total);
-    r{3} = min(min(r{3}, apart - ends(3)), ends(4) - apart);
+  for row = limits
+    total = u(row(1) + 1, :) + u(row(2) + 1, :); apart = u(row(1) + 1, :) - u(row(2) + 1, :);
+    r{3} = min(min(r{3}, total - STEP * row(3)), STEP * row(4) - total);
+    r{3} = min(min(r{3}, apart - STEP * row(5)), STEP * row(6) - apart);
   end
+  r = cellfun(@(v) reshape(v, shape), r, 'UniformOutput', false);
 end
 """,
 }
@@ -143,7 +123,7 @@ def _data_functions(program: Program) -> list[str]:
         lines += [f"  if isempty({next(iter(arrays))}_)"]
         for name, rows in arrays.items():
             text = number_rows([[number for row in rows for number in row]], "      ", "[]").replace("\n", " ...\n")
-            lines += [f"    {name}_ = reshape( ...", f"{text}, {len(rows[0])}, {len(rows)})';"]
+            lines += [f"    {name}_ = reshape( ...", f"{text}, {len(rows[0])}, {len(rows)});"]
         lines += ["  end", *(f"  {name} = {name}_;" for name in arrays), "end"]
     return lines
 
@@ -154,12 +134,11 @@ def matlab_text(program: Program, name: str) -> str:
     arguments = ", ".join(argument.name for argument in program.arguments)
     lines = _wrapped(f"function [mu, lower, upper, flag] = {name}({arguments})", "")
     lines += [commented(program, "%")]
-    lines += [f"  {printer.variable(value.name)} = {printer.number(value.number)};" for value in program.coefficients]
-    for variable, expression in assignments(program, printer):
-        lines += _wrapped(f"{variable} = {expression};", "  ")
+    statements = [f"{variable} = {expression};" for variable, expression, _ in assignments(program, printer)]
+    lines += packed(statements, "  ", " ...")
     lines += ["end"]
     lines += [text for operation, text in _HELPERS.items() if operation in program.operations]
-    lines += [_CHOOSE, *_data_functions(program), ""]
+    lines += [_CHOOSE, *([_ROWS] if program.data_functions else []), *_data_functions(program), ""]
     return "\n".join(lines)
 
 

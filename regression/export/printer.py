@@ -92,6 +92,9 @@ class Printer:
         operation = value.operation
         if operation == "item":
             return self.item(parts[0][0], int(value.number)), ATOM
+        last = value.operands[-1]
+        if operation == "add" and last.operation == "constant" and last.number < 0.0:
+            return f"{self._enclosed(parts[0], SUM)} - {self.number(-last.number)}", SUM
         if operation in _INFIX:
             sign, level = _INFIX[operation]
             sign = {" * ": self.times, " / ": self.over}.get(sign, sign)
@@ -122,6 +125,7 @@ class Printer:
         return text if own >= level else f"({text})"
 
 
+_LINE = 130  # characters; two more mark a line that goes on
 # what C, Fortran and MATLAB call alike; NaN goes through larger and smaller, as in numpy
 LIBRARY = {
     "absolute": "abs",
@@ -133,9 +137,16 @@ LIBRARY = {
 }
 
 
-def assignments(program: Program, printer: Printer) -> list[tuple[str, str]]:
-    """Name and expression of every step."""
-    return [(printer.variable(step.name), printer.expression(step)) for step in program.steps]
+def assignments(program: Program, printer: Printer) -> list[tuple[str, str, Value]]:
+    """Name and expression of every coefficient and step, and what they are of."""
+    return [
+        (
+            printer.variable(value.name),
+            printer.number(value.number) if value.operation == "coefficient" else printer.expression(value),
+            value,
+        )
+        for value in (*program.coefficients, *program.steps)
+    ]
 
 
 _NO_GUARD = ("Without the guard: points within the range, but far from all cases of the fit, are not flagged.",)
@@ -146,32 +157,37 @@ def description(program: Program) -> list[str]:
     formula = program.formula
     scores, data = formula.validation, formula.data
     wide = 100.0 * formula.interval.level
+    ranges = {name: f"{low:.6g} to {high:.6g}" for name, (low, high) in formula.ranges.items()}
+    named = {argument.name for argument in program.arguments}
+    others = [
+        f"{name} {text} {formula.units.get(name, '') or '-'}" for name, text in ranges.items() if name not in named
+    ]
     oil = program.oil or "any: its properties are arguments"
     if program.oil is None and len(formula.oils) == 1 and formula.oils[0].name is not None:
         oil = f"its properties are arguments; the formula was fitted to {formula.oils[0].name}"
-    lines = [
+    return [
         f"Friction of a lubricated line contact: {formula.family}, {formula.form.title}.",
         f"Written by mixed-ehl {__version__} from a fit of {data.used} contacts (plan {data.plan}, solver "
         f"{data.solver_version}, data {data.hash[:12]}).",
         f"Oil: {oil}.",
         f"Held-out errors: mean {100.0 * scores.mape:.1f} %, 95 % of the cases within {100.0 * scores.p95:.0f} %, "
         f"worst {100.0 * scores.largest:.0f} %.",
-        "",
-        "Arguments in SI units:",
-        *(f"  {a.name} [{a.unit or '-'}]: {a.meaning}" for a in program.arguments),
+        "Arguments in SI units, with the range:",
+        *(
+            f"  {a.name} [{a.unit or '-'}] {ranges.get(a.name, '')}".rstrip() + f": {a.meaning}"
+            for a in program.arguments
+        ),
         "Results:",
         "  mu: friction coefficient, without rolling traction; no number where the formula has no value",
         f"  lower, upper: interval that held {wide:g} % of the held-out cases; outside the range the worst error",
-        f"  flag: {_flags(program)}",
+        f"  flag: {flag_meanings(program)}",
         *(_NO_GUARD if formula.cloud is not None and "guard" not in program.operations else ()),
-        "Range:",
+        *((f"Range also: {', '.join(others)}.",) if others else ()),
     ]
-    for name, (low, high) in formula.ranges.items():
-        lines.append(f"  {name}: {low:.6g} to {high:.6g} {formula.units.get(name, '') or '-'}")
-    return lines
 
 
-def _flags(program: Program) -> str:
+def flag_meanings(program: Program) -> str:
+    """Numbers of the flag and their meanings."""
     meanings = {FrictionFlag.OK: "good"}
     if "guard" in program.operations:
         meanings[FrictionFlag.EXTRAPOLATED_NEAR] = "within the range, but extrapolated"
@@ -186,16 +202,16 @@ def commented(program: Program, mark: str) -> str:
     lines: list[str] = []
     for line in description(program):
         indent = "    " if line.startswith(" ") else ""
-        lines += textwrap.wrap(line, 110, subsequent_indent=indent, break_long_words=False) or [""]
+        lines += textwrap.wrap(line, 125, subsequent_indent=indent, break_long_words=False) or [""]
     return "\n".join(f"{mark} {line}".rstrip() for line in lines).replace("*/", "* /")
 
 
-def broken(line: str, indent: str, end: str = "", width: int = 125) -> str:
+def broken(line: str, indent: str, end: str = "") -> str:
     """A statement over several lines, broken at spaces; `end` marks a line that goes on."""
     return f"{end}\n".join(
         textwrap.wrap(
             line,
-            width,
+            _LINE,
             initial_indent=indent,
             subsequent_indent=f"{indent}    ",
             break_long_words=False,
@@ -204,7 +220,24 @@ def broken(line: str, indent: str, end: str = "", width: int = 125) -> str:
     )
 
 
-_LINE = 128
+def packed(statements: Sequence[str], indent: str, end: str = "", kind: str = "") -> list[str]:
+    """Statements that end with a semicolon, on as few lines as hold them.
+
+    statements: without line breaks.
+    indent, end: before each line, and at the end of one that goes on.
+    kind: declarations that begin with it are joined.
+    """
+    lines: list[str] = []
+    for statement in statements:
+        last = lines[-1] if lines else ""
+        joined = f"{last} {statement}"
+        if kind and statement.startswith(kind) and last.startswith(indent + kind) and last.count(";") == 1:
+            joined = f"{last[:-1]}, {statement.removeprefix(kind)}"
+        if last and "\n" not in last and len(joined) <= _LINE:
+            lines[-1] = joined
+        else:
+            lines.append(broken(statement, indent, end))
+    return "\n".join(lines).split("\n")
 
 
 def number_rows(rows: Sequence[Sequence[float]], indent: str, ends: str = "{}", kind: str = "") -> str:
@@ -216,7 +249,7 @@ def number_rows(rows: Sequence[Sequence[float]], indent: str, ends: str = "{}", 
     words = text.split("\0")
     for k, word in enumerate(words):
         shown = f"{word}," if right and word.endswith(right) and k < len(words) - 1 else word
-        if len(line) + len(shown) > _LINE:
+        if len(line) + len(shown) > _LINE and line.strip():
             lines.append(line)
             line = indent
         line += shown

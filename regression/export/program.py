@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -45,6 +45,7 @@ MEANING: dict[str, str] = {
 }
 OUTPUTS = ("mu", "lower", "upper", "flag")
 _RECORDED = ("regression.", "ehl.")
+_LONGEST = 60  # operations in one expression, from which on a value used once keeps its name
 
 
 @dataclass(frozen=True)
@@ -89,12 +90,13 @@ def program_of(
     except (NotRecordable, KeyError) as error:
         hint = f"It cannot be exported: {error}."
         raise InputError("family", formula.family, "a family of ufuncs and arithmetic", hint) from None
+    _shared(outputs)
     used = sorted(reached(outputs), key=lambda value: value.serial)
     names = {value.name for value in used if value.operation == "argument"}
     known = (*STATE_UNITS, "roughness_rms", *LUBRICANT_UNITS)
     arguments = tuple(Argument(name, UNITS[name], MEANING[name]) for name in known if name in names)
     coefficients = tuple(value for value in used if value.operation == "coefficient")
-    return Program(formula, card.name if card else None, arguments, coefficients, _named_steps(used, outputs))
+    return Program(formula, card.name if card else None, arguments, coefficients, _named_steps(outputs))
 
 
 def _card(formula: FittedFormula, oil: str | None) -> Oil:
@@ -178,21 +180,37 @@ def reached(outputs: tuple[Value, ...]) -> set[Value]:
     return found
 
 
-def _named_steps(used: list[Value], outputs: tuple[Value, ...]) -> tuple[Value, ...]:
-    """The values that get a line of their own: those with a name, and those that are used more than once."""
+def _named_steps(outputs: tuple[Value, ...]) -> tuple[Value, ...]:
+    """The values that get a line of their own: those used more than once, and named ones that are long."""
+    used = sorted(reached(outputs), key=lambda value: value.serial)
     uses = Counter(operand for value in used for operand in value.operands)
     # Fortran does not distinguish capitals from small letters
     taken = {value.name.lower() for value in used if not value.operands} | set(OUTPUTS)
-    ends = set(outputs)
-    steps = []
+    ends, sizes, steps = set(outputs), dict.fromkeys(used, 0), []
     for value in used:
-        if not value.operands or value in ends or not (value.name or uses[value] > 1):
+        if not value.operands or value in ends:
+            continue
+        size = 1 + sum(sizes[operand] for operand in value.operands)
+        if uses[value] == 1 and (size < _LONGEST or not value.name):
+            sizes[value], value.name = size, ""
             continue
         wanted = value.name or "part"
         value.name = next(name for name in _candidates(wanted) if name.lower() not in taken)
         taken.add(value.name.lower())
         steps.append(value)
     return (*steps, *outputs)
+
+
+def _shared(outputs: tuple[Value, ...]) -> None:
+    """Let what is computed more than once be one value."""
+    first: dict[Hashable, Value] = {}
+    kept: dict[Value, Value] = {}
+    for value in sorted(reached(outputs), key=lambda value: value.serial):
+        value.operands = tuple(kept[operand] for operand in value.operands)
+        own = value.name if not value.operands or value.name in OUTPUTS else ""
+        key = (value.operation, repr(value.number), own, *map(id, value.operands))
+        kept[value] = first.setdefault(key, value)
+        kept[value].name = kept[value].name or value.name
 
 
 def _candidates(name: str) -> Iterator[str]:

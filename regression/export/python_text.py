@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from regression.export.printer import ATOM, Printer, assignments, broken, commented, number_rows
+from regression.export.printer import ATOM, Printer, assignments, broken, commented, number_rows, packed
 from regression.export.program import OUTPUTS, Program
 from regression.export.record import FUNCTIONS
 
@@ -29,44 +29,51 @@ class PythonPrinter(Printer):
 _LOOPS = {
     "networks": """
 def networks(*logarithms):
-    mean, scale, low, high = (np.array(row).reshape(-1, *[1] * np.ndim(logarithms[0])) for row in NETWORKS_SCALES)
+    mean, scale, low, high = NETWORKS_SCALES[:, :, None]
     reach = FADE * (high - low)
-    x = (np.clip(np.array(np.broadcast_arrays(*logarithms)), -1e3, 1e3) - mean) / scale
+    x, shape = rows(logarithms)
+    x = (x - mean) / scale
     fading = np.clip(1.0 - np.max(np.maximum(low - x, x - high) / reach, axis=0), 0.0, 1.0)
     x = np.clip(x, low - reach, high + reach)
-    outputs, at = [], 0
-    for _ in range(MEMBERS):
-        values = x
-        for units in (UNITS, UNITS, 2):
-            rows = STEP * NETWORKS_WEIGHTS[0, at : at + units * (len(values) + 1)].reshape(units, -1)
-            at += rows.size
-            z = np.tensordot(rows[:, :-1], values, axes=1) + rows[:, -1].reshape(-1, *[1] * (x.ndim - 1))
-            values = z if units == 2 else z / np.sqrt(1.0 + z * z)
-        outputs.append(values)
+    outputs = []
+    for weights in STEP * NETWORKS_WEIGHTS:
+        one = layer(weights[:FIRST], x, UNITS)
+        two = layer(weights[FIRST:SECOND], one / np.sqrt(1.0 + one * one), UNITS)
+        outputs.append(layer(weights[SECOND:], two / np.sqrt(1.0 + two * two), 2))
     a, b = np.moveaxis(np.array(outputs), 1, 0)
     p, q = a - a.mean(axis=0), b - b.mean(axis=0)
     spread = ((p * p).mean(axis=0), (p * q).mean(axis=0), (q * q).mean(axis=0))
-    return fading * fading * (3.0 - 2.0 * fading), a.mean(axis=0), b.mean(axis=0), *spread
+    found = fading * fading * (3.0 - 2.0 * fading), a.mean(axis=0), b.mean(axis=0), *spread
+    return [part.reshape(shape) for part in found]
+
+
+def layer(weights, x, units):
+    weights = weights.reshape(-1, units)
+    return weights[:-1].T @ x + weights[-1][:, None]
 """,
     "guard": """
 def guard(*logarithms):
-    shape = (-1, *[1] * np.ndim(logarithms[0]))
-    mean, scale = (np.array(row).reshape(shape) for row in GUARD_SCALES)
-    centred = np.clip(np.array(np.broadcast_arrays(*logarithms)), -1e3, 1e3) - mean
-    u, z = centred / scale, np.tensordot(GUARD_WHITENING, centred, axes=1)
-    least = np.min([np.sum((z - STEP * case.reshape(shape)) ** 2, axis=0) for case in GUARD_CASES], axis=0)
+    x, shape = rows(logarithms)
+    centred = x - GUARD_SCALES[0][:, None]
+    u, z = centred / GUARD_SCALES[1][:, None], GUARD_WHITENING @ centred
+    least = np.min([np.sum((z - STEP * case[:, None]) ** 2, axis=0) for case in GUARD_CASES.T], axis=0)
     margin = np.inf
     for i, k, *ends in GUARD_LIMITS:
         low, high, small, large = (STEP * end for end in ends)
         for value, one, other in ((u[i] + u[k], low, high), (u[i] - u[k], small, large)):
             margin = np.minimum(margin, np.minimum(value - one, other - value))
-    return np.sqrt(least), np.sqrt(np.sum(z * z, axis=0)), margin
+    return [part.reshape(shape) for part in (np.sqrt(least), np.sqrt(np.sum(z * z, axis=0)), margin)]
 """,
 }
+_ROWS = """
+def rows(logarithms):
+    x = np.clip(np.array(np.broadcast_arrays(*logarithms)), -1e3, 1e3)
+    return x.reshape(len(x), -1), x.shape[1:]
+"""
 
 
 def _data_functions(program: Program) -> list[str]:
-    lines = []
+    lines = [_ROWS] if program.data_functions else []
     for function in program.data_functions:
         for name, rows in function.arrays.items():
             lines += [f"{function.name}_{name} = np.array([".upper().replace("NP.ARRAY", "np.array")]
@@ -84,10 +91,8 @@ def python_text(program: Program, name: str) -> str:
     lines += ["", broken(f"def {name}({parameters}):", "")]
     lines += [f'    """{", ".join(OUTPUTS)} as described above; numbers or arrays."""']
     lines += [broken(f"{parameters} = (np.asarray(given, dtype=float) for given in ({parameters}))", "    ", end=" \\")]
-    lines += [f"    {printer.variable(value.name)} = {printer.number(value.number)}" for value in program.coefficients]
     lines += ['    with np.errstate(all="ignore"):']
-    for variable, expression in assignments(program, printer):
-        statement = f"{variable} = {expression}"
-        lines.append(broken(statement if len(statement) < 100 else f"{variable} = ({expression})", "        "))
+    statements = [f"{variable} = {expression};" for variable, expression, _ in assignments(program, printer)]
+    lines += [line.removesuffix(";") for line in packed(statements, "        ", " \\")]
     lines += ["    return mu[()], lower[()], upper[()], flag.astype(int)[()]", ""]
     return "\n".join(lines)

@@ -247,15 +247,13 @@ class FittedFormula(FrictionModel, InputModel):
 
     def excess(self, conditions: Conditions) -> Array:
         """ln of the factor by which variables leave their ranges, all factors together; 0 inside."""
-        result: Any = 0.0
+        factor: Any = 1.0
         conditions = self.with_roughness_in_range(conditions)
         for name, (low, high) in self.ranges.items():
-            value = np.maximum(conditions[name], _SMALLEST)
-            if low > 0.0:
-                result = result + np.maximum(np.log(low / value), 0.0)
+            value = conditions[name]
             if high > 0.0:
-                result = result + np.maximum(np.log(value / high), 0.0)
-        return np.asarray(result) if isinstance(result, float) else cast("Array", result)
+                factor = factor * np.maximum(np.maximum(low / np.maximum(value, _SMALLEST), value / high), 1.0)
+        return cast("Array", np.log(factor))
 
     def with_minimum_sliding(self, conditions: Conditions) -> tuple[Conditions, Array]:
         """Conditions with at least the smallest sliding of the data, and the factor mu falls to 0 with below it."""

@@ -1,6 +1,8 @@
 """Loss maps for vehicle simulation: power balance, files, losses beside the mesh, refusals."""
 
 import json
+import shutil
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partialmethod
@@ -8,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from efficiency.pair import GearPair
@@ -15,6 +18,7 @@ from efficiency.vehicle.axle_losses import SimpleAxleLosses, read_axle_losses
 from efficiency.vehicle.axle_test import AxleTest, axle_test_points, power_loss_40cfr1037, solve_axle_test
 from efficiency.vehicle.loss_map import VECTO_HEAD, LossMap
 from ehl.common.errors import ConvergenceError, InputError
+from regression.data.dataset import load_dataset
 
 DESIGN, GRID = "fm_spiral_bevel_14x39", (4, 9)
 AXLE = SimpleAxleLosses(drag=1.5, load_share=0.005)
@@ -69,6 +73,34 @@ def test_vecto_file_is_read_back(tmp_path: Path) -> None:
     assert values[:3, 2].tolist() == values[3:6, 2].tolist()
     assert values[3:, 2] == pytest.approx(map_of_pair().values().ravel(), abs=5.1e-5)
     assert (values[:, 2] > 0.0).all()
+
+
+def test_fmu_is_the_map(tmp_path: Path) -> None:
+    """Points as in the map, midway their mean, and beyond the axes the nearest point with a flag; by FMPy."""
+    fmpy = pytest.importorskip("fmpy")
+    if shutil.which("gcc") is None:
+        pytest.skip("gcc is not installed")
+    found = pair().loss_map("-200:200:3 N m", "100, 1500 rpm", axle=AXLE, grid=GRID, interval=True)
+    assert found.values().ravel() == pytest.approx(map_of_pair().values().ravel(), rel=1e-12)
+    path = found.to_fmu(tmp_path / "map.fmu")
+    names = ("torque_loss", "torque_loss_lower", "torque_loss_upper", "efficiency", "in_range")
+
+    def at(torque: float, speed: float) -> list[float]:
+        start = {"torque": torque, "speed": speed}
+        return list(fmpy.simulate_fmu(str(path), start_values=start, stop_time=1.0, output=names)[-1])[1:]
+
+    for point in found.points:
+        loss, lower, upper, efficiency, inside = at(point.torque, point.speed)
+        assert [loss, lower, upper] == pytest.approx([getattr(point, name) for name in names[:3]], rel=1e-12)
+        assert lower <= loss <= upper
+        assert inside == 1.0
+        power = abs(point.torque)
+        lost = point.torque_loss
+        wanted = 0.0 if power == 0.0 else 1.0 - lost / power if point.torque > 0.0 else power / (power + lost)
+        assert efficiency == pytest.approx(wanted, rel=1e-12)
+    a, b, *_ = found.points
+    assert at(0.5 * (a.torque + b.torque), a.speed)[0] == pytest.approx(0.5 * (a.torque_loss + b.torque_loss))
+    assert at(-300.0, 0.0)[::4] == pytest.approx([a.torque_loss, 0.0])
 
 
 def test_map_without_coast_is_no_file(tmp_path: Path) -> None:
@@ -193,14 +225,37 @@ def test_commands_print_and_write(
 ) -> None:
     monkeypatch.setattr(GearPair, "loss_map", partialmethod(GearPair.loss_map, grid=GRID))
     outcome = mixed_ehl(
-        "loss-map", DESIGN, "--torque=-100:100:2 N m", "--speed", "500 rpm", "--drag", "2 N m", "--json",
-        *("--vecto", tmp_path / "m.vtlm", "--xlsx", tmp_path / "m.xlsx", "--csv", tmp_path / "tables"),
+        "loss-map", DESIGN, "--torque=-100:100:2 N m", "--speed", "500, 900 rpm", "--drag", "2 N m", "--json",
+        *("--vecto", tmp_path / "m.vtlm", "--fmu", tmp_path / "m.fmu"),
+        *("--xlsx", tmp_path / "m.xlsx", "--csv", tmp_path / "tables"),
     )  # fmt: skip
     assert outcome.code == 0, outcome.err
     found = json.loads(outcome.out)
-    assert [point["torque"] for point in found["points"]] == [-100.0, 100.0]
-    assert {path.name for path in tmp_path.iterdir()} == {"m.vtlm", "m.xlsx", "tables"}
+    assert [point["torque"] for point in found["points"]] == 2 * [-100.0, 100.0]
+    assert {path.name for path in tmp_path.iterdir()} == {"m.vtlm", "m.fmu", "m.xlsx", "tables"}
     openpyxl = pytest.importorskip("openpyxl")
     sheet = openpyxl.load_workbook(tmp_path / "m.xlsx")["loss map"]
     assert sheet["B1"].value == "speed [rpm]"
     assert sheet["B2"].value == pytest.approx(500.0)
+
+
+def test_map_and_dataset_as_xarray_and_parquet(tmp_path: Path) -> None:
+    pytest.importorskip("xarray")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    found = map_of_pair().to_xarray()
+    assert found["torque_loss"].sel(torque=200.0).values.tolist() == map_of_pair().values()[:, 2].tolist()
+    assert found["torque_loss"].attrs["units"] == "N*m"
+    grid = pair().over("constant:0.05", grid=GRID, torque="100, 200 N m", speed="500 rpm, 1000 rpm")
+    assert (grid.to_xarray()["efficiency"].values == grid.values()).all()
+    data = load_dataset("gear_fva3")
+    data.to_parquet(tmp_path / "data.parquet")
+    pd.testing.assert_frame_equal(pd.read_parquet(tmp_path / "data.parquet"), data.to_frame())
+    field = parquet.read_schema(tmp_path / "data.parquet").field("pressure_hertz")
+    assert field.metadata == {b"unit": b"Pa"}
+    assert data.to_xarray()["pressure_hertz"].sizes == {"case": len(data)}
+
+
+def test_missing_package_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(InputError, match=r"mixed-ehl\[tables\]"):
+        map_of_pair().to_xarray()

@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+import zipfile
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -98,7 +99,7 @@ def agree(found: Array, name: str, tolerance: float = 1e-12) -> None:
     np.testing.assert_allclose(found[:, 1:3], wanted[:, 1:3], rtol=tolerance)
 
 
-NAMES = ("75w90", "fva3", "75w90_short")
+NAMES = ("75w90", "80w90", "75w90_short")
 
 
 def test_points_see_every_flag_a_formula_has() -> None:
@@ -162,7 +163,19 @@ LANGUAGES = {
         C_MAIN,
         "a[{}]",
         0,
-        ["gcc", "-std=c99", "-O2", "-Wall", "-Wextra", "-Wconversion", "-pedantic", "-Werror", "main", "-lm"],
+        [
+            "gcc",
+            "-std=c99",
+            "-O3",
+            "-fno-math-errno",
+            "-Wall",
+            "-Wextra",
+            "-Wconversion",
+            "-pedantic",
+            "-Werror",
+            "main",
+            "-lm",
+        ],
     ),
     "fortran": (
         "friction.f90",
@@ -191,7 +204,7 @@ def test_compiled_languages(language: str, name: str, tmp_path: Path) -> None:
     program = export_formula(formula_of(name), tmp_path / file)
     text = (tmp_path / file).read_text()
     assert len(text) < 150_000
-    assert len(text.splitlines()) <= 550
+    assert len(text.splitlines()) <= 400
     # also where there is no compiler: every step is there, in order, and no line is too long for the language
     # the step `friction` gives its name to the function
     names = ["friction_" if step.name == "friction" else step.name for step in program.steps]
@@ -225,7 +238,7 @@ def matlab_statements(text: str) -> list[str]:
         joined.replace(".*", "*").replace("./", "/").replace(".^", "**").replace("NaN", "nan").replace("Inf", "inf")
     )
     python = re.sub(r"(\w+ (?:<=|>=|<|>) [^&|(),;]+?)(?= [&|]|[),;])", r"(\1)", python)
-    return [line.strip().removesuffix(";") for line in python.split("\n")]
+    return [part.strip() for line in python.split("\n") for part in line.removesuffix(";").split(";")]
 
 
 @pytest.mark.parametrize("name", ["fva3_short" + WITHOUT_GUARD, "75w90_short" + WITHOUT_GUARD])
@@ -257,6 +270,7 @@ def test_matlab_file_in_octave(name: str, tmp_path: Path) -> None:
     """Runs where octave is installed; anywhere the file holds as many functions as ends."""
     program = export_formula(formula_of(name), tmp_path / "friction.m")
     text = (tmp_path / "friction.m").read_text()
+    assert len(text.splitlines()) <= 400
     opened = re.findall(r"^\s*(?:function|if|for)\b", text, flags=re.MULTILINE)
     assert len(opened) == len(re.findall(r"^\s*end$", text, flags=re.MULTILINE))
     octave = shutil.which("octave-cli") or shutil.which("octave")
@@ -270,6 +284,53 @@ def test_matlab_file_in_octave(name: str, tmp_path: Path) -> None:
     )
     subprocess.run([octave, "--norc", "--quiet", "--eval", script], cwd=tmp_path, check=False, timeout=300)
     agree(np.loadtxt(tmp_path / "found.txt"), name)
+
+
+@pytest.mark.parametrize("kind", ["co-simulation", "model exchange"])
+def test_fmu_is_valid_and_gives_the_friction(kind: str, tmp_path: Path) -> None:
+    """By the independent FMPy, which also checks the description of the model."""
+    fmpy = pytest.importorskip("fmpy")
+    from fmpy.fmi2 import FMU2Model, FMU2Slave
+    from fmpy.validation import validate_fmu
+
+    path, name = tmp_path / "friction.fmu", "75w90"
+    program = export_formula(formula_of(name), path)
+    assert validate_fmu(str(path)) == []
+    if shutil.which("gcc") is None:
+        pytest.skip("gcc is not installed")
+    description, folder = fmpy.read_model_description(path), fmpy.extract(path, tmp_path / "unit")
+    assert [v.name for v in description.modelVariables if v.causality == "input"] == [a.name for a in program.arguments]
+    fmu = (FMU2Slave if kind == "co-simulation" else FMU2Model)(
+        guid=description.guid, unzipDirectory=folder, modelIdentifier="friction", instanceName="one"
+    )
+    fmu.instantiate()
+    fmu.setupExperiment()
+    fmu.enterInitializationMode()
+    fmu.exitInitializationMode()
+    found, count = [], len(program.arguments)
+    for row in columns(program, name):
+        fmu.setReal(range(count), row)
+        if kind == "co-simulation":
+            fmu.doStep(currentCommunicationPoint=0.0, communicationStepSize=1.0)
+        found.append(fmu.getReal(range(count, count + 4)))
+    fmu.terminate()
+    fmu.freeInstance()
+    agree(np.array(found), name)
+    # sources alone, without a warning
+    source = tmp_path / "unit" / "sources" / "friction.c"
+    warnings = ["-Wall", "-Wextra", "-Wconversion", "-pedantic", "-Wno-unused-parameter", "-Werror"]
+    prefix = ["-DFMI2_FUNCTION_PREFIX=friction_"]
+    subprocess.run(["gcc", "-std=c99", *warnings, *prefix, "-c", source, "-o", tmp_path / "friction.o"], check=True)
+
+
+def test_fmu_without_a_compiler_contains_its_sources(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    export_formula(formula_of("fva3_short"), tmp_path / "friction.fmu")
+    with zipfile.ZipFile(tmp_path / "friction.fmu") as unit:
+        assert unit.namelist() == ["modelDescription.xml", "sources/friction.c"]
+    assert "without a library" in caplog.text
 
 
 def python_function(path: Path) -> Callable[..., Any]:
