@@ -161,6 +161,7 @@ def test_page(dataset: Dataset, formulas: list[FittedFormula], tmp_path: Path) -
     assert "<details><summary>Equation and coefficients" in page
 
 
+@pytest.mark.usefixtures("svg_figures")
 def test_smooth_contacts_at_one_pressure(tmp_path: Path) -> None:
     """Without roughness there is no Stribeck curve, without a range of pressure no map."""
     smooth = {**PLAN["variables"], "pressure_hertz": "1 GPa"}
