@@ -1,6 +1,9 @@
+import atexit
 import os
 import re
+import shutil
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -10,8 +13,10 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
-# what a test computes with a part replaced must not be found by anybody
-os.environ["MIXED_EHL_CACHE"] = "off"
+# bodies, roots and meshes of designs are computed once for all processes of a session
+if "PYTEST_XDIST_WORKER" not in os.environ:
+    os.environ["MIXED_EHL_CACHE"] = tempfile.mkdtemp(prefix="mixed-ehl-tests-")
+    atexit.register(shutil.rmtree, os.environ["MIXED_EHL_CACHE"], ignore_errors=True)
 
 # the same draws on every machine, however loaded
 settings.register_profile("gate", deadline=None, derandomize=True)
@@ -56,6 +61,42 @@ def approx(expected: Any, rel: float | None = None, abs: float | None = None, na
 pytest.approx = approx
 
 
+_setattr = pytest.MonkeyPatch.setattr
+_KEPT = tuple(
+    f"efficiency.{name}" for name in ("blanks", "contact", "cutting", "design", "geometry", "ltca", "strength", "mesh")
+)
+
+
+def _set(self: pytest.MonkeyPatch, target: Any, *rest: Any, **options: Any) -> None:
+    """Replace an attribute; what follows from a replaced part of the geometry is neither kept nor found."""
+    place = target if isinstance(target, str) else getattr(target, "__module__", None) or target.__name__
+    if place.startswith(_KEPT):
+        self.setenv("MIXED_EHL_CACHE", "off")
+    _setattr(self, target, *rest, **options)
+
+
+pytest.MonkeyPatch.setattr = _set  # type: ignore[method-assign,assignment]
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _svg() -> Iterator[Any]:
+    """All pairs keep their bodies; figures of pages are made and not written as SVG: its value writes them."""
+    from efficiency.pair import GearPair
+    from ehl.common import pages
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(GearPair.__init__.__kwdefaults__, "keep", True)
+        written = pages.figure_svg
+        patch.setattr(pages, "figure_svg", lambda figure: "<svg></svg>")
+        yield written
+
+
+@pytest.fixture
+def svg_figures(monkeypatch: pytest.MonkeyPatch, _svg: Any) -> None:
+    """Figures of pages are written as SVG: one test of each layout of page needs it."""
+    monkeypatch.setattr("ehl.common.pages.figure_svg", _svg)
+
+
 @pytest.fixture(autouse=True)
 def _close_figures() -> Iterator[None]:
     """Close the figures that a test drew: `plot()` of a result opens one."""
@@ -81,7 +122,7 @@ def little_training(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def commands_alone(monkeypatch: pytest.MonkeyPatch, little_training: None) -> None:
-    """Coarse meshes, figures of pages made and not written as SVG, networks hardly trained: each has its own tests."""
+    """Coarse meshes, networks hardly trained: each has its own tests."""
     from efficiency.pair import GearPair
 
     mesh = GearPair.mesh
@@ -90,7 +131,6 @@ def commands_alone(monkeypatch: pytest.MonkeyPatch, little_training: None) -> No
         return mesh(self, side, positions, points_per_line, **moved)
 
     monkeypatch.setattr(GearPair, "mesh", coarse)
-    monkeypatch.setattr("ehl.common.pages.figure_svg", lambda figure: "<svg></svg>")
 
 
 @pytest.fixture

@@ -47,7 +47,7 @@ def contact_case(**tables: object) -> Contact:
 @cache
 def tiny_mesh(side: Side = "drive", design: str = "fm_spiral_bevel_14x39") -> Mesh:
     """Four positions with nine points a line."""
-    return Mesh.of(load_design(design), side, 4, 9)
+    return Mesh.of(load_design(design), side, 4, 9, keep=True)
 
 
 @cache

@@ -86,16 +86,17 @@ def kept(kind: str, key: str, make: Callable[[], T]) -> T:
     """A result from the private folder of its kind; computed, and kept there, where it is not found.
 
     An entry that is damaged, or belongs to another user, counts as none. With ``MIXED_EHL_CACHE=off`` nothing is read
-    or written.
+    or written; a path there is the folder of the entries.
 
     kind: name of the folder.
     key: hash of all that the result follows from, versions of the program and its packages among it.
     make: computes the result; it must pickle.
     """
-    if os.environ.get("MIXED_EHL_CACHE", "").lower() == "off":
+    place = os.environ.get("MIXED_EHL_CACHE", "")
+    if place.lower() == "off":
         return make()
     try:
-        path = user_folder(kind) / key
+        path = user_folder(kind, Path(place, kind) if place else None) / key
     except OSError:
         return make()
     content = _own_content(path)

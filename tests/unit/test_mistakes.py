@@ -69,6 +69,9 @@ TARGETS: list[Change] = [
     ('"0.2 mm"', '"20 mm"', "blank.backlash.value"),
     ('"each_flank"', '"each"', "cutting.pinion"),
     ("crowning_toe", "crowning_toes", "targets.drive.crowning_toes"),
+    ("crowning_toe = ", 'crowning_toe = "-4 um" # ', "targets.drive.crowning_toe"),
+    ("crowning_toe = ", 'transmission_error = "2 mm" # ', "targets.drive.transmission_error"),
+    ('gear = "generated"', 'gear = "cast"', "cutting.gear"),
     ('"ground"', '"grinded"', "pinion.finish"),
     ('"250 N m"', '"250 Nm/s"', "operation.torque"),
 ]
@@ -212,13 +215,19 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
     "mu": (("mu", "75w90"), POINT, [
         ("--pressure", "1"), ("--pressure", "1 mm"), ("--radius", "15"), ("--radius", "15 s"), ("--speed", "3"),
         ("--speed", "3 rpm"), ("--slide-to-roll", "a"), ("--slide-to-roll", "3 m/s"), ("--temperature", "90"),
-        ("--temperature", "9000 degC"), ("--roughness-rms", "0.5 mm"), ("--oil", "75w91"),
+        ("--temperature", "9000 degC"), ("--roughness-rms", "0.5 mm"), ("--oil", "75w91"), ("--pressure", "-1 GPa"),
+        ("--speed", "0 m/s"), ("--slide-to-roll", "nan"), ("--correlation-length", "50"),
     ]),
     "gear": (("gear", PAIR), {}, [
         ("--torque", "300"), ("--torque", "300 rpm"), ("--torque", "nan N m"), ("--speed", "1500"),
         ("--speed", "1500 N m"), ("--temperature", "90"), ("--temperature", "900 degC"), ("--oil", "75w-91"),
         ("--side", "drives"), ("--driver", "pinon"), ("--load-balance", "friction"),
         ("--friction", "constant:2"), ("--friction", "75w91"), ("--units", "si"), ("--E", "0.1"), ("--report", "x.txt"),
+        ("--torque", "0 N m"), ("--torque", "10, 20 N m"), ("--speed", "0 rpm"), ("--side", "both"),
+    ]),
+    "geometry": (("geometry", PAIR), {}, [
+        ("--E", "0.1"), ("--E", "3 mm"), ("--shaft-angle-error", "1 mm"), ("--side", "left"), ("--marking", "0 um"),
+        ("--marking", "6"), ("--torque", "100 N m"), ("--units", "cubits"),
     ]),
     "map": (("map", PAIR), {}, [
         ("--torque", "1:2 N m"), ("--torque", "1, x N m"), ("--speed", "1,5 rpm"),
@@ -249,6 +258,7 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
         ("--torque", "100"), ("--speed", "500 N m"), ("--friction", "constant:-1"), ("--temperature", "hot"),
         ("--drag", "2"), ("--vecto", "x.csv"), ("--torque", "100:x:3 N m"), ("--speed", "-500 rpm"),
         ("--friction", "75w9"), ("--temperature", "900 degC"), ("--drag", "-2 N m"), ("--load-share", "150 %"),
+        ("--torque", "-1:1 N m"), ("--torque", "-1:1:3"), ("--speed", "0:100:3 rpm"), ("--load-share", "60 %"),
         ("--load-share", "-1 %"), ("--axle-losses", "none.csv"), ("--load-balance", "friction"), ("--xlsx", "x.csv"),
         ("--vecto", "no/where.vtlm"),
     ]),
@@ -260,10 +270,12 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
     "misalignment": (("misalignment", PAIR), {"--E": "0, 0.1 mm"}, [
         ("--E", "0.1"), ("--P", "1 deg"), ("--shaft-angle-error", "1 mm"), ("--side", "up"), ("--E", "0:0.1 mm"),
         ("--P", "0.1"), ("--G", "0.1"), ("--G", "2 s"), ("--shaft-angle-error", "2"), ("--side", "both sides"),
-        ("--torque", "300"), ("--torque", "-300 N m"), ("--friction", "75w91"), ("--speed", "10"),
+        ("--torque", "300"), ("--torque", "-300 N m"), ("--friction", "75w91"), ("--speed", "10"), ("--E", "0, 5 mm"),
+        ("--E", "-0.1:0.1:1 mm"), ("--shaft-angle-error", "0:1:2:3 arcmin"), ("--marking", "6"),
     ]),
     "axle-test": (("axle-test", PAIR), {}, [
-        ("--application", "singel"), ("--torque-max", "2500"), ("--torque-max", "-1 N m"),
+        ("--application", "singel"), ("--torque-max", "2500"), ("--torque-max", "-1 N m"), ("--torque-max", "100 N m"),
+        ("--revolutions-per-mile", "1"),
         ("--revolutions-per-mile", "-650"), ("--revolutions-per-mile", "many"), ("--friction", "constant:2"),
         ("--friction", "75w91"), ("--temperature", "80"), ("--temperature", "900 degC"),
         ("--axle-losses", "none.csv"), ("--drag", "2"), ("--drag", "-2 N m"), ("--load-share", "2"),
@@ -276,6 +288,7 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
     ]),
     "export formula": (("export", "75w90"), {"--output": "mu.py"}, [
         ("--language", "pyton"), ("--language", "java"), ("--output", "no/where/mu.py"), ("--oil", "75w91"),
+        ("--output", "my-friction.c"),
         ("--oil", "fva3"), ("--what", "grid"), ("--member", "pinion"),
     ]),
     "correct": (("correct", PAIR, "none.csv"), {}, [
@@ -297,13 +310,15 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
         ("--flanks", "drives"), ("--evaluations", "1"), ("--evaluations", "many"), ("--batch", "0"),
         ("--check", "-1"), ("--check", "many"), ("--seed", "-1"), ("--duty", "none.csv"), ("--oil", "none"),
         ("--E", "0.05"), ("--E", "-0.05 mm"), ("--over", "median"), ("--jobs", "0"), ("--vary", "hypoid_ofset"),
-        ("--limit", "noise"), ("--dask", "nowhere.json"), ("--dask", "local:x"), ("--check-friction", "75w90"),
+        ("--limit", "noise"), ("--tolerance", "bias"),
+        ("--dask", "nowhere.json"), ("--dask", "local:x"), ("--check-friction", "75w90"),
         ("--check-friction", "ehl:rough"),
     ]),
     "fit": (("fit", "gear_fva3_noise"), {"--output": "f.json"}, [
         ("--family", "shrot"), ("--family", "neural"), ("--output", "no/where/f.json"), ("--output", "f.toml"),
         ("--paths", "none"), ("--noise", "none"), ("--plot", "x.xls"), ("--report", "x.pdf"),
-        ("--noise", "gear_75w90_noise"), ("--paths", "gear_75w90_paths"),
+        ("--noise", "gear_75w90_noise"), ("--paths", "gear_75w90_paths"), ("--output", "."), ("--report", "f.json"),
+        ("--report", "none/fit.html"),
     ]),
     "fit names": (("fit", "--output", "f.json"), {}, [
         (f"{ROOT}/data/plans/demo.toml", "--corners"), (f"{ROOT}/data/oils/75w90.toml", "--corners"),

@@ -120,14 +120,3 @@ def test_designs_and_duty_become_a_plan(
     assert 0.1e9 < pressure[0] < 1e9 < pressure[1] < 2.5e9
     assert temperature[0] < 353.15 < 363.15 < temperature[1]
     assert mixed_ehl("sweep", target, "--estimate").code == 0
-
-
-def test_refusals_of_the_command(mixed_ehl: Callable[..., Any], duty: Path, tmp_path: Path) -> None:
-    for arguments, words in (
-        (("plan", "nothing", "--duty", duty, "-o", tmp_path / "p.toml"), "nothing"),
-        (("plan", DESIGN, "--duty", tmp_path / "none.csv", "-o", tmp_path / "p.toml"), "existing CSV"),
-        (("plan", DESIGN, "--duty", duty, "-o", tmp_path / "p.csv"), ".toml"),
-    ):
-        refused = mixed_ehl(*arguments)
-        assert refused.code == 2
-        assert words in refused.err

@@ -34,41 +34,35 @@ def test_shipped_design_by_name_and_by_path(tmp_path: Path) -> None:
     assert (pinion.blade.side, gear.blade.side) == ("convex", "concave")
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "field", "allowed"),
-    [
-        ('point_radius = "114.47823644967657 mm"', 'point_radius = "-114 mm"', "point_radius", "above 0 m"),
-        ('point_radius = "114.47823644967657 mm"', "point_radius = nan", "point_radius", "finite"),
-        ('point_radius = "114.47823644967657 mm"', 'point_radius = "114 deg"', "point_radius", "10 mm"),
-        ('face_width = "25.4 mm"', 'face_width = "180 mm"', "face_width", "180 mm"),
-        ('face_width = "25.4 mm"', 'face_width = "100 mm"', "pinion.blank.face_width", "falls to 0 at the toe"),
-        ('face_width = "25.4 mm"', 'face_width = "0.0254 mm"', "pinion.blank.face_width", "at least 3.62 mm"),
-        ("teeth = 14", "teeth = 1", "teeth", "3"),
-        ("teeth = 14", "teeth = 41", "pinion.blank.teeth", "at most the 39 teeth of the gear"),
-        ('hand = "left"', 'hand = "right"', "cradle_angle", "positive for a right-hand member"),
-        ('hand = "left"', 'hand = "up"', "hand", "'left'"),
-        ('process = "generated"', 'process = "formate"', "pinion.concave.machine.roll_ratio", "documented keys"),
-        ('process = "generated"', 'process = "hand filed"', "pinion.concave.machine.process", "'generated'"),
-        ('type = "face_milling"', 'type = "face_hobbing"', "pinion.concave.cutter.cutter_radius", "above 0 m"),
-        ('type = "face_milling"', "", "pinion.concave.cutter.type", "one of 'face_milling'"),
-        ('type = "face_milling"', 'type = "face_milling"\nradius = 1', "pinion.concave.cutter.radius", "point_radius"),
-        ("teeth = 14", "", "pinion.blank.teeth", "a whole number of at least 3"),
-        ('torque = "300 N m"', 'torque = "-300 N m"', "torque", "above 0 N*m"),
-        ('torque = "300 N m"', 'torque = "300 N"', "torque", "250 N m"),
-        ('oil = "75w90"', 'oil = "olive"', "oil", "75w90"),
-        ('material = "steel"', 'material = "butter"', "material", "steel"),
-        ("[operation]", "[operation]\ncolour = 3", "colour", "documented keys"),
-        ("E = 0.0", 'E = "5 mm"', "E", "at most 0.002 m"),
-        ("alpha = 0.0", "beta = 0.0", "beta", "documented keys"),
-        ('shaft_angle = "90 deg"\n', "", "assembly.shaft_angle", "at least 0.5 rad and at most 2.6 rad"),
-    ],
-)
-def test_bad_input_names_field_value_and_range(tmp_path: Path, old: str, new: str, field: str, allowed: str) -> None:
-    with pytest.raises(InputError) as caught:
+RADIUS = 'point_radius = "114.47823644967657 mm"'
+MISTAKES = [
+    (RADIUS, 'point_radius = "-114 mm"', "pinion.concave.cutter.point_radius"),
+    (RADIUS, "point_radius = nan", "pinion.concave.cutter.point_radius"),
+    (RADIUS, 'point_radius = "114 deg"', "pinion.concave.cutter.point_radius"),
+    ('face_width = "25.4 mm"', 'face_width = "180 mm"', "pinion.blank.face_width"),
+    ('face_width = "25.4 mm"', 'face_width = "100 mm"', "pinion.blank.face_width"),  # no tooth left at the toe
+    ('face_width = "25.4 mm"', 'face_width = "0.0254 mm"', "pinion.blank.face_width"),
+    ("teeth = 14", "teeth = 41", "pinion.blank.teeth"),
+    ("teeth = 14", "", "pinion.blank.teeth"),
+    ('hand = "left"', 'hand = "right"', "pinion.concave.machine.cradle_angle"),
+    ('process = "generated"', 'process = "formate"', "pinion.concave.machine.roll_ratio"),
+    ('process = "generated"', 'process = "hand filed"', "pinion.concave.machine.process"),
+    ('type = "face_milling"', 'type = "face_hobbing"', "pinion.concave.cutter.cutter_radius"),
+    ('type = "face_milling"', "", "pinion.concave.cutter.type"),
+    ('type = "face_milling"', 'type = "face_milling"\nradius = 1', "pinion.concave.cutter.radius"),
+    ('torque = "300 N m"', 'torque = "-300 N m"', "operation.torque"),
+    ("[operation]", "[operation]\ncolour = 3", "operation.colour"),
+    ("E = 0.0", 'E = "5 mm"', "assembly.misalignment.E"),
+    ("alpha = 0.0", "beta = 0.0", "assembly.misalignment.beta"),
+    ('shaft_angle = "90 deg"\n', "", "assembly.shaft_angle"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "field"), MISTAKES)
+def test_bad_input_names_its_field(tmp_path: Path, old: str, new: str, field: str) -> None:
+    """What is written wrong, of a wrong unit or unknown is in test_mistakes as well as on the command line."""
+    with refuses(field):
         load_design(changed(tmp_path, old, new))
-    assert field in caught.value.field
-    assert allowed in str(caught.value)
-    assert caught.value.exit_code == 2
 
 
 def test_unreadable_files(tmp_path: Path) -> None:

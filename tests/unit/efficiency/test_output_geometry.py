@@ -22,7 +22,7 @@ from efficiency.output.geometry_tables import contact_table, graded_notes, misal
 from efficiency.output.inspection_grid import FORMAT, inspection_grid, write_inspection_grid
 from efficiency.output.machine_summary import summary_rows, write_summary
 from efficiency.output.plots_geometry import blank_figure
-from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError
 from ehl.common.figures import figure_of
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "gear_geometry.sh"
@@ -232,51 +232,3 @@ def test_geometry_on_the_command_line(mixed_ehl: Cli) -> None:
     table = mixed_ehl("geometry", PAIR, "--side", "drive", "--units", "inch")
     for words in ("machine root angle", "transmission error", "contact ratio", "[deg]", "4.50702"):
         assert words in table.out
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("geometry", "--E", "0.1"), ["--E", "unit"]),
-        (("geometry", "--E", "3 mm"), ["--E", "3 mm", "0.002"]),
-        (("geometry", "--shaft-angle-error", "1 mm"), ["--shaft-angle-error", "dimension"]),
-        (("geometry", "--side", "left"), ["--side", "left", "drive, coast or both"]),
-        (("geometry", "--marking", "0 um"), ["--marking", "above 0"]),
-        (("geometry", "--torque", "100 N m"), ["--torque"]),
-        (("geometry", "--units", "cubits"), ["--units", "metric or inch"]),
-        (("gear", "--side", "both"), ["--side", "drive or coast"]),
-    ],
-)
-def test_bad_geometry_arguments_are_a_sentence(mixed_ehl: Cli, arguments: tuple[str, ...], words: list[str]) -> None:
-    command, *options = arguments
-    outcome = mixed_ehl(command, PAIR, *options)
-    assert outcome.code == 2
-    for word in words:
-        assert word in outcome.err
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("--what", "iges"), ["--what", "tooth, member, step, grid, ease_off, summary"]),
-        (("--member", "worm"), ["--member", "worm", "pinion"]),
-        (("--rows", "4"), ["--rows", "from 5"]),
-        (("--margin", "0.6"), ["--margin", "0.3"]),
-        (("--bore", "1 m", "--what", "member"), ["--bore", "below"]),
-        (("--bore", "10"), ["--bore", "unit"]),
-    ],
-)
-def test_bad_export_arguments_are_a_sentence(
-    mixed_ehl: Cli, tmp_path: Path, arguments: tuple[str, ...], words: list[str]
-) -> None:
-    outcome = mixed_ehl("export", PAIR, "-o", tmp_path, *arguments)
-    assert outcome.code == 2
-    for word in words:
-        assert word in outcome.err
-
-
-def test_files_that_cannot_be_written_are_a_sentence(design: Design, tmp_path: Path) -> None:
-    blocked = tmp_path / "file"
-    blocked.write_text("", encoding="utf-8")
-    with pytest.raises(InputError, match="path"):
-        write_summary(blocked / "summary.csv", design)

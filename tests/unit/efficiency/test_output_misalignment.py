@@ -82,25 +82,6 @@ def test_study_on_the_command_line(mixed_ehl: Cli) -> None:
         assert words in table.out
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ((), ["--E, --P, --G, --shaft-angle-error", "at least one"]),
-        (("--E", "0, 0.1"), ["--E", "unit"]),
-        (("--E", "0, 5 mm"), ["--E", "0.002"]),
-        (("--E", "-0.1:0.1:1 mm"), ["--E", "from:to:number", "at least 2"]),
-        (("--shaft-angle-error", "0:1:2:3 arcmin"), ["--shaft-angle-error", "from:to:number"]),
-        (("--E", "-1:1:500 mm", "--P", "-1:1:500 mm"), ["250000 states", "10000"]),
-        (("--G", "0, 0.1 mm", "--marking", "6"), ["--marking", "unit"]),
-    ],
-)
-def test_bad_study_is_a_sentence(mixed_ehl: Cli, arguments: tuple[str, ...], words: list[str]) -> None:
-    outcome = mixed_ehl("misalignment", PAIR, *arguments)
-    assert outcome.code == 2
-    for word in words:
-        assert word in outcome.err
-
-
 def test_states_at_a_torque_are_those_of_the_loaded_pair(mixed_ehl: Cli, tmp_path: Path) -> None:
     """The V-H check under load: same numbers as the pair set up in that state, next to the unloaded ones."""
     options = ("--torque", "300 N m", "--friction", "constant:0.05", "--speed", "1500 rpm")

@@ -114,16 +114,6 @@ def test_lines_not_known_are_told(mixed_ehl: Cli, tmp_path: Path) -> None:
     assert "not read: grinding wheel, 3" in outcome.out
 
 
-def test_sheet_that_cannot_be_used_is_a_sentence(mixed_ehl: Cli, tmp_path: Path) -> None:
-    sheet = tmp_path / "sheet.txt"
-    sheet.write_text("member, pinion\nradial setting, 4.1\n", encoding="utf-8")
-    outcome = mixed_ehl("import", sheet, "-o", tmp_path / "again.toml")
-    assert outcome.code == 2
-    assert "line 2 (radial setting)" in outcome.err
-    missing = mixed_ehl("import", tmp_path / "none.txt", "-o", tmp_path / "again.toml")
-    assert missing.code == 2
-
-
 def test_grid_file_is_read_back_as_a_flank(tmp_path: Path) -> None:
     design = load_design(PAIR)
     export_grids(design, "gear", tmp_path, 9, 15)

@@ -140,25 +140,6 @@ def test_blank_and_targets_name_one_way_of_cutting() -> None:
         SettingsInput.model_validate(content)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "field"),
-    [
-        ('gear = "formate"', 'gear = "cast"', "cutting.gear"),
-        ('blank = "fh_hypoid_9x34"', 'blank = "fh_hypoid_9x43"', "blank"),
-        ('crowning_toe = "40 um"', 'crowning_toe = "-4 um"', "targets.drive.crowning_toe"),
-        ('crowning_toe = "40 um"', 'transmission_error = "2 mm"', "targets.drive.transmission_error"),
-        ('oil = "75w90"', 'oil = "olive"', "operation.oil"),
-    ],
-)
-def test_bad_targets_are_refused(mixed_ehl: Callable[..., Any], tmp_path: Path, old: str, new: str, field: str) -> None:
-    targets = tmp_path / "targets.toml"
-    assert old in TEXT
-    targets.write_text(TEXT.replace(old, new, 1), encoding="utf-8")
-    outcome = mixed_ehl("settings", targets)
-    assert outcome.code == 2
-    assert field in outcome.err
-
-
 def test_unknown_targets_name_the_shipped_ones() -> None:
     with refuses("targets"):
         load_targets("nothing")

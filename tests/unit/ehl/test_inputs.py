@@ -1,4 +1,5 @@
 import copy
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -6,7 +7,6 @@ from typing import Any
 import pytest
 from refusals import refuses
 
-from ehl.common.errors import InputError
 from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
@@ -82,55 +82,45 @@ def test_oil_and_solids() -> None:
     assert case.bulk_temperatures() == (pytest.approx(368.15), pytest.approx(353.15))
 
 
+CARD = {"oil": "fva3", "temperature_oil": "80 degC"}
+
+
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "field"),
     [
-        (
-            lambda c: c["contact"].pop("radius_equivalent"),
-            ["contact.radius_equivalent is missing", "at least 0.0001 m and at most 10 m", "'10 mm'"],
-        ),
-        (lambda c: c["contact"].update(radius_equivalent=-1), ["contact.radius_equivalent", "-1", "at least 0.0001 m"]),
-        (lambda c: c["contact"].update(radius_equivalent="10 s"), ["contact.radius_equivalent", "10 s", "10 mm"]),
-        (lambda c: c["contact"].update(radius_equivalent=float("nan")), ["contact.radius_equivalent", "nan", "finite"]),
-        (lambda c: c["contact"].update(radius=1), ["contact.radius", "radius_equivalent"]),
-        (lambda c: c["contact"].update(load_per_length=1e5), ["contact.pressure_hertz", "exactly one"]),
-        (lambda c: c["contact"].pop("pressure_hertz"), ["contact.pressure_hertz", "exactly one"]),
-        (lambda c: c["contact"].update(speed_entrainment=0), ["contact.speed_entrainment", "0", "m/s"]),
-        (lambda c: c["lubricant"].update(rheology="maxwell"), ["lubricant.rheology", "maxwell", "eyring"]),
-        (lambda c: c["lubricant"].update(viscosity_inlet="5 MPa"), ["lubricant.viscosity_inlet", "5 MPa", "mPa s"]),
-        (lambda c: c.update(lubricant={"oil": "fva9", "temperature_oil": 353}), ["lubricant.oil", "fva9", "fva3"]),
-        (lambda c: c.update(lubricant={"oil": "fva3", "temperature_oil": 80}), ["temperature_oil", "80", "degC"]),
-        (lambda c: c.update(lubricant={"oil": "fva3"}), ["lubricant.temperature_oil", "missing"]),
-        (lambda c: c.update(solid_1={"material": "wood"}), ["solid_1.material", "wood", "steel"]),
-        (lambda c: c.update(solid_1={"E": 2e11}), ["contact.effective_modulus", "either"]),
-        (lambda c: c.update(surface={"seed": 1.5}), ["surface.seed", "1.5"]),
-        (lambda c: c.update(surface={"peklenik_number": 0.1}), ["surface.peklenik_number", "0.1", "0.333333"]),
-        (lambda c: c.update(contact=3), ["contact = 3", "a table [contact] with radius_equivalent"]),
-        (lambda c: c.pop("lubricant"), ["lubricant is missing", "a table [lubricant] with oil, temperature_oil or"]),
-        (lambda c: c["lubricant"].pop("pressure_viscosity"), ["lubricant.pressure_viscosity is missing", "18 1/GPa"]),
-        (
-            lambda c: c["lubricant"].update(foo=1),
-            ["lubricant.foo", "Known keys: alpha_definition, carreau_exponent,", "viscosity_inlet"],
-        ),
-        (
-            lambda c: c.update(lubricant={"oil": "fva3", "temperature_oil": "80 degC", "foo": 1}),
-            ["lubricant.foo", "Known keys:", "oil, rheology"],
-        ),
-        (lambda c: c["lubricant"].update(density_coefficients=[1]), ["density_coefficients.1 is missing", "a number"]),
-        (lambda c: c.update(surface={"seed": -1}), ["surface.seed = -1", "a whole number of at least 0"]),
-        (lambda c: c.update(surface={"profile_1": 3}), ["surface.profile_1 = 3", "a text in quotes"]),
-        (lambda c: c.update(surface="rough"), ["surface = 'rough'", "a table [surface]"]),
-        (lambda c: c["contact"].update(effective_modulus=[]), ["contact.effective_modulus", "1.2 GPa"]),
+        (lambda c: c["contact"].pop("radius_equivalent"), "contact.radius_equivalent"),
+        (lambda c: c["contact"].update(radius_equivalent=-1), "contact.radius_equivalent"),
+        (lambda c: c["contact"].update(radius_equivalent="10 s"), "contact.radius_equivalent"),
+        (lambda c: c["contact"].update(radius_equivalent=float("nan")), "contact.radius_equivalent"),
+        (lambda c: c["contact"].update(radius=1), "contact.radius"),
+        (lambda c: c["contact"].update(load_per_length=1e5), "contact.pressure_hertz"),
+        (lambda c: c["contact"].pop("pressure_hertz"), "contact.pressure_hertz"),
+        (lambda c: c["contact"].update(speed_entrainment=0), "contact.speed_entrainment"),
+        (lambda c: c["contact"].update(effective_modulus=[]), "contact.effective_modulus"),
+        (lambda c: c["lubricant"].update(rheology="maxwell"), "lubricant.rheology"),
+        (lambda c: c["lubricant"].update(viscosity_inlet="5 MPa"), "lubricant.viscosity_inlet"),
+        (lambda c: c["lubricant"].pop("pressure_viscosity"), "lubricant.pressure_viscosity"),
+        (lambda c: c["lubricant"].update(density_coefficients=[1]), "lubricant.density_coefficients.1"),
+        (lambda c: c["lubricant"].update(foo=1), "lubricant.foo"),
+        (lambda c: c.update(lubricant=CARD | {"foo": 1}), "lubricant.foo"),
+        (lambda c: c.update(lubricant=CARD | {"oil": "fva9"}), "lubricant.oil"),
+        (lambda c: c.update(lubricant=CARD | {"temperature_oil": 80}), "lubricant.temperature_oil"),
+        (lambda c: c.update(lubricant={"oil": "fva3"}), "lubricant.temperature_oil"),
+        (lambda c: c.update(solid_1={"material": "wood"}), "solid_1.material"),
+        (lambda c: c.update(solid_1={"E": 2e11}), "contact.effective_modulus"),
+        (lambda c: c.update(surface={"seed": 1.5}), "surface.seed"),
+        (lambda c: c.update(surface={"seed": -1}), "surface.seed"),
+        (lambda c: c.update(surface={"peklenik_number": 0.1}), "surface.peklenik_number"),
+        (lambda c: c.update(surface={"profile_1": 3}), "surface.profile_1"),
+        (lambda c: c.update(surface="rough"), "surface"),
+        (lambda c: c.update(contact=3), "contact"),
+        (lambda c: c.pop("lubricant"), "lubricant"),
     ],
 )
-def test_bad_input_names_field_value_and_range(change: Callable[[dict[str, Any]], object], words: list[str]) -> None:
-    with pytest.raises(InputError) as caught:
+def test_bad_input_names_its_field(change: Callable[[dict[str, Any]], object], field: str) -> None:
+    with refuses(field) as caught:
         validate(Contact, changed(change))
-    sentence = str(caught.value)
-    for word in words:
-        assert word in sentence
-    for foreign in ("Input should", "instance of", "Input tag", ".card", ".direct"):
-        assert foreign not in sentence
+    assert not re.search(r"Input should|instance of|Input tag|\.card|\.direct", str(caught.value))
 
 
 @pytest.mark.parametrize("content", [b"\xff\xfe", b"[contact", b"contact = 1\ncontact = 2"])

@@ -71,31 +71,26 @@ def test_card_of_the_axle_oil_carries_its_published_law() -> None:
 
 
 @pytest.mark.parametrize(
-    ("lubricant", "words"),
+    ("lubricant", "field"),
     [
-        (NUMBERS | {"rheology": "carreau"}, ["lubricant.carreau_stress is missing", "G such as '5 MPa'"]),
-        (NUMBERS | CARREAU | {"carreau_exponent": None}, ["lubricant.carreau_exponent is missing", "exponent n"]),
-        (NUMBERS | CARREAU | {"carreau_exponent": 0.05}, ["lubricant.carreau_exponent", "0.05", "at least 0.1"]),
-        (NUMBERS | CARREAU | {"carreau_stress": "4 mm"}, ["lubricant.carreau_stress", "4 mm", "Pa"]),
-        (NUMBERS | {"eyring_stress_law": "pressure"}, ["lubricant.eyring_stress_pressure is missing", "stress_slope"]),
-        (CARD | {"eyring_stress_law": "pressure"}, ["lubricant.eyring_stress_pressure is missing", "fva3"]),
+        (NUMBERS | {"rheology": "carreau"}, "carreau_stress"),
+        (NUMBERS | CARREAU | {"carreau_exponent": None}, "carreau_exponent"),
+        (NUMBERS | CARREAU | {"carreau_exponent": 0.05}, "carreau_exponent"),
+        (NUMBERS | CARREAU | {"carreau_stress": "4 mm"}, "carreau_stress"),
+        (NUMBERS | {"eyring_stress_law": "pressure"}, "eyring_stress_pressure"),
+        (CARD | {"eyring_stress_law": "pressure"}, "eyring_stress_pressure"),
         (
             NUMBERS | {"eyring_stress_pressure": TABLE | {"pressure_end": "0.1 GPa"}},
-            ["eyring_stress_pressure.pressure_end", "above pressure_start"],
+            "eyring_stress_pressure.pressure_end",
         ),
-        (
-            NUMBERS | {"limiting_shear": "smooth", "limiting_shear_coefficient": 0.05},
-            ["lubricant.limiting_shear_ambient is missing", "above 0 Pa"],
-        ),
-        (NUMBERS | SMOOTH, ["lubricant.limiting_shear_coefficient is missing", "Lambda"]),
-        (CARD | {"limiting_shear": "sharp"}, ["lubricant.limiting_shear", "sharp", "cut"]),
+        (NUMBERS | {"limiting_shear": "smooth", "limiting_shear_coefficient": 0.05}, "limiting_shear_ambient"),
+        (NUMBERS | SMOOTH, "limiting_shear_coefficient"),
+        (CARD | {"limiting_shear": "sharp"}, "limiting_shear"),
     ],
 )
-def test_a_law_asks_for_its_figures(lubricant: dict[str, Any], words: list[str]) -> None:
-    with pytest.raises(InputError) as caught:
+def test_a_law_requires_its_figures(lubricant: dict[str, Any], field: str) -> None:
+    with refuses(f"lubricant.{field}"):
         case(lubricant)
-    for word in words:
-        assert word in str(caught.value)
 
 
 @pytest.mark.parametrize(

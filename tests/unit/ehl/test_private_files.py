@@ -117,7 +117,7 @@ def test_without_a_place_and_when_turned_off_everything_is_computed(
     assert kept("results", "a", make)["call"] == 2
     monkeypatch.delenv("MIXED_EHL_CACHE")
 
-    def nowhere(kind: str) -> Path:
+    def nowhere(kind: str, first: Path | None) -> Path:
         raise PermissionError(kind)
 
     monkeypatch.setattr(private_files, "user_folder", nowhere)

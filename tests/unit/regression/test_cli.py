@@ -97,30 +97,6 @@ def test_fit_of_one_family(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
     assert content["coefficients"]["roughness"] == pytest.approx(0.25, abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (("-o", "none/f.json"), ["--output", "none"]),
-        (("-o", "."), ["--output"]),
-        (("-o", "f.json", "--report", "none/fit.html"), ["--report", "none"]),
-        (("-o", "f.json", "--plot", "parity.bmp"), ["--plot", ".png or .svg or .pdf"]),
-        (("-o", "f.json", "--report", "f.json"), ["--report"]),
-        (("-o", "f.json", "--family", "cubic"), ["cubic", "short"]),
-        (("-o", "f.json", "--family", "xu", "--nested"), ["--nested", "best"]),
-    ],
-)
-def test_what_fit_cannot_write_is_refused_before_the_fit(
-    mixed_ehl: Call, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: tuple[str, ...], words: list[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    # a run that does not exist would be the next complaint
-    refused = mixed_ehl("fit", "no_run", *options)
-    assert refused.code == 2
-    for word in words:
-        assert word in refused.err
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_families_that_cannot_be_fitted_are_named(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
     plan.write_text(PLAN.replace("size = 32", "size = 16"))
     run = tmp_path / "run"
@@ -158,55 +134,24 @@ def test_mu_as_text_and_outside_its_range(mixed_ehl: Call) -> None:
     assert constant.out.startswith("mu = 0.05000  (0.05000 to 0.05000)")
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"pressure": "1e9"}, ["--pressure", "1e9", "1.2 GPa", "ambiguous"]),
-        ({"pressure": "-1 GPa"}, ["--pressure", "at least"]),
-        ({"radius": "12 kg"}, ["--radius", "dimension"]),
-        ({"speed": "0 m/s"}, ["--speed", "at least"]),
-        ({"slide_to_roll": "nan"}, ["--slide-to-roll", "finite"]),
-        ({"temperature": "80"}, ["--temperature", "80 degC"]),
-        ({"temperature": "300 degC"}, ["--temperature", "at most"]),
-        ({"roughness_rms": "0.4"}, ["--roughness-rms", "ambiguous"]),
-        ({"correlation_length": "50"}, ["--correlation-length", "ambiguous"]),
-        ({"oil": "fva9"}, ["oil", "fva9", "fva3"]),
-    ],
-)
-def test_mu_refuses_bad_values(mixed_ehl: Call, changes: dict[str, str], words: list[str]) -> None:
-    refused = mixed_ehl("mu", "xu_kahraman_2007", *point(**({"oil": "fva3"} | changes)))
-    assert refused.code == 2
-    assert refused.out == ""
-    for word in words:
-        assert word in refused.err
-
-
 def test_other_refusals(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
+    """What no option of test_mistakes is about: what is missing, and a plan in place of a folder."""
     run = tmp_path / "run"
     (tmp_path / "empty.toml").write_text("")
     for arguments, words in (
-        (("mu", "xu_kahraman_2007", *point()), "--oil is missing"),
-        (("mu", "nothing", *point()), "xu_kahraman_2007"),
-        (("sweep", tmp_path / "none.toml", "-o", run), "existing TOML"),
-        (("sweep", plan, "-o", run, "--shard", "3/2"), "1 <= i <= n"),
-        (("sweep", plan, "-o", run, "--shard", "first"), "1 <= i <= n"),
-        (("sweep", plan, "-o", run, "--with", "magic"), "xu_kahraman_2007"),
-        (("sweep", plan, "-o", run, "--time-cap", "30"), "ambiguous"),
-        (("sweep", plan, "-o", run, "--jobs", "0"), "at least 1"),
-        (("sweep", plan, "-o", run, "--retries", "-1"), "at least 0"),
+        (("mu", "xu_kahraman_2007", *point()), "--oil"),
+        (("mu", "nothing", *point()), "nothing"),
         (("sweep", plan), "-o RUN"),
-        (("sweep", plan, "-o", run, "--set", "sampling.size"), "KEY=VALUE"),
-        (("sweep", plan, "-o", run, "--set", "variables.speed_entrainment.high=0.5"), "Exchange the two ends"),
-        (("sweep", tmp_path / "empty.toml", "-o", run), "docs/sweep.md"),
-        (("sweep", plan, "-o", run, "--dask", "local:x"), "local:N"),
-        (("sweep", plan, "-o", plan), "can be written"),
-        (("sweep", "status", run), "mixed-ehl sweep PLAN.toml"),
-        (("fit", run, "-o", tmp_path / "f.json"), "mixed-ehl sweep PLAN.toml"),
+        (("sweep", plan, "-o", run, "--set", "variables.speed_entrainment.high=0.5"), "speed_entrainment.high"),
+        (("sweep", tmp_path / "empty.toml", "-o", run), "empty.toml"),
+        (("sweep", plan, "-o", plan), "plan.toml"),
+        (("sweep", "status", run), "run"),
+        (("fit", run, "-o", tmp_path / "f.json"), "run"),
+        (("fit", run, "-o", tmp_path / "f.json", "--family", "xu", "--nested"), "--nested"),
     ):
         refused = mixed_ehl(*arguments)
         assert refused.code == 2
         assert words in refused.err
-        assert "Traceback" not in refused.err
 
 
 def test_cases_that_fail_are_said_in_the_exit_code(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:

@@ -165,22 +165,6 @@ def test_command_writes_by_suffix_and_language(mixed_ehl: Callable[..., Any], tm
     assert "elemental subroutine mu(" in (tmp_path / "mu.for").read_text()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["-o", "friction.zip"], "--language is missing"),
-        (["-o", "friction.c", "--language", "cobol"], "one of python, c, fortran"),
-        (["-o", "my-friction.c"], "letters, digits and _"),
-        (["-o", "friction.c", "--oil", "m100"], "fitted to no other oil"),
-        (["-o", "no/such/folder/friction.c"], "writable file"),
-    ],
-)
-def test_bad_requests_are_named(mixed_ehl: Callable[..., Any], arguments: list[str], message: str) -> None:
-    outcome = mixed_ehl("export", "fva3_short", *arguments)
-    assert outcome.code == 2
-    assert message in outcome.err
-
-
 def test_branches_are_named_in_the_error() -> None:
     value = record.argument("x")
     assert isinstance(value, Value)

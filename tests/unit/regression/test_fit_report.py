@@ -128,6 +128,7 @@ def cells(page: str) -> list[list[str]]:
     return [[re.sub(r"<[^>]+>", "", cell).strip() for cell in re.findall(r"<t[dh][^>]*>.*?</t[dh]>", r)] for r in rows]
 
 
+@pytest.mark.usefixtures("svg_figures")
 def test_page(dataset: Dataset, formulas: list[FittedFormula], tmp_path: Path) -> None:
     path = write_page(tmp_path / "fit.html", fit_sections(dataset, formulas, ["xu", "not_there"]))
     page, seen = path.read_text(encoding="utf-8"), read_page(path)

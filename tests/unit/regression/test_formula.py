@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from contacts import gear_state as state
+from refusals import refuses
 
 from ehl.common.errors import InputError
 from ehl.contact import Contact
@@ -127,68 +128,42 @@ def test_friction_falls_to_zero_with_a_continuous_slope_below_the_least_sliding(
     assert (value.flag[[3, 4, 6, 7]] == FrictionFlag.OUTSIDE_RANGE).tolist() == [True, True, False, False]
 
 
-def _damaged(change: dict[str, Any] | None, remove: str = "") -> dict[str, Any]:
-    damaged = {**XU, **(change or {})}
-    damaged.pop(remove, None)
-    return damaged
+BANDS = [{"low": 1, "high": 0.5, "count": 1, "log_width": 0.1}]
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("change", "field"),
     [
-        ("", ["could not be read"]),
-        ("[1, 2]", ["no schema number"]),
-        (
-            json.dumps(_damaged({"schema": FORMULA_SCHEMA + 1, "writer": "mixed-ehl 9"})),
-            ["schema", "mixed-ehl 9", "update mixed-ehl"],
-        ),
-        (json.dumps(_damaged({"schema": FORMULA_SCHEMA - 1})), ["schema", "fit it again"]),
-        (json.dumps(_damaged({"family": "spline"})), ["family", "spline", "xu"]),
-        (json.dumps(_damaged({"coefficients": {"b1": 1.0}})), ["coefficients.b2", "missing"]),
-        (json.dumps(_damaged({"ranges": {"nonsense": [0, 1]}})), ["ranges.nonsense", "pressure_hertz"]),
-        (json.dumps(_damaged(None, "interval")), ["interval", "missing"]),
-        (json.dumps(_damaged({"boundary_friction": "x"})), ["boundary_friction", "'x'"]),
-        (json.dumps(_damaged({"boundary_friction": -3})), ["boundary_friction = -3", "at least 0 and at most 1"]),
-        (
-            json.dumps(_damaged({"ranges": {"pressure_hertz": [2e9, 5e8]}})),
-            ["ranges.pressure_hertz", "[2000000000.0, 500000000.0]", "the lower end first", "in Pa"],
-        ),
-        (json.dumps(_damaged({"units": {"pressure_hertz": "GPa"}})), ["units.pressure_hertz", "'GPa'", "'Pa'"]),
-        (json.dumps(_damaged({"units": {"pressure": "Pa"}})), ["units.pressure", "pressure_hertz"]),
-        (
-            json.dumps(_damaged({"equation": "mu = 42"})),
-            ["equation = 'mu = 42'", "P^b2 |SR|^b3", "fit the formula again"],
-        ),
-        (json.dumps(_damaged({"coefficients": XU["coefficients"] | {"b10": 1.0}})), ["coefficients.b10", "b9"]),
-        (json.dumps(_damaged({"comment": "mine"})), ["comment", "Known keys:", " schema, "]),
-        *(
-            (
-                json.dumps(_damaged({"interval": XU["interval"] | {name: value}})),
-                [f"interval.{name} = {value}", allowed],
-            )
-            for name, value, allowed in (
-                ("log_width", -1, "at least 0"),
-                ("largest", -0.1, "at least 0"),
-                ("level", 1.5, "below 1"),
-            )
-        ),
-        (
-            json.dumps(
-                _damaged(
-                    {"interval": XU["interval"] | {"bands": [{"low": 1, "high": 0.5, "count": 1, "log_width": 0.1}]}}
-                )
-            ),
-            ["interval.bands.0.high = 0.5", "above the low end 1"],
-        ),
+        ({"schema": FORMULA_SCHEMA + 1, "writer": "mixed-ehl 9"}, "schema"),
+        ({"schema": FORMULA_SCHEMA - 1}, "schema"),
+        ({"family": "spline"}, "family"),
+        ({"coefficients": {"b1": 1.0}}, "coefficients.b2"),
+        ({"coefficients": XU["coefficients"] | {"b10": 1.0}}, "coefficients.b10"),
+        ({"ranges": {"nonsense": [0, 1]}}, "ranges.nonsense"),
+        ({"ranges": {"pressure_hertz": [2e9, 5e8]}}, "ranges.pressure_hertz"),
+        ({"boundary_friction": "x"}, "boundary_friction"),
+        ({"boundary_friction": -3}, "boundary_friction"),
+        ({"units": {"pressure_hertz": "GPa"}}, "units.pressure_hertz"),
+        ({"units": {"pressure": "Pa"}}, "units.pressure"),
+        ({"equation": "mu = 42"}, "equation"),
+        ({"comment": "mine"}, "comment"),
+        ({"interval": XU["interval"] | {"log_width": -1}}, "interval.log_width"),
+        ({"interval": XU["interval"] | {"largest": -0.1}}, "interval.largest"),
+        ({"interval": XU["interval"] | {"level": 1.5}}, "interval.level"),
+        ({"interval": XU["interval"] | {"bands": BANDS}}, "interval.bands.0.high"),
+        ({}, "interval"),
+        ("", ""),
+        ("[1, 2]", ""),
     ],
 )
-def test_files_that_are_no_formula(tmp_path: Path, text: str, words: list[str]) -> None:
+def test_files_that_are_no_formula(tmp_path: Path, change: Any, field: str) -> None:
     path = tmp_path / "formula.json"
-    path.write_text(text)
-    with pytest.raises(InputError) as caught:
+    content = {**XU, **change} if isinstance(change, dict) else change
+    if change == {}:
+        del content["interval"]
+    path.write_text(content if isinstance(content, str) else json.dumps(content))
+    with refuses(f"formula.json.{field}" if field else "formula file"):
         Formula.load(path)
-    for word in words:
-        assert word in str(caught.value)
 
 
 def test_a_folder_is_no_formula(tmp_path: Path) -> None:

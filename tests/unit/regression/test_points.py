@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from ehl.common.errors import InputError
 from ehl.common.validation import validate
@@ -80,21 +81,19 @@ def test_constraints_nothing_passes_are_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    ("constraints", "words"),
+    ("constraints", "field"),
     [
-        ({"film_ratio": {"low": 2, "high": 1}}, ["constraints.film_ratio.high", "above low", "Exchange"]),
-        ({"film_ratio": {}}, ["constraints.film_ratio.low", "low, high or both"]),
-        ({"film_ratio": {"least": 1}}, ["constraints.film_ratio.least", "low and high"]),
-        ({"film_ratio": 2}, ["constraints.film_ratio", "table with low"]),
-        ({"load_per_length": {"high": "3 GPa"}}, ["constraints.load_per_length.high", "dimension"]),
-        ({"lambda": {"low": 1}}, ["constraints.lambda", "film_ratio"]),
+        ({"film_ratio": {"low": 2, "high": 1}}, "film_ratio.high"),
+        ({"film_ratio": {}}, "film_ratio.low"),
+        ({"film_ratio": {"least": 1}}, "film_ratio.least"),
+        ({"film_ratio": 2}, "film_ratio.low"),
+        ({"load_per_length": {"high": "3 GPa"}}, "load_per_length.high"),
+        ({"lambda": {"low": 1}}, "lambda"),
     ],
 )
-def test_bad_constraints(constraints: dict[str, Any], words: list[str]) -> None:
-    with pytest.raises(InputError) as caught:
+def test_bad_constraints(constraints: dict[str, Any], field: str) -> None:
+    with refuses(f"constraints.{field}"):
         plan(constraints=constraints)
-    for word in words:
-        assert word in str(caught.value)
 
 
 def test_flash_temperature_of_blok() -> None:

@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from refusals import refuses
 
 from ehl.common.errors import InputError
 from ehl.common.table_reader import numbered_table, read_table
@@ -95,26 +96,24 @@ oil = ["fva3", "75w90"]
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "words"),
+    ("old", "new", "field"),
     [
-        ("slide_to_roll", "slide_to_rol", ["header", "slide_to_rol", "slide_to_roll", "'#'"]),
-        (",slide_to_roll,", ",# slip,", ["variables.slide_to_roll is missing", "column of [table]"]),
-        ("0.8,", "high,", ["points.csv, row 3, pressure_hertz", "high", "GPa"]),
-        ("0.8,", ",", ["points.csv, row 3, pressure_hertz is missing", "empty"]),
-        ("0.8,", "8e3,", ["points.csv, row 3, pressure_hertz", "at most"]),
-        ("2.5 m/s", "2.5 mm", ["row 3, speed_entrainment", "2.5 mm", "dimension"]),
-        (",slide_to_roll", ",speed_entrainment", ["each column once"]),
-        (POINTS, "", ["no rows", "a header"]),
-        (POINTS, POINTS.splitlines()[0], ["at least one row"]),
-        ("0.8,", "nan,", ["row 3", "finite"]),
-        ("0.8,20", "30,20", ["pressure_hertz", "at most"]),
+        ("slide_to_roll", "slide_to_rol", "table.points.csv, header"),
+        (",slide_to_roll,", ",# slip,", "variables.slide_to_roll"),
+        ("0.8,", "high,", "table.points.csv, row 3, pressure_hertz"),
+        ("0.8,", ",", "table.points.csv, row 3, pressure_hertz"),
+        ("0.8,", "8e3,", "table.points.csv, row 3, pressure_hertz"),
+        ("0.8,", "nan,", "table.points.csv, row 3, pressure_hertz"),
+        ("0.8,20", "30,20", "table.points.csv, row 3, pressure_hertz"),
+        ("2.5 m/s", "2.5 mm", "table.points.csv, row 3, speed_entrainment"),
+        (",slide_to_roll", ",speed_entrainment", "table.points.csv, header"),
+        (POINTS, "", "table.points.csv"),
+        (POINTS, POINTS.splitlines()[0], "table.points.csv"),
     ],
 )
-def test_bad_tables_name_row_and_column(tmp_path: Path, old: str, new: str, words: list[str]) -> None:
-    with pytest.raises(InputError) as caught:
+def test_bad_tables_name_row_and_column(tmp_path: Path, old: str, new: str, field: str) -> None:
+    with refuses(field):
         plan_with(tmp_path, POINTS.replace(old, new, 1))
-    for word in words:
-        assert word in str(caught.value)
 
 
 CONDITIONS = {"load": ValueRange("N", gt=0.0), "speed_entrainment": ValueRange("m/s"), "slide_to_roll": ValueRange("")}
@@ -211,19 +210,17 @@ def test_bare_numbers_can_be_refused_and_columns_required(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "field"),
     [
-        ("", ["plan.toml", "[variables]", "docs/sweep.md"]),
-        (PLAN.replace('roughness_rms = "0.4 um"', "pressure_hertz = 1e9"), ["pressure_hertz", "[table]"]),
-        (PLAN.replace('"0.4 um"', '{ low = "0.1 um", high = "0.4 um" }'), ["roughness_rms", "lists and values"]),
-        (PLAN.replace('file = "points.csv"', 'file = "points.csv"\nslide_to_roll = [1]'), ["either a file"]),
-        (PLAN.replace('file = "points.csv"', "slide_to_roll = [1, 2]\npressure_hertz = [1e9]"), ["one length"]),
-        (PLAN.replace('file = "points.csv"', "slip = [1, 2]"), ["table.slip", "columns named"]),
-        (PLAN.replace('file = "points.csv"', "slide_to_roll = []"), ["slide_to_roll", "list of 1 to"]),
+        ("", "file"),
+        (PLAN.replace('roughness_rms = "0.4 um"', "pressure_hertz = 1e9"), "variables.pressure_hertz"),
+        (PLAN.replace('"0.4 um"', '{ low = "0.1 um", high = "0.4 um" }'), "variables.roughness_rms"),
+        (PLAN.replace('file = "points.csv"', 'file = "points.csv"\nslide_to_roll = [1]'), "table.file"),
+        (PLAN.replace('file = "points.csv"', "slide_to_roll = [1, 2]\npressure_hertz = [1e9]"), "table.slide_to_roll"),
+        (PLAN.replace('file = "points.csv"', "slip = [1, 2]"), "table.slip"),
+        (PLAN.replace('file = "points.csv"', "slide_to_roll = []"), "table.slide_to_roll"),
     ],
 )
-def test_bad_plans_with_tables(tmp_path: Path, text: str, words: list[str]) -> None:
-    with pytest.raises(InputError) as caught:
+def test_bad_plans_with_tables(tmp_path: Path, text: str, field: str) -> None:
+    with refuses(field):
         plan_with(tmp_path, POINTS, text)
-    for word in words:
-        assert word in str(caught.value)

@@ -1,4 +1,4 @@
-"""Hypoid pairs, face-hobbed and Formate: velocities, curvatures, gaps and teeth against independent computations."""
+"""A bevel and two hypoid pairs: velocities, curvatures, gaps and teeth against independent computations."""
 
 from dataclasses import replace
 from typing import Any
@@ -21,7 +21,8 @@ from efficiency.pair import GearPair
 
 ARCSEC = np.pi / (180.0 * 3600.0)
 HYPOIDS = ("fh_hypoid_9x34", "fm_hypoid_13x42")
-PAIRS: tuple[tuple[str, Any], ...] = tuple((name, side) for name in HYPOIDS for side in ("drive", "coast"))
+PAIRS: list[tuple[str, Any]] = [(name, side) for name in HYPOIDS for side in ("drive", "coast")]
+PAIRS.append(("fm_spiral_bevel_14x39", "drive"))
 
 
 @pytest.fixture(scope="module", params=PAIRS, ids=lambda pair: f"{pair[0]}-{pair[1]}")
@@ -40,8 +41,7 @@ def rigid(pair: FlankPair, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_sliding_is_that_of_the_rigid_bodies(pair: FlankPair) -> None:
-    """Offset axes: no velocity along the normal, both components of the sliding in the tangent plane."""
-    assert pair.surface.assembly.offset > 0.01
+    """No velocity along the normal, both components of the sliding in the tangent plane."""
     for position in mesh_cycle(pair.surface, positions=3, points_per_line=9):
         pinion, gear = rigid(pair, position.position)
         sliding = pinion - gear
@@ -55,7 +55,8 @@ def test_sliding_is_that_of_the_rigid_bodies(pair: FlankPair) -> None:
         ratio = position.lever_gear / position.lever_pinion
         np.testing.assert_allclose(ratio, pair.teeth_gear / pair.teeth_pinion, rtol=1e-12)
     # lengthwise sliding is what sets a hypoid apart
-    assert np.abs(position.sliding_along).min() > 3.0 * np.abs(position.sliding_across).min()
+    if pair.surface.assembly.offset > 0.01:
+        assert np.abs(position.sliding_along).min() > 3.0 * np.abs(position.sliding_across).min()
 
 
 def inner(pair: FlankPair, points: int = 7) -> tuple[MeshPosition, np.ndarray, np.ndarray]:
@@ -210,5 +211,5 @@ def test_efficiency_of_hypoids(name: str) -> None:
     result = GearPair(name).at("constant:0.05", (8, 15))
     assert result.status == "converged"
     assert 0.94 < result.efficiency < 0.98
-    pitch = Mesh.of(load_design(name), positions=4, points_per_line=9).pitch
+    pitch = Mesh.of(load_design(name), positions=4, points_per_line=9, keep=True).pitch
     assert buckingham_type(pitch) - 0.005 < result.efficiency < coleman_type(pitch) + 0.005

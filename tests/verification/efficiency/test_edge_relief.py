@@ -89,7 +89,7 @@ def test_gap_is_that_of_sections_in_space(member: str) -> None:
 @pytest.fixture(scope="module")
 def results() -> dict[float, Any]:
     """Efficiency and load of tip reliefs of several amounts, on a small grid."""
-    found, bodies = {}, elastic_bodies(load_design(PAIR), "drive")
+    found, bodies = {}, elastic_bodies(load_design(PAIR), "drive", keep=True)
     for amount in (0.0, 1e-9, 3e-6, 25e-6):
         tables: dict[str, Any] = {"tip": tip(amount)} if amount else {}
         found[amount] = Mesh.of(relieved(PAIR, **tables), "drive", 6, 13, bodies).load().efficiency()
@@ -118,7 +118,7 @@ def test_loss_falls_with_the_sliding_at_the_tips_and_the_balance_stays(results: 
 
 def test_transmission_error_under_light_load_grows_where_relief_takes_the_contact_ratio() -> None:
     # the light contact of this pair does not reach the tips: relief over the whole depth does
-    amplitude, bodies = [], elastic_bodies(load_design("fm_spiral_bevel_14x39"), "drive")
+    amplitude, bodies = [], elastic_bodies(load_design("fm_spiral_bevel_14x39"), "drive", keep=True)
     for tables in ({}, {"tip": tip(40e-6, 7e-3)}):
         mesh = Mesh.of(relieved("fm_spiral_bevel_14x39", **tables), "drive", 6, 13, bodies)
         amplitude.append(float(np.ptp(mesh.load(30.0).grids.fine.transmission_error)))
@@ -181,7 +181,7 @@ def test_shipped_pairs_with_relief_are_clean(name: str, side: Side) -> None:
     for note in geometry_notes(design, side):
         # above the root of the whole depth lies the fillet, no working flank
         assert note.endswith("of the whole depth above the root cone"), note
-    loaded = Mesh.of(design, side, 6, 13).load().grids
+    loaded = Mesh.of(design, side, 6, 13, keep=True).load().grids
     assert loaded.edges.share < 0.02
     assert loaded.fine.pressure_max < 1.6e9
     asked, kept = (given.pinion.edge_relief.tip for given in (load_targets(name), design))

@@ -169,7 +169,7 @@ PAIRS = ("fm_spiral_bevel_14x39", *HYPOIDS)
 
 @cache
 def small(name: str) -> Mesh:
-    return Mesh.of(load_design(name), "drive", 6, 15)
+    return Mesh.of(load_design(name), "drive", 6, 15, keep=True)
 
 
 @pytest.mark.parametrize("driver", ["pinion", "gear"])
@@ -279,6 +279,6 @@ def test_a_map_does_not_depend_on_the_order_of_its_points() -> None:
     """Loads are taken from few solutions, whichever point asked for them first."""
     torques, speeds = [100.0, 300.0], [20.0, 300.0]
     one = small("fh_hypoid_9x34").over("75w90", torque=torques, speed=speeds).values()
-    fresh = Mesh.of(load_design("fh_hypoid_9x34"), "drive", 6, 15)
+    fresh = Mesh.of(load_design("fh_hypoid_9x34"), "drive", 6, 15, keep=True)
     other = fresh.over("75w90", torque=torques[::-1], speed=speeds[::-1]).values()[::-1, ::-1]
     np.testing.assert_allclose(one, other, rtol=1e-9)

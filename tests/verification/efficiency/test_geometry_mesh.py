@@ -4,11 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from flank_curvature import flank_curvature
 
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.chebyshev import Patch
-from efficiency.contact.contact_lines import MeshPosition, mesh_cycle
+from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
@@ -17,7 +16,6 @@ from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import Blade
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import MachineSettings
-from efficiency.cutting.rotation import turn
 from efficiency.design.design import Design, load_design
 
 ARCSEC = np.pi / (180.0 * 3600.0)
@@ -142,31 +140,6 @@ def test_exactly_conjugate_pair_has_no_transmission_error_and_no_gaps(design: De
         assert abs(position.transmission_error) / ARCSEC < 1e-6
 
 
-def test_relative_curvature_of_the_conjugate_pair(conjugate: MeshSurface) -> None:
-    """Curvatures of both real flanks: none along the line of contact, that of the mesh kinematics across it."""
-    pair = replace(flank_pair(load_design("fm_spiral_bevel_14x39").flanks(), "drive"), surface=conjugate)
-    position = mesh_cycle(pair.surface, positions=1, points_per_line=7)[0]
-    u = position.face_gear - 0.5 * conjugate.gear.blank.face_width
-    on_gear, found = conjugate.gear.solve(u, position.height_gear + conjugate.gear.blank.root(u))
-    assert found.all()
-    touching = conjugate_points(on_gear, conjugate.assembly)
-    _, parameters, found = ease_off(touching, conjugate.pinion, conjugate.phase)
-    assert found.all()
-    shape_gear = flank_curvature(conjugate.gear, on_gear.parameters)
-    shape_pinion = flank_curvature(conjugate.pinion, parameters)
-    tangents = []
-    for vector in (position.across.T, position.along.T):
-        in_gear = turn(vector, -touching.gear_roll)
-        _, in_pinion = conjugate.assembly.to_pinion(
-            np.zeros_like(vector), vector, touching.gear_roll / conjugate.assembly.ratio
-        )
-        tangents.append((in_gear, turn(in_pinion, -conjugate.phase)))
-    relative = -(shape_gear.along(tangents[0][0], tangents[1][0]) + shape_pinion.along(tangents[0][1], tangents[1][1]))
-    np.testing.assert_allclose(1.0 / relative[:, 0, 0], position.radius_equivalent, rtol=1e-6)
-    assert np.abs(relative[:, 1, 1]).max() < 1e-6 * relative[:, 0, 0].min()
-    assert np.abs(relative[:, 0, 1]).max() < 1e-6 * relative[:, 0, 0].min()
-
-
 def test_transmission_error_of_the_cycle_is_the_envelope_of_the_pairs(pair: FlankPair) -> None:
     """Points on lines inside the blanks against the contact path of one pair: two ways to the same minimum."""
     surface = pair.surface
@@ -175,52 +148,6 @@ def test_transmission_error_of_the_cycle_is_the_envelope_of_the_pairs(pair: Flan
         inside = np.abs(angle - surface.error_maximum_roll) < 0.6 * surface.pitch
         highest = contact_path(surface, angle[inside]).transmission_error.max()
         assert position.transmission_error / ARCSEC == pytest.approx(highest / ARCSEC, abs=0.05)
-
-
-def separation(surface: MeshSurface, angle: float, back: float, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Exact distance along the gear normal from gear points to the real pinion flank, gear turned back."""
-    points, found = surface.gear.solve(u, surface.height(u, v))
-    assert found.all()
-    f1 = surface.direction * angle + surface.roll_zero
-    f2 = np.full(u.shape, surface.assembly.ratio * f1 - surface.direction * np.sign(surface.assembly.ratio) * back)
-    in_mesh = surface.assembly.gear_in_mesh(points.position, f2)
-    position, normal = surface.assembly.to_pinion(in_mesh, turn(points.normal, f2), np.full(u.shape, f1))
-    placed = ConjugatePoints(f2, np.zeros(u.size), position, normal)
-    distance, _, found = ease_off(placed, surface.pinion, surface.phase)
-    assert found.all()
-    return distance
-
-
-def test_gap_is_the_smallest_distance_of_the_real_flanks_across_the_line(pair: FlankPair) -> None:
-    surface = pair.surface
-    position = mesh_cycle(pair.surface, positions=3, points_per_line=7)[1]
-    u = position.face_gear - 0.5 * surface.gear.blank.face_width
-    v = surface.fraction(u, position.height_gear + surface.gear.blank.root(u))
-    angle = position.pinion_angle + position.pair * surface.pitch
-    ru, rv = (surface.patch(u, v, ("x", "y", "z"), du=a, dv=1 - a) for a in (1, 0))
-    f2 = surface.assembly.ratio * (surface.direction * angle + surface.roll_zero)
-    across = turn(position.across.T, -f2)
-    metric = np.moveaxis(np.array([[(ru * ru).sum(0), (ru * rv).sum(0)], [(ru * rv).sum(0), (rv * rv).sum(0)]]), -1, 0)
-    step = np.linalg.solve(metric, np.stack([(ru * across).sum(0), (rv * across).sum(0)], axis=1)[..., None])[..., 0]
-    distances = []
-    shifts = np.linspace(-0.3e-3, 0.3e-3, 7)
-    base = -position.transmission_error
-    for shift in shifts:
-        row = np.empty(u.size)
-        for k in np.unique(position.pair):
-            own = position.pair == k
-            row[own] = separation(
-                surface, float(angle[own][0]), base, (u + shift * step[:, 0])[own], (v + shift * step[:, 1])[own]
-            )
-        distances.append(row)
-    least = []
-    for column in np.array(distances).T:
-        a, b, c = np.polyfit(shifts, column, 2)
-        least.append(c - 0.25 * b * b / a)
-    # the turning back is that of the lowest place between the points; the gap counts from the lowest point
-    back = np.array(least) / position.lever_gear
-    np.testing.assert_allclose((back - back.min()) * position.lever_gear, position.gap, atol=0.05e-6)
-    assert abs(back.min()) / ARCSEC < 2.0
 
 
 def test_misalignments_are_what_they_are_called(design: Design) -> None:
@@ -293,46 +220,6 @@ def test_patch_converges_geometrically(pair: FlankPair) -> None:
         errors.append(np.abs(coarse(u, v, ("ease_off",))[0] - exact).max())
     assert errors[1] < 0.3 * errors[0]
     assert errors[2] < 0.3 * errors[1]
-
-
-def test_conjugate_points_have_no_normal_sliding_and_one_ratio_of_levers(pair: FlankPair) -> None:
-    for position in mesh_cycle(pair.surface, positions=3, points_per_line=11):
-        ratio = position.lever_gear / position.lever_pinion
-        np.testing.assert_allclose(ratio, pair.teeth_gear / pair.teeth_pinion, rtol=1e-12)
-        assert position.lever_pinion.min() > 0.0
-        sliding = surface_sliding(pair, position)
-        assert np.abs((sliding * position.normal).sum(axis=1)).max() < 1e-14
-        np.testing.assert_allclose((sliding * position.along).sum(axis=1), position.sliding_along, atol=1e-15)
-        np.testing.assert_allclose((sliding * position.across).sum(axis=1), position.sliding_across, atol=1e-15)
-
-
-def surface_sliding(pair: FlankPair, position: MeshPosition) -> np.ndarray:
-    """Velocity difference from the two rigid rotations, written out once more."""
-    spin = pair.surface.direction
-    pinion = np.cross([spin, 0.0, 0.0], position.position)
-    gear = np.cross([0.0, 0.0, -spin * pair.teeth_pinion / pair.teeth_gear], position.position)
-    return np.asarray(pinion - gear)
-
-
-def test_entrainment_follows_the_contact_line(pair: FlankPair) -> None:
-    """Move the pinion a little and see how far the line has run over each flank."""
-    surface = pair.surface
-    first = mesh_cycle(pair.surface, positions=1, points_per_line=9)[0]
-    own = first.pair == 0
-    u = first.face_gear[own] - 0.5 * surface.gear.blank.face_width
-    h = first.height_gear[own] + surface.gear.blank.root(u)
-    small = 2e-6
-    for du, dh in ((small, 0.0), (0.0, small)):
-        ahead, behind = (surface.gear.solve(u + k * du, h + k * dh)[0] for k in (1.0, -1.0))
-        middle, _ = surface.gear.solve(u, h)
-        roll = [surface.assembly.roll(p.position, p.normal)[0] / surface.assembly.ratio for p in (ahead, behind)]
-        time = surface.direction * (roll[0] - roll[1])
-        moved = turn(ahead.position - behind.position, surface.assembly.roll(middle.position, middle.normal)[0])
-        run = (moved * first.across[own].T).sum(axis=0)
-        # a gear point that lies `run` ahead is reached `time` later: the surface moves against the line
-        surface_gear = -run / time
-        expected = first.entrainment[own] - 0.5 * first.sliding_across[own]
-        np.testing.assert_allclose(surface_gear, expected, rtol=1e-5)
 
 
 def test_line_lengths_and_points(pair: FlankPair) -> None:

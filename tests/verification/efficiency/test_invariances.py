@@ -16,7 +16,7 @@ POWERS = {"m": 1, "1/m": -1, "m^2": 2, "1/m^2": -2, "1/m^3": -3}  # of the lengt
 
 
 def mesh_of(design: Design) -> Mesh:
-    return Mesh.of(design, "drive", 6, 15)
+    return Mesh.of(design, "drive", 6, 15, keep=True)
 
 
 def scaled(factor: float) -> Any:

@@ -28,7 +28,7 @@ DESIGN = load_design("fm_spiral_bevel_14x39")
 
 @pytest.fixture(scope="module")
 def geared() -> Mesh:
-    return Mesh.of(DESIGN, "drive", 8, 15)
+    return Mesh.of(DESIGN, "drive", 8, 15, keep=True)
 
 
 @pytest.fixture(scope="module")
@@ -243,7 +243,7 @@ def test_vanishing_force_on_an_edge(geared: Mesh, load: LoadDistribution, tiny: 
 
 def test_misaligned_pair_carries() -> None:
     """All three axes off by 0.5 mm: the contact moves to the edges, the load is still found."""
-    geared = Mesh.of(DESIGN.with_misalignment(E=0.5e-3, P=-0.5e-3, G=0.5e-3), "drive", 4, 11)
+    geared = Mesh.of(DESIGN.with_misalignment(E=0.5e-3, P=-0.5e-3, G=0.5e-3), "drive", 4, 11, keep=True)
     load = load_grids(geared.grids, 300.0).fine
     assert load.status == "converged"
     assert max(load.torque_residual, load.compatibility_residual) < 1e-10

@@ -10,8 +10,7 @@ from scipy.special import ellipe, ellipk
 
 from efficiency.design.design import Deflection, load_design
 from efficiency.loss.closed_form import coleman_type, profile_contact_ratio
-from efficiency.loss.compare import compare_models
-from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency, solve_balanced
+from efficiency.loss.efficiency import LoadedGrids, load_grids, mesh_efficiency
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import Operation
 from efficiency.ltca.load_distribution import distribute_load
@@ -27,7 +26,7 @@ OPERATION = Operation(1200.0 * math.pi / 30.0, 363.15, 0.4e-6, 0.4e-6)
 
 @pytest.fixture(scope="module")
 def mesh() -> Mesh:
-    return Mesh.of(DESIGN, "drive", 12, 15)
+    return Mesh.of(DESIGN, "drive", 12, 15, keep=True)
 
 
 @pytest.fixture(scope="module")
@@ -37,15 +36,6 @@ def loaded(mesh: Mesh) -> LoadedGrids:
 
 def efficiency(loaded: LoadedGrids, mu: float) -> EfficiencyResult:
     return mesh_efficiency(loaded, ConstantFriction(mu), OIL, OPERATION)
-
-
-def test_pressure_is_hertz_of_load_and_radius(loaded: LoadedGrids) -> None:
-    modulus = loaded.mesh.teeth.effective_modulus
-    for load in loaded.fine.positions:
-        radius = load.position.radius_equivalent
-        half_width = np.sqrt(8.0 * load.load_per_length * radius / (math.pi * modulus))
-        np.testing.assert_allclose(load.pressure_hertz, modulus * half_width / (4.0 * radius), rtol=1e-12)
-        assert float(load.load_per_length @ load.position.length) == pytest.approx(load.force.sum(), rel=1e-12)
 
 
 def test_cycle_closes(mesh: Mesh) -> None:
@@ -138,7 +128,7 @@ def test_light_load_is_hertz_point_contact() -> None:
 
     Slices of Weber's line contact know nothing of their neighbours: peak pressure 2 % low, length 8 % high.
     """
-    mesh = Mesh.of(DESIGN, "drive", 4, 201).grids
+    mesh = Mesh.of(DESIGN, "drive", 4, 201, keep=True).grids
     position, teeth = mesh.fine[0], mesh.teeth
     load = distribute_load((position,), teeth, 5.0).positions[0]
     at = np.flatnonzero(position.pair == 0)
@@ -167,21 +157,8 @@ def test_deflection_grows_with_the_torque() -> None:
     """0.1 mm of E at 300 N m is 0.05 mm at 150 N m, on top of the misalignment."""
     assembly = DESIGN.assembly.model_copy(update={"deflection": Deflection(E=1e-4, torque=300.0)})
     soft = DESIGN.model_copy(update={"assembly": assembly})
-    loaded = load_grids(Mesh.of(soft, "drive", 4, 9).grids, 150.0)
-    same = load_grids(Mesh.of(DESIGN.with_misalignment(E=0.5e-4), "drive", 4, 9).grids, 150.0)
+    loaded = load_grids(Mesh.of(soft, "drive", 4, 9, keep=True).grids, 150.0)
+    same = load_grids(Mesh.of(DESIGN.with_misalignment(E=0.5e-4), "drive", 4, 9, keep=True).grids, 150.0)
     np.testing.assert_array_equal(loaded.fine.transmission_error, same.fine.transmission_error)
     with pytest.raises(ValidationError, match="the pinion torque of these displacements"):
         Deflection(E=1e-4)
-
-
-def test_comparison_of_models(mesh: Mesh, loaded: LoadedGrids) -> None:
-    models = [friction_model(name) for name in ("constant:0.05", "xu_kahraman_2007", "benedict_kelley_1961")]
-    comparison = compare_models(loaded, models, OIL, OPERATION, mesh.pitch)
-    rows = {row.name: row for row in comparison.rows}
-    assert comparison.status == "converged"
-    assert rows["constant:0.05"].efficiency == solve_balanced(loaded, models[0], OIL, OPERATION).efficiency
-    closed = rows["Coleman-type (our derivation)"]
-    assert closed.kind == "closed form"
-    assert closed.efficiency == coleman_type(mesh.pitch, 0.05)
-    for row in comparison.rows:
-        assert row.power_loss == pytest.approx((1.0 - row.efficiency) * 300.0 * OPERATION.speed, rel=1e-9)

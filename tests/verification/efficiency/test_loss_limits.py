@@ -29,7 +29,7 @@ PAIRS = ("fh_hypoid_9x34", "fh_hypoid_9x34_offset_10", "fm_spiral_bevel_14x39", 
 
 @pytest.fixture(scope="module")
 def pairs() -> dict[str, Mesh]:
-    return {name: Mesh.of(load_design(name), "drive", 4, 11) for name in PAIRS}
+    return {name: Mesh.of(load_design(name), "drive", 4, 11, keep=True) for name in PAIRS}
 
 
 @pytest.mark.parametrize("name", ["fh_hypoid_9x34", "fm_spiral_bevel_14x39"])

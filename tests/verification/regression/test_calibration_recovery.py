@@ -93,7 +93,7 @@ def estimates(result: Calibration) -> dict[str, ParameterEstimate]:
 def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
     setup = setup_of(list(TRUTH))
     clean = made(ROWS, setup, TRUTH, np.zeros(ROWS.size))
-    runs, covered, scores = 16, dict.fromkeys(TRUTH, 0), []
+    runs, covered, scores = 10, dict.fromkeys(TRUTH, 0), []
     for seed in range(runs):
         noise = SIGMA * np.random.default_rng(seed).standard_normal(ROWS.size)
         found = estimates(calibrate(replace(clean, friction=clean.friction + noise), setup))
