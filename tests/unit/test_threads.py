@@ -76,6 +76,7 @@ OTHERS = {
     "measured_surface",
     *("load", "cylindrical", "new_file", "new_questions", "import_design", "doctor", "warmup", "serve_app"),
     *("shipped", "quantity", "load_dataset", "friction_model", "published", "slurm_script"),
+    "Axle.with_methods",
     *("GearPair.check", "GearPair.misaligned", "GearPair.finished", "GearPair.sharing_bodies"),
     "LoadedMesh.write_load",
     *("EfficiencyResult.with_inputs", "EfficiencyResult.scalars", "EfficiencyResult.to_dict"),
