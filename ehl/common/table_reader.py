@@ -36,6 +36,7 @@ _LOG = logging.getLogger("mixed_ehl")
 _HEADER = re.compile(r"(?P<name>[^\[(#]+?|#.*)\s*(?:[\[(]\s*(?P<unit>[^\])]*?)\s*[\])].*?)?(?:\s#.*)?")
 _HEADER_LINES = 200  # among the first of these the header is looked for
 _PLACEHOLDERS = re.compile(r"-?9{1,6}(\.0*)?")  # of missing values, where the quantity cannot have them
+_CODES = re.compile(r"-9{3,6}(\.0*)?")  # which a signed quantity could have
 _WORKBOOKS = (".xlsx", ".xlsm")
 MAX_ROWS = 1_000_000
 MAX_COLUMNS = 1000
@@ -56,15 +57,16 @@ _OTHER_NAMES = {
     "mean_velocity u_e speed velocity",
     "temperature_oil": "lube_temp oil_temperature oil_temp lubricant_temperature lube_temperature inlet_temperature "
     "oil_inlet_temperature oeltemperatur t_oil temperature temp pot_temp pot_temperature bath_temperature temperatur",
-    "pressure_hertz": "hertz_pressure hertzian_pressure max_hertz_pressure contact_pressure p_hertz p_h p_max pressure",
+    "pressure_hertz": "hertz_pressure hertzian_pressure max_hertz_pressure maximum_hertz_pressure "
+    "max_contact_pressure maximum_contact_pressure contact_pressure hertzsche_pressung p_hertz p_h p_max pressure",
     "load": "ball_load normal_load normal_force applied_load f_n fn fz normalkraft last force",
     "radius_equivalent": "reduced_radius effective_radius radius r",
     "roughness_rms": "rq composite_roughness roughness sq",
-    "torque": "input_torque pinion_torque drehmoment moment torque_in",
+    "torque": "input_torque pinion_torque drehmoment moment torque_in m",
     "speed": "input_speed pinion_speed rotational_speed drehzahl rpm shaft_speed n",
-    "torque_loss": "loss_torque verlustmoment drag_torque loss",
+    "torque_loss": "loss_torque verlustmoment drag_torque loss mv m_v",
     "temperature": "oil_temperature oil_temp temperature_oil sump_temperature oeltemperatur temperatur temp",
-    "hours": "duration share dauer",
+    "hours": "duration share dauer stunden",
     "vehicle_speed": "speed velocity geschwindigkeit v",
     "wheel_torque": "axle_torque radmoment output_torque",
     "time": "zeit t elapsed_time",
@@ -287,7 +289,7 @@ def _with_unit(name: str, unit: str | None, quantities: Mapping[str, ValueRange 
         first, _, after = name.partition("/")
         before, _, last = name.rpartition(" ")
         for words, rest in ((first, after), (before, last)):
-            words, rest = words.strip(), rest.strip()
+            words, rest = words.strip().removesuffix(" in"), rest.strip()
             meant = (words if words in quantities else _meant(words, quantities)) if words and rest else ""
             quantity = quantities.get(meant)
             if quantity is not None and _fits(rest, quantity):
@@ -409,6 +411,9 @@ def _number(cell: Cell, unit: str | None, quantity: ValueRange, where: str, bare
     value: Cell = with_point(cell.strip(), decimals, where) if isinstance(cell, str) else cell
     if value is None or value == "":
         raise InputError(where, None, quantity.expected, "The cell is empty.")
+    if _CODES.fullmatch(str(value)) and quantity.unit:
+        hint = "It may be a code of a missing value. Leave the row out, or write the value with its unit in the cell."
+        raise InputError(where, cell, "a number other than -999 or -9999", hint)
     if unit and unit != "1" and unit != "-":
         try:
             number = float(value)
@@ -439,9 +444,25 @@ def _check_size(path: Path, rows: int, columns: int) -> None:
 def _separator(lines: Sequence[str], quantities: Mapping[str, ValueRange | None]) -> str:
     """The separator by which a line near the top names most quantities; else the most frequent of the first line."""
     top = [line for line in lines if line][:_HEADER_LINES]
-    scores = {mark: max((_head(0, line.split(mark), quantities).score for line in top), default=0) for mark in ",;\t"}
-    counts = {mark: top[0].count(mark) if top else 0 for mark in scores}
+    scores = {
+        mark: max(
+            # a head may contain blanks
+            (_head(0, _cut(line, mark), quantities).score for line in top if mark.strip(" ") or not _MARK.search(line)),
+            default=0,
+        )
+        for mark in _MARKS
+    }
+    counts = {mark: top[0].count(mark) if top and mark.strip(" ") else 0 for mark in scores}
     return max(scores, key=lambda mark: (scores[mark], counts[mark]))
+
+
+_MARK = re.compile(r"[,;\t]")
+_MARKS = (",", ";", "\t", "  ", " ")  # two blanks for two and more, one for any number
+
+
+def _cut(line: str, mark: str) -> list[str]:
+    """Cells of a line, without regard to quotes."""
+    return re.split(r" {2,}", line.strip()) if mark == "  " else line.split() if mark == " " else line.split(mark)
 
 
 def _read_csv(path: Path, text: str, quantities: Mapping[str, ValueRange | None]) -> pd.DataFrame:
@@ -450,6 +471,8 @@ def _read_csv(path: Path, text: str, quantities: Mapping[str, ValueRange | None]
     # a line of notes becomes an empty one, so that rows keep their numbers
     lines = [line if line.strip() and not line.startswith("# ") else "" for line in text.splitlines()]
     separator = _separator(lines, quantities)
+    if not separator.strip(" "):
+        lines, separator = ["\t".join(_cut(line, separator)) for line in lines], "\t"
     width = max((line.count(separator) for line in lines), default=0) + 1
     _check_size(path, sum(map(bool, lines)), width)
     try:

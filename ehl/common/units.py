@@ -402,8 +402,9 @@ class ValueRange:
             number = float(value)  # type: ignore[arg-type]
         except (TypeError, ValueError):
             return self.hint
-        for name, (unit, factor, zero) in UNITS.items():
-            if self.unit and unit == self.unit and name != unit and self._inside(number * factor + zero):
+        others = {name: (factor, zero) for name, (unit, factor, zero) in UNITS.items() if unit == self.unit}
+        for name, (factor, zero) in (others | spellings(self.unit)).items():
+            if self.unit and (factor, zero) != (1.0, 0.0) and self._inside(number * factor + zero):
                 return f"A bare number is in {self.unit}. Did you mean '{number:g} {name}'? {self.hint}".strip()
         return self.hint
 

@@ -498,6 +498,8 @@ def _notes(
             f"along the motion and the same {alike} pressure. Values are those of that line contact: side leakage of "
             "the film and the pressure profile across the motion are absorbed by them."
         )
+    if setup.model.roughness == "load_sharing":
+        notes.append("model.roughness = 'load_sharing' has no effect: rough contacts are solved.")
     if setup.specimens.coating:
         notes.append("The coating is recorded; its own elasticity and heat conduction are not computed.")
     if stated.larger_than_stated:

@@ -84,6 +84,12 @@ def _names(value: Any) -> Any:
     return (value,) if isinstance(value, str) else value
 
 
+class CalibrationModel(ModelInput):
+    """Model of the contacts; rough contacts are solved, whatever `roughness` says."""
+
+    roughness: Literal["solved", "load_sharing"] = "solved"
+
+
 class CalibrationSetup(InputModel):
     """What is known of a measurement, and what is to be fitted: the content of the setup file."""
 
@@ -96,7 +102,7 @@ class CalibrationSetup(InputModel):
     solid_1: SolidInput = SolidInput()
     solid_2: SolidInput = SolidInput()
     surface: SurfaceInput = SurfaceInput()
-    model: ModelInput = ModelInput(accuracy="fast")
+    model: CalibrationModel = CalibrationModel(accuracy="fast")
 
     @model_validator(mode="after")
     def _whole(self) -> Self:

@@ -48,6 +48,8 @@ def test_units_of_the_header_and_common_conditions(tmp_path: Path) -> None:
     np.testing.assert_allclose(measurement.columns["slide_to_roll"], [0.05, 0.5, 0.5, 0.5])
     np.testing.assert_allclose(measurement.columns["temperature_oil"], 353.15)
     np.testing.assert_allclose(measurement.columns["roughness_rms"], 80e-9)
+    setup = load_setup(given, {"surface": {"finish": "Superfinished"}, "model": {"roughness": "load_sharing"}})
+    assert setup.roughness_rms == pytest.approx(2.0**0.5 * setup.surface.roughness_rms_1)
     assert np.isnan(measurement.uncertainty).all()
     assert len(measurement.file_hash) == 64
 

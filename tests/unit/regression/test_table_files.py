@@ -152,6 +152,8 @@ def test_an_export_of_a_test_rig(tmp_path: Path, encoding: str, decimal: str, ca
     [
         "u_e / m/s;F_N N;SRR / %\n2,5;1.234,5;10\n",
         "Normal Load [kN]\tMean speed [km/h]\tSlip (%)\n1.2345\t9\t10\n",
+        "Load(kN) Rolling_Speed(mm/s) SRR(%)\n1.2345 2500 10\n",
+        "Ball Load (N)   Rolling Speed (mm/s)   SRR %\n1234.5          2500                   10\n",
         "load,speed_entrainment,slide_to_roll\nkN,m/s,%\n1.2345,2.5,10\n-999,2.5,10\n1,n/a,10\n2,2.5,10\n3,2.5,10\n",
     ],
 )
@@ -169,6 +171,7 @@ def test_heads_and_numbers_of_other_programs(tmp_path: Path, text: str) -> None:
         "load [N];speed_entrainment [m/s];slide_to_roll\n1,500;2.5;0.1\n",
         "load [N],speed_entrainment [m/s],slide_to_roll\n1,500,2.5,0.1\n",
         "Ball Load [N],speed_entrainment [rpm],slide_to_roll\n1500,2.5,0.1\n",
+        "load [N],speed_entrainment [m/s],slide_to_roll\n1500,-999,0.1\n",  # a value, or none?
         "load [N],speed_entrainment [m/s],slide_to_roll\n-999,2.5,0.1\n-999,2.5,0.2\n1,2.5,0.3\n",  # most are missing
     ],
 )
