@@ -207,9 +207,9 @@ def parse_summary(text: str, hands: Mapping[str, str] | None = None) -> Summary:
 def _entry(line: str) -> tuple[str, str | None, str]:
     """Label in lower case, unit in brackets behind it, and value of a line; all empty where it has no content."""
     bare = line.partition("#")[0].strip().rstrip(",;\t ")
-    entry = re.fullmatch(r"([^,;\t=:]+)([,;\t=:])(.*)", bare)
+    entry = re.fullmatch(r"([^,;\t=:]+)([,;\t=:](?:\s*[,;\t=:])*)(.*)", bare)
     label, separator, value = (entry[1], entry[2], entry[3].strip()) if entry else (bare, "", "")
-    if separator != ",":
+    if "," not in separator:
         value = re.sub(r"(?<![\d.,])(\d+),(\d+)(?![\d.,])", r"\1.\2", value)
     named = re.fullmatch(r"(.*?)\s*[\[(]([^\])]*)[\])]", " ".join(label.strip('"').lower().split()))
     return (named[1], named[2].strip(), value.strip('"')) if named else (" ".join(label.lower().split()), None, value)
@@ -262,10 +262,10 @@ def _value(text: str, key: str, unit: str, length: str, where: str) -> Any:
         number, own = float(bare), ""
     except ValueError:
         # the unit is checked here and kept as written
-        parse_quantity(bare, {"mm": "m", "deg": "rad"}.get(unit, ""), field=where)
-        match = re.match(r"[+-]?[\d.]+(?:[eE][+-]?\d+)?", bare)
-        assert match is not None
-        number, own = float(match[0]), bare[match.end() :].strip()
+        si = parse_quantity(bare, {"mm": "m", "deg": "rad"}.get(unit, ""), field=where)
+        match = re.fullmatch(r"([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*([^\d]*)", bare)
+        # degrees with minutes and seconds become degrees
+        number, own = (float(match[1]), match[2]) if match else (math.degrees(si), "deg")
     if not math.isfinite(number):
         raise InputError(where, text, "a finite number")
     number *= sign or 1.0
@@ -278,6 +278,8 @@ def _value(text: str, key: str, unit: str, length: str, where: str) -> Any:
     if unit == "deg" and length in _UNITS.values():
         length = ""  # of the sheet's lengths
     if unit == "mm" and not own and not length:
+        if number == 0.0:
+            return number, "mm"  # the same in any unit
         raise InputError(where, text, "a value with its unit, or a line 'units, inch' or 'units, mm' before")
     return number, own or length or "deg"
 

@@ -120,6 +120,11 @@ class Prediction:
     missed: FloatArray  # first value of each contact less what the others predict there
 
 
+def fewest(dimensions: int) -> int:
+    """Least number of contacts by which others are predicted, in so many coordinates."""
+    return dimensions + 1 + _SPARE
+
+
 def predict(place: FloatArray, contacts: FloatArray, found: FloatArray, weight: FloatArray) -> Prediction | None:
     """Thin-plate spline by the contacts, as smooth as predicts them best from each other; None where they are too few.
 
@@ -135,7 +140,7 @@ def predict(place: FloatArray, contacts: FloatArray, found: FloatArray, weight: 
     and plane; with them the same block elimination holds).
     """
     count, dimensions = contacts.shape
-    if count < dimensions + 1 + _SPARE:
+    if count < fewest(dimensions):
         return None
     matrix = np.zeros((count + dimensions + 1,) * 2)
     plane = np.column_stack([np.ones(count), contacts])

@@ -14,7 +14,16 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.loss.contact_sample import coordinates, divide, nearest, predict, remoteness, spread, worth_solving
+from efficiency.loss.contact_sample import (
+    coordinates,
+    divide,
+    fewest,
+    nearest,
+    predict,
+    remoteness,
+    spread,
+    worth_solving,
+)
 from efficiency.loss.lubrication import SolvedFriction
 from ehl.common.errors import InputError
 from ehl.common.progress import report_progress
@@ -150,6 +159,10 @@ class EhlFriction(FrictionModel):
         if self.points is None or state.size <= (self.points if self.tolerance == 0.0 else FIRST):
             chosen = np.arange(state.size)
             return _friction(place, power, chosen, self._solve(state, oil, chosen, 0, chosen.size))
+        least = fewest(place.shape[1])
+        if self.points < least:
+            hint = f"With fewer contacts the friction at the other {state.size - self.points} points is not predicted."
+            raise InputError("points", self.points, f"at least {least}, or None for all points", hint)
         able = worth_solving(state, power)
         most = min(self.points, able.size)
         first = most if self.tolerance == 0.0 else min(FIRST, most)

@@ -61,7 +61,7 @@ def design_from_sheet(sheet: Path, like: str | None = None) -> tuple[str, list[s
         allowed = "a machine summary: a label and its value a line, such as 'radial setting, 98.1'"
         hint = "No line of it is one; `mixed-ehl export DESIGN -o FOLDER --what summary` writes one, setting_sheet.csv."
         raise InputError("summary", str(sheet), allowed, hint)
-    notes = [f"not read: {line}" for line in summary.unread] + [f"left out: {line}" for line in summary.left_out]
+    notes = [f"not read: {line}" for line in summary.unread] + [f"omitted: {line}" for line in summary.left_out]
     if like is None:
         notes.append("name, assembly and operation are missing; --like DESIGN takes them from another design")
         return summary.toml(), notes
@@ -77,4 +77,6 @@ def _complete(tables: dict[str, Any], base: dict[str, Any]) -> dict[str, Any]:
     """Tables of a member, its blank or the hand of it from the base where the sheet has none."""
     if "blank" not in tables:
         return {"blank": base["blank"]} | tables
+    if tables["blank"].keys() == {"hand"}:
+        return tables | {"blank": base["blank"] | tables["blank"]}
     return tables | {"blank": {"hand": base["blank"]["hand"]} | tables["blank"]}

@@ -123,6 +123,16 @@ def test_cradle_angle_takes_its_sign_from_the_hand(angle: float, hand: str, expe
     assert summary.tables["pinion"]["machine"]["cradle_angle"] == f"{expected!r} deg"
 
 
+def test_labels_with_units_and_colons_and_angles_with_seconds() -> None:
+    text = (
+        "member = gear\nprocess: formate\nRadial Distance (mm):, 116.573\ncradle angle; 60° 27' 54\"\nhelical motion, 0"
+    )
+    found = parse_summary(text, {"gear": "right"})
+    machine = found.tables["gear"]["machine"]
+    assert (machine["radial_setting"], machine["cradle_angle"]) == ("116.573 mm", "60.465 deg")
+    assert len(found.left_out) == 1
+
+
 def test_test_rolls_give_the_ratio() -> None:
     tables = parse_summary("member, gear\ncradle test roll, 30\nwork test roll, 29.95").tables
     assert tables["gear"]["machine"]["roll_ratio"] == pytest.approx(29.95 / 30.0)
