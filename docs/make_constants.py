@@ -1,4 +1,5 @@
-"""Write docs/constants.md: the tuned module constants of the three packages, from comments of the form `# tuned: ...`.
+"""Write docs/constants.md: the tuned module constants of the three packages, from comments
+`# tuned: ...` or `# tuned with ...: ...`.
 
 A comment stands above its constant: what the value was fitted to, then "; may be changed by whoever runs ...".
 
@@ -12,7 +13,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "constants.md"
-MARK, LONGEST = "# tuned: ", 90
+MARK, LONGEST = "# tuned", 90
 HEAD = """---
 orphan: true
 ---
@@ -38,7 +39,9 @@ def tuned_constants(path: Path) -> list[tuple[str, str, str, str]]:
                 break
             comment.insert(0, line)
             if line.startswith(MARK):
-                words = " ".join(part.removeprefix(MARK).removeprefix("# ") for part in comment)
+                words = " ".join(
+                    part.removeprefix(MARK).removeprefix(":").removeprefix("#").strip() for part in comment
+                )
                 basis, _, change = words.partition("; may be ")
                 target = node.targets[0] if isinstance(node, ast.Assign) else node.target
                 value = " ".join((ast.get_source_segment(text, node.value) or "").split())

@@ -27,7 +27,7 @@ def density_at(temperature: Values, density_15: float, coefficient: float) -> Va
 
 
 def dowson_higginson_1966(pressure: Array, a: float = DOWSON_HIGGINSON[0], b: float = DOWSON_HIGGINSON[1]) -> Array:
-    """rho/rho0 = 1 + a p/(1 + b p) (Dowson & Higginson 1966).
+    """Dowson-Higginson: rho/rho0 = 1 + a p/(1 + b p) (Dowson & Higginson 1966).
 
     The variant (5.9e8 + 1.34 p)/(5.9e8 + p) is another function, which differs by 0.8 % at 2 GPa.
     """

@@ -1,7 +1,7 @@
 """Solver of the smooth, steady, isothermal line contact.
 
 First integral of the Reynolds equation: Poiseuille flow (rho h^3/12 eta) S dp/dx equals Couette flow u_r (rho h - Q).
-The exit condition is that of Swift and Stieber, p = dp/dx = 0.
+The exit condition at the onset of cavitation is that of Swift and Stieber (Swift-Stieber), p = dp/dx = 0.
 
 1. A coarse solution follows from a neighbouring contact or by continuation from an easy contact.
 2. A mesh is graded for its features.

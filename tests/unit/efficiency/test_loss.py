@@ -15,6 +15,7 @@ from samples import OPERATION, tiny_load, tiny_mesh
 
 from efficiency.design.design import Design
 from efficiency.loss import efficiency as stage
+from efficiency.loss.closed_form import coleman_type
 from efficiency.loss.efficiency import LoadedGrids, MeshGrids, load_grids, mesh_efficiency
 from efficiency.loss.kinematics import LoadedPoints, Operation, join_states
 from efficiency.loss.power_loss import efficiency_of, position_losses
@@ -278,6 +279,10 @@ def test_run_functions_agree_and_figures_show_the_result(mesh: MeshGrids) -> Non
     assert plain.rows[1].power_loss == pytest.approx(plain.rows[0].power_loss, rel=1e-12)
     # Coleman's constant and the fitted one in both closed forms
     assert [row.kind for row in comparison.rows] == ["mesh"] * 2 + ["closed form"] * 4
+    closed = next(row for row in comparison.rows if row.name == "Coleman-type (our derivation)")
+    assert closed.efficiency == coleman_type(PAIR.mesh("drive", *COARSE).pitch, 0.05)
+    for row in comparison.rows:
+        assert row.power_loss == pytest.approx((1.0 - row.efficiency) * result.torque * result.speed, rel=1e-9)
     regions = np.array(comparison.rows[0].loss_regions)
     assert regions.shape == (3, 3)
     assert regions.sum() == pytest.approx(1.0, rel=1e-12)

@@ -126,6 +126,7 @@ AXES: list[tuple[str, Any, str]] = [
 CHANGES: list[tuple[Callable[[dict[str, Any]], object], str]] = [
     (lambda c: c["variables"].pop("pressure_hertz"), "variables.pressure_hertz"),
     (lambda c: c["variables"].update(lengthwise_to_roll=1, speed_sliding_lengthwise=1), "variables.lengthwise_to_roll"),
+    (lambda c: c.update(table={"roughness_rms_1": [1e-7]}), "variables.roughness_rms"),
     (lambda c: c["sampling"].update(size=20), "sampling.size"),
     (lambda c: c["sampling"].update(size=0), "sampling.size"),
     (lambda c: c["sampling"].update(size=2**20), "sampling.size"),
