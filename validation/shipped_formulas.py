@@ -42,7 +42,7 @@ PAIRS = (
     "fm_spiral_bevel_14x39", "fm_hypoid_13x42", "fh_hypoid_9x34", "fh_hypoid_9x34_offset_10", "fh_spiral_bevel_12x37",
 )  # fmt: skip
 SPEEDS = (100, 1500, 6000, 16_000, 20_000)  # of the pinion [rpm]
-SUFFIXES = {"python": ".py", "c": ".c", "fortran": ".f90", "matlab": ".m"}
+SUFFIXES = {"python": ".py", "c": ".c", "fortran": ".f90", "matlab": ".m", "fmu": ".fmu"}
 BANDS = (0.0, 0.1, 0.5, 1.0, 2.0, np.inf)
 
 
@@ -203,8 +203,9 @@ def check(oils: Sequence[str]) -> None:
             for language in LANGUAGES:
                 path = Path(folder) / f"friction{SUFFIXES[language]}"
                 regression.Formula.load(name).export(path, language)
-                text = path.read_text(encoding="utf-8")
-                print(f"{name} in {language}: {len(text)} bytes, {text.count(chr(10))} lines")
+                content = path.read_bytes()
+                lines = content.count(b"\n")
+                print(f"{name} in {language}: {len(content)} bytes" + (f", {lines} lines" if language != "fmu" else ""))
     outside = share_outside(regression.Formula.load(oils[0]))
     write_rows(OUT / "shipped_formulas_outside.csv", outside)
     for rpm in SPEEDS:

@@ -350,13 +350,13 @@ def _point(torque: float, speed: float, beside: float, point: GridPoint | None, 
         return LossPoint(torque, speed, math.nan, math.nan, beside, math.nan, "failed", point.reason)
     mesh = (result.power_loss + result.power_loss_rolling) / speed
     ends = [
-        mesh + beside + (_sliding_loss(point.requested[f"efficiency_{end}"], torque) - result.power_loss / speed)
+        mesh + beside + (_sliding_loss(float(point.requested[f"efficiency_{end}"]), torque) - result.power_loss / speed)
         for end in ("upper", "lower")
         if interval
     ]
     return LossPoint(torque, speed, mesh + beside, mesh, beside, result.outside_range_share, point.status, "", *ends)
 
 
-def _sliding_loss(efficiency: Any, torque: float) -> float:
+def _sliding_loss(efficiency: float, torque: float) -> float:
     """Torque loss of the sliding friction by the efficiency [N m]."""
     return torque * (1.0 - efficiency) if torque > 0.0 else -torque * (1.0 / efficiency - 1.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ehl.common.errors import InputError
 from ehl.common.files import replacing
@@ -53,7 +53,9 @@ class Tabular:
         except ImportError as error:
             raise _required(error) from None
         frame, axes = self.to_frame(), list(self._dimensions())
-        found: Any = xarray.Dataset.from_dataframe(frame.set_index(axes) if axes else frame.rename_axis("case"))
+        found: xarray.Dataset = xarray.Dataset.from_dataframe(
+            frame.set_index(axes) if axes else frame.rename_axis("case")
+        )
         for name, unit in _units(frame).items():
             found[name].attrs["units"] = unit
         return found

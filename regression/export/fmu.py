@@ -136,11 +136,9 @@ def _model_description(
         numberOfEventIndicators="0",
     )
     common = {"modelIdentifier": name, "canNotUseMemoryManagementFunctions": "true"}
-    for kind in ({"ModelExchange": {}}, {"CoSimulation": {"canHandleVariableCommunicationStepSize": "true"}}):
-        for tag, more in kind.items():
-            Xml.SubElement(
-                Xml.SubElement(Xml.SubElement(root, tag, common | more), "SourceFiles"), "File", name=f"{name}.c"
-            )
+    for tag, more in (("ModelExchange", {}), ("CoSimulation", {"canHandleVariableCommunicationStepSize": "true"})):
+        sources = Xml.SubElement(Xml.SubElement(root, tag, common | more), "SourceFiles")
+        Xml.SubElement(sources, "File", name=f"{name}.c")
     variables = [*inputs, *outputs]
     if used := dict.fromkeys(variable.unit for variable in variables if variable.unit):
         units = Xml.SubElement(root, "UnitDefinitions")
@@ -168,7 +166,8 @@ def _model_description(
         for number in range(len(inputs), len(variables)):
             Xml.SubElement(unknowns, "Unknown", index=str(number + 1))
     Xml.indent(root)
-    return Xml.tostring(root, encoding="utf-8", xml_declaration=True)
+    text: bytes = Xml.tostring(root, encoding="utf-8", xml_declaration=True)
+    return text
 
 
 def _library(name: str, text: str) -> dict[str, bytes]:
