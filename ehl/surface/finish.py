@@ -260,7 +260,7 @@ class Finish:
         """
         figures = ("roughness_rms", "correlation_length", "skewness", "lay_ratio")
         content = {"name": self.name, "description": self.description}
-        tables = {self.state: {name: getattr(self, name).model_dump() for name in figures}}
+        tables: dict[str, Any] = {self.state: {name: getattr(self, name).model_dump() for name in figures}}
         if self.measured is not None:
             tables["measured"] = self.measured.model_dump(exclude_none=True)
         return toml_text(content | tables)
