@@ -61,6 +61,7 @@ def test_page_holds_everything_and_escapes(tmp_path: Path) -> None:
     assert page.source.count("<svg") == 2
 
 
+@pytest.mark.usefixtures("svg_figures")
 def test_powers_of_ten_between_the_marks_of_an_axis_are_typeset(tmp_path: Path) -> None:
     page = Result().report(tmp_path / "page.html")
     assert "mathdefault" not in page.read_text(encoding="utf-8")
