@@ -17,7 +17,7 @@ import scipy
 from efficiency.axle.axle_input import AxleInput, MethodsInput, ShaftInput, load_axle
 from efficiency.axle.bearings import BEARING_METHODS, BearingState, bearing_limits
 from efficiency.axle.drag import CHURNING_METHODS, SEAL_METHODS, OilBath, Wheel, churning_limits, windage_torque
-from efficiency.axle.result import AxlePoint, AxleResult, BearingLoss, interval_factors
+from efficiency.axle.result import AxlePoint, AxleResult, BearingLoss, Kind, interval_factors
 from efficiency.conditions.conditions import Friction, Value, Values, axis_values, checked
 from efficiency.conditions.duty import SIGNED, DutyRow, read_duty
 from efficiency.conditions.grid import Condition, GridPoint, solve_points
@@ -39,7 +39,7 @@ from ehl.fluid.oil import Oil
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
 
 BALANCE = "balance"
-_CLOSE = 1e-9  # [K] of the temperature at which heat balances
+_Nodes = Mapping[Side, Sequence[float]]  # torques of a side whose loads are known
 
 
 @dataclass(frozen=True)
@@ -211,23 +211,24 @@ class Axle:
         kelvins = [float(t) for t in axis_values("temperature", own if temperature is None else temperature)]
         rows = [DutyRow(float(t), float(w), kelvin, 0.0) for kelvin in kelvins for w in speeds for t in torques]
         found: dict[tuple[float, float, float], _MeshLoss] = {}
+        nodes: dict[Side, list[float]] = {}
         sides: tuple[tuple[Side, float], ...] = (("drive", 1.0), ("coast", -1.0))
         for side, sign in sides:
             loaded = sorted(float(sign * t) for t in torques if sign * t > 0.0)
             if loaded:
                 axes = loaded, [float(w) for w in speeds], kelvins
-                for place, mesh in self._mesh_map(side, axes, friction).items():
+                losses_of_side, nodes[side] = self._mesh_map(side, axes, friction)
+                for place, mesh in losses_of_side.items():
                     found[sign * place[0], place[1], place[2]] = mesh
         losses = [found[row.torque, row.speed, row.temperature] if row.torque else _MeshLoss() for row in rows]
-        return self._result("map", rows, losses)
+        return self._result("map", rows, losses, nodes)
 
     def _mesh_map(
         self, side: Side, axes: tuple[list[float], ...], friction: Friction | None
-    ) -> dict[tuple[float, ...], _MeshLoss]:
-        """Mesh losses of one side over torque, speed, temperature; the interval from that at the ends of the axes."""
+    ) -> tuple[dict[tuple[float, ...], _MeshLoss], list[float]]:
+        """Mesh losses of one side, their intervals interpolated from the ends of the axes, and the torques solved."""
         driver: Any = "pinion" if side == "drive" else "gear"
-        torque, speed, temperature = axes
-        grid = self._mesh(side).map(friction, torque, speed, temperature, driver=driver)
+        grid = self._mesh(side).map(friction, *axes, driver=driver)
         few = [sorted({0, len(values) - 1}) for values in axes]
         shape = tuple(map(len, axes))
         corners = [grid.points[int(np.ravel_multi_index(place, shape))].result for place in itertools.product(*few)]
@@ -240,10 +241,11 @@ class Axle:
                 lines = [np.interp(every, np.array(every)[some], line) for line in values.reshape(-1, len(some))]
                 values = np.moveaxis(np.reshape(lines, (*values.shape[:-1], len(every))), -1, axis)
             spread.append(np.exp(values).ravel())
-        note = next((one[2] for one in found if one[2]), "")
+        note = max(one[2] for one in found)
         model = next((corner.friction_model for corner in corners if corner is not None), "")
         at = zip(itertools.product(*axes), grid.points, *spread, strict=True)
-        return {place: _MeshLoss.of(point, (low, high, note), model) for place, point, low, high in at}
+        nodes = sorted({point.result.torque for point in grid.points if point.result is not None})
+        return {place: _MeshLoss.of(point, (low, high, note), model) for place, point, low, high in at}, nodes
 
     @one_thread
     def duty(
@@ -335,13 +337,13 @@ class Axle:
             self._fluids[kelvin] = float(oil.viscosity_kinematic(kelvin)), float(oil.density(kelvin)), synthetic
         return self._fluids[kelvin]
 
-    def _loads_at(self, row: DutyRow, *, many: bool) -> list[list[tuple[float, float]]]:
-        """Radial and axial load of the bearings of both shafts [N]."""
-        return [shaft.loads(of) for shaft, of in zip(self.shafts, self._wrench_at(row, many=many), strict=True)]
+    def _loads_at(self, row: DutyRow, nodes: Sequence[float] = ()) -> list[list[tuple[float, float]]]:
+        """Radial and axial load of the bearings of both shafts [N], interpolated between torques that are given."""
+        return [shaft.loads(of) for shaft, of in zip(self.shafts, self._wrench_at(row, nodes), strict=True)]
 
     def _alternatives(self, row: DutyRow) -> dict[str, float]:
         """Losses by the methods that were not chosen [W]."""
-        found, loads = {}, self._loads_at(row, many=False)
+        found, loads = {}, self._loads_at(row)
         for name, field in MethodsInput.model_fields.items():
             for method in set(get_args(field.annotation)) - {getattr(self.methods, name)}:
                 found[f"{name} {method}"] = self.with_methods(**{name: method})._other_losses(row, loads)[0][name]
@@ -366,7 +368,7 @@ class Axle:
     def _balanced(self, torque: float, speed: float, friction: Friction | None) -> float:
         """Oil temperature at which the heat that leaves is the loss [K]."""
 
-        loads = self._loads_at(DutyRow(torque, speed, 0.0, 0.0), many=False)
+        loads = self._loads_at(DutyRow(torque, speed, 0.0, 0.0))
 
         def left(kelvin: float) -> float:
             row = DutyRow(torque, speed, kelvin, 0.0)
@@ -380,7 +382,7 @@ class Axle:
         if left(high) > 0.0:
             detail = f"at {high - 273.15:.0f} degC, the most of an oil, {left(high):.4g} W more are lost than removed"
             raise ConvergenceError("no_heat_balance", detail)
-        return float(scipy.optimize.brentq(left, low, high, xtol=_CLOSE, rtol=1e-14)) if left(low) > 0.0 else low
+        return float(scipy.optimize.brentq(left, low, high, xtol=1e-9, rtol=1e-14)) if left(low) > 0.0 else low
 
     def _wrench(self, side: Side, torque: float) -> FloatArray:
         """Mean mesh force and moment on both shafts (2, 6) [N], [N m], at a pinion torque above zero."""
@@ -395,21 +397,21 @@ class Axle:
             self._wrenches[side, torque] = np.array(on_both)
         return self._wrenches[side, torque]
 
-    def _wrench_at(self, row: DutyRow, *, many: bool) -> FloatArray:
-        """The same at an operating point; one of many is interpolated between torques a factor of 4 apart."""
+    def _wrench_at(self, row: DutyRow, nodes: Sequence[float]) -> FloatArray:
+        """The same at an operating point, per torque linear in its logarithm between nodes."""
         torque = abs(row.torque)
         if torque == 0.0:
             return np.zeros((2, 6))
-        if not many:
+        if len(nodes) < 2 or torque in nodes:
             return self._wrench(row.side, torque)
-        own = self.pair.design.operation.torque
-        low, share = divmod(math.log(torque / own, 4.0), 1.0)
-        nodes = own * 4.0**low, own * 4.0 ** (low + 1.0)
-        below, above = (self._wrench(row.side, node) / node for node in nodes)
-        return np.asarray(torque * ((1.0 - share) * below + share * above))
+        place = int(np.clip(np.searchsorted(nodes, torque), 1, len(nodes) - 1))
+        low, high = nodes[place - 1], nodes[place]
+        share = math.log(torque / low) / math.log(high / low)
+        shares = zip((low, high), (1.0 - share, share), strict=True)
+        return np.asarray(sum(torque * part * self._wrench(row.side, node) / node for node, part in shares))
 
     def _result(
-        self, kind: Literal["point", "map", "duty"], rows: Sequence[DutyRow], meshes: Sequence[_MeshLoss]
+        self, kind: Kind, rows: Sequence[DutyRow], meshes: Sequence[_MeshLoss], nodes: _Nodes | None = None
     ) -> AxleResult:
         points, said, bearings = [], [], ()
         loads: dict[float, list[list[tuple[float, float]]]] = {}
@@ -417,7 +419,7 @@ class Axle:
             where = f"{row.torque:.4g} N m, {row.speed * 30.0 / math.pi:.4g} rpm, {row.temperature - 273.15:.4g} degC"
             try:
                 if row.torque not in loads:
-                    loads[row.torque] = self._loads_at(row, many=kind == "map")
+                    loads[row.torque] = self._loads_at(row, (nodes or {}).get(row.side, ()))
                 others, bearings, notes = self._other_losses(row, loads[row.torque])
             except ConvergenceError as error:
                 others, notes = dict.fromkeys(("bearings", "seals", "churning", "windage"), math.nan), []
@@ -477,7 +479,10 @@ class _OtherLosses:
     def torque_loss(self, torque: float, speed: float) -> float:
         """At a signed pinion torque [N m] and a pinion speed above zero [rad/s], [N m]."""
         row = DutyRow(float(torque), float(speed), self.temperature, 0.0)
-        return math.fsum(self.axle._other_losses(row, self.axle._loads_at(row, many=True))[0].values()) / float(speed)
+        own = self.axle.pair.design.operation.torque
+        power = math.floor(math.log(abs(torque) / own, 4.0)) if torque else 0
+        loads = self.axle._loads_at(row, [own * 4.0**power, own * 4.0 ** (power + 1)])
+        return math.fsum(self.axle._other_losses(row, loads)[0].values()) / float(speed)
 
 
 def shaft_wrench(load: LoadDistribution, axis: Axis, sign: float) -> FloatArray:

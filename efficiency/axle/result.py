@@ -23,6 +23,7 @@ OUTSIDE = (
     "Outside the model: differential, half shafts, wheel hubs and their bearings, splash from gear to gear and onto "
     "bearings, squeezing of oil in the mesh, forces other than those of the mesh, the oil level in motion."
 )
+Kind = Literal["point", "map", "duty"]
 SOURCES = ("mesh", "bearings", "seals", "churning", "windage")
 # standard deviation of ln(loss) of the methods, and the factor to the ends of a 90 % interval (ours)
 SCATTER = {"skf": 0.25, "iso_14179_2": 0.35, "seals": 0.3, "churning": 0.8, "windage": 0.7}
@@ -86,7 +87,7 @@ class BearingLoss:
 class AxleResult(LossTable):
     """Losses of an axle."""
 
-    kind: Literal["point", "map", "duty"]
+    kind: Kind
     axle: str
     source: str
     design: str
