@@ -72,6 +72,7 @@ class ContactResult(Reportable):
         - "mesh_error" (unsettled): the mesh error of mu is four times the tolerance or more
         - "beyond_laws" (unsettled): the error by limits of the model (notes) is four times the tolerance or more
         - "film_above_radius": a film above a tenth of the radius, beyond the validity of the Reynolds equation
+        - "work_limit": a rough contact that would take far more work than its accuracy allows
     friction_coefficient, friction_fluid, friction_asperity : float
         mu = fluid + asperity part [-], without rolling traction.
     film_central, film_min : float

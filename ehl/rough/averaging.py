@@ -10,6 +10,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from ehl.common.arrays import FloatArray
+from ehl.common.errors import ConvergenceError
 from ehl.line_contact import LineContact
 from ehl.rough._kernels.march import FILM_MEAN, ITERATIONS, MU_FLUID, SHARE
 from ehl.rough.accuracy import BATCH, FRONT_STARTUP
@@ -22,6 +23,8 @@ STEP_NODES, STEP_ITERATIONS = 100.0, 1.5
 FILM_JUMP = 5.0  # mean film of a step over its median above which the step counts as diverged
 MAX_MEDIAN_FILM = 10.0  # upper bound of the median film, in film units, unless most steps diverged
 FLUX_SAMPLES = 20  # samples of the mean heat flux
+LIMIT = 4.0  # bounds of the work of a window
+PIECE = 32  # steps of a start-up between two looks at the work
 MAX_REPEATS = 3  # of a block with a diverged step
 MIN_EXCHANGES, EXCHANGE_LEVEL, PLACES = 4, 0.01, 10  # batches; level of the test; independent places along x
 
@@ -32,6 +35,7 @@ class Window:
 
     run: TransientRun
     batch: float = BATCH  # travel of a batch of the mean [b]
+    bound: float = math.inf  # work from which on no block is repeated, and `LIMIT` times which ends the run
     started: list[FloatArray] = field(default_factory=list)
     recorded: list[FloatArray] = field(default_factory=list)
     sums: list[FloatArray] = field(default_factory=list)  # of the profiles, by block
@@ -58,17 +62,29 @@ class Window:
     def branch(self) -> Window:
         """Another window that continues from the state and the work of this one, without its averages."""
         run = self.run.branch(self.run.problem)
-        return Window(run, self.batch, started=[*self.started], steps=self.steps, iterations=self.iterations)
+        before = [*self.started]
+        return Window(run, self.batch, self.bound, started=before, steps=self.steps, iterations=self.iterations)
 
-    def _march(self, travel: float) -> tuple[FloatArray, FloatArray]:
-        records, profiles = self.run.advance(max(1, round(travel * self.run.problem.units.steps_per_half_width)))
+    def _steps(self, travel: float) -> int:
+        return max(1, round(travel * self.run.problem.units.steps_per_half_width))
+
+    def _march(self, steps: int) -> tuple[FloatArray, FloatArray]:
+        """Advance by some steps. Raises `ConvergenceError`: "work_limit": far more work than a contact takes."""
+        records, profiles = self.run.advance(steps)
         self.steps += len(records)
         self.iterations += float(records[:, ITERATIONS].sum())
+        if self.work > LIMIT * self.bound:
+            detail = f"{self.work:.2g} node-iterations; smoother surfaces or thicker films take less"
+            raise ConvergenceError("work_limit", detail)
         return records, profiles
 
     def start(self, travel: float) -> None:
         """Advance without averaging."""
-        self.started.append(self._march(travel)[0])
+        left, records = self._steps(travel), []
+        while left > 0:
+            records.append(self._march(min(PIECE, left))[0])
+            left -= len(records[-1])
+        self.started.append(np.concatenate(records))
 
     def mean_flux(self, travel: float) -> FloatArray:
         """Advance without recording; return the mean heat flux into both surfaces (2, n) [W/m2]."""
@@ -91,7 +107,7 @@ class Window:
         while True:
             self.roll(travel)
             self.passed += 1
-            if self.repeats >= MAX_REPEATS or not self.astray():
+            if self.repeats >= MAX_REPEATS or self.work > self.bound or not self.astray():
                 break
             self.repeat()
             skipped = math.ceil(FRONT_STARTUP / travel)
@@ -138,7 +154,7 @@ class Window:
 
     def _advance(self, travel: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         before = self.run.macroscopic.total_exchange.copy()
-        records, profiles = self._march(travel)
+        records, profiles = self._march(self._steps(travel))
         return records, profiles, (self.run.macroscopic.total_exchange - before) / len(records)
 
     def astray(self) -> bool:

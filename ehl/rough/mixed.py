@@ -225,7 +225,7 @@ def solve_mixed(
             fine = solve_transient(contact, lubricant, surfaces, fine_roughness=True, bounded=True, **resolved)
             return _with_profile_notes(fine, surfaces)
         except ConvergenceError as error:
-            if error.reason != "mesh_budget":
+            if error.reason not in ("mesh_budget", "work_limit"):
                 raise
     return coarse if coarse.status == "failed" else replace(coarse, status="unsettled", reason="mesh_budget")
 

@@ -56,6 +56,7 @@ ERROR_ALLOWED = 4.0  # error over the required tolerance above which a rough res
 SHARE_OF_STUDY = 0.01  # smallest asperity load share with a variation of the boundary film
 STUDY_BLOCKS = 4  # blocks of that variation, the first for settling
 PECLET_WARNING = 2.0
+REPEATED = 2.0  # bounds of the work of a window, beyond which diverged blocks are not repeated
 
 
 def solve_transient(
@@ -142,7 +143,9 @@ def solve_transient(
         settings = replace(settings, tolerance=plan.step_tolerance)
         return problem(meshes[0])
 
-    coarse = Window(TransientRun(coarsest(plan)), plan.batch)
+    # a window that is given is rolled whatever it takes
+    bound = REPEATED * plan.bound if plan.window_max > plan.window_min else math.inf
+    coarse = Window(TransientRun(coarsest(plan)), plan.batch, bound)
     plan, flux, warming = start_up(coarse, plan, count, rough.correlation_length / contact.half_width, coarsest)
     settling = plan.settling if flux is None else SETTLING
     study = 0.0
@@ -155,7 +158,7 @@ def solve_transient(
         levels = MeshLevels([coarse], plan, study)
         for n in meshes[1:count]:
             before = levels.fine.run
-            finer = Window(TransientRun(problem(n, before.travel)), plan.batch)
+            finer = Window(TransientRun(problem(n, before.travel)), plan.batch, bound)
             finer.run.start_from(before)
             if flux is not None:
                 finer.run.preheat(warming, interpolated(flux, coarse.run.problem.x, finer.run.problem.x))

@@ -207,3 +207,10 @@ def test_missing_profile_is_one_sentence(mixed_ehl: Cli, tmp_path: Path) -> None
     outcome = mixed_ehl("solve", path)
     assert outcome.code == 2
     assert "existing file" in outcome.err
+
+
+def test_a_contact_of_far_too_much_work_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Shown with a limit below the work of an ordinary contact."""
+    monkeypatch.setattr("ehl.rough.averaging.LIMIT", 1e-4)
+    result = case(rms=0.3e-6).solve()
+    assert (result.status, result.reason) == ("failed", "work_limit")

@@ -238,6 +238,16 @@ def test_estimate_of_a_plan() -> None:
     assert np.median(short) > 1.3 * np.median(long)
 
 
+def test_the_estimate_of_extreme_contacts_is_limited() -> None:
+    """Beyond the fitted range the form gave years; the solver ends within its work."""
+    frame = load_dataset("gear_75w90").frame.head(64)
+    table = {column: frame[column].to_numpy(dtype=float) for column in frame.select_dtypes("number")}
+    table["correlation_length"] = 1e-4 * table["correlation_length"]
+    seconds, rough = contact_seconds(ModelInput(accuracy="fast"), table)
+    assert rough.any()
+    assert 10.0 < seconds.max() < 20.0
+
+
 @pytest.mark.parametrize("name", ["gear_75w90", "gear_75w90_mesh", "gear_fva3_noise", "gear_75w90_paths"])
 def test_the_estimate_is_that_of_this_engine(name: str) -> None:
     """Of the shipped data: their sum, and an order that has the longest cases at its head, where some are long."""
