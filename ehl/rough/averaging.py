@@ -80,7 +80,8 @@ class Window:
 
     def start(self, travel: float) -> None:
         """Advance without averaging."""
-        left, records = self._steps(travel), []
+        left = self._steps(travel)
+        records: list[FloatArray] = []
         while left > 0:
             records.append(self._march(min(PIECE, left))[0])
             left -= len(records[-1])
