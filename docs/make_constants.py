@@ -1,7 +1,6 @@
-"""Write docs/constants.md: the tuned module constants of the three packages, from comments
-`# tuned: ...` or `# tuned with ...: ...`.
+"""Write docs/constants.md: the tuned module constants of the three packages, from their comments `# tuned ...`.
 
-A comment stands above its constant: what the value was fitted to, then "; may be changed by whoever runs ...".
+The comment above a constant states what its value was fitted to, or by which test it was chosen.
 
     python docs/make_constants.py
 """
@@ -20,14 +19,13 @@ orphan: true
 
 # Tuned constants
 
-Made from the comments `# tuned: ...` of the source by `python docs/make_constants.py`; do not edit it.
-The last column says what a change needs. Constants that follow from an equation, a unit or a stated limit are not
-listed.
+Made from the comments `# tuned ...` of the source by `python docs/make_constants.py`; do not edit it.
+Constants that follow from an equation, a unit or a stated limit are not listed.
 """
 
 
-def tuned_constants(path: Path) -> list[tuple[str, str, str, str]]:
-    """Name, value, what it was fitted to and who may change it, of every marked constant of a module."""
+def tuned_constants(path: Path) -> list[tuple[str, str, str]]:
+    """Name, value and basis of every marked constant of a module."""
     text = path.read_text(encoding="utf-8")
     lines, rows = text.splitlines(), []
     for node in ast.parse(text).body:
@@ -39,27 +37,24 @@ def tuned_constants(path: Path) -> list[tuple[str, str, str, str]]:
                 break
             comment.insert(0, line)
             if line.startswith(MARK):
-                words = " ".join(
-                    part.removeprefix(MARK).removeprefix(":").removeprefix("#").strip() for part in comment
-                )
-                basis, _, change = words.partition("; may be ")
+                basis = " ".join(part.removeprefix(MARK).lstrip(":# ") for part in comment)
                 target = node.targets[0] if isinstance(node, ast.Assign) else node.target
                 value = " ".join((ast.get_source_segment(text, node.value) or "").split())
                 if len(value) > LONGEST:
                     value = "see the source"
-                rows.append((ast.unparse(target).strip("()"), value, basis, change))
+                rows.append((ast.unparse(target).strip("()"), value, basis))
                 break
     return rows
 
 
 def page() -> str:
     """The page as text."""
-    found = [HEAD, "| module | constant | value | fitted to or chosen by | may be |", "|---|---|---|---|---|"]
+    found = [HEAD, "| module | constant | value | fitted to or chosen by |", "|---|---|---|---|"]
     for package in ("ehl", "regression", "efficiency"):
         for path in sorted((ROOT / package).rglob("*.py")):
-            for name, value, basis, change in tuned_constants(path):
+            for name, value, basis in tuned_constants(path):
                 module = path.relative_to(ROOT).as_posix()
-                cells = (f"`{module}`", f"`{name}`", f"`{value}`", basis, change)
+                cells = (f"`{module}`", f"`{name}`", f"`{value}`", basis)
                 found.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     return "\n".join(found) + "\n"
 

@@ -1,4 +1,4 @@
-"""The friction formula a user holds: fitted, loaded, used, exported, reported; friction models by name."""
+"""`Formula`: fit, evaluation, export and report of a friction formula; friction models by name."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ if TYPE_CHECKING:
     from regression.data.dataset import Dataset
     from regression.fitting.rows import Results
 
-ANY_OIL = "gear"  # the shipped formula of all shipped oils, for oils that have none of their own
+ANY_OIL = "gear"  # the shipped formula of all shipped oils, for oils without their own
 
 
 @dataclass(frozen=True, eq=False)
 class FitRecord:
-    """What the fit of a formula leaves for its report: families fitted to the same rows, best first, and the data."""
+    """Data of a fit for its report: families fitted to the same rows, best first, and the dataset."""
 
     candidates: tuple[FittedFormula, ...]
     tried: tuple[str, ...]
@@ -47,9 +47,9 @@ class FitRecord:
 
 
 class Formula(FittedFormula, Reportable):
-    """A fitted friction formula with its errors, its range and its origin: the content of a formula file.
+    """A fitted friction formula with its errors, range and origin: the content of a formula file.
 
-    `regression.fit` makes one from results, `Formula.load` reads one.
+    `regression.fit` fits a formula to results, `Formula.load` reads one.
 
     Examples
     --------
@@ -64,14 +64,14 @@ class Formula(FittedFormula, Reportable):
 
     @classmethod
     def of(cls, fitted: FittedFormula, record: FitRecord) -> Formula:
-        """A formula just fitted, with what its fit leaves for the report."""
+        """A fitted formula with the data for its report."""
         formula = cls.model_construct(**{name: getattr(fitted, name) for name in cls.model_fields})
         formula._record = record
         return formula
 
     @property
     def candidates(self) -> tuple[FittedFormula, ...]:
-        """All families fitted to the same rows, best first; the formula alone where it was loaded from a file."""
+        """All families fitted to the same rows, best first; only this formula if it was loaded from a file."""
         return (self,) if self._record is None else self._record.candidates
 
     def ranking(self) -> pd.DataFrame:
@@ -95,18 +95,18 @@ class Formula(FittedFormula, Reportable):
         oil: Oil | str | None = None,
         **conditions: Unpack[PointConditions],
     ) -> NDArray[np.bool_]:
-        """Whether contact points lie in the convex hull of the fitted cases, in ln of their variables (exact).
+        """Whether contact points lie in the convex hull of the fitted cases, in the logarithms of their variables.
 
         Parameters
         ----------
         runs : Dataset, str or path, or several of them
-            The data the formula was fitted to.
+            The fitted data.
         state : ContactState, optional
-            Contact points; in their place the keywords of `mu`.
+            Contact points, alternatively to the keywords of `mu`.
         oil : Oil or str, optional
-            Oil card or its name; the one of the formula if not given.
+            Oil card or its name; default: that of the formula.
         **conditions : float, str or array
-            As of `mu`.
+            As in `mu`.
 
         Returns
         -------
@@ -115,7 +115,7 @@ class Formula(FittedFormula, Reportable):
         Raises
         ------
         InputError
-            The formula was fitted without a cloud of cases, or to other data.
+            The formula has no stored range of cases, or was fitted to other data.
         """
         from regression.data.dataset import columns
         from regression.fitting.rows import dataset_of, fitted_rows
@@ -123,10 +123,10 @@ class Formula(FittedFormula, Reportable):
 
         cloud = self.cloud
         if cloud is None:
-            raise InputError("hull", self.name, "a formula fitted to data in which two variables vary")
+            raise InputError("hull", self.name, "a formula fitted to data in which at least two variables vary")
         dataset = dataset_of(runs)
         if dataset.data_hash != self.data.hash:
-            raise InputError("hull", str(runs), f"all the data {self.name} was fitted to", "These are other results.")
+            raise InputError("hull", str(runs), f"all fitted data of {self.name}", "These are other results.")
         state, card = self._points(state, oil, conditions)
         local = conditions_of(state, card)
         points = cloud.whitened({name: np.ravel(values) for name, values in local.items()})
@@ -149,14 +149,13 @@ class Formula(FittedFormula, Reportable):
         path : str or path
             File to write; its stem becomes the name of the function.
         language : {"python", "c", "fortran", "matlab", "fmu"}, optional
-            By the suffix of the file if not given: .py, .c, .f90, .m, .fmu.
+            Default: by the suffix of the file (.py, .c, .f90, .m, .fmu).
         oil : str, optional
-            Oil card whose laws are written into the code; needed where the formula was fitted to several.
+            Oil card whose laws are written into the code; required for a formula of several oils.
         oil_arguments : bool
-            Take the oil's properties as arguments instead.
+            Use the oil properties as arguments instead.
         guard : bool
-            Flag points within the range that lie far from all cases of the fit: a loop over stored numbers, most of
-            the text.
+            Flag points far from all fitted cases; this needs a loop over stored numbers.
 
         Returns
         -------
@@ -166,7 +165,7 @@ class Formula(FittedFormula, Reportable):
         Raises
         ------
         InputError
-            The language is not known, or the file cannot be written.
+            The language is unknown, or the file cannot be written.
         """
         from regression.export.export import export_formula
 
@@ -174,13 +173,13 @@ class Formula(FittedFormula, Reportable):
         return tuple(argument.name for argument in program.arguments)
 
     def sections(self, medium: Medium = "page", dataset: Results | None = None) -> list[Section]:
-        """Data, all formulas, errors by region, curves, sensitivity, failures; on a terminal the formula alone.
+        """Data, formulas, errors by region, curves, sensitivity and failures; the formula only for a terminal.
 
         Parameters
         ----------
         medium : {"page", "terminal", "files"}
         dataset : Dataset, str or path, or several of them, optional
-            The data it was fitted to; a page needs them where the formula was loaded from a file.
+            The fitted data; required for a page of a formula that was loaded from a file.
 
         Raises
         ------
@@ -207,8 +206,8 @@ class Formula(FittedFormula, Reportable):
         Returns
         -------
         pandas.DataFrame
-            One row per term: `term`, `value`, `standard_error`, `variance_inflation`, and in `dropped` why it could not
-            be fitted.
+            One row per term: `term`, `value`, `standard_error`, `variance_inflation`, and in `dropped` the reason why
+            it could not be fitted.
         """
         return self._coefficients().to_frame()
 
@@ -238,11 +237,11 @@ class Formula(FittedFormula, Reportable):
         return Table([Column(name, label=name.replace("_", " ")) for name in names], rows, title=repr(self))
 
     def _fitted(self, dataset: Results | None) -> FitRecord:
-        """Families, and the data they were fitted to."""
+        """Families and their fitted data."""
         if dataset is None:
             if self._record is None:
-                hint = "A formula file does not hold its data: name the run it was fitted to."
-                raise InputError("dataset", None, "the results the formula was fitted to", hint)
+                hint = "A formula file does not contain its data."
+                raise InputError("dataset", None, "the fitted results of the formula", hint)
             return self._record
         from regression.fitting.rows import dataset_of
 
@@ -268,32 +267,32 @@ def fit(
     results : Run, Dataset, str or path, or several of them
         Results of a sweep, their folder or file, or the name of a shipped dataset.
     family : str
-        A family of formulas (`short`, `xu`, `power_law`, `regimes`), ``"network"``: `short` with neural networks on its
-        parts, or ``"best"``: all of them, the one with the smallest mean held-out error of mu first.
+        A family of formulas (`short`, `xu`, `power_law`, `regimes`); ``"network"``: `short` with neural networks for
+        its parts; or ``"best"``: the one with the smallest mean held-out error of mu.
     corners : bool
-        Fit the corner points too, which a plan may have added.
+        Include the corner points of the plan.
     nested : bool
-        Measure what the choice of the family itself costs (minutes); only with ``"best"``.
+        Include the choice of the family in the cross-validation (minutes); with ``"best"`` only.
     paths : Run, Dataset, str or path, or several of them, optional
-        Contacts along gear meshes: checked, not fitted.
+        Contacts along gear meshes for validation.
     noise : Run, Dataset, str or path, or several of them, optional
-        Points computed with several roughness profiles each, not fitted: the noise floor, and errors against the
-        means over the profiles.
+        Points with several roughness profiles each for the noise floor and the errors of the means over the profiles;
+        they are not fitted.
     oil : str, optional
-        Of several oils the one whose coefficients, errors, range and interval are stated; the networks learn from the
-        contacts of all. Results of an own oil together with the shipped datasets give a better formula than alone.
+        The oil of coefficients, errors, range and interval, if the data have several; networks are trained on the
+        contacts of all. A further oil is best fitted together with the shipped datasets.
 
     Returns
     -------
     Formula
-        With the ranking of all families attached.
+        The formula, with the ranking of all families.
 
     Raises
     ------
     InputError
-        Too few usable cases, or there are no such results or no such family.
+        There are too few usable cases, or no such results or family.
     ConvergenceError
-        A nonlinear fit did not settle.
+        A nonlinear fit did not converge.
 
     Examples
     --------
@@ -308,7 +307,7 @@ def fit(
     if family not in ("best", NETWORK):
         family_named(family)
     if family != "best" and nested:
-        raise InputError("nested", family, "family 'best'", "One family leaves no choice to hold out.")
+        raise InputError("nested", family, "family 'best'", "nested concerns the choice between families.")
     dataset = dataset_of(results)
     checks: Any = {
         "paths": None if paths is None else dataset_of(paths),
@@ -324,24 +323,24 @@ def fit(
 
 
 def friction_model(spec: str) -> ConstantFriction | PublishedFriction | Formula:
-    """The friction model a user names.
+    """A friction model by name.
 
     Parameters
     ----------
     spec : str
-        ``constant:0.05`` or ``coleman``, which is that one, a name of the registry (``xu_kahraman_2007``), a shipped
-        formula, or the path of a formula file; ``strict:`` before the last two refuses points outside the data.
+        ``constant:0.05``, which is also ``coleman``; a name of the registry (``xu_kahraman_2007``); a shipped formula;
+        or the path of a formula file. The prefix ``strict:`` of the last two rejects points outside the data.
 
     Returns
     -------
     ConstantFriction, PublishedFriction or Formula
-        With `mu` for single points and `evaluate` for contact states.
+        Model with `mu` for single points and `evaluate` for contact states.
 
     Raises
     ------
     InputError
-        Nothing of that name exists (the message lists what does), the constant is no number within 0 to 1, or the
-        file is no formula.
+        There is no such model (the message lists the available ones), the constant is not within 0 to 1, or the file is
+        no formula file.
 
     Examples
     --------
@@ -361,9 +360,8 @@ def friction_model(spec: str) -> ConstantFriction | PublishedFriction | Formula:
         try:
             return ConstantFriction(ValueRange("", ge=0.0, le=1.0).check(value, "friction model"))
         except InputError as error:
-            raise InputError(
-                "friction model", spec, f"constant:VALUE as in constant:0.05, {error.allowed}", error.hint
-            ) from None
+            allowed = f"constant:VALUE as in constant:0.05, {error.allowed}"
+            raise InputError("friction model", spec, allowed, error.hint) from None
     if kind == "strict" and colon:
         return _formula(value).with_options(refuse=True, name=spec)
     return PUBLISHED[spec] if spec in PUBLISHED else _formula(spec)
@@ -379,13 +377,13 @@ def _formula(name: str) -> Formula:
 
 
 def published() -> pd.DataFrame:
-    """The published friction formulas that can be used by name.
+    """The published friction formulas that are available by name.
 
     Returns
     -------
     pandas.DataFrame
-        One row per formula: `name` (of `friction_model`), `source`, `certainty` of its digits ("found", "mixed",
-        "from memory"), `range` in SI units, `range_certainty`, and how it is `applied` at a contact point.
+        One row per formula: `name` (for `friction_model`), `source`, `certainty` of its coefficients ("found", "mixed",
+        "from memory"), `range` in SI units, `range_certainty`, and its application at a contact point (`applied`).
 
     Examples
     --------
@@ -411,7 +409,7 @@ def published() -> pd.DataFrame:
 
 
 def shipped_formulas(oil: str | None = None) -> tuple[str, ...]:
-    """Names of the fitted formulas that come with the program: all, or those that state their errors for one oil."""
+    """Names of the shipped fitted formulas: all, or those of one oil only."""
     names = data_names("formulas", ".json")
     if oil is None:
         return names
@@ -419,7 +417,7 @@ def shipped_formulas(oil: str | None = None) -> tuple[str, ...]:
 
 
 def friction_model_choices() -> str:
-    """What `friction_model` accepts, in words."""
+    """Description of the arguments of `friction_model`."""
     names = ", ".join((*sorted(PUBLISHED), *shipped_formulas()))
     coleman = f"coleman (constant:{COLEMAN_FRICTION:g})"
     return f"constant:VALUE, {coleman}, one of {names}, or the path of a formula file (.json)"

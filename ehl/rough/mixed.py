@@ -24,26 +24,26 @@ from ehl.rough.subgrid import BUDGET_SHARE, CUTOFF_NODES, SplitSurfaces, share_l
 from ehl.surface.measured_profile import load_profile, profile_points
 from ehl.surface.roughness import CUTOFF_PER_CORRELATION_LENGTH, RoughProfile, generate_profile
 
-# constants marked A are tuned with validation/mixed_shortcuts.py, those marked B with
-# tests/verification/ehl/test_continuous_friction.py
-# A: shortest wave of a self-affine profile over lc; shorter ones change mu by -4 to +5 % (H 0.85, film ratio 0.7,
-# gamma 1 and 5)
+# tuned with validation/mixed_shortcuts.py: shortest wave of a self-affine profile over lc; shorter ones change mu by
+# -4 to +5 % (H 0.85, film ratio 0.7, gamma 1 and 5)
 SELF_AFFINE_CUTOFF = 0.4
 PROFILE_LENGTH = 32.0  # of a generated profile [b]
 MIN_CORRELATION_LENGTHS = 60  # smallest length of a generated profile in correlation lengths
-# B: relative change of mu by roughness at a film ratio of 2.8, and its decrease with the film ratio (5 % at 3.4 with
-# the lateral mode)
+# tuned with tests/verification/ehl/test_continuous_friction.py (the next three): relative change of mu by roughness at
+# a film ratio of 2.8, and its decrease with the film ratio (5 % at 3.4 with the lateral mode)
 ROUGHNESS_EFFECT, ROUGHNESS_RATIO, ROUGHNESS_POWER = 0.065, 2.8, 1.8
-# B: at shear stresses far below tau0 films are viscous, and pressure ripples increase mu as exp(alpha p): by 3 to 20 %
-# instead of 2.4 % at tau0, in seven cases down to 0.02 tau0. The inverse of the stress is an upper bound
+# tuned: at shear stresses far below tau0 films are viscous, and pressure ripples increase mu as exp(alpha p): by 3 to
+# 20 % instead of 2.4 % at tau0, in seven cases down to 0.02 tau0. The inverse of the stress is an upper bound
 MIN_STRESS_RATIO = 0.02
-# B: factor on Rq; at a film ratio of 3.9 ridges and waves change mu by 1.9 %, random profiles by 1.7 %
+# tuned: factor on Rq; at a film ratio of 3.9 ridges and waves change mu by 1.9 %, random profiles by 1.7 %
 REGULAR_WAVES = 1.15
 GAUSSIAN_HEIGHT = 6.0  # highest peak over deepest valley of a Gaussian profile of some sixty correlation lengths [Rq]
 ROLLING_EFFECT = 0.0075  # change of ln(viscosity) in the inlet that changes the film by 0.5 %
-MAX_EFFECT_WITHOUT_CONTACT = 0.15  # A: largest change of mu by roughness without asperity contact
+# tuned with validation/mixed_shortcuts.py: largest change of mu by roughness without asperity contact
+MAX_EFFECT_WITHOUT_CONTACT = 0.15
 SHEAR_STRENGTH = 1e9  # about the shear modulus of a glassy oil: a larger stress is an error of the shear law [Pa]
-# A: error of mu by a subgrid film over its change with twice the cut-off; 0.05 to 2.4 in fully resolved contacts
+# tuned with the same script: error of mu by a subgrid film over its change with twice the cut-off; 0.05 to 2.4 in
+# fully resolved contacts
 OVER_CHANGE = 2.5
 TOLERANCE = {"fast": 0.05, "standard": 0.02, "reference": 0.01}
 

@@ -28,7 +28,8 @@ SMALL_PART = 0.05  # share of the squared error below which a level is not exten
 # difference of mu on two meshes above which a finer mesh than the budget permits is added, and the budgets for it
 DIFFERENCE_ALLOWED, BUDGETS = 0.1, 2.0
 EXTRAPOLATED = 4.0 / 3.0  # weight of the finest difference in the extrapolated mean
-FINER_STEP = 0.85  # tuned: iterations of a step over those on twice the spacing (validation/work_precision.py)
+# tuned with validation/work_precision.py: iterations of a step over those on twice the spacing
+FINER_STEP = 0.85
 
 
 def in_common(finer: Window, coarser: Window) -> list[int]:

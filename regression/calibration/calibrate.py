@@ -1,6 +1,7 @@
-"""Calibration from a measured table and a setup to values, intervals and notes: the whole method in one place.
+"""Calibration of oil and surface parameters: from a measured table and a setup to values and intervals.
 
-rows ─> contacts ─> start ─> search ─> hold what is not identifiable, search again ─> intervals ─> result
+Each row becomes a contact. Parameters are fitted from start values; those that are not identifiable are held, and the
+search is repeated. Intervals follow from standard errors or profiles.
 """
 
 from __future__ import annotations
@@ -51,109 +52,104 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-PROFILE_CALLS = 6000  # profiles are made where they ask for at most so many solutions, and those are smooth ones
-MAX_MISFIT = 0.1  # RMS over the mean friction, where no noise is stated: beyond it the model does not describe the rows
-EXCLUDED_GAIN = 3.84  # loss of fit beyond which a held value is excluded by the data, chi-square of one degree, 95 %
+PROFILE_CALLS = 6000  # largest number of smooth solutions for which profiles are computed by default
+MAX_MISFIT = 0.1  # without stated noise: RMS over mean friction above which the model does not describe the rows
+EXCLUDED_GAIN = 3.84  # loss of fit above which the data exclude a held value, chi-square of one degree, 95 %
 
 
 class NotIdentifiable(MixedEhlError):
-    """The solver fails on so many rows that nothing can be identified."""
+    """The solver fails on too many rows for an identification."""
 
     exit_code = 1
 
 
 class MisfitTooLarge(MixedEhlError):
-    """The model does not describe the rows to within their noise: no card without being forced."""
+    """The model does not describe the rows within their noise; a card is written on request only (`force`)."""
 
     exit_code = 1
 
 
 @dataclass(frozen=True)
 class ParameterEstimate:
-    """One parameter after the calibration, SI.
-
-    verdict: in words.
-    """
+    """One parameter after the calibration, in SI units."""
 
     name: str
     unit: str
-    # "determined" (95 % interval within a factor of 1.5, at a misfit that is credible), "weak" (within 3, or the misfit
-    # is not credible), "undetermined" (held)
+    # "determined" (95 % interval within a factor of 1.5 and a credible misfit), "weak" (within a factor of 3, or the
+    # misfit is not credible), "undetermined" (held)
     status: str
-    value: float  # fitted value; nan where undetermined
-    standard_error: float  # of ln(value) [-]; nan where undetermined
-    # 95 % interval; nan where undetermined
+    value: float  # fitted value; nan if undetermined
+    standard_error: float  # of ln(value) [-]; nan if undetermined
+    # 95 % interval; nan if undetermined
     interval_low: float
     interval_high: float
-    held: float  # value used where undetermined; nan otherwise
+    held: float  # value of an undetermined parameter; nan otherwise
     start: float  # of the card or the setup
     note: str
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Calibration(Reportable):
-    """What a calibration found: `regression.calibrate` makes it; SI, names of docs/nomenclature.md."""
+    """Result of `regression.calibrate` in SI units, with the names of docs/nomenclature.md."""
 
     parameters: tuple[ParameterEstimate, ...]
     correlation: tuple[tuple[float, ...], ...]  # of ln(value) of the fitted parameters, in the order of `fitted`
     fitted: tuple[str, ...]
-    # standard deviation of mu of a typical row as used; nan where none was stated [-]
+    # median standard deviation of mu [-]: used and stated; the latter is nan without stated noise
     noise: float
     noise_stated: float
-    chi_square: float  # over its expectation with the stated noise; nan where it was estimated
-    misfit: float  # RMS of computed over measured mu [-]
-    # the residuals do not contradict the stated noise (p >= 0.01); where none is stated, the misfit is at most
+    chi_square: float  # over its expectation with the stated noise; nan if the noise was estimated
+    misfit: float  # RMS of computed minus measured mu [-]
+    # whether the residuals agree with the stated noise (p >= 0.01); without stated noise, whether the misfit is at most
     # `MAX_MISFIT` of the mean mu
     misfit_credible: bool
     # numbers of rows in the file, counted from 1
     outliers: tuple[int, ...]
     excluded: tuple[int, ...]
-    friction_computed: tuple[float, ...]  # mu of all rows by the solver; nan where it failed
-    solver_error: float  # largest relative error the solver states of itself
-    profiled: bool  # intervals by profiles on the solver, or by standard errors
-    values: dict[str, float]  # values of all parameters as used
+    friction_computed: tuple[float, ...]  # mu of all rows by the solver; nan for failed rows
+    solver_error: float  # largest relative numerical error of the solver
+    profiled: bool  # intervals from profiles on the solver (True) or from standard errors (False)
+    values: dict[str, float]  # values of all parameters
     notes: tuple[str, ...]
     iterations: int
     solver_calls: int
     seconds: float
-    measurement: Measurement | None = None  # what it was fitted to
-    setup: CalibrationSetup | None = None  # what was known and fitted
+    measurement: Measurement | None = None  # measured data
+    setup: CalibrationSetup | None = None  # known inputs and fitted parameters
 
     def card(self, name: str, *, force: bool = False) -> Oil:
-        """The oil card with the calibrated figures and the record of what they come from.
+        """The oil card with the calibrated values and a record of their origin.
 
         name: name of the new card.
-        force: make a card although the misfit is not credible; its description says so.
-        Returns: figures that are not identifiable stay those of the card the calibration began with, unless the data
-        exclude them.
-        Raises `MisfitTooLarge`: the misfit is not credible, so the figures are not those of the oil.
+        force: return a card although the misfit is not credible, with a remark in its description.
+        Returns: card; values that are not identifiable remain those of the initial card unless the data exclude them.
+        Raises `MisfitTooLarge`: the misfit is not credible, so that the values are not properties of the oil.
         """
         from regression.calibration.card import calibrated_card
 
         if not (self.misfit_credible or force):
-            raise MisfitTooLarge(f"no card: {self.misfit_words()}. --force (in Python force=True) writes one anyway")
+            hint = "Use --force (in Python force=True) to write it nevertheless."
+            raise MisfitTooLarge(f"no card written: {self.misfit_words()}. {hint}")
         return calibrated_card(name, *self._inputs(), self, datetime.date.today())
 
     def misfit_words(self) -> str:
-        """The misfit beside the noise it is judged by."""
-        if math.isnan(self.noise_stated):
-            share = f"{100.0 * self._misfit_share():.2g} % of the mean friction, at most {100.0 * MAX_MISFIT:g} %"
-            return f"the misfit (RMS) is {share} is credible where no noise is stated"
-        ratio = math.sqrt(self.chi_square)
-        return f"the residuals are {ratio:.2g} times the stated noise, more than chance gives (p < 0.01)"
-
-    def _misfit_share(self) -> float:
+        """The misfit compared with the noise, as text."""
+        if not math.isnan(self.noise_stated):
+            ratio = math.sqrt(self.chi_square)
+            return f"the residuals are {ratio:.2g} times the stated noise, which is not by chance (p < 0.01)"
         measurement = self._inputs()[0]
         used = [number not in self.excluded for number in measurement.row_numbers]
-        return self.misfit / float(np.mean(np.abs(measurement.friction[used])))
+        share = self.misfit / float(np.mean(np.abs(measurement.friction[used])))
+        most = f"the limit is {100.0 * MAX_MISFIT:g} % without stated noise"
+        return f"the misfit (RMS) is {100.0 * share:.2g} % of the mean friction; {most}"
 
     def save_card(self, path: str | PathLike[str], *, force: bool = False) -> Oil:
         """Write the calibrated oil card.
 
         path: a file ending in .toml; its stem is the name of the card.
-        force: as of `card`.
+        force: as in `card`.
         Returns: the card.
-        Raises `InputError`: the file cannot be written; `MisfitTooLarge`: as of `card`.
+        Raises `InputError`: the file cannot be written; `MisfitTooLarge`: as in `card`.
         """
         from ehl.fluid.oil_sheet import write_card
 
@@ -162,7 +158,7 @@ class Calibration(Reportable):
         return card
 
     def use_lines(self, path: str | PathLike[str]) -> list[str]:
-        """Lines of an input file that use the card at that path with the calibrated surface values."""
+        """Lines of an input file for the card at this path and the calibrated surface values."""
         from regression.calibration.card import use_lines
 
         return use_lines(Path(path), self._inputs()[1], self)
@@ -179,7 +175,7 @@ class Calibration(Reportable):
         return plot_calibration(self._inputs()[0], self, ax)
 
     def to_frame(self) -> pd.DataFrame:
-        """One row per parameter, SI: name, unit, status, value, standard error of ln(value), 95 % interval, note."""
+        """One row per parameter: name, unit, status, value, standard error of ln(value), 95 % interval, note."""
         import pandas as pd
 
         return pd.DataFrame([asdict(estimate) for estimate in self.parameters])
@@ -198,13 +194,11 @@ class Calibration(Reportable):
 
     def _inputs(self) -> tuple[Measurement, CalibrationSetup]:
         if self.measurement is None or self.setup is None:
-            raise InputError(
-                "measurement", None, "a result of `regression.calibrate`, which keeps what it was fitted to"
-            )
+            raise InputError("measurement", None, "a result of `regression.calibrate` with its measurement and setup")
         return self.measurement, self.setup
 
     def to_dict(self) -> dict[str, Any]:
-        """Numbers and notes for JSON, SI; not-a-number becomes None."""
+        """Numbers and notes for JSON in SI units; nan becomes None."""
         content: dict[str, Any] = finite_or_none(replace(self, measurement=None, setup=None))
         for name in ("measurement", "setup"):
             del content[name]
@@ -214,12 +208,12 @@ class Calibration(Reportable):
 
 
 def reference_temperature(measurement: Measurement) -> float:
-    """Where `pressure_viscosity` is meant: the mean oil temperature of the rows, to a kelvin [K]."""
+    """Reference temperature of `pressure_viscosity`: the mean oil temperature of the rows, rounded to 1 K [K]."""
     return round(float(np.mean(measurement.columns["temperature_oil"])) - KELVIN) + KELVIN
 
 
 def all_values(measurement: Measurement, setup: CalibrationSetup) -> dict[str, float]:
-    """Values of all parameters before the fit: the card's, and those of [surface]."""
+    """Values of all parameters before the fit: those of the card and of [surface]."""
     values = start_values(Oil.load(setup.oil), reference_temperature(measurement), rising=setup.rising)
     values["boundary_friction"] = setup.surface.boundary_friction
     if setup.surface.boundary_film is not None or "boundary_film" in setup.parameters:
@@ -228,14 +222,14 @@ def all_values(measurement: Measurement, setup: CalibrationSetup) -> dict[str, f
 
 
 def solver_of(measurement: Measurement, setup: CalibrationSetup, jobs: int | None) -> FrictionSolver:
-    """The contact solver over the rows of a measurement."""
+    """The contact solver for the rows of a measurement."""
     groups = contact_groups(measurement, setup)
     roughness = measurement.columns["roughness_rms"]
     return FrictionSolver(setup, groups, roughness, reference_temperature(measurement), jobs)
 
 
 def check_information(measurement: Measurement, setup: CalibrationSetup) -> None:
-    """Refuse what no fit could find in such rows."""
+    """Check that the rows contain information on the parameters."""
     c = measurement.columns
     if len(setup.parameters) >= measurement.size:
         hint = "Measure more rows, or fit fewer parameters."
@@ -244,8 +238,8 @@ def check_information(measurement: Measurement, setup: CalibrationSetup) -> None
         raise InputError(f"{measurement.name}, column slide_to_roll", 0.0, "sliding", "Pure rolling has no friction.")
     for name in ("boundary_friction", "boundary_film"):
         if name in setup.parameters and not (c["roughness_rms"] > 0.0).any():
-            hint = "Give roughness_rms as a column or under [conditions], or leave the parameter out."
-            raise InputError("parameters", name, "parameters of smooth contacts where no roughness is given", hint)
+            hint = "Give roughness_rms as a column or under [conditions], or remove the parameter."
+            raise InputError("parameters", name, "parameters of smooth contacts, as no roughness is given", hint)
     pressure = line_pressure(measurement, setup)
     if set(setup.parameters) >= {"stress_low", "stress_slope"} and np.ptp(pressure) < 0.1 * pressure.mean():
         hint = "Measure at a second pressure, or fit eyring_stress alone."
@@ -253,7 +247,7 @@ def check_information(measurement: Measurement, setup: CalibrationSetup) -> None
 
 
 def target_of(measurement: Measurement, setup: CalibrationSetup) -> Target:
-    """The measured friction with its standard deviations; rows without sliding do not take part."""
+    """The measured friction with its standard deviations, without rows of pure rolling."""
     mu = measurement.friction
     noise, given = setup.noise, np.isfinite(measurement.uncertainty)
     if given.any():
@@ -286,35 +280,35 @@ def calibrate(
     Parameters
     ----------
     measurement : Measurement, str or path
-        Measured friction: a CSV or XLSX file with one row per value and units in the head, or what
-        `regression.calibration.measurement.read_measurement` makes of it.
+        Measured friction: a CSV or XLSX file with one row per value and units in the header, or the result of
+        `regression.calibration.measurement.read_measurement`.
     setup : CalibrationSetup, str or path, or mapping
         Oil, parameters, specimens and common conditions: a TOML file, or its content.
     parameters : sequence of str, optional
-        What is fitted, in place of the setup's: `eyring_stress`, `stress_low`, `stress_slope`,
+        Fitted parameters, in place of those of the setup: `eyring_stress`, `stress_low`, `stress_slope`,
         `limiting_shear_coefficient`, `pressure_viscosity`, `boundary_film`, `boundary_friction`.
     oil : str, optional
-        Oil card to begin with, in place of the setup's.
+        Initial oil card, in place of that of the setup.
     jobs : int, optional
-        Worker processes, one thread each; by default all cores granted.
+        Worker processes with one thread each; default: all available cores.
     profile : bool, optional
-        Whether intervals are profiles on the solver; where not given, if that is cheap (`PROFILE_CALLS`).
+        Whether intervals are profiles on the solver; default: if the cost is low (`PROFILE_CALLS`).
     progress : callable, optional
         Called with a `Progress` in each round of the search.
 
     Returns
     -------
     Calibration
-        Values with intervals; `card` makes an oil card of them.
+        Values with intervals; `card` returns an oil card with them.
 
     Raises
     ------
     InputError
-        A parameter cannot be identified from such rows whatever is measured in them, or a condition is out of range.
+        The rows contain no information on a parameter, or a condition is out of range.
     NotIdentifiable
         The solver fails on most rows.
     ConvergenceError
-        The search did not come to rest.
+        The search did not converge.
 
     Examples
     --------
@@ -358,7 +352,7 @@ def calibrate(
             fit, held, more = _refit_without(worst, start[worst], fit, names, solver, target, noise)
             rounds += more
             not_identifiable[worst] = (why, held)
-        # the last parameter keeps its interval, however wide
+        # a single remaining parameter is not held, even if its interval is wide
         only = "" if worst is None else why_not_identifiable(worst, fit, found, noise.quantile, intervals[0])
 
     misfit = float(np.sqrt(np.mean((fit.friction - target.friction)[target.rows] ** 2)))
@@ -405,7 +399,7 @@ def setup_of(
     parameters: Sequence[str] | None = None,
     oil: str | None = None,
 ) -> CalibrationSetup:
-    """A setup from a file or its content, with other parameters or another oil; errors as of `calibrate`."""
+    """A setup from a file or its content, with other parameters or another oil; errors as in `calibrate`."""
     if isinstance(setup, CalibrationSetup):
         setup = setup.model_dump(exclude_unset=True)
     changes = {"parameters": None if parameters is None else list(parameters), "oil": oil}
@@ -416,19 +410,19 @@ def setup_of(
 
 
 def _profiles(solver: FrictionSolver, names: tuple[str, ...], target: Target, *, wanted: bool | None) -> bool:
-    """Whether to make profiles: as asked for, or where they are cheap."""
+    """Whether to compute profiles: on request, or if their cost is low."""
     cheap = not solver.roughness.any() and 4 * len(names) * int(target.rows.sum()) <= PROFILE_CALLS
     return cheap if wanted is None else wanted
 
 
 def _solvable(solver: FrictionSolver, values: dict[str, float], target: Target) -> Target:
-    """The target without the rows the solver fails on."""
+    """The target without the rows on which the solver fails."""
     found = np.isfinite(solver.parts([values], target.rows)[0]).all(axis=1)
     rows = target.rows & found
     if rows.sum() < max(3, 0.5 * target.rows.sum()):
         raise NotIdentifiable(
             f"the solver fails on {int((target.rows & ~found).sum())} of {int(target.rows.sum())} rows with the values "
-            "of the card: check pressures, speeds and temperatures against the units of their columns"
+            "of the card: check the units of pressures, speeds and temperatures"
         )
     return replace(target, rows=rows)
 
@@ -441,7 +435,7 @@ def _noise(fit: Fit, target: Target) -> Noise:
 def _refit_without(
     name: str, card: float, fit: Fit, names: tuple[str, ...], solver: FrictionSolver, target: Target, noise: Noise
 ) -> tuple[Fit, float, int]:
-    """The fit with one parameter held: at the card's value, or where it was if the data exclude that."""
+    """The fit with one parameter held at the value of the card, or at its fitted value if the data exclude that."""
     rounds, limit = 0, EXCLUDED_GAIN / robust.DEVIANCE
     before = robust.loss(target.residuals(fit.friction) / noise.scale)
     best = fit.values[name]
@@ -463,16 +457,16 @@ def _estimate(
     below, above = (_change(end / fit.values[name]) for end in (low, high))
     words = f"95 % interval {below} to {above}"
     if not narrow:
-        words += "; weakly identified: use the interval, not the number"
+        words += "; weakly identified: use the interval rather than the value"
     if why:
         words += f"; not identifiable from these rows: {why}"
     if not credible:
-        words += "; the misfit is not credible: a figure of this fit, not of the oil"
+        words += "; the misfit is not credible: the value is not a property of the oil"
     return ParameterEstimate(name, si_unit(name), status, fit.values[name], error, low, high, math.nan, start, words)
 
 
 def _change(factor: float) -> str:
-    """A change in per cent, a large one as a factor."""
+    """A change in per cent, or as a factor if large."""
     percent = 100.0 * (factor - 1.0)
     return f"{factor:.2g} times the value" if percent > 99.5 else f"{percent:+.{0 if abs(percent) >= 10.0 else 1}f} %"
 
@@ -480,9 +474,7 @@ def _change(factor: float) -> str:
 def _not_identifiable(name: str, why: str, held: float, start: float) -> ParameterEstimate:
     nan = math.nan
     shown = quantity(name).text(held)
-    where = (
-        "the value it began with" if held == start else "where the fit left it, as the data exclude the card's value"
-    )
+    where = "the initial value" if held == start else "the fitted value, as the data exclude the value of the card"
     words = f"not identifiable from these rows: {why}. Held at {shown}, {where}"
     return ParameterEstimate(name, si_unit(name), "undetermined", nan, nan, nan, nan, held, start, words)
 
@@ -494,28 +486,27 @@ def _notes(
     if setup.specimens.geometry == "point":
         alike = "largest (Hertz)" if setup.specimens.match == "hertz_pressure" else "mean"
         notes.append(
-            f"The solver is one of line contacts: each point contact was replaced by a line contact of the same radius "
-            f"along the motion and the same {alike} pressure. Values are those of that line contact: side leakage of "
-            "the film and the pressure profile across the motion are absorbed by them."
+            f"The solver is for line contacts: each point contact was replaced by a line contact of the same radius "
+            f"along the motion and the same {alike} pressure. The fitted values include the effects of side leakage "
+            "and of the pressure profile across the motion."
         )
     if setup.model.roughness == "load_sharing":
         notes.append("model.roughness = 'load_sharing' has no effect: rough contacts are solved.")
     if setup.specimens.coating:
-        notes.append("The coating is recorded; its own elasticity and heat conduction are not computed.")
+        notes.append("Elasticity and heat conduction of the coating are not modelled.")
     if stated.larger_than_stated:
         notes.append(
-            f"The residuals are {scale:.2g} times the stated noise: the model does not describe "
-            "the data to within it. Intervals use the residuals."
+            f"The residuals are {scale:.2g} times the stated noise: the model does not describe the data within it. "
+            "Intervals use the residuals."
         )
     if widening > 1.0:
         notes.append(
             "Residuals are correlated along the curves: the model differs systematically from the data. Standard "
-            f"errors and intervals are {widening:.2g} times wider for it."
+            f"errors and intervals are therefore increased by a factor of {widening:.2g}."
         )
     if not_identifiable:
-        notes.append(
-            "Values hold with " + ", ".join(not_identifiable) + " held; what those hide is not in the intervals."
-        )
+        held = ", ".join(not_identifiable)
+        notes.append(f"Values are conditional on the held parameters ({held}); intervals do not include their effect.")
     if math.isnan(stated.chi_square):
         notes.append("The noise was estimated from the residuals.")
     return tuple(notes)

@@ -1,4 +1,4 @@
-"""The oil card a calibration writes: the card it began with, new figures, and the record of what they come from."""
+"""Oil card of a calibration: the initial card with calibrated values and a record of their origin."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ SURFACE = ("boundary_friction", "boundary_film")
 def calibrated_card(
     name: str, measurement: Measurement, setup: CalibrationSetup, result: Calibration, date: datetime.date
 ) -> Oil:
-    """The card with the calibrated figures and their record.
+    """The card with the calibrated values and their record.
 
-    Figures that were not determined stay those of the card the calibration began with, unless the data exclude them.
+    Undetermined values remain those of the initial card unless the data exclude them.
     """
     base = Oil.load(setup.oil)
     moved = set(setup.parameters)
@@ -43,13 +43,7 @@ def calibrated_card(
         outliers=result.outliers,
         noise=result.noise,
         fitted={
-            estimate.name: CalibratedValue(
-                value=estimate.value,
-                standard_error=estimate.standard_error,
-                interval_low=estimate.interval_low,
-                interval_high=estimate.interval_high,
-                unit=estimate.unit,
-            )
+            estimate.name: CalibratedValue(**{name: getattr(estimate, name) for name in CalibratedValue.model_fields})
             for estimate in result.parameters
             if estimate.name in result.fitted
         },
@@ -61,13 +55,13 @@ def calibrated_card(
         },
         surface={key: result.values[key] for key in SURFACE if key in result.values},
     )
-    words = f"calibrated from {measurement.name} ({len(used)} rows) on {date.isoformat()}, beginning with {setup.oil}"
+    words = f"calibrated from {measurement.name} ({len(used)} rows) on {date.isoformat()}, initial card {setup.oil}"
     if not result.misfit_credible:
         words += f"; forced: {result.misfit_words()}"
     changes = {
         "name": name,
         "description": f"{base.description}; {words}".removeprefix("; "),
-        "source": f"{', '.join(result.fitted)} {words}; all other figures: {base.source}",
+        "source": f"{', '.join(result.fitted)} {words}; all other values: {base.source}",
         "calibration": record,
     }
     return card.model_copy(update=changes)
@@ -86,7 +80,7 @@ def _geometry_words(setup: CalibrationSetup) -> str:
 
 
 def use_lines(path: Path, setup: CalibrationSetup, result: Calibration) -> list[str]:
-    """What to write in an input file so that the calibrated values are used."""
+    """Lines of an input file that use the calibrated values."""
     lines = [f'[lubricant]  oil = "{path}"' + ('  eyring_stress_law = "pressure"' if setup.rising else "")]
     surface = [f"{name} = {result.values[name]:.4g}" for name in SURFACE if name in result.fitted]
     return lines + (["[surface]  " + "  ".join(surface)] if surface else [])

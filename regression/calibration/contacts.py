@@ -1,9 +1,10 @@
-"""Rows of a measured table as contacts of the solver, in groups that are solved one from the other."""
+"""Rows of a measured table as contacts of the solver, in groups for warm starts."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ from regression.calibration.setup import CalibrationSetup
 
 # mean over maximum pressure: 2/3 of an ellipsoid, pi/4 of a half cylinder
 MEAN_POINT, MEAN_LINE = 2.0 / 3.0, math.pi / 4.0
-GROUP = 8  # contacts solved one from the other by one worker
+GROUP = 8  # contacts of a group, solved by one worker with warm starts
 
 
 @dataclass(frozen=True)
@@ -33,18 +34,15 @@ class ContactGroup:
     surface: SurfaceInput
 
     def only(self, wanted: NDArray[np.bool_]) -> ContactGroup:
-        """The contacts of the rows wanted; `wanted` over all rows of the measurement."""
-        kept = [k for k, row in enumerate(self.rows) if wanted[row]]
-        return ContactGroup(
-            tuple(self.rows[k] for k in kept),
-            tuple(self.contacts[k] for k in kept),
-            tuple(self.temperatures[k] for k in kept),
-            self.surface,
+        """The contacts of selected rows; `wanted` is a mask over all rows of the measurement."""
+        rows, contacts, temperatures = (
+            tuple(compress(values, wanted[list(self.rows)])) for values in (self.rows, self.contacts, self.temperatures)
         )
+        return ContactGroup(rows, contacts, temperatures, self.surface)
 
 
 def line_pressure(measurement: Measurement, setup: CalibrationSetup) -> FloatArray:
-    """Hertz pressure of the line contact that is solved for each row, shape (n,) [Pa]."""
+    """Hertz pressure of the line contact of each row, shape (n,) [Pa]."""
     modulus = effective_modulus(setup.solid_1.body(), setup.solid_2.body())
     specimens, radius = setup.specimens, measurement.columns["radius_equivalent"]
     load = measurement.columns[measurement.load]
@@ -57,12 +55,12 @@ def line_pressure(measurement: Measurement, setup: CalibrationSetup) -> FloatArr
             [hertz_point_pressure(w, r, across or r, modulus) for w, r in zip(load, radius, strict=True)]
         )
     elif point:
-        hint = "A ball is loaded in N: use the column load, or pressure_hertz."
+        hint = "Use the column load [N] or pressure_hertz for a point contact."
         raise InputError("specimens.geometry", "point", "line, for a load per length", hint)
     else:
         if measurement.load == "load":
             if specimens.length is None:
-                hint = "Length of the contact line: the width of the disc or roller."
+                hint = "It is the length of the contact line, the width of the disc or roller."
                 raise InputError("specimens.length", None, "a length such as '10 mm'", hint)
             load = load / specimens.length
         pressure = np.sqrt(load * modulus / (2.0 * np.pi * radius))
@@ -73,12 +71,9 @@ def line_pressure(measurement: Measurement, setup: CalibrationSetup) -> FloatArr
     least = allowed.ge or 0.0
     for row, value in enumerate(pressure):
         if not least <= value <= most:
-            raise InputError(
-                f"{measurement.name}, row {measurement.row_numbers[row]}, {measurement.load}",
-                float(load[row]),
-                f"a Hertz pressure of {least:.3g} to {most:.3g} Pa; it is {value:.4g} Pa",
-                "Check load, radius and solids.",
-            )
+            where = f"{measurement.name}, row {measurement.row_numbers[row]}, {measurement.load}"
+            span = f"a Hertz pressure of {least:.3g} to {most:.3g} Pa; it is {value:.4g} Pa"
+            raise InputError(where, float(load[row]), span, "Check load, radius and solids.")
     return np.asarray(pressure)
 
 
@@ -87,23 +82,20 @@ def contact_groups(measurement: Measurement, setup: CalibrationSetup) -> tuple[C
     modulus = effective_modulus(setup.solid_1.body(), setup.solid_2.body())
     pressure = line_pressure(measurement, setup)
     c = measurement.columns
+    names = ("radius_equivalent", "speed_entrainment", "slide_to_roll")
     contacts = [
         LineContact.from_pressure(
-            radius_equivalent=float(c["radius_equivalent"][i]),
             effective_modulus=modulus,
             pressure_hertz=float(pressure[i]),
-            speed_entrainment=float(c["speed_entrainment"][i]),
-            slide_to_roll=float(c["slide_to_roll"][i]),
+            **{name: float(c[name][i]) for name in names},
         )
         for i in range(measurement.size)
     ]
     for row, contact in enumerate(contacts):
         if contact.speed_sliding > MAX_SLIDING:
-            raise InputError(
-                f"{measurement.name}, row {measurement.row_numbers[row]}, slide_to_roll",
-                contact.slide_to_roll,
-                f"a sliding speed of at most {MAX_SLIDING:g} m/s; it is {contact.speed_sliding:.4g} m/s",
-            )
+            where = f"{measurement.name}, row {measurement.row_numbers[row]}, slide_to_roll"
+            allowed = f"a sliding speed of at most {MAX_SLIDING:g} m/s; it is {contact.speed_sliding:.4g} m/s"
+            raise InputError(where, contact.slide_to_roll, allowed)
     together: dict[tuple[str, float], list[int]] = {}
     for row, label in enumerate(measurement.curve):
         together.setdefault((label, float(c["roughness_rms"][row])), []).append(row)
@@ -113,19 +105,13 @@ def contact_groups(measurement: Measurement, setup: CalibrationSetup) -> tuple[C
         surface = setup.surface.model_copy(update={"roughness_rms_1": each, "roughness_rms_2": each})
         pieces = -(-len(rows) // GROUP)
         for part in np.array_split(np.array(rows), pieces):
-            groups.append(
-                ContactGroup(
-                    tuple(int(i) for i in part),
-                    tuple(contacts[i] for i in part),
-                    tuple(float(c["temperature_oil"][i]) for i in part),
-                    surface,
-                )
-            )
+            temperatures = tuple(float(c["temperature_oil"][i]) for i in part)
+            groups.append(ContactGroup(tuple(map(int, part)), tuple(contacts[i] for i in part), temperatures, surface))
     return tuple(groups)
 
 
 def hertz_point_pressure(load: float, radius_1: float, radius_2: float, effective_modulus: float) -> float:
-    """Largest pressure of an elliptical Hertz contact [Pa] (Johnson 1985, Contact Mechanics, section 4.2).
+    """Maximum pressure of an elliptical Hertz contact [Pa] (Johnson 1985, Contact Mechanics, section 4.2).
 
     1/(2 R') = (p0/E*) b/(e^2 a^2) (K - E), 1/(2 R'') = (p0/E*) b/(e^2 a^2) ((a/b)^2 E - K), W = 2 pi a b p0/3, with
     E* = E'/2, R' the larger radius, a the longer half axis, e^2 = 1 - (b/a)^2, K and E complete elliptic integrals.

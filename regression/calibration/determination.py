@@ -1,4 +1,4 @@
-"""Identifiability of each parameter: standard errors, correlations, profile intervals, and a note in words."""
+"""Identifiability of each parameter: standard errors, correlations, profile intervals, and a note."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from regression.calibration.prediction import FrictionSolver
 from regression.calibration.robust import Noise
 from regression.calibration.search import Fit, Target, bounds_of, inverse_information, minimise
 
-# half width of the 95 % interval of ln(value): up to a factor of 1.5 is a value, up to 3 a weak one, beyond none
+# half width of the 95 % interval of ln(value): determined up to a factor of 1.5, weakly identified up to a factor of 3
 DETERMINED, IDENTIFIABLE = math.log(1.5), math.log(3.0)
-ALONE = 0.9  # share of what is known of a parameter that may come from one row
-MAX_PROFILE, MAX_PROFILE_REACH = 5, 6.0  # solutions of all rows for each side of a profile; over the first step
-CLOSE_ROOT = 0.1  # of the quantile: near enough to interpolate
-COLLINEAR = 0.95  # correlation above which two parameters are identifiable together only
+ALONE = 0.9  # largest share of the information on a parameter from one row
+MAX_PROFILE, MAX_PROFILE_REACH = 5, 6.0  # solutions of all rows for each side of a profile; largest over first step
+CLOSE_ROOT = 0.1  # of the quantile: close enough for interpolation
+COLLINEAR = 0.95  # correlation above which two parameters are only jointly identifiable
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,18 +29,18 @@ class Determination:
 
     names: tuple[str, ...]
     errors: FloatArray  # standard errors of ln(value); shape (k,)
-    alone: FloatArray  # the same if all other parameters were known; shape (k,)
+    alone: FloatArray  # standard errors for known other parameters; shape (k,)
     correlation: FloatArray  # shape (k, k)
-    main_row: tuple[int, ...]  # row that adds most to the information on each parameter, given the others
+    main_row: tuple[int, ...]  # row with the largest information on each parameter, given the others
     main_share: FloatArray  # its share of the information of all rows; shape (k,)
-    widening: float  # factor on the errors for residuals that go together along the curves; 1 without
+    widening: float  # factor on the errors for correlated residuals along the curves; 1 without
 
 
 def determination_of(fit: Fit, target: Target, noise: Noise, labels: tuple[str, ...]) -> Determination:
     """Standard errors at the end of a search.
 
-    Residuals whose neighbours along the curves go together (p < 0.01) count as fewer measurements:
-    errors grow by sqrt((1 + r)/(1 - r)).
+    Residuals that are correlated along the curves (p < 0.01) count as fewer measurements: errors are increased by a
+    factor of sqrt((1 + r)/(1 - r)).
     """
     scaled = (fit.jacobian / target.sigma[:, None])[target.rows]
     covariance = noise.covariance_scale * inverse_information(scaled)
@@ -51,32 +51,26 @@ def determination_of(fit: Fit, target: Target, noise: Noise, labels: tuple[str, 
     errors = np.sqrt(np.diag(covariance))
     alone = np.sqrt(noise.covariance_scale) / np.maximum(np.linalg.norm(scaled, axis=0), 1e-150)
     correlation = covariance / np.outer(errors, errors)
-    # what a row adds to each parameter beside the others: rows of J (J^T J)^-1
+    # information of a row on each parameter given the others: rows of J (J^T J)^-1
     added = (scaled @ covariance) ** 2
     share = added / np.maximum(added.sum(axis=0), 1e-300)
     rows = np.flatnonzero(target.rows)[share.argmax(axis=0)]
-    return Determination(
-        fit.names,
-        widening * errors,
-        np.minimum(widening * alone, 1e6),
-        correlation,
-        tuple(int(row) for row in rows),
-        share.max(axis=0),
-        widening,
-    )
+    main = (tuple(int(row) for row in rows), share.max(axis=0))
+    alone = np.minimum(widening * alone, 1e6)
+    return Determination(fit.names, widening * errors, alone, correlation, *main, widening)
 
 
 def least_identifiable(fit: Fit, found: Determination, width: FloatArray) -> str | None:
-    """The least identifiable parameter, if it is not identifiable at all; None where all are.
+    """The least identifiable parameter, or None if all are identifiable.
 
-    fit, found: the search, and what it says of its end.
+    fit, found: result of the search, and its standard errors.
     width (k,): half widths of the 95 % intervals of ln(value).
     """
     not_identifiable = [
         name in fit.pinned or share > ALONE for name, share in zip(fit.names, found.main_share, strict=True)
     ]
     width = np.where(not_identifiable, np.inf, width)
-    # of two that are known together only, the one that moves the friction least goes first
+    # of two jointly identifiable parameters the one with the smaller effect on friction is removed first
     order = np.lexsort((found.alone, np.minimum(width, 10.0 * IDENTIFIABLE)))
     worst = int(order[-1])
     return fit.names[worst] if width[worst] > IDENTIFIABLE else None
@@ -85,34 +79,32 @@ def least_identifiable(fit: Fit, found: Determination, width: FloatArray) -> str
 def why_not_identifiable(
     name: str, fit: Fit, found: Determination, quantile: float, interval: ParameterInterval | None = None
 ) -> str:
-    """Why a parameter is not identifiable, in words."""
+    """Reason why a parameter is not identifiable."""
     j = fit.names.index(name)
     parameter = PARAMETERS[name]
     if quantile * found.alone[j] > IDENTIFIABLE:
-        return (
-            f"hardly moves the friction of these rows: even with all else known its 95 % interval would span a factor "
-            f"of {_factor(quantile * found.alone[j])} both ways"
-        )
+        width = _factor(quantile * found.alone[j])
+        return f"the friction of these rows hardly depends on it; 95 % interval with known others: factor {width}"
     if interval is not None and math.isfinite(interval.low) != math.isfinite(interval.high):
         least = math.isfinite(interval.low)
         end = quantity(parameter.name).text(math.exp(interval.low if least else interval.high), 3)
-        return f"they say only that it is at {'least' if least else 'most'} {end} (95 %)"
+        return f"the data give only {'a lower' if least else 'an upper'} limit of {end} (95 %)"
     if found.main_share[j] > ALONE:
-        return f"rests on row {found.main_row[j] + 1} below the header alone; no other row confirms it"
+        return f"row {found.main_row[j] + 1} below the header is the only one with information on it"
     if name in fit.pinned:
         bound = parameter.low if fit.values[name] < math.sqrt(parameter.low * parameter.high) else parameter.high
         shown = quantity(parameter.name).text(bound, 3)
-        return f"the fit runs to the end of its range, {shown}: the data set no limit on that side"
+        return f"the fit is at the end of its range, {shown}: the data give no limit on that side"
     others = [k for k in range(len(fit.names)) if k != j]
     if others:
         partner = max(others, key=lambda k: abs(found.correlation[j, k]))
         if abs(found.correlation[j, partner]) > COLLINEAR:
+            width, rho = _factor(quantile * found.alone[j]), found.correlation[j, partner]
             return (
-                f"is known only together with {fit.names[partner]} (correlation {found.correlation[j, partner]:+.3f}): "
-                f"alone its interval would span a factor of {_factor(quantile * found.alone[j])}"
+                f"its correlation with {fit.names[partner]} is {rho:+.3f}; 95 % interval with known others: factor "
+                f"{width}"
             )
-    width = _factor(quantile * found.errors[j])
-    return f"its 95 % interval spans a factor of {width} both ways beside the other parameters"
+    return f"the 95 % interval is wide: factor {_factor(quantile * found.errors[j])} in both directions"
 
 
 def _factor(log_width: float) -> str:
@@ -121,25 +113,25 @@ def _factor(log_width: float) -> str:
 
 @dataclass(frozen=True)
 class ParameterInterval:
-    """95 % interval of one ln(value); an end the data do not set is infinite."""
+    """95 % interval of one ln(value); an end that the data do not determine is infinite."""
 
     low: float
     high: float
 
     @property
     def half_width(self) -> float:
-        """Half of it; infinite where one end is."""
+        """Half width; infinite if one end is."""
         return 0.5 * (self.high - self.low)
 
 
 def within_range(name: str, interval: ParameterInterval) -> ParameterInterval:
-    """The interval with the range of the parameter where the data set no end."""
+    """The interval limited to the range of the parameter."""
     low, high = math.log(PARAMETERS[name].low), math.log(PARAMETERS[name].high)
     return ParameterInterval(max(interval.low, low), min(interval.high, high))
 
 
 def intervals_by_errors(fit: Fit, noise: Noise, found: Determination) -> list[ParameterInterval]:
-    """Intervals by standard errors."""
+    """Intervals from standard errors."""
     here = np.log([fit.values[name] for name in fit.names])
     width = noise.quantile * found.errors
     return [ParameterInterval(float(a), float(b)) for a, b in zip(here - width, here + width, strict=True)]
@@ -148,12 +140,12 @@ def intervals_by_errors(fit: Fit, noise: Noise, found: Determination) -> list[Pa
 def profile_intervals(
     solver: FrictionSolver, fit: Fit, target: Target, noise: Noise, found: Determination
 ) -> list[ParameterInterval]:
-    """Intervals by profiles of the loss on the solver (Bates & Watts 1988, section 6.1).
+    """Intervals from profiles of the loss on the solver (Bates & Watts 1988, section 6.1).
 
-    One parameter is set aside, the others are chosen by the surrogate, all rows are solved, and the deviance of the
-    loss is taken. Its root is 1.96 (or Student's quantile) at the end of the interval; the step is drawn out or in
-    until it is, at most `MAX_PROFILE_STEPS` times a side. Where even `MAX_PROFILE_REACH` such steps do not get
-    there, or a bound of the parameter comes first, the data set no limit on that side.
+    One parameter is shifted, the others are optimised on the surrogate, and all rows are solved. The root of the
+    deviance of the loss is 1.96 (or the quantile of Student's t) at the end of the interval. The step is adapted at
+    most `MAX_PROFILE` times on each side. If `MAX_PROFILE_REACH` first steps do not suffice, or the parameter reaches
+    its bound, the data give no limit on that side.
     """
     low, high = bounds_of(fit.names)
     here = np.log([fit.values[name] for name in fit.names])
@@ -167,7 +159,7 @@ def profile_intervals(
         parts = solver.transformed(solver.parts([fit.values, *sets], target.rows))[1:]
         for side, values, part in zip(sides, sets, parts, strict=True):
             rise = robust.loss(target.residuals(solver.friction(part, values)) / noise.scale) - base
-            # a place that cannot be solved is beyond any limit
+            # a point without a solution is outside the interval
             side.root = math.sqrt(max(robust.DEVIANCE * rise, 0.0)) if math.isfinite(rise) else math.inf
 
     sides = [
@@ -189,7 +181,7 @@ def profile_intervals(
 
 
 class _Side:
-    """One side of a profile: how far to step, and what was found there."""
+    """One side of a profile: step and result."""
 
     def __init__(self, at: int, sign: float, size: float, room: float) -> None:
         self.at, self.sign, self.size, self.room = at, sign, max(size, 1e-6), room
@@ -204,7 +196,7 @@ class _Side:
         return self.sign * self.size
 
     def follow(self, quantile: float) -> None:
-        """The next step, or the end."""
+        """Set the next step or the end."""
         if self.root < quantile:
             self.below = (self.size, self.root)
         else:

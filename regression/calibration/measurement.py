@@ -1,4 +1,4 @@
-"""The measured table: one row per friction value, columns by the names of docs/nomenclature.md, units in the header."""
+"""Measured table: one row per friction value, columns with the names of docs/nomenclature.md, units in the header."""
 
 from __future__ import annotations
 
@@ -37,35 +37,34 @@ CONDITIONS: dict[str, ValueRange] = {
 LOADS = ("pressure_hertz", "load", "load_per_length")
 NEEDED = ("radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil")
 MEASURED: dict[str, ValueRange] = {
-    # signed with the slip, or the noise of a friction near 0
+    # negative values: sign of the slip, or noise of a friction near 0
     "friction_coefficient": ValueRange("", ge=-2.0, le=2.0, hint="mu, not a friction force."),
     "friction_uncertainty": ValueRange("", gt=0.0, le=1.0, hint="One standard deviation of mu."),
 }
 MIN_FRICTION = -0.1  # noise of a friction near 0, at slip of either sign
-MAX_SLIP = 4.0  # slide-to-roll ratio: 2 is pure sliding, far beyond it most often a percentage without its unit
+MAX_SLIP = 4.0  # slide-to-roll ratio: 2 is pure sliding; larger values are usually percentages without unit
 # rows of one condition: relative difference of load, speed and slip, and temperatures [K]
 SAME, SAME_TEMPERATURE, SAME_SLIP = 0.02, 1.5, 1e-4
 LABEL = "curve"
-SYNTHETIC = "# SYNTHETIC"  # how a table of synthetic friction begins
+SYNTHETIC = "# SYNTHETIC"  # first line of a table of synthetic friction
 COLUMNS: dict[str, ValueRange | None] = {**CONDITIONS, **MEASURED, LABEL: None}
 
 
 @dataclass(frozen=True, eq=False)
 class Measurement:
-    """A measured table, SI."""
+    """A measured table in SI units."""
 
-    name: str  # file name, and "(synthetic)" where the file says so
+    name: str  # file name, with "(synthetic)" for synthetic data
     file_hash: str  # SHA-256 of the file
-    columns: dict[str, FloatArray]  # conditions by name; those that hold for all rows are filled in; shape (n,)
-    load: str  # which of `LOADS` there is
-    # mu and its standard deviation [-]; nan where none is given; shape (n,)
+    columns: dict[str, FloatArray]  # conditions by name, including constant ones; shape (n,)
+    load: str  # the one of `LOADS` that is given
+    # mu and its standard deviation [-]; nan if not given; shape (n,)
     friction: FloatArray
     uncertainty: FloatArray
     curve: tuple[str, ...]  # label of each row
-    # of each row in the file, counted from 1; below a header of one line where not given. Of rows that were averaged
-    # the first.
+    # number of each row in the file, counted from 1 (first of averaged rows); default: with a header of one line
     row_numbers: tuple[int, ...] = ()
-    notes: tuple[str, ...] = ()  # what was done to the rows
+    notes: tuple[str, ...] = ()  # processing of the rows
 
     def __post_init__(self) -> None:
         if not self.row_numbers:
@@ -82,12 +81,12 @@ def read_measurement(
 ) -> Measurement:
     """Read a table of measured friction.
 
-    path: CSV, XLSX or the export of a test rig as `ehl.common.table_reader.read_table` takes it. Slip in both
-        directions is folded (`folded`).
-    fixed: conditions that hold for every row, SI; each either here or in the table.
-    friction: whether the column friction_coefficient is needed (not for a planned test).
-    roughness_rms: of rows where neither the table nor `fixed` states it [m].
-    Raises `InputError`: naming file, row and column.
+    path: CSV, XLSX or the export of a test rig (`ehl.common.table_reader.read_table`). Slip in both directions is
+        combined (`folded`).
+    fixed: conditions of all rows in SI units; each either here or in the table.
+    friction: whether the column friction_coefficient is required (not for a planned test).
+    roughness_rms: roughness of rows if neither the table nor `fixed` states it [m].
+    Raises `InputError`: the message states file, row and column.
     """
     table, numbers = numbered_table(path, COLUMNS, ("friction_coefficient",) if friction else (), missing=True)
     size = len(next(iter(table.values())))
@@ -95,13 +94,12 @@ def read_measurement(
         if name in table:
             raise InputError(f"conditions.{name}", fixed[name], f"{name} either in [conditions] or in {path.name}")
     given = {*table, *fixed}
+    hint = "Give it as a column of the table, or under [conditions] of the setup if it is the same for all rows."
     loads = [name for name in LOADS if name in given]
     if len(loads) != 1:
-        hint = "Give it as a column of the table, or under [conditions] of the setup where it holds for all rows."
         raise InputError(f"{path.name}, load", " and ".join(loads) or None, "exactly one of " + ", ".join(LOADS), hint)
     for name in NEEDED:
         if name not in given:
-            hint = "Give it as a column of the table, or under [conditions] of the setup where it holds for all rows."
             raise InputError(f"{path.name}, column {name}", None, CONDITIONS[name].expected, hint)
     columns = {
         name: np.array(table[name] if name in table else np.full(size, fixed[name]), dtype=float)
@@ -122,23 +120,23 @@ def read_measurement(
     )
     largest = float(np.abs(columns["slide_to_roll"]).max())
     if largest > MAX_SLIP:
-        hint = "Is it in %? Write the unit in the header: slide_to_roll [%]."
+        hint = "For values in % write the unit in the header: slide_to_roll [%]."
         raise InputError(f"{path.name}, column slide_to_roll", largest, f"at most {MAX_SLIP:g}", hint)
     measurement = folded(measurement)
     low = np.flatnonzero(measurement.friction < MIN_FRICTION)
     if low.size:
         where = f"{path.name}, row {measurement.row_numbers[low[0]]}, friction_coefficient"
-        hint = "Friction has the sign of the slip, or none."
+        hint = "Friction is positive, or has the sign of the slip."
         raise InputError(where, float(measurement.friction[low[0]]), f"at least {MIN_FRICTION:g}", hint)
     return measurement
 
 
 def folded(measurement: Measurement) -> Measurement:
-    """A measurement with slip in both directions brought to one, averaged over repeats; others as they are.
+    """A measurement with slip in both directions combined and repeats averaged; other measurements are unchanged.
 
-    At each condition mu = (mu(+s) - mu(-s))/2, which takes out a zero offset of the force sensor, (mu(+s) + mu(-s))/2;
-    where the file has friction without sign, the mean of both. Rows of one condition agree in load, speed and slip to
-    2 % and in temperature to 1.5 K. A condition measured in one direction alone is corrected by the median offset.
+    At each condition mu = (mu(+s) - mu(-s))/2, which removes the zero offset (mu(+s) + mu(-s))/2 of the force sensor.
+    For friction without sign it is the mean of both. Rows of one condition agree in load, speed and slip to 2 % and in
+    temperature to 1.5 K. A condition measured in one direction only is corrected by the median offset.
     """
     slip, mu = measurement.columns["slide_to_roll"], measurement.friction
     back, forth = slip < 0.0, slip > 0.0
@@ -165,7 +163,7 @@ def folded(measurement: Measurement) -> Measurement:
     unsigned = measurement.columns | {"slide_to_roll": np.abs(slip)}
     mean = {name: np.array([np.mean(values[group == k]) for k in first]) for name, values in unsigned.items()}
     known = measurement.uncertainty
-    note = f"{len(mu)} rows folded over the sign of the slip and averaged to {len(first)} conditions"
+    note = f"{len(mu)} rows with slip in both directions averaged to {len(first)} conditions"
     if offsets:
         note += f"; offset of mu {offset:+.4f} (median), {min(offsets):+.4f} to {max(offsets):+.4f}"
     return replace(
@@ -180,7 +178,7 @@ def folded(measurement: Measurement) -> Measurement:
 
 
 def _conditions(measurement: Measurement) -> NDArray[np.int64]:
-    """Number of the condition of each row, whatever the sign of its slip, in the order of the file."""
+    """Number of the condition of each row, independent of the sign of its slip, in the order of the file."""
     relative = {name: np.abs(values) for name, values in measurement.columns.items() if name != "temperature_oil"}
     temperature = measurement.columns["temperature_oil"]
     group = np.full(measurement.size, -1)

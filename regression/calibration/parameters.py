@@ -1,4 +1,4 @@
-"""The parameters that can be calibrated: what each means, where it acts, and the oil card with new values."""
+"""Parameters of a calibration: meaning, bounds, and the oil card with new values."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from ehl.fluid.oil_laws import GoldAlpha, ModulusAlpha, TabulatedAlpha
 from ehl.fluid.rheology import RisingStress, stress_at
 from ehl.fluid.viscosity import ModulusViscosity
 
-GOLD_ANCHOR = 100.0 + KELVIN  # where a formula without measured point is anchored [K]
-# pressures between which a stress rises, where the card has none: those of the published 75W-90 law [Pa]
+GOLD_ANCHOR = 100.0 + KELVIN  # anchor temperature of a formula without measured value [K]
+# default of the pressures between which a stress increases: those of the published 75W-90 law [Pa]
 RISE_BETWEEN = (0.5e9, 3.5e9)
-START_PRESSURE = 1e9  # where a stress over pressure gives the start of a constant one [Pa]
+START_PRESSURE = 1e9  # pressure at which a stress law gives the start value of a constant stress [Pa]
 
 
 @dataclass(frozen=True)
 class CalibrationParameter:
-    """One parameter; fitted in its logarithm, as all of them are positive."""
+    """One parameter, which is positive and fitted in its logarithm."""
 
     name: str  # of docs/nomenclature.md
-    meaning: str  # in words
+    meaning: str  # for users
     # bounds, SI
     low: float
     high: float
@@ -45,22 +45,22 @@ EXCLUSIVE = {"eyring_stress": RISING}
 
 
 def check_parameters(names: tuple[str, ...]) -> None:
-    """Refuse parameters that do not exist or exclude each other."""
+    """Check that parameters exist and do not exclude each other."""
     if not names:
         raise InputError("parameters", "none", "at least one of " + ", ".join(PARAMETERS))
     for name in names:
         if name not in PARAMETERS:
-            raise InputError("parameters", name, "names out of " + ", ".join(PARAMETERS))
+            raise InputError("parameters", name, "one of " + ", ".join(PARAMETERS))
         if names.count(name) > 1:
             raise InputError("parameters", name, "each parameter once")
         for other in EXCLUSIVE.get(name, ()):
             if other in names:
-                hint = "tau0 is either the same at all pressures, or rises by stress_low and stress_slope."
+                hint = "tau0 is either constant, or increases with pressure (stress_low, stress_slope)."
                 raise InputError("parameters", f"{name}, {other}", "one law of the Eyring stress", hint)
 
 
 def start_values(card: Oil, temperature: float, *, rising: bool) -> dict[str, float]:
-    """The card's values of the parameters of the oil at a temperature [K], without those of the law not in use."""
+    """Values of the oil parameters of a card at a temperature [K] for the selected stress law."""
     lubricant = card.at(temperature)
     values = {
         "limiting_shear_coefficient": lubricant.limiting_shear_coefficient,
@@ -80,16 +80,16 @@ def _rising(card: Oil) -> RisingStress:
 
 
 def card_with(card: Oil, values: Mapping[str, float], temperature: float) -> Oil:
-    """The card with the given values of its parameters; `pressure_viscosity` is meant at `temperature` [K].
+    """The card with the given parameter values; `pressure_viscosity` is that at `temperature` [K].
 
-    alpha keeps its dependence on temperature and is scaled as a whole; in laws by constants so is ln(eta/eta0).
+    alpha is scaled by one factor at all temperatures; for laws with constants ln(eta/eta0) is scaled.
     """
     changes: dict[str, object] = {}
     for name in ("eyring_stress", "limiting_shear_coefficient"):
         if name in values:
             changes[name] = values[name]
     if "limiting_shear_coefficient" in values and card.limiting_stress[0] > 0.0:
-        changes["limiting_shear_ambient"] = card.limiting_stress[0]  # of the base oil, which a coefficient would drop
+        changes["limiting_shear_ambient"] = card.limiting_stress[0]  # otherwise lost for that of the base oil
     if "stress_low" in values:
         law = _rising(card)
         changes["eyring_stress_pressure"] = law.model_copy(update={name: values[name] for name in RISING})
@@ -99,7 +99,7 @@ def card_with(card: Oil, values: Mapping[str, float], temperature: float) -> Oil
 
 
 def _scaled_alpha(card: Oil, factor: float, temperature: float) -> dict[str, object]:
-    """The slope at p = 0 times a factor at every temperature; laws by constants are scaled as a whole."""
+    """The slope at p = 0 times a factor at every temperature; laws with constants are scaled as a whole."""
     law = card.pressure_viscosity
     if factor == 1.0:
         return {}
@@ -118,11 +118,11 @@ def _scaled_alpha(card: Oil, factor: float, temperature: float) -> dict[str, obj
 
 
 def _as_slope(law: TabulatedAlpha | GoldAlpha) -> dict[str, object]:
-    """The definition of what has become a slope; cards that do not say mean the slope."""
+    """Definition "slope" if the card has a definition; the default is the slope."""
     return {} if law.alpha_definition is None else {"alpha_definition": "slope"}
 
 
 def lubricant_of(card: Oil, temperature: float, *, rising: bool) -> Lubricant:
-    """The lubricant of a card at a temperature [K], with the Eyring stress that rises with pressure if asked for."""
+    """The lubricant of a card at a temperature [K]; `rising`: with an Eyring stress that increases with pressure."""
     lubricant = card.at(temperature)
     return replace(lubricant, eyring_stress=_rising(card)) if rising else lubricant

@@ -1,8 +1,8 @@
-"""Friction of all rows by the contact solver, and by a local surrogate that costs nothing.
+"""Friction of all rows by the contact solver and by a local surrogate.
 
-What the solver gives for a row is kept in two parts: friction of the film, and load share of the asperities. Boundary
-friction then mixes the two without another solution. The surrogate takes the parts with the film held (`FrozenFilm`),
-and a correction linear in the logarithms of the parameters.
+The result of a row has two parts: friction of the film, and load share of the asperities. A change of the boundary
+friction needs no further solution. The surrogate uses the parts at a fixed film shape (`FrozenFilm`) and a correction
+that is linear in the logarithms of the parameters.
 """
 
 from __future__ import annotations
@@ -31,26 +31,24 @@ from regression.calibration.setup import CalibrationSetup
 
 Values = Mapping[str, float]
 
-# shares are kept as ln(s/(1 - s)), friction as ln mu; both are held off nothing
+# lower bounds for the transformed parts, ln(s/(1 - s)) of shares and ln mu of friction
 MIN_SHARE, MIN_FRICTION = 1e-5, 1e-9
 PARTS = 3  # film friction; asperity share; relative error of the friction
 
 
 @dataclass(frozen=True, eq=False)
 class FrozenFilm:
-    """A solved film, which gives what figures of the oil do to its friction without another solution.
+    """A solved film for the change of its friction with oil properties without another solution.
 
-    Pressure, temperature and shape of the film stay those of the solution; its thickness follows the formula of Moes
-    (1992), its shear stress the shear law with the new figures.
-
-    log_rest (m,): ln of v_s/h times the change of viscosity with temperature [1/s].
+    Pressure, temperature and shape of the film are those of the solution. Its thickness follows the formula of Moes
+    (1992), its shear stress the shear law with the new properties.
     """
 
     pressure: FloatArray  # [Pa]; shape (m,)
-    log_shear_rate: FloatArray
+    log_shear_rate: FloatArray  # ln of v_s/h times the change of viscosity with temperature [1/s]; shape (m,)
     # length of each node over the load per length [m^2/N]: friction is the sum of weight times stress; shape (m,)
     weight: FloatArray
-    log_film: float  # ln of the film of Moes of the solution
+    log_film: float  # ln of the film of the solution by the formula of Moes
 
     def log_friction(self, contact: LineContact, lubricant: Lubricant) -> float:
         """ln of the friction coefficient with another lubricant."""
@@ -68,7 +66,7 @@ def log_moes_film(contact: LineContact, lubricant: Lubricant) -> float:
 
 
 def frozen_film(result: ContactResult, contact: LineContact, lubricant: Lubricant) -> FrozenFilm | None:
-    """The film of a smooth, steady solution; None where there is none, or no sliding."""
+    """The film of a smooth, steady solution with sliding, else None."""
     if result.status == "failed" or result.transient is not None or result.film is None or contact.speed_sliding == 0.0:
         return None
     film = result.film
@@ -99,16 +97,15 @@ def solve_group(
 ) -> tuple[FloatArray, tuple[FrozenFilm | None, ...], tuple[float | None, ...]]:
     """Parts of the friction of one group for several sets of parameters, and films and windows of the first set.
 
-    The contacts of the first set are solved one from the other, those of the others from the same contact of the first.
-    The parts have the shape (sets, contacts, 3), nan where the solver failed.
+    Contacts of the first set are solved with warm starts from each other, those of the other sets from the same contact
+    of the first. The parts have the shape (sets, contacts, 3), nan for failed solutions.
 
-    A rough contact is averaged over the same travel whatever the parameters are. A travel that ends where the interval
-    of mu is narrow enough jumps from one set to the next, and mu with it by some per cent: more than the small changes
-    a search follows.
+    The averaging window of a rough contact is the same for all sets. A window that ends with the interval of mu differs
+    between sets, which changes mu by some per cent: more than the small changes in a search.
 
-    sets: one lubricant per contact of the group.
+    sets: one lubricant per contact of the group, and changes of the surface.
     model, bodies: as in `ehl.solve.solve_contact`.
-    windows: travel each contact is averaged over [b], as far as known; empty where none is.
+    windows: averaging window of each contact [b], None if unknown; empty if all are.
     """
     out = np.full((len(sets), len(group.contacts), PARTS), np.nan)
     first: list[ContactResult] = []
@@ -139,29 +136,28 @@ def _window(result: ContactResult) -> float | None:
 
 @dataclass
 class FrictionSolver:
-    """The solver over all rows, with what it has found kept."""
+    """The solver for all rows, with a cache of its results."""
 
     setup: CalibrationSetup
     groups: tuple[ContactGroup, ...]
     roughness: FloatArray  # composite Rq of each row [m]; shape (n,)
-    temperature: float  # where `pressure_viscosity` is meant [K]
+    temperature: float  # reference temperature of `pressure_viscosity` [K]
     jobs: int | None = None  # worker processes
     calls: int = 0  # contacts solved so far
-    seconds: float = 0.0  # wall time of that
+    seconds: float = 0.0  # their wall time
     _known: dict[tuple[float, ...], FloatArray] = field(default_factory=dict, repr=False)
-    films: dict[int, FrozenFilm] = field(default_factory=dict, repr=False)  # films of each row as solved last
-    # travel each row of resolved roughness is averaged over, that of its first solution [b]
-    windows: dict[int, float] = field(default_factory=dict, repr=False)
+    films: dict[int, FrozenFilm] = field(default_factory=dict, repr=False)  # last solved film of each row
+    windows: dict[int, float] = field(default_factory=dict, repr=False)  # averaging window of each rough row [b]
 
     def needs_solution(self, name: str) -> bool:
-        """Whether a change of this parameter asks for new solutions."""
-        return name != "boundary_friction"  # it mixes the two parts
+        """Whether a change of this parameter requires new solutions."""
+        return name != "boundary_friction"
 
     def parts(self, sets: Sequence[Values], rows: BoolArray | None = None) -> FloatArray:
-        """Parts of the friction for each set of values, shape (sets, n, 3); nan where failed or not asked for.
+        """Parts of the friction for each set of values, shape (sets, n, 3); nan if failed or not requested.
 
-        sets: values of all parameters, SI; later ones start from the solutions of the first.
-        rows: rows that are solved; all when not given.
+        sets: values of all parameters in SI units; warm starts are from the solutions of the first set.
+        rows: rows to be solved; default: all.
         """
         wanted = np.ones(self.roughness.size, dtype=bool) if rows is None else rows
         keys = [self._key(values) for values in sets]
@@ -197,14 +193,14 @@ class FrictionSolver:
             new = {row: window for row, window in zip(group.rows, windows, strict=True) if window is not None}
             self.windows = new | self.windows
             self.calls += len(group.rows) * len(sets)
-            # the films of the latest first set serve: all the surrogate needs of them is how friction changes
+            # the surrogate uses the films for changes of friction only, so that those of the last first set suffice
             self.films = self.films | {row: film for row, film in zip(group.rows, films, strict=True) if film}
             for key, of_set in zip(keys, parts, strict=True):
                 self._known[key][list(group.rows)] = np.column_stack([of_set, np.ones(len(group.rows))])
         self.seconds += time.perf_counter() - clock
 
     def held(self, values: Values, films: Mapping[int, FrozenFilm]) -> FloatArray:
-        """Transformed parts with these films held, shape (n, 2), to a constant for each row; 0 without films."""
+        """Transformed parts at fixed films, shape (n, 2), up to a constant for each row; 0 without films."""
         out = np.zeros((self.roughness.size, 2))
         if not films:
             return out
@@ -219,45 +215,44 @@ class FrictionSolver:
         return out
 
     def _surface(self, values: Values) -> dict[str, float]:
-        """What the parameters say of the surfaces the solver meets."""
+        """Surface inputs among the parameters."""
         return {name: values[name] for name in ("boundary_friction", "boundary_film") if name in values}
 
     def transformed(self, parts: FloatArray) -> FloatArray:
-        """The first two parts, shape (..., n, 2), as the surrogate expands them."""
+        """The first two parts, shape (..., n, 2), transformed for the surrogate."""
         friction = np.log(np.maximum(parts[..., 0], MIN_FRICTION))
         share = np.clip(parts[..., 1], MIN_SHARE, 1.0 - MIN_SHARE)
         return np.stack([friction, np.log(share / (1.0 - share))], axis=-1)
 
     def friction(self, transformed: FloatArray, values: Values) -> FloatArray:
-        """mu of all rows, shape (n,), from the transformed parts and the parameters that only mix them."""
+        """mu of all rows, shape (n,), from the transformed parts and the boundary friction."""
         film = np.exp(transformed[..., 0])
         share = 1.0 / (1.0 + np.exp(-transformed[..., 1]))
-        # the friction of the film of a rough contact belongs to the whole load already
+        # film friction of a rough contact refers to the whole load
         return np.asarray(np.where(self.roughness > 0.0, film + share * values["boundary_friction"], film))
 
 
 @dataclass(frozen=True, eq=False)
 class Surrogate:
-    """Friction near a set of values: films held, and a correction linear in logarithms."""
+    """Friction near a set of values: fixed films, and a correction that is linear in logarithms."""
 
     solver: FrictionSolver
-    values: dict[str, float]  # where it was built: values of all parameters
-    names: tuple[str, ...]  # parameters being fitted
-    centre: FloatArray  # transformed parts there; shape (n, 2)
-    # what their derivatives by the logarithm of each fitted parameter have beyond those with films held; 0 for those
-    # that only mix; shape (n, 2, k)
+    values: dict[str, float]  # values of all parameters at the centre
+    names: tuple[str, ...]  # fitted parameters
+    centre: FloatArray  # transformed parts at the centre; shape (n, 2)
+    # derivatives of the parts by the logarithm of each fitted parameter minus those at fixed films; shape (n, 2, k)
     slopes: FloatArray
-    films: Mapping[int, FrozenFilm]  # the films that are held
-    held: FloatArray  # parts with them at `values`; shape (n, 2)
+    films: Mapping[int, FrozenFilm]  # fixed films
+    held: FloatArray  # parts with fixed films at `values`; shape (n, 2)
 
     @property
     def moving(self) -> bool:
-        """Whether any fitted parameter asks for solutions."""
+        """Whether any fitted parameter requires solutions."""
         return any(self.solver.needs_solution(name) for name in self.names)
 
     @property
     def log_values(self) -> FloatArray:
-        """Logarithms of the fitted values where it was built, shape (k,)."""
+        """Logarithms of the fitted values at the centre, shape (k,)."""
         return np.log([self.values[name] for name in self.names])
 
     def at(self, log_values: FloatArray) -> FloatArray:
@@ -277,10 +272,10 @@ class Surrogate:
         return np.column_stack(columns)
 
     def moved(self, values: dict[str, float], centre: FloatArray) -> Surrogate:
-        """The surrogate about another solved place, its slopes corrected along the step (Broyden 1965)."""
+        """The surrogate about another solved point, with slopes corrected along the step (Broyden 1965)."""
         place = np.log([values[name] for name in self.names])
         step = place - self.log_values
-        # only along parameters that asked for a solution: the others do not change the parts
+        # parameters that require no solution do not change the parts
         step = np.where([self.solver.needs_solution(name) for name in self.names], step, 0.0)
         length = float(step @ step)
         slopes = self.slopes

@@ -19,14 +19,14 @@ from regression.calibration.measurement import Measurement
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# what a curve may be drawn over
+# possible abscissae of a curve
 _OVER = ("slide_to_roll", "speed_entrainment", "pressure_hertz", "load", "load_per_length", "temperature_oil")
 MAX_LABELS = 10
-CAPTION = "Points: measured; lines: computed. Below: residuals over the noise; outliers are ringed."
+CAPTION = "Points: measured; lines: computed. Below: residuals over the noise; outliers are circled."
 
 
 def plot_calibration(measurement: Measurement, result: Calibration, ax: Axes | None = None) -> Axes:
-    """Points measured, lines computed; one column for each quantity curves are drawn over, residuals below."""
+    """Plot of measured points and computed lines with residuals below, one column for each abscissa."""
     from matplotlib import colormaps
 
     curves: dict[str, list[tuple[str, list[int]]]] = {}
@@ -38,7 +38,7 @@ def plot_calibration(measurement: Measurement, result: Calibration, ax: Axes | N
     if ax is None:
         figure = new_figure(5.4 * len(curves) + 0.8, 6.0)
         panels = list(figure.subplots(2, len(curves), sharex="col", squeeze=False, height_ratios=(3, 1)).T)
-        figure.suptitle(f"{measurement.name}: points of the table, lines computed", fontsize=10)
+        figure.suptitle(f"{measurement.name}: measured points, computed lines", fontsize=10)
     else:
         panels = [(ax, None)]
     number_of = measurement.row_numbers
@@ -62,13 +62,13 @@ def plot_calibration(measurement: Measurement, result: Calibration, ax: Axes | N
             above.set_xlabel(axis_label(over))
             continue
         below.axhline(0.0, color="black", lw=0.8)
-        below.set(xlabel=axis_label(over), ylabel="table - computed\nover noise [-]")
+        below.set(xlabel=axis_label(over), ylabel="measured - computed\nover noise [-]")
     main: Axes = panels[0][0]
     return main
 
 
 def _varies(measurement: Measurement, rows: list[int]) -> str:
-    """What varies most along a curve, by ratio."""
+    """Quantity with the largest ratio of its extreme values along a curve."""
     ratios = {}
     for name in _OVER:
         if name in measurement.columns:
@@ -79,18 +79,18 @@ def _varies(measurement: Measurement, rows: list[int]) -> str:
 
 
 def label_of(name: str) -> str:
-    """A parameter in words."""
+    """Label of a parameter."""
     known = quantities().get(name)
     return name.replace("_", " ") if known is None else known.label
 
 
 def parameter_table(result: Calibration) -> Table:
-    """Fitted values with their intervals, and what they began with."""
+    """Fitted values with their intervals and start values."""
     how = "profile on the solver" if result.profiled else "standard errors"
     fields = {"value": "value", "95 % from": "interval_low", "95 % to": "interval_high", "start": "start"}
     rows = [(words, *(getattr(e, field) for e in result.parameters)) for words, field in fields.items()]
     return Table(
-        ("figure", *(estimate.name for estimate in result.parameters)),
+        ("", *(estimate.name for estimate in result.parameters)),
         [*rows, ("status", *(estimate.status for estimate in result.parameters))],
         title=f"calibrated parameters (95 % intervals by {how})",
         notes=[f"{label_of(e.name)}: {e.note}." for e in result.parameters if e.status != "determined"],
@@ -130,7 +130,7 @@ def calibration_sections(result: Calibration, measurement: Measurement, medium: 
     answer = MainResult(
         f"{len(determined)} of {len(result.parameters)}",
         "parameters determined by these data",
-        [misfit, (_share(result.solver_error), "solver's error")],
+        [misfit, (_share(result.solver_error), "largest numerical error of the solver")],
     )
     curves = Picture(lambda: plot_calibration(measurement, result), CAPTION, "curves")
     return [
@@ -142,14 +142,14 @@ def calibration_sections(result: Calibration, measurement: Measurement, medium: 
 
 
 def _lines(result: Calibration) -> list[str]:
-    """Lines below the tables of the terminal: noise, outliers, notes, cost."""
+    """Lines below the tables in the terminal: noise, outliers, notes, cost."""
     stated = "" if math.isnan(result.noise_stated) else f" (stated {result.noise_stated:.2g})"
     lines = [
         f"misfit {result.misfit:.2g} of mu (RMS), noise {result.noise:.2g}{stated}; "
-        f"largest error the solver states of itself {100.0 * result.solver_error:.2g} %"
+        f"largest numerical error of the solver {100.0 * result.solver_error:.2g} %"
     ]
     if result.outliers:
-        lines.append(f"far off, and weighed less: rows {', '.join(map(str, result.outliers))} of the file")
+        lines.append(f"outliers with reduced weight: rows {', '.join(map(str, result.outliers))} of the file")
     if result.excluded:
         lines.append(f"not used (no sliding, or no solution): rows {', '.join(map(str, result.excluded))} of the file")
     lines += [f"note: {note}" for note in result.notes]
@@ -157,16 +157,16 @@ def _lines(result: Calibration) -> list[str]:
 
 
 def _how(result: Calibration) -> str:
-    begun = "" if result.setup is None else f"Begun with the oil card {result.setup.oil}. "
+    begun = "" if result.setup is None else f"Initial oil card: {result.setup.oil}. "
     return f"{begun}{result.solver_calls} contacts solved in {result.iterations} rounds, {result.seconds:.1f} s."
 
 
 def _share(value: float) -> str:
-    return f"±\N{NO-BREAK SPACE}{100.0 * value:.2g} %" if math.isfinite(value) else "not known"
+    return f"±\N{NO-BREAK SPACE}{100.0 * value:.2g} %" if math.isfinite(value) else "unknown"
 
 
 def _notes(result: Calibration) -> list[Note]:
-    """What has to be known of a calibration, the gravest first."""
+    """Notes of a calibration, the most severe first."""
     found = [] if result.misfit_credible else [Note("warning", f"no parameter is determined: {result.misfit_words()}")]
     found += [
         Note("warning", f"{label_of(e.name)} is not determined: {e.note}")
@@ -175,7 +175,7 @@ def _notes(result: Calibration) -> list[Note]:
     ]
     if result.outliers:
         rows = ", ".join(map(str, result.outliers))
-        found.append(Note("warning", f"{len(result.outliers)} rows far off, and weighed less: {rows}"))
+        found.append(Note("warning", f"{len(result.outliers)} outliers with reduced weight, rows {rows}"))
     if result.excluded:
         rows = ", ".join(map(str, result.excluded))
         found.append(Note("warning", f"{len(result.excluded)} rows not used (no sliding, or no solution): {rows}"))

@@ -1,4 +1,4 @@
-"""Huber's loss: residuals, their scale, and the covariance of what is fitted with it.
+"""Huber loss: scale of the residuals, and covariance of the fitted parameters.
 
 Huber (1981), Robust Statistics: psi(r) = clip(r, -c, c); covariance of an M-estimate of regression, section 7.6.
 """
@@ -13,8 +13,8 @@ from scipy import stats
 
 from ehl.common.arrays import FloatArray
 
-TUNING = 1.5  # c over the standard deviation: 96 % efficient where the noise is Gaussian
-FAR = 4.0  # residuals beyond so many standard deviations are listed as outliers
+TUNING = 1.5  # c over the standard deviation: 96 % efficiency for Gaussian noise
+FAR = 4.0  # standard deviations above which a residual is listed as an outlier
 
 
 def _gaussian_moments() -> tuple[float, float, float]:
@@ -26,7 +26,7 @@ def _gaussian_moments() -> tuple[float, float, float]:
 
 
 PSI_SQUARED, PSI_SLOPE, INEFFICIENCY = _gaussian_moments()
-# makes the rise of the loss, in standard deviations of the noise, a chi-square of one degree of freedom per parameter
+# factor that makes the increase of the loss chi-square distributed with one degree of freedom per parameter
 DEVIANCE = 2.0 * PSI_SLOPE / PSI_SQUARED
 
 
@@ -37,7 +37,7 @@ def loss(standardised: FloatArray) -> float:
 
 
 def spread(residuals: FloatArray, fitted: int) -> float:
-    """Robust standard deviation of residuals about 0: 1.4826 times the median size, for the parameters fitted."""
+    """Robust standard deviation of residuals about 0, 1.4826 times their median magnitude, for `fitted` parameters."""
     free = max(residuals.size - fitted, 1)
     return float(1.4826 * np.median(np.abs(residuals)) * math.sqrt(residuals.size / free))
 
@@ -46,21 +46,20 @@ def spread(residuals: FloatArray, fitted: int) -> float:
 class Noise:
     """Scale of the residuals."""
 
-    scale: float  # standard deviation over the one stated for each row; over 1 where the noise is estimated
-    covariance_scale: float  # factor on (J^T J)^-1 of the standardised problem that gives the covariance
-    chi_square: float  # sum of bounded squares over its expectation with the stated noise; nan where it is estimated
-    quantile: float  # of the 95 % interval: Student's with the free rows where the scale was estimated, else 1.96
-    # the stated noise was too small to be true (p < 0.01), so the estimated one is used
-    larger_than_stated: bool = False
+    scale: float  # standard deviation over the stated one of each row; over 1 for estimated noise
+    covariance_scale: float  # covariance over (J^T J)^-1 of the standardised problem
+    chi_square: float  # sum of bounded squares over its expectation with the stated noise; nan for estimated noise
+    quantile: float  # of the 95 % interval: Student's t with the free rows for estimated noise, else 1.96
+    larger_than_stated: bool = False  # whether the stated noise is too small (p < 0.01) and the estimated one is used
 
 
 def noise_of(residuals: FloatArray, fitted: int, *, stated: bool, tuned_to: float) -> Noise:
-    """Scale of standardised residuals, and what it means for the intervals.
+    """Scale of standardised residuals, and the factors for intervals.
 
-    residuals (n,): over the standard deviation stated for each row (over 1 where none is).
+    residuals (n,): over the stated standard deviation of each row (over 1 without).
     fitted: number of parameters.
     stated: whether the noise is stated.
-    tuned_to: the scale Huber's c was multiplied with in the fit.
+    tuned_to: factor on Huber's c in the fit.
     """
     free = max(residuals.size - fitted, 1)
     psi = np.clip(residuals / tuned_to, -TUNING, TUNING)
@@ -75,14 +74,14 @@ def noise_of(residuals: FloatArray, fitted: int, *, stated: bool, tuned_to: floa
     if not stated:
         return Noise(scale, estimated, math.nan, student)
     chi = squares / PSI_SQUARED
-    # psi^2 of a Gaussian has the variance E[psi^4] - E[psi^2]^2; a chi-square of as many degrees bounds it from above
+    # psi^2 of a Gaussian has the variance E[psi^4] - E[psi^2]^2, which is below that of the chi-square distribution
     if chi > float(stats.chi2.ppf(0.99, free)) / free:
         return Noise(scale, estimated, chi, student, larger_than_stated=True)
     return Noise(1.0, INEFFICIENCY**2, chi, float(stats.norm.ppf(0.975)))
 
 
 def serial_correlation(residuals: FloatArray, labels: tuple[str, ...]) -> tuple[float, float]:
-    """Correlation of neighbours along the curves, and the value that independent residuals exceed once in a hundred."""
+    """Correlation of neighbours along the curves, and its 99 % quantile for independent residuals."""
     first, second = [], []
     for label in dict.fromkeys(labels):
         here = residuals[[i for i, other in enumerate(labels) if other == label]]

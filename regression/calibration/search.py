@@ -1,4 +1,4 @@
-"""Bounded, robust least squares on the solver: the surrogate takes the steps, the solver judges them."""
+"""Bounded, robust least squares on the solver, with steps from the surrogate."""
 
 from __future__ import annotations
 
@@ -16,32 +16,31 @@ from regression.calibration.parameters import PARAMETERS
 from regression.calibration.prediction import FrictionSolver, Surrogate
 
 STEP = 0.08  # of the finite differences in ln(value)
-REGION, MIN_REGION = 1.2, 3e-3  # largest step in ln(value), and where the search gives up
+REGION, MIN_REGION = 1.2, 3e-3  # largest trust region in ln(value), and the smallest, at which the search ends
 MAX_ROUNDS = 25
-SCALED = 5  # rounds in which the scale of the residuals follows them
-# a gain of the loss below this is the end: a step of a twentieth of a standard error, in whatever direction
-MIN_GAIN = 0.5 * 0.05**2
-POOR = 0.5  # gain over the one foretold below which the finite differences are taken anew
-# places the search on the surrogate begins from, within this factor; how far it may go; how often
+SCALED = 5  # rounds in which the scale of the residuals is updated
+MIN_GAIN = 0.5 * 0.05**2  # gain of the loss at which the search ends: a step of 0.05 standard errors
+POOR = 0.5  # gain over the predicted gain below which the finite differences are computed again
+# start points of the search on the surrogate, factor of their spread, largest region, rounds
 STARTS, START_SPREAD, START_REGION, START_ROUNDS = 6, 5.0, 2.5, 3
 
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """What is fitted to."""
+    """Measured friction of a fit."""
 
-    # measured mu and its standard deviation (1 where it is estimated) [-]; shape (n,)
+    # measured mu and its standard deviation (1 if estimated) [-]; shape (n,)
     friction: FloatArray
     sigma: FloatArray
-    rows: BoolArray  # rows that take part; shape (n,)
-    stated: bool  # whether `sigma` is known
+    rows: BoolArray  # rows of the fit; shape (n,)
+    stated: bool  # whether `sigma` is given
 
     def residuals(self, friction: FloatArray) -> FloatArray:
-        """(mu - measured)/sigma of the rows that take part."""
+        """(mu - measured)/sigma of the rows of the fit."""
         return np.asarray(((friction - self.friction) / self.sigma)[self.rows])
 
     def scale(self, residuals: FloatArray, fitted: int) -> float:
-        """Scale Huber's c is multiplied with; never below a hundredth of a thousandth of mu."""
+        """Factor on Huber's c; at least 1e-5 of mu."""
         if self.stated:
             return 1.0
         least = 1e-5 * float(np.median(np.abs(self.friction[self.rows]) / self.sigma[self.rows]))
@@ -50,11 +49,11 @@ class Target:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Where the search ended."""
+    """Result of a search."""
 
     names: tuple[str, ...]  # fitted parameters
-    values: dict[str, float]  # all values, SI
-    friction: FloatArray  # mu of all rows by the solver there; shape (n,)
+    values: dict[str, float]  # all values in SI units
+    friction: FloatArray  # mu of all rows by the solver; shape (n,)
     jacobian: FloatArray  # d mu/d ln(value); shape (n, k)
     surrogate: Surrogate
     # scale of the residuals in Huber's loss, and that loss
@@ -79,8 +78,7 @@ def surrogate_at(
 ) -> Surrogate:
     """The surrogate about these values.
 
-    With `differences`, each parameter that asks for new solutions is moved a little and all rows are solved; without,
-    films are held.
+    With `differences`, derivatives follow from finite differences of the solver; without, from fixed films.
     """
     moving = [name for name in names if solver.needs_solution(name)] if differences else []
     parts = [solver.transformed(solver.parts([values], rows)[0])]
@@ -98,7 +96,7 @@ def surrogate_at(
         parts += list(solver.transformed(solver.parts(sets, rows)))
     for k, (name, step) in enumerate(zip(moving, steps, strict=True)):
         change = parts[k + 1] - parts[0] - (solver.held(sets[k], films) - held)
-        # a neighbour that failed says nothing of the slope
+        # a failed solution gives no slope
         slopes[..., names.index(name)] = np.nan_to_num(change / step)
     return Surrogate(solver, values, names, parts[0], slopes, films, held)
 
@@ -111,7 +109,7 @@ def minimise(
     held: dict[int, float] | None = None,
     start: FloatArray | None = None,
 ) -> FloatArray:
-    """ln(values) of least loss on the surrogate within the bounds and the region; `held` ones stay, shape (k,)."""
+    """ln(values) of the smallest loss on the surrogate within bounds and region, with fixed `held` ones, shape (k,)."""
     low, high = bounds_of(surrogate.names)
     here = surrogate.log_values
     start = here.copy() if start is None else start.copy()
@@ -133,24 +131,15 @@ def minimise(
     def slopes(x: FloatArray) -> FloatArray:
         return np.asarray((surrogate.jacobian(place(x))[:, free] / target.sigma[:, None])[target.rows] / scale)
 
-    found = least_squares(
-        standardised,
-        np.clip(start[free], low + 1e-9, high - 1e-9),
-        slopes,
-        bounds=(low, high),
-        loss="huber",
-        f_scale=robust.TUNING,
-        x_scale=1.0,
-        xtol=1e-5,
-        ftol=1e-7,
-        gtol=1e-7,
-        max_nfev=30,
-    )
+    inside = np.clip(start[free], low + 1e-9, high - 1e-9)
+    huber = {"loss": "huber", "f_scale": robust.TUNING}
+    tolerances = {"xtol": 1e-5, "ftol": 1e-7, "gtol": 1e-7, "max_nfev": 30}
+    found = least_squares(standardised, inside, slopes, bounds=(low, high), **huber, **tolerances)
     return place(np.asarray(found.x))
 
 
 def inverse_information(scaled: FloatArray) -> FloatArray:
-    """(J^T J)^-1, with a variance of 1e12 for directions nothing is known of."""
+    """(J^T J)^-1, with a variance of at most 1e12 for directions without information."""
     _, s, vt = np.linalg.svd(scaled, full_matrices=False)
     return np.asarray((vt.T * np.minimum(1.0 / np.maximum(s, 1e-150) ** 2, 1e12)) @ vt)
 
@@ -158,10 +147,10 @@ def inverse_information(scaled: FloatArray) -> FloatArray:
 def best_start(
     solver: FrictionSolver, values: dict[str, float], names: tuple[str, ...], target: Target
 ) -> dict[str, float]:
-    """A place to start from: the best of several searches on the surrogate with films held, solved, and once more.
+    """Start values: the best of several searches on the surrogate with fixed films, repeated from its solution.
 
-    A limiting stress too high to act has no slope to follow, one too low hides all else: only a search from several
-    sides leaves them behind.
+    Several start points are necessary as a limiting stress that is too high has no effect, and one that is too low
+    hides all other parameters.
     """
     moving = [j for j, name in enumerate(names) if solver.needs_solution(name)]
     best, least = values, np.inf
@@ -174,7 +163,7 @@ def best_start(
         surrogate = surrogate_at(solver, best, names, target.rows, differences=False)
         here = surrogate.log_values
         residuals = target.residuals(surrogate.at(here))
-        # the first misfit is that of a wrong place: a loss that hardly bends there lets the whole of it count
+        # the scale of the first misfit, which may be large, keeps the loss quadratic
         scale = scale or max(target.scale(residuals, 0), float(np.sqrt(np.mean(residuals**2))))
         least = min(least, robust.loss(residuals / scale))
         tried = []
@@ -197,12 +186,12 @@ def best_start(
 
 
 def search(solver: FrictionSolver, values: dict[str, float], names: tuple[str, ...], target: Target) -> Fit:
-    """Least loss over the fitted parameters, from these values on.
+    """Parameters of the smallest loss, from these start values.
 
-    Each round solves all rows once. The surrogate begins with films held and is corrected along the steps; finite
-    differences of the solver are taken where the search seems to have ended, and decide whether it has.
+    Each round solves all rows once. The surrogate starts with fixed films and is corrected along the steps. At a
+    possible minimum finite differences of the solver are computed, and the search continues with them if it can.
 
-    Raises `ConvergenceError`: the search did not come to rest.
+    Raises `ConvergenceError`: the search did not converge.
     """
     region, gained = REGION, np.inf
     surrogate = surrogate_at(solver, values, names, target.rows, differences=False)
@@ -212,7 +201,7 @@ def search(solver: FrictionSolver, values: dict[str, float], names: tuple[str, .
         friction = surrogate.at(here)
         residuals = target.residuals(friction)
         if rounds <= SCALED:
-            # held later on: a loss that changes from round to round has no least value
+            # constant later on, so that the loss has a minimum
             scale = target.scale(residuals, len(names))
         cost = robust.loss(residuals / scale)
         misfit = np.sqrt(np.mean((friction - target.friction)[target.rows] ** 2))
@@ -221,7 +210,7 @@ def search(solver: FrictionSolver, values: dict[str, float], names: tuple[str, .
         step = np.abs(goal - here)
         foretold = cost - robust.loss(target.residuals(surrogate.at(goal)) / scale)
         if min(foretold, gained) < MIN_GAIN or region < MIN_REGION:
-            # a limit that cuts makes kinks: there the surrogate foretells gains for ever that never come
+            # at the kinks of a limit that cuts the stress off predicted gains do not occur
             if fresh:
                 jacobian = surrogate.jacobian(here)
                 low, high = bounds_of(names)
@@ -243,8 +232,8 @@ def search(solver: FrictionSolver, values: dict[str, float], names: tuple[str, .
             if gain < POOR * foretold and not fresh:
                 surrogate, fresh = surrogate_at(solver, surrogate.values, names, target.rows), True
         else:
-            # never farther than a quarter of the step that failed
+            # at most a quarter of the failed step
             region = 0.25 * min(region, float(step.max()))
             if not fresh:
                 surrogate, fresh = surrogate_at(solver, surrogate.values, names, target.rows), True
-    raise ConvergenceError("calibration_rounds", f"the search did not come to rest in {MAX_ROUNDS} rounds")
+    raise ConvergenceError("calibration_rounds", f"the search did not converge in {MAX_ROUNDS} rounds")

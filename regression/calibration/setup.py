@@ -1,4 +1,4 @@
-"""The setup of a calibration (TOML): oil, what is fitted, specimens, solids, noise; conditions common to all rows."""
+"""Setup of a calibration (TOML): oil, fitted parameters, specimens, solids, noise, conditions of all rows."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from regression.calibration.parameters import RISING, check_parameters
 
 
 class ConditionsInput(InputModel):
-    """Conditions that hold for every row of the table."""
+    """Conditions of all rows of the table."""
 
     pressure_hertz: inputs.Pressure | None = None
     load: Annotated[float, ValueRange("N", gt=0.0, le=1e7)] | None = None
@@ -31,14 +31,14 @@ class ConditionsInput(InputModel):
     roughness_rms: inputs.Rms | None = None
 
     def given(self) -> dict[str, float]:
-        """The conditions given, SI."""
+        """The given conditions in SI units."""
         return {name: value for name, value in self.model_dump().items() if value is not None}
 
 
 class SpecimensInput(InputModel):
-    """Shape of the contact. The solver is one of line contacts; a point contact is replaced by a line contact.
+    """Shape of the contact; a point contact is replaced by a line contact, as the solver is for line contacts.
 
-    `match` says by which pressure: the same largest (Hertz) pressure, or the same mean pressure.
+    The line contact has the same maximum (Hertz) pressure or the same mean pressure (`match`).
     """
 
     geometry: Literal["line", "point"]
@@ -60,7 +60,7 @@ class SpecimensInput(InputModel):
 
 
 class NoiseInput(InputModel):
-    """Standard deviation of measured mu: sqrt(absolute^2 + (relative mu)^2); estimated where none is given."""
+    """Standard deviation of measured mu: sqrt(absolute^2 + (relative mu)^2); estimated if not given."""
 
     absolute: Annotated[float, ValueRange("", ge=0.0, le=1.0)] | None = None
     relative: Annotated[float, ValueRange("", ge=0.0, le=1.0)] | None = None
@@ -69,9 +69,9 @@ class NoiseInput(InputModel):
     @model_validator(mode="after")
     def _stated_or_estimated(self) -> Self:
         if self.stated and "estimate" in self.model_fields_set:
-            raise InputError("estimate", self.estimate, "either the noise, or estimate = ... that asks for its shape")
+            raise InputError("estimate", self.estimate, "either the noise, or estimate for the form of estimated noise")
         if self.stated and not (self.absolute or 0.0) + (self.relative or 0.0) > 0.0:
-            raise InputError("absolute", self.absolute, "above 0", "Leave both out to have the noise estimated.")
+            raise InputError("absolute", self.absolute, "above 0", "Remove both to estimate the noise.")
         return self
 
     @property
@@ -91,7 +91,7 @@ class CalibrationModel(ModelInput):
 
 
 class CalibrationSetup(InputModel):
-    """What is known of a measurement, and what is to be fitted: the content of the setup file."""
+    """Known inputs of a measurement and fitted parameters: the content of the setup file."""
 
     oil: Annotated[str, in_any_case("oils")]
     parameters: Annotated[tuple[str, ...], BeforeValidator(_names)]
@@ -118,7 +118,7 @@ class CalibrationSetup(InputModel):
                 raise InputError(f"surface.{name}", "given", "roughness_rms in the table or in [conditions]", hint)
         for name, solid in (("solid_1", self.solid_1), ("solid_2", self.solid_2)):
             if solid.temperature_bulk is not None:
-                hint = "The bodies are taken at the oil temperature of each row."
+                hint = "The bodies have the oil temperature of each row."
                 raise InputError(f"{name}.temperature_bulk", solid.temperature_bulk, "no bulk temperature", hint)
         return self
 
@@ -130,7 +130,7 @@ class CalibrationSetup(InputModel):
 
     @property
     def rising(self) -> bool:
-        """Whether the Eyring stress rises with pressure."""
+        """Whether the Eyring stress increases with pressure."""
         return self.eyring_stress_law == "pressure" or bool(set(RISING) & set(self.parameters))
 
 

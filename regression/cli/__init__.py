@@ -20,25 +20,25 @@ def fit(
     ],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FORMULA.json", help="The formula file.")],
     family: Annotated[str, typer.Option(help="best (by held-out error), network, or the name of one family.")] = "best",
-    corners: Annotated[bool, typer.Option("--corners", help="Fit the corner points of the plan too.")] = False,
-    paths: Annotated[Path | None, typer.Option(help="Run of contacts along gear meshes: checked, not fitted.")] = None,
+    corners: Annotated[bool, typer.Option("--corners", help="Include the corner points of the plan.")] = False,
+    paths: Annotated[Path | None, typer.Option(help="Run of contacts along gear meshes for validation.")] = None,
     noise: Annotated[
         Path | None,
-        typer.Option(
-            help="Run of points with several roughness profiles each: noise floor, and errors against their means."
-        ),
+        typer.Option(help="Run with several roughness profiles per point: noise floor, and errors of the means."),
     ] = None,
     oil: Annotated[
-        str | None, advanced(help="Of several oils the one whose errors are stated; the others are learnt from.")
+        str | None, advanced(help="The oil of the formula, if the data have several; all are used for training.")
     ] = None,
-    nested: Annotated[bool, typer.Option("--nested", help="Hold the choice of the family out too (minutes).")] = False,
+    nested: Annotated[
+        bool, typer.Option("--nested", help="Cross-validate the choice of the family as well (minutes).")
+    ] = False,
     plot: Annotated[Path | None, typer.Option(help="Write a figure of held-out over computed friction.")] = None,
     report: Annotated[
         Path | None, typer.Option(metavar="FIT.html", help="Write one page on data, formulas, errors and failures.")
     ] = None,
-    json_output: Annotated[bool, typer.Option("--json", help="Print the formula file's content.")] = False,
+    json_output: Annotated[bool, typer.Option("--json", help="Print the content of the formula file.")] = False,
 ) -> None:
-    """Fit a friction formula to the results of one or more sweeps, and say what it is worth."""
+    """Fit a friction formula to the results of one or more sweeps, with its errors."""
     check_outputs({"output": output, "plot": plot, "report": report}, output=".json")
     with working("fit"):
         formula = regression.fit(runs, family, corners=corners, nested=nested, paths=paths, noise=noise, oil=oil)
@@ -61,18 +61,18 @@ def mu(
     roughness_rms: Annotated[str, typer.Option(help='Composite Rq of both surfaces, "0.4 um".')] = "0 um",
     lengthwise: Annotated[str, typer.Option(help='Sliding along the contact line, "1 m/s".')] = "0 m/s",
     correlation_length: Annotated[
-        str | None, advanced(help='Correlation length of either surface, "50 um"; 40 Rq if not given.')
+        str | None, advanced(help='Correlation length of each surface, "50 um"; default: 40 Rq.')
     ] = None,
     peklenik_number: Annotated[
         str | None, advanced(help="Correlation length along the contact line over that across it; 1 is isotropic.")
     ] = None,
-    oil: Annotated[str | None, typer.Option(help="Oil card; the formula's own if not given.")] = None,
+    oil: Annotated[str | None, typer.Option(help="Oil card; default: that of the formula.")] = None,
     boundary_friction: Annotated[
-        float | None, advanced(help="mu_b of the asperities in place of the formula's own.", min=0.0, max=1.0)
+        float | None, advanced(help="mu_b of the asperities, in place of that of the formula.", min=0.0, max=1.0)
     ] = None,
-    refuse: Annotated[bool, advanced("--refuse", help="Refuse a point outside the data (exit code 2).")] = False,
+    refuse: Annotated[bool, advanced("--refuse", help="Reject a point outside the data (exit code 2).")] = False,
     hull: Annotated[
-        list[Path] | None, advanced(metavar="RUN", help="The formula's data: test their convex hull exactly.")
+        list[Path] | None, advanced(metavar="RUN", help="Data of the formula, for an exact test of their convex hull.")
     ] = None,
     json_output: JsonOption = False,
 ) -> None:
@@ -118,13 +118,13 @@ def mu(
 
 
 def _print_friction(content: dict[str, Any], label: str) -> None:
-    """One friction value as a sentence."""
+    """Print one friction value."""
     value = content["friction_coefficient"]
     line = "mu = none" if value is None else f"mu = {value:.5f}"
     if content["friction_lower"] is not None:
         line += f"  ({content['friction_lower']:.5f} to {content['friction_upper']:.5f})"
     if "in_convex_hull" in content:
-        line += f"  {'in' if content['in_convex_hull'] else 'outside'} the convex hull of its data"
+        line += f"  {'inside' if content['in_convex_hull'] else 'outside'} the convex hull of its data"
     mark = "" if content.get("certainty", "found") == "found" else " (M: equation from memory, at least in part)"
     typer.echo(f"{line}  {label}{mark}, {content['oil']}")
 

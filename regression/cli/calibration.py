@@ -19,19 +19,19 @@ def calibrate(
     ] = None,
     fit: Annotated[
         list[str] | None,
-        typer.Option("--fit", metavar="NAME", help="Parameter to fit, in place of the setup's; repeat for several."),
+        typer.Option("--fit", metavar="NAME", help="Fitted parameter, in place of the setup; repeat for several."),
     ] = None,
-    oil: Annotated[str | None, typer.Option(help="Oil card to begin with, in place of the setup's.")] = None,
+    oil: Annotated[str | None, typer.Option(help="Initial oil card, in place of that of the setup.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Write measured and computed curves (PNG, SVG, PDF).")] = None,
     report: Annotated[
         Path | None, typer.Option(metavar="CALIBRATION.html", help="Write one page on parameters, curves, misfit.")
     ] = None,
-    jobs: Annotated[int | None, typer.Option(min=1, help="Worker processes; all processors if not given.")] = None,
+    jobs: Annotated[int | None, typer.Option(min=1, help="Worker processes; default: all processors.")] = None,
     profile: Annotated[
-        bool | None, advanced("--profile/--no-profile", help="Intervals by profiles; by default if cheap.")
+        bool | None, advanced("--profile/--no-profile", help="Intervals from profiles; default: at low cost only.")
     ] = None,
     force: Annotated[
-        bool, advanced("--force", help="Write the card although the misfit exceeds the stated noise.")
+        bool, advanced("--force", help="Write the card even if the misfit exceeds the stated noise.")
     ] = False,
     json_output: JsonOption = False,
 ) -> None:

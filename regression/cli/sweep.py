@@ -14,10 +14,10 @@ from ehl.common.console import App, JsonOption, advanced, names_of, pairs, print
 
 
 class SweepGroup(typer.core.TyperGroup):
-    """`sweep PLAN.toml ...` means `sweep run PLAN.toml ...`; `sweep status` and `sweep merge` stay commands."""
+    """Command group with the default command `run`: `sweep PLAN.toml ...` is `sweep run PLAN.toml ...`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Put the name of the default command before the plan."""
+        """Insert the name of the default command before the plan."""
         if args and args[0] not in self.commands and args[0] not in ctx.help_option_names:
             args = ["run", *args]
         return super().parse_args(ctx, args)
@@ -26,8 +26,8 @@ class SweepGroup(typer.core.TyperGroup):
 sweep_app = App(
     cls=SweepGroup,
     no_args_is_help=True,
-    help="Compute the contacts of a plan: mixed-ehl sweep PLAN.toml -o RUN. The same command resumes. "
-    "Its options: mixed-ehl sweep run --help.",
+    help="Compute the contacts of a plan: mixed-ehl sweep PLAN.toml -o RUN. The same command resumes an interrupted "
+    "sweep. For its options see mixed-ehl sweep run --help.",
 )
 
 
@@ -43,17 +43,17 @@ def sweep_run(
     changes: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change an entry: lubricant.oil=fva3.")
     ] = None,
-    jobs: Annotated[int | None, typer.Option(help="Worker processes; all processors if not given.")] = None,
+    jobs: Annotated[int | None, typer.Option(help="Worker processes; default: all processors.")] = None,
     dask: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler (tcp://..., file.json), or local:N.")
     ] = None,
-    shard: Annotated[str, advanced(help="i/n: only every n-th case, beginning with the i-th.")] = "1/1",
-    time_cap: Annotated[str, advanced(help="Give a case up after this time.")] = "600 s",
-    retries: Annotated[int, advanced(help="Fallback settings tried where the solver gives a case up.")] = 1,
+    shard: Annotated[str, advanced(help="i/n: every n-th case only, starting with the i-th.")] = "1/1",
+    time_cap: Annotated[str, advanced(help="Time limit of a case.")] = "600 s",
+    retries: Annotated[int, advanced(help="Number of fallback settings for a case without a solution.")] = 1,
     formula: Annotated[
-        str | None, advanced("--with", help="Compute with a published formula, to try a plan in seconds.")
+        str | None, advanced("--with", help="Compute with a published formula, for a quick test of a plan.")
     ] = None,
-    retry_failed: Annotated[bool, advanced("--retry-failed", help="Compute failed cases on disk again.")] = False,
+    retry_failed: Annotated[bool, advanced("--retry-failed", help="Repeat failed cases on disk.")] = False,
     estimate: Annotated[bool, typer.Option("--estimate", help="Print the cost of the plan and stop.")] = False,
     slurm: Annotated[
         int | None, typer.Option(metavar="N", help="Print the script of a Slurm job array of N tasks.")
@@ -63,19 +63,18 @@ def sweep_run(
         advanced(metavar="NAME=VALUE", help="With --slurm: partition=short, account=..., mem=8G, time=08:00:00..."),
     ] = None,
     container: Annotated[
-        str | None, advanced(metavar="IMAGE", help="With --slurm: run in this image, by apptainer.")
+        str | None, advanced(metavar="IMAGE", help="With --slurm: run in this image with apptainer.")
     ] = None,
     merge: Annotated[
-        Path | None, advanced(metavar="FILE", help="With --slurm: a job behind the array merges into this file.")
+        Path | None, advanced(metavar="FILE", help="With --slurm: a job after the array merges into this file.")
     ] = None,
     fit: Annotated[
-        Path | None, advanced(metavar="FORMULA.json", help="With --slurm: that job fits this formula.")
+        Path | None, advanced(metavar="FORMULA.json", help="With --slurm: this job also fits this formula.")
     ] = None,
 ) -> None:
     """Compute the cases of a plan that are not on disk yet (the default command).
 
-    Exit code 0 where every case has an answer with its error; 1 where one has none, on disk or computed now; 130 where
-    it was stopped.
+    The exit code is 0 if every case has a result with its error, 1 if a case has none, and 130 after an interruption.
     """
     content = regression.Plan.from_file(plan, changes or ())
     if estimate:
@@ -87,30 +86,30 @@ def sweep_run(
     options["retry_failed"] = retry_failed
     if slurm is not None:
         if dask is not None or shard != "1/1":
-            raise InputError("slurm", slurm, "neither --dask nor --shard with it")
+            raise InputError("slurm", slurm, "a job array without --dask and --shard")
         options |= {"sbatch": pairs("sbatch", sbatch), "container": container, "merge": merge, "fit": fit}
         typer.echo(regression.slurm_script(plan, run, slurm, changes=changes or (), **options), nl=False)
         return
     for name, value in (("sbatch", sbatch), ("container", container), ("merge", merge), ("fit", fit)):
         if value is not None:
-            raise InputError(name, str(value), "nothing without --slurm")
+            raise InputError(name, str(value), f"--{name} together with --slurm")
     options |= {"shard": shard, "dask": dask}
-    with working(content.name, f"finished cases are kept in {run}, the same command resumes"):
+    with working(content.name, f"finished cases are kept in {run}; the same command resumes"):
         result = regression.sweep(content, run, **options)
     typer.echo(result.to_text())
     if result.unanswered:
         cases = "1 case has" if result.unanswered == 1 else f"{result.unanswered} cases have"
-        typer.echo(f"{cases} no answer: `mixed-ehl sweep status {run} --failed` lists them", err=True)
+        typer.echo(f"{cases} no result: `mixed-ehl sweep status {run} --failed` lists them", err=True)
         raise typer.Exit(1)
 
 
 @sweep_app.command("status")
 def sweep_status(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder or file of results, or a shipped dataset.")],
-    failed: Annotated[bool, typer.Option("--failed", help="List the failed cases too.")] = False,
+    failed: Annotated[bool, typer.Option("--failed", help="List the failed cases as well.")] = False,
     json_output: JsonOption = False,
 ) -> None:
-    """Progress of a run; also while it is being computed."""
+    """Show the progress of a run, which may still be in progress."""
     status = regression.Run(run).status
     if json_output:
         print_json(status.to_dict())
@@ -124,9 +123,9 @@ def sweep_status(
 def sweep_merge(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder or file of results, or a shipped dataset.")],
     target: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="One file: .h5, or .csv as a table.")],
-    compress: Annotated[bool, typer.Option("--compress", help="Compressed .h5, to keep and to pass on.")] = False,
-    complete: Annotated[bool, typer.Option("--complete", help="Refuse a run of which cases are missing.")] = False,
+    compress: Annotated[bool, typer.Option("--compress", help="Compress the .h5 file.")] = False,
+    complete: Annotated[bool, typer.Option("--complete", help="Reject a run with missing cases.")] = False,
 ) -> None:
-    """Put all shards of a run into one file, sorted by case key."""
+    """Merge all shards of a run into one file, sorted by case key."""
     count = regression.Run(run).merge(target, compress=compress, complete=complete)
     typer.echo(f"{target}: {count} cases")

@@ -1,6 +1,6 @@
-"""Datasets: the results of one or more runs as one table, sorted by case key, with the derived variables.
+"""Datasets: results of one or more runs in one table, sorted by case key, with derived variables.
 
-Shipped datasets are used by their names; the plan of each lies in the same folder.
+Shipped datasets are selected by name; their plans are in the same folder.
 """
 
 from __future__ import annotations
@@ -41,19 +41,18 @@ Source = str | os.PathLike[str]
 
 @dataclass(frozen=True)
 class Dataset(Tabular):
-    """All cases of one or more runs; made by `load_dataset`.
+    """All cases of one or more runs, from `load_dataset`.
 
     Parameters
     ----------
     frame : DataFrame
-        One row per case, sorted by key; columns by the names of docs/nomenclature.md, SI.
+        One row per case, sorted by key, in SI units with the names of docs/nomenclature.md.
     plan_name, plan_hash, solver_version, oil, oil_hash : str
-        Origin; `oil` is empty for a lubricant given by numbers, and for several oils, which the column of that name
-        has.
+        Origin; `oil` is empty for a lubricant given by numbers and for several oils (see the column of that name).
     planned : int
         Cases of the whole plan.
     card_hashes : dict
-        Oil to the hash of its card; None where one of several cards has changed since and they cannot be distinguished.
+        Hash of the card of each oil; None if a card has changed and the hashes cannot be assigned.
 
     Examples
     --------
@@ -76,7 +75,7 @@ class Dataset(Tabular):
 
     @property
     def units(self) -> dict[str, str]:
-        """SI unit of every number column."""
+        """SI unit of every numeric column."""
         return {**UNITS, **NUMBER_UNITS}
 
     @property
@@ -86,19 +85,19 @@ class Dataset(Tabular):
 
     @property
     def converged(self) -> pd.DataFrame:
-        """The rows with a result (those called unsettled have a wide interval, but they have one)."""
+        """The rows with a result, including unsettled ones."""
         return self.frame[self.frame["status"] != "failed"].reset_index(drop=True)
 
     @property
     def data_hash(self) -> str:
-        """Hash of keys, status and all numbers but the wall times: equal for equal data, whoever computed them."""
+        """Hash of keys, status and all numbers except wall times, equal for equal data."""
         digest = hashlib.sha256()
         for name in ("key", "origin", "status", "reason"):
             digest.update("\n".join(self.frame[name]).encode())
         for name in NUMBER_UNITS:
             if name not in TIMING_UNITS:
                 values = np.ascontiguousarray(self.frame[name].to_numpy(dtype="<f8"))
-                # every not-a-number counts as the same
+                # one bit pattern for all nan
                 digest.update(np.where(np.isnan(values), np.nan, values).astype("<f8").tobytes())
         return digest.hexdigest()
 
@@ -123,12 +122,12 @@ class Dataset(Tabular):
         return self.frame.rename(columns={name: f"{name} [{unit}]" for name, unit in self.units.items() if unit})
 
     def save(self, path: str | Path) -> None:
-        """Write the cases as CSV; the second line has the units.
+        """Write the cases as CSV with the units in the second line.
 
         Parameters
         ----------
         path : str or Path
-            The file.
+            File to write.
 
         Raises
         ------
@@ -151,7 +150,7 @@ class Dataset(Tabular):
         Returns
         -------
         dict
-            For JSON, SI.
+            Content for JSON in SI units.
         """
         counts = self.frame["status"].value_counts()
         return {
@@ -189,7 +188,7 @@ class Dataset(Tabular):
         return Table(("", *_SUMMARY), cells, title=repr(self), vertical=True)
 
 
-# what describes a dataset in a few lines
+# main quantities of a dataset
 _SUMMARY = (
     "pressure_hertz",
     "radius_equivalent",
@@ -208,8 +207,7 @@ def load_dataset(*runs: Source | Dataset) -> Dataset:
     Parameters
     ----------
     *runs : str, path, Run or Dataset
-        Folders or files of results, or names of shipped datasets (`dataset_names`). A case that several of them have
-        counts once.
+        Folders or files of results, or names of shipped datasets (`dataset_names`). Duplicate cases count once.
 
     Returns
     -------
@@ -218,8 +216,8 @@ def load_dataset(*runs: Source | Dataset) -> Dataset:
     Raises
     ------
     InputError
-        There are no results, they cannot be read, belong to different solver versions, or the properties of one oil
-        differ.
+        There are no results, they cannot be read, they are of different solver versions, or the properties of one oil
+        differ between them.
 
     Examples
     --------
@@ -239,9 +237,9 @@ def dataset_names() -> tuple[str, ...]:
 
 
 def results_path(run: Source) -> Path:
-    """Folder or file of a run's results, or the file of the shipped dataset of that name.
+    """Folder or file of the results of a run, or the file of the shipped dataset of that name.
 
-    Raises `InputError`: neither exists; the message lists the names there are.
+    Raises `InputError`: neither exists; the message lists the available names.
     """
     path = Path(run)
     if os.path.exists(path):
@@ -253,7 +251,7 @@ def results_path(run: Source) -> Path:
 
 
 def dataset_plan(name: str) -> Plan:
-    """The plan a dataset was computed from, as stored with its results.
+    """The plan of a dataset, stored with its results.
 
     Raises `InputError`: there is no such dataset.
     """
@@ -263,9 +261,9 @@ def dataset_plan(name: str) -> Plan:
 def _read(run: Path) -> Dataset:
     meta, rows = read_run(run)
     if not len(rows):
-        raise InputError("run", str(run), "a run with at least one finished case", "Sweep first.")
+        raise InputError("run", str(run), "a run with at least one finished case", "Run the sweep first.")
     frame = table_of(rows)
-    # the law of an oil takes hundreds of numbers a row: of many rows, some at a time
+    # in blocks of rows, as the law of an oil needs the memory of hundreds of numbers per row
     film = [_film_coefficient(frame[start : start + _ROWS]) for start in range(0, len(frame), _ROWS)]
     frame = frame.assign(pressure_viscosity_film=np.concatenate(film))
     derived = derive({name: frame[name].to_numpy() for name in frame if name in UNITS})
@@ -284,10 +282,10 @@ def _read(run: Path) -> Dataset:
 
 
 def _film_coefficient(frame: pd.DataFrame) -> Array:
-    """alpha_film of every row [1/Pa], which files do not hold: from alpha by the law of its card.
+    """alpha_film of every row [1/Pa], which is not stored: from alpha and the law of the card.
 
-    Rows without a card, or whose card is gone, are taken by the Roelands law through eta0 and alpha, or by that of
-    Barus where the stored viscosity at the mean pressure is its.
+    Rows without an available card use the Roelands law through eta0 and alpha, or the Barus law if it gives the stored
+    viscosity at the mean pressure.
     """
     alpha = frame["pressure_viscosity"].to_numpy(dtype=float)
     viscosity = frame["viscosity_inlet"].to_numpy(dtype=float)
@@ -313,13 +311,13 @@ def _joined(datasets: Sequence[Dataset]) -> Dataset:
         return datasets[0]
     versions = sorted({dataset.solver_version for dataset in datasets})
     if len(versions) > 1:
-        raise InputError("run", ", ".join(versions), "runs of one solver version", "Sweep the older plan again.")
+        raise InputError("run", ", ".join(versions), "runs of one solver version", "Repeat the older sweep.")
     cards: dict[str, str | None] = {}
     for dataset in datasets:
         own = dataset.card_hashes or dict.fromkeys(dataset.oils, dataset.oil_hash or None)
         for oil, card in own.items():
             if cards.setdefault(oil, card) != card:
-                raise InputError("oil", oil, "one card of this oil in all runs", "Sweep with one card.")
+                raise InputError("oil", oil, "one card of this oil in all runs", "Repeat the sweeps with one card.")
     frame = pd.concat([dataset.frame for dataset in datasets], ignore_index=True)
     frame = frame.drop_duplicates("key").sort_values("key", ignore_index=True)
     hashes = "\n".join(sorted(dataset.plan_hash for dataset in datasets))
@@ -337,13 +335,13 @@ def _joined(datasets: Sequence[Dataset]) -> Dataset:
 
 
 def columns(frame: pd.DataFrame) -> dict[str, Array]:
-    """The variables of a dataset as the table that a formula evaluates."""
+    """The variables of a dataset as the input table of a formula."""
     return {name: frame[name].to_numpy(dtype=float) for name in UNITS}
 
 
 @dataclass(frozen=True)
 class ShardStatus:
-    """What one result file holds."""
+    """Content of one result file."""
 
     path: Path
     finished: int
@@ -355,23 +353,22 @@ class ShardStatus:
 
 @dataclass(frozen=True)
 class FailedCase:
-    """A case without a result: its key, the reason, how many settings were tried, and its conditions (SI)."""
+    """A case without a result."""
 
     key: str
     reason: str
-    attempts: int
+    attempts: int  # number of settings tried
     seconds: float
-    conditions: dict[str, float]
+    conditions: dict[str, float]  # SI units
 
 
 @dataclass(frozen=True)
 class RunStatus(TableResult):
     """Progress of a run."""
 
-    plan_name: str  # name of the plan
-    # cases of the plan, and distinct ones of them on disk
-    planned: int
-    finished: int
+    plan_name: str
+    planned: int  # cases of the plan
+    finished: int  # distinct cases on disk
     failed: tuple[FailedCase, ...]  # cases without a result, by reason
     shards: tuple[ShardStatus, ...]  # one per file
     longest: float = 0.0  # processor time of the longest case [s]
@@ -382,48 +379,37 @@ class RunStatus(TableResult):
         return self.finished >= self.planned
 
     def to_dict(self) -> dict[str, Any]:
-        """All of it, for JSON."""
+        """Content for JSON."""
         shards = [{**asdict(shard), "path": str(shard.path)} for shard in self.shards]
         return {**asdict(self), "shards": shards, "complete": self.complete}
 
     def table(self) -> Table:
         """One row per result file."""
         seconds = sum(shard.seconds for shard in self.shards)
-        rows = [
-            (
-                shard.path.name,
-                shard.finished,
-                shard.converged,
-                shard.unsettled,
-                ", ".join(f"{count} {reason}" for reason, count in sorted(shard.failed.items())) or 0,
-                shard.seconds,
-            )
-            for shard in self.shards
-        ]
-        return Table(
-            ("file", "finished", "converged", "unsettled", "failed", Column("seconds_cpu", label="CPU time")),
-            rows,
-            title=f"{self.plan_name}: {self.finished} of {self.planned} cases",
-            notes=(f"CPU time of all cases {duration(seconds)}, the longest {duration(self.longest)}",),
-        )
+        rows = []
+        for shard in self.shards:
+            failed = ", ".join(f"{count} {reason}" for reason, count in sorted(shard.failed.items())) or 0
+            counts = (shard.finished, shard.converged, shard.unsettled, failed)
+            rows.append((shard.path.name, *counts, shard.seconds))
+        columns = ("file", "finished", "converged", "unsettled", "failed", Column("seconds_cpu", label="CPU time"))
+        title = f"{self.plan_name}: {self.finished} of {self.planned} cases"
+        note = f"CPU time of all cases {duration(seconds)}, of the longest {duration(self.longest)}"
+        return Table(columns, rows, title=title, notes=(note,))
 
     def failed_table(self) -> Table:
         """One row per case without a result: reason, key, attempts, conditions, wall time."""
         symbols = {"pressure_hertz": "p_h", "radius_equivalent": "R", "speed_entrainment": "u_r", "slide_to_roll": "SR"}
         symbols |= {"temperature_oil": "T", "roughness_rms": "Rq"}
-        columns = [Column(name, label=symbol, digits=3) for name, symbol in symbols.items()]
+        shown = [Column(name, label=symbol, digits=3) for name, symbol in symbols.items()]
         rows = [
             (case.reason, case.key[:12], case.attempts, *(case.conditions[name] for name in symbols), case.seconds)
             for case in self.failed
         ]
-        return Table(
-            ("reason", "key", "attempts", *columns, Column("seconds", label="t")),
-            rows,
-            title=f"{len(self.failed)} failed cases",
-        )
+        columns = ("reason", "key", "attempts", *shown, Column("seconds", label="t"))
+        return Table(columns, rows, title=f"{len(self.failed)} failed cases")
 
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
-        """Result files, and the cases without a result."""
+        """Result files and failed cases."""
         failed = [self.failed_table()] if self.failed and medium != "terminal" else []
         return [Section("", [Head(self.table().title), self.table(), *failed])]
 
@@ -436,7 +422,7 @@ _OF_STATUS = (
 
 
 def run_status(run: Path) -> RunStatus:
-    """Progress of a run; also while it is being computed.
+    """Progress of a run, which may still be in progress.
 
     Raises `InputError`: there are no results, or a file cannot be read.
     """
@@ -463,10 +449,5 @@ def _failed_cases(frame: pd.DataFrame) -> Iterator[FailedCase]:
     for record in frame.sort_values(["reason", "key"]).to_dict("records"):
         where = {name: float(record[name]) for name in _WHERE}
         rough = float(np.hypot(record["roughness_rms_1"], record["roughness_rms_2"]))
-        yield FailedCase(
-            str(record["key"]),
-            str(record["reason"]),
-            int(record["attempts"]),
-            float(record["seconds"]),
-            {**where, "roughness_rms": rough},
-        )
+        case = (str(record["key"]), str(record["reason"]), int(record["attempts"]), float(record["seconds"]))
+        yield FailedCase(*case, {**where, "roughness_rms": rough})

@@ -1,7 +1,7 @@
-"""Result files: the journals of a run, and the HDF5 file into which `merge` writes them.
+"""Result files: journals of a run, and the HDF5 file of `merge`.
 
-A sweep appends to journals (`ehl.common.journal`), one per shard. HDF5 is written once, when a run is merged. Both give
-the same rows: those that match their checksum, one per case, the one with an answer if there is one.
+A sweep appends to one journal per shard (`ehl.common.journal`); `merge` writes one HDF5 file. Both give the same rows:
+those with a correct checksum, one per case, preferably one with a result.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ SCHEMA = 2  # of the HDF5 file
 JOURNAL = ".jsonl"
 CaseStatus = tuple[str, str, int]  # status, reason, settings tried
 LIBVER = ("earliest", "v110")
-MAX_ROWS = 2_000_000  # of one file; a plan has half as many cases at most, each with one retry
+MAX_ROWS = 2_000_000  # of one file; twice the largest number of cases of a plan
 _BLOCK = 16_384  # rows read or checked together
 _COLUMNS = (*NUMBER_UNITS, *TEXT_WIDTHS, "check")
 _TABLE = ("key", *TEXT_WIDTHS, *NUMBER_UNITS)
-# what all files of one run share
+# common attributes of all files of one run
 _SHARED = ("plan_name", "plan_hash", "solver_version", "oil", "oil_hash", "bodies_hash", "count")
-# what must be unchanged when a run is resumed
+# attributes that must be equal for a run to be resumed
 SAME_RUN = {
     "plan_hash": "another plan",
     "solver_version": "another version of the solver",
@@ -56,14 +56,14 @@ def run_files(run: Path) -> list[Path]:
             raise InputError("run", str(run), "a folder or file of results", f"{kind} {hint}".strip())
         return [run]
     found = sorted([*run.glob(f"*{JOURNAL}"), *run.glob("*.h5")]) if os.path.isdir(run) else []
-    files = [path for path in found if path.stat().st_size > 0]  # an empty journal was created a moment ago
+    files = [path for path in found if path.stat().st_size > 0]  # without journals that have just been created
     if not files:
         raise InputError("run", str(run), "a folder or file of results", hint)
     return files
 
 
 def read_meta(run: Path) -> dict[str, Any]:
-    """What the first file of a run states about it; `InputError` as of `read_file`."""
+    """Attributes of a run from its first file; `InputError` as in `read_file`."""
     path = run_files(run)[0]
     if path.suffix == JOURNAL:
         return header_of(path)
@@ -73,9 +73,9 @@ def read_meta(run: Path) -> dict[str, Any]:
 
 
 def read_file(path: Path) -> tuple[dict[str, Any], Rows]:
-    """What a result file states about its run, and its valid rows, the last one of each case.
+    """Attributes of the run in a result file, and its valid rows, the last one of each case.
 
-    Of a journal that another process writes these are the rows that are whole.
+    A journal that is being written by another process gives its complete rows.
 
     Raises `InputError`: the file is corrupt or no result file, or has a newer schema.
     """
@@ -91,9 +91,9 @@ def read_file(path: Path) -> tuple[dict[str, Any], Rows]:
 
 
 def read_run(run: Path) -> tuple[dict[str, Any], Rows]:
-    """What all files of a run share, and all their rows, one per case.
+    """Common attributes of the files of a run, and all their rows, one per case.
 
-    The rows of journals are sorted by key; those of one HDF5 file have the order of the file.
+    Rows of journals are sorted by key; those of one HDF5 file have the order of the file.
 
     Raises `InputError`: there are no results, or the files belong to different runs.
     """
@@ -102,7 +102,7 @@ def read_run(run: Path) -> tuple[dict[str, Any], Rows]:
     for path, (other, _) in zip(files[1:], others, strict=True):
         for name, what in SAME_RUN.items():
             if other.get(name) != meta.get(name):
-                hint = f"One of them holds results of {what}; keep one run per folder."
+                hint = f"One of them contains results of {what}; use one folder per run."
                 raise InputError("run", str(run), f"files of one run ({files[0].name}, {path.name})", hint)
     if others or files[0].suffix == JOURNAL:
         rows = one_row_per_case([rows, *(found for _, found in others)])
@@ -110,7 +110,7 @@ def read_run(run: Path) -> tuple[dict[str, Any], Rows]:
 
 
 def one_row_per_case(parts: Sequence[Rows]) -> Rows:
-    """The rows of several files sorted by key; of those with one key the first with an answer, else the first."""
+    """Rows of several files sorted by key; for each key the first one with a result, else the first one."""
     rows = np.concatenate(parts)
     order = np.lexsort((rows["status"] == b"failed", rows["key"]))
     fresh = np.ones(order.size, dtype=bool)
@@ -121,12 +121,12 @@ def one_row_per_case(parts: Sequence[Rows]) -> Rows:
 def table_of(rows: Rows, names: Sequence[str] = _TABLE) -> pd.DataFrame:
     """Rows as a table."""
     table: dict[str, Any] = {name: rows[name] if name in NUMBER_UNITS else _texts(rows[name]) for name in names}
-    # not gathered into one block: that would take the memory of all numbers once more
+    # separate columns, as one block would need the memory of all numbers again
     return pd.DataFrame({name: np.ascontiguousarray(column) for name, column in table.items()}, copy=False)
 
 
 def _texts(column: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Texts, each different one decoded once."""
+    """Decoded texts of a column."""
     known: dict[bytes, str] = {}
     found = [known.get(text) or known.setdefault(text, text.decode("ascii", "replace")) for text in column]
     return np.array(found, dtype=object)
@@ -138,9 +138,9 @@ def case_status(row: Mapping[str, Any]) -> CaseStatus:
 
 
 def cases_of_other_files(path: Path) -> dict[str, CaseStatus]:
-    """Status, reason and attempts of the cases in the other files of a run's folder, by key.
+    """Status, reason and attempts of the cases in the other files of the folder of a run, by key.
 
-    A file that cannot be read is ignored: its cases are computed again.
+    A file that cannot be read is ignored, so that its cases are computed again.
     """
     parts = []
     for other in sorted([*path.parent.glob(f"*{JOURNAL}"), *path.parent.glob("*.h5")]):
@@ -154,9 +154,9 @@ def cases_of_other_files(path: Path) -> dict[str, CaseStatus]:
 
 
 def merge(run: Path, target: Path, *, compress: bool = False) -> int:
-    """Write all rows of a run into one HDF5 file; returns how many.
+    """Write all rows of a run into one HDF5 file; returns their number.
 
-    Raises `InputError`: as `read_run`; or the target exists already or cannot be written.
+    Raises `InputError`: as in `read_run`, or the target exists or cannot be written.
     """
     if os.path.exists(target):
         raise InputError("target", str(target), "a file that does not exist yet")
@@ -168,7 +168,7 @@ def merge(run: Path, target: Path, *, compress: bool = False) -> int:
 
 
 def write_hdf5(target: Path, meta: Mapping[str, Any], rows: Rows, *, compress: bool = False) -> None:
-    """Write rows into a new HDF5 file, made in memory: HDF5 itself crashes the process where the disk is full."""
+    """Write rows into a new HDF5 file, via memory, as the HDF5 library crashes on a full disk."""
     how = {"compression": "gzip", "compression_opts": 9, "shuffle": True} if compress and len(rows) else {}
     chunks = (min(len(rows), 1024),) if how else None
     with h5py.File(target.name, "w", libver=LIBVER, driver="core", backing_store=False) as file:
@@ -176,7 +176,7 @@ def write_hdf5(target: Path, meta: Mapping[str, Any], rows: Rows, *, compress: b
         file.attrs["writer"] = f"mixed-ehl {__version__}"
         for name in _SHARED:
             file.attrs[name] = meta[name]
-        # a dataset: the plan of a long table is too much for an attribute
+        # a dataset, as the plan of a long table is too large for an attribute
         file["plan"] = str(meta["plan"])
         file["plan"].attrs["unit"] = "JSON"
         units = NUMBER_UNITS | dict.fromkeys((*TEXT_WIDTHS, "key"), "text")
@@ -208,15 +208,15 @@ def _read_hdf5(path: Path) -> tuple[dict[str, Any], Rows]:
 
 @contextmanager
 def _corruption_reported(path: Path) -> Iterator[None]:
-    """Turn any error of reading a corrupt file in the block into one sentence that names the file."""
+    """Convert any error of reading a corrupt file into an `InputError` with the name of the file."""
     try:
         yield
     except InputError:
         raise
     except PermissionError as error:
         raise InputError("run", str(path), "a file that can be read", f"{error}.") from None
-    except Exception as error:  # h5py lets errors of every kind through
-        hint = f"It is corrupt or no result file ({error}); move it away and merge or sweep again."
+    except Exception as error:  # h5py raises errors of many kinds
+        hint = f"It is corrupt or no result file ({error}); remove it and repeat the merge or sweep."
         raise InputError("run", str(path), "a readable result file", hint) from None
 
 
@@ -226,7 +226,7 @@ def _attribute(file: h5py.File, name: str) -> Any:
 
 
 def _attributes(file: h5py.File) -> dict[str, Any]:
-    """What the file states about its run; a text with a flipped bit may hold signs that no terminal takes."""
+    """Attributes of the run; a corrupt text may contain characters that are not printable."""
     meta = {name: _attribute(file, name) for name in ("schema", "writer", *_SHARED)}
     for name, value in meta.items():
         if name in ("schema", "count"):
@@ -242,11 +242,11 @@ def _attributes(file: h5py.File) -> dict[str, Any]:
 
 
 def _declared_rows(file: h5py.File, path: Path) -> int:
-    """Rows every column has; a file that declares more than there may be is refused before memory is taken."""
+    """Number of rows of the columns, checked before memory is allocated."""
     sizes = [file[name].shape for name in ("key", *_COLUMNS)]
     largest = max(math.prod(size) for size in sizes)
     if largest > MAX_ROWS:
-        raise InputError("run", str(path), f"a result file of at most {MAX_ROWS} rows", f"It declares {largest}.")
+        raise InputError("run", str(path), f"a result file of at most {MAX_ROWS} rows", f"It has {largest}.")
     if max(file[name].dtype.itemsize for name in ("key", *_COLUMNS)) > max(KEY_WIDTH, *TEXT_WIDTHS.values()):
         raise TypeError("its columns are of another type")
     return int(min(size[0] if len(size) == 1 else 0 for size in sizes))
@@ -262,5 +262,5 @@ def _check_schema(file: h5py.File, path: Path) -> None:
     missing = [name for name in ("key", *_COLUMNS) if name not in file]
     if schema < SCHEMA or missing:
         columns = f"Columns {', '.join(missing[:5])} are missing: " if missing else ""
-        hint = f"{columns}it is corrupt, or of an older version. Move it away and merge or sweep again."
+        hint = f"{columns}it is corrupt, or of an older version. Remove it and repeat the merge or sweep."
         raise InputError("run", str(path), f"a result file of schema {SCHEMA} with all columns", hint)

@@ -1,4 +1,4 @@
-"""The row of a result file: its columns with their units, and the checksum by which a corrupt row is found."""
+"""Row of a result file: columns with units, and the checksum that detects corrupt rows."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ OUTPUT_UNITS = si_units(
 )
 # of the rough surfaces; a formula may use the correlation length
 SURFACE_UNITS = si_units(("boundary_friction", "correlation_length", "peklenik_number", "seed"))
-# times differ from run to run and are not part of the data
+# times differ between runs and are not part of the data
 TIMING_UNITS = si_units(("seconds", "seconds_cpu"))
 NUMBER_UNITS: dict[str, str] = {
     # the order of the columns is part of the file format
     **{name: unit for name, unit in STATE_UNITS.items() if name not in SURFACE_UNITS},
-    # alpha_film is that of the oil's card: files older than it have no such column
+    # alpha_film follows from the oil card and is not stored
     **{name: unit for name, unit in LUBRICANT_UNITS.items() if name != "pressure_viscosity_film"},
     **SURFACE_UNITS,
     **OUTPUT_UNITS,
@@ -67,7 +67,7 @@ Rows = NDArray[np.void]
 
 
 def pack(rows: Sequence[Mapping[str, Any]]) -> Rows:
-    """Rows as a structured array; a number that is not given is nan, a text empty."""
+    """Rows as a structured array; missing numbers are nan, missing texts are empty."""
     packed = np.zeros(len(rows), ROW)
     for name in NUMBER_UNITS:
         packed[name] = [float(row.get(name, np.nan)) for row in rows]

@@ -1,6 +1,6 @@
-"""One family fitted to rows: least squares on ln mu, linear or bounded nonlinear, and the networks on its parts.
+"""Fit of one family to rows: linear or bounded nonlinear least squares in ln mu, and networks for its parts.
 
-design matrix or log_mu of the family -> coefficients -> standard errors, collinearity, terms that could not be fitted
+Results are coefficients with standard errors, collinearity, and terms that could not be fitted.
 """
 
 from __future__ import annotations
@@ -23,33 +23,21 @@ from regression.friction.families import Family
 from regression.friction.fitted import friction_of_form
 from regression.friction.network import Network
 
-_OUTLIER = 0.05  # residual of ln mu from which the loss grows linearly
-_FORM_ERROR = 0.05  # of ln mu, of a form in the mean
-# weight of the parts of mu in the fit: without them a share too high is balanced by a film too low
+_OUTLIER = 0.05  # residual of ln mu above which the loss is linear
+_FORM_ERROR = 0.05  # mean error of ln mu of a closed form
+# weight of the parts of mu in the fit; without them errors of share and film friction may compensate each other
 _PARTS_WEIGHT = 0.25
 
 
 @dataclass(frozen=True)
 class Coefficients:
-    """Fitted coefficients.
+    """Fitted coefficients."""
 
-    Parameters
-    ----------
-    values, standard_errors : dict
-        By term; a dropped term has neither spread nor effect of its own.
-    dropped : dict
-        Term to the reason it could not be fitted.
-    variance_inflation : dict
-        VIF of every fitted term but the constant: how much its variance grows by collinearity.
-    condition_number : float
-        Of the design matrix with columns of unit length.
-    """
-
-    values: dict[str, float]
-    standard_errors: dict[str, float]
-    dropped: dict[str, str]
-    variance_inflation: dict[str, float]
-    condition_number: float
+    values: dict[str, float]  # by term
+    standard_errors: dict[str, float]  # by term, without dropped ones
+    dropped: dict[str, str]  # terms that could not be fitted, with reasons
+    variance_inflation: dict[str, float]  # increase of the variance of each term by collinearity (VIF)
+    condition_number: float  # of the design matrix with columns of unit length
 
 
 def fit_coefficients(
@@ -57,11 +45,11 @@ def fit_coefficients(
 ) -> Coefficients:
     """Coefficients of one family from the rows of a dataset.
 
-    Rows weigh by what is left to chance in their band of lambda beside the error of a form. The stated error of a case
-    is no such weight: it is relative to its own friction, so that profiles that happen to rub more would be preferred
-    (on 75W90 the friction along gear meshes came out 20 % too high that way).
-    Where the family gives both parts of mu and the rows have them, the fit meets asperity and film friction as well.
-    A nonlinear fit starts from the coefficients `near`, of a fit to most of the same rows, where they are given.
+    Weights follow from the statistical error in the band of lambda relative to the error of a closed form. The stated
+    error of a case is not suitable: it is relative to its own friction, so that profiles with high asperity friction
+    would be preferred (for 75W90 friction along gear meshes was then 20 % too high). If family and rows have both parts
+    of mu, asperity and film friction are fitted as well. A nonlinear fit may start from the coefficients `near` of a
+    fit to most of the same rows.
     """
     table, target = columns(frame), np.log(computed_friction(frame))
     if family.design is not None:
@@ -75,7 +63,7 @@ def fit_coefficients(
 def linear_fit(terms: tuple[str, ...], design: Array, target: Array) -> Coefficients:
     """Ordinary least squares by QR; the first column is the constant.
 
-    A column that does not vary cannot be told from the constant: its term is dropped, with coefficient 0.
+    The term of a column that does not vary is dropped with coefficient 0, as it cannot be separated from the constant.
     """
     spread = np.ptp(design, axis=0)
     varies = spread > 1e-9 * np.maximum(np.abs(design).max(axis=0), 1e-30)
@@ -86,8 +74,8 @@ def linear_fit(terms: tuple[str, ...], design: Array, target: Array) -> Coeffici
     scaled = columns_kept / scale
     condition = float(np.linalg.cond(scaled))
     if not condition < 1e12:
-        # two columns are one and the same; say so rather than return noise
-        raise InputError("run", "data of too few dimensions", "cases that vary every variable on its own")
+        # linearly dependent columns have no meaningful coefficients
+        raise InputError("run", "data of too few dimensions", "cases with independent variations of all variables")
     q, r = np.linalg.qr(scaled)
     beta = np.linalg.solve(r, q.T @ target)
     freedom = len(target) - len(kept)
@@ -113,7 +101,7 @@ def _variance_inflation(terms: list[str], design: Array) -> dict[str, float]:
 
 
 def parts_of(family: Family, frame: pd.DataFrame) -> tuple[Array, Array] | None:
-    """Asperity load share and film friction of every row, where the family has these parts and all rows do."""
+    """Asperity load share and film friction of every row, or None if the family or a row has no such parts."""
     names = ["asperity_load_share", "friction_fluid"]
     if family.parts is None or not set(names) <= set(frame.columns) or frame[names].isna().any(axis=None):
         return None
@@ -130,7 +118,7 @@ def _nonlinear_fit(
     computed: tuple[Array, Array] | None,
     near: Mapping[str, float] | None,
 ) -> Coefficients:
-    """Bounded least squares with a loss that outliers do not dominate, started from physical values."""
+    """Bounded least squares with a robust loss, started from physical values."""
     from scipy.optimize import least_squares
 
     terms = family.terms
@@ -150,20 +138,10 @@ def _nonlinear_fit(
         start = np.array([near[term] for term in terms])
     else:
         start = np.array(family.start)
-        # the level by the mean of the log residual: the linear part of the problem
+        # the level follows from the median residual of ln mu, which is linear in its logarithm
         start[0] = np.clip(start[0] * np.exp(-np.median(residual(start)[: target.size])), lower[0], upper[0])
-    solution = least_squares(
-        residual,
-        start,
-        bounds=(lower, upper),
-        loss="soft_l1",
-        f_scale=_OUTLIER,
-        x_scale=np.maximum(np.abs(start), 0.05),
-        ftol=1e-8,
-        xtol=1e-8,
-        gtol=1e-8,
-        max_nfev=1000,
-    )
+    scales = {"f_scale": _OUTLIER, "x_scale": np.maximum(np.abs(start), 0.05)}
+    solution = least_squares(residual, start, bounds=(lower, upper), loss="soft_l1", max_nfev=1000, **scales)
     if solution.status <= 0:
         raise ConvergenceError("fit", f"family {family.name} after {solution.nfev} evaluations")
     x, jacobian = solution.x, np.asarray(solution.jac)
@@ -192,29 +170,20 @@ def _nonlinear_fit(
 
 @dataclass(frozen=True)
 class FittedForm:
-    """A family with the numbers found for it.
-
-    Parameters
-    ----------
-    family : Family
-    coefficients : Coefficients
-        Of all rows.
-    network : Network or None
-    of_oil : mapping
-        Coefficients of the rows of each oil, where the networks correct the form of each.
-    """
+    """A family with its coefficients and networks."""
 
     family: Family
-    coefficients: Coefficients
+    coefficients: Coefficients  # of all rows
     network: Network | None
+    # coefficients of the rows of each oil, if the networks correct a form for each oil
     of_oil: Mapping[str, Coefficients] = field(default_factory=dict)
 
     def coefficients_of(self, oil: str | None) -> Coefficients:
-        """Those of an oil; of all rows where it has none of its own."""
+        """Coefficients of an oil; those of all rows if it has none."""
         return self.of_oil.get(oil or "", self.coefficients)
 
     def friction(self, frame: pd.DataFrame) -> tuple[Array, Array | None]:
-        """mu of every row, and the networks' standard deviation of ln mu (None without)."""
+        """mu of every row, and the standard deviation of ln mu by the networks (None without)."""
         mu, deviation = np.empty(len(frame)), np.empty(len(frame))
         for oil, rows in _rows_of_oils(frame, self.of_oil):
             part = frame[rows]
@@ -225,7 +194,7 @@ class FittedForm:
 
 
 def _rows_of_oils(frame: pd.DataFrame, oils: Collection[str]) -> list[tuple[str | None, NDArray[np.bool_]]]:
-    """The rows of each of these oils, and of all others together."""
+    """The rows of each of these oils, and of all others."""
     if not oils:
         return [(None, np.ones(len(frame), dtype=bool))]
     names = frame["oil"].to_numpy()
@@ -237,36 +206,24 @@ def _rows_of_oils(frame: pd.DataFrame, oils: Collection[str]) -> list[tuple[str 
 def fit_form(
     family: Family, frame: pd.DataFrame, *, network: bool = False, by_oil: bool = False, near: FittedForm | None = None
 ) -> FittedForm:
-    """Fit a family to the rows of a dataset, the coefficients first, then the networks on its parts.
+    """Fit the coefficients of a family to the rows of a dataset, then the networks for its parts.
 
-    Parameters
-    ----------
-    family : Family
-    frame : DataFrame
-        Usable rows.
-    network : bool
-        Add the networks; only for a family with parts.
-    by_oil : bool
-        Coefficients of each oil, and networks that correct all of these forms.
-    near : FittedForm, optional
-        Of a fit to most of the same rows, where the fit begins.
-
-    Raises
-    ------
-    InputError
-        Several boundary frictions, and the family does not take it as an input; or too few dimensions.
-    ConvergenceError
-        The nonlinear fit did not settle.
+    frame: usable rows.
+    network: add the networks; for a family with parts only.
+    by_oil: coefficients of each oil, and networks that correct all of these forms.
+    near: fit to most of the same rows as the start.
+    Raises `InputError`: several boundary frictions that are no input of the family, or too few dimensions;
+    `ConvergenceError`: the nonlinear fit did not converge.
     """
     mu_b = boundary_friction_of(frame)
     if family.design is not None and isinstance(mu_b, np.ndarray):
         values = sorted({float(value) for value in mu_b})
-        hint = "Fit a family that takes it as an input, or one boundary friction at a time."
+        hint = "Fit a family with this input, or data of one boundary friction."
         raise InputError("boundary_friction", values, f"one value for all cases of family {family.name}", hint)
 
     def fitted(rows: pd.DataFrame, oil: str | None) -> Coefficients:
         start = None if near is None else near.coefficients_of(oil).values
-        # the families compute with arrays of boundary friction as with one number
+        # families accept arrays of boundary friction
         return fit_coefficients(family, rows, cast("float", boundary_friction_of(rows)), start)
 
     form = FittedForm(family, fitted(frame, None), None)

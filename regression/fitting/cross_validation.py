@@ -1,4 +1,4 @@
-"""Grouped cross-validation: whole (p, R) cells are held out together; the choice of the family too where asked for."""
+"""Cross-validation grouped by cells of pressure and radius, optionally including the choice of the family."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from regression.friction.fitted import FittedFormula
 
 FOLDS = 10
 _INNER_FOLDS = 5
-# fits of this process with their held-out friction: reports show it, and formulas of several oils share one fit
+# cache of fits with their held-out friction, for reports and for formulas of several oils
 _KEPT: dict[tuple[str, bool, bool, bytes], tuple[FittedForm, HeldOut]] = {}
 _MAX_KEPT = 32
 _CELLS = 4  # cells per axis of the (p, R) groups
@@ -29,31 +29,21 @@ _CELLS = 4  # cells per axis of the (p, R) groups
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Friction of every row by a formula fitted without its fold.
-
-    Parameters
-    ----------
-    mu : array, shape (n,)
-    deviation : array, shape (n,), or None
-        The formula's own standard deviation of ln mu, where it has one.
-    folds : array of int, shape (n,)
-    extrapolated : array of bool, shape (n,)
-        Rows that lie outside the cloud of the cases of the other folds.
-    """
+    """Friction of every row by a formula fitted without its fold; arrays of shape (n,)."""
 
     mu: Array
-    deviation: Array | None
+    deviation: Array | None  # standard deviation of ln mu by the formula, if it has one
     folds: NDArray[np.int64]
-    extrapolated: NDArray[np.bool_]
+    extrapolated: NDArray[np.bool_]  # rows outside the range of the cases of the other folds
 
     def of(self, rows: NDArray[np.bool_]) -> HeldOut:
-        """Some of the rows."""
+        """Selected rows."""
         deviation = None if self.deviation is None else self.deviation[rows]
         return HeldOut(self.mu[rows], deviation, self.folds[rows], self.extrapolated[rows])
 
 
 def cell_groups(frame: pd.DataFrame) -> NDArray[np.int64]:
-    """Group of every row: its cell of a 4 x 4 grid in pressure and radius (logarithm) over their ranges."""
+    """Group of every row: its cell in a 4 x 4 grid of pressure and logarithm of the radius."""
     groups = np.zeros(len(frame), dtype=np.int64)
     for values in (frame["pressure_hertz"].to_numpy(), np.log(frame["radius_equivalent"].to_numpy())):
         low, width = values.min(), np.ptp(values)
@@ -63,7 +53,7 @@ def cell_groups(frame: pd.DataFrame) -> NDArray[np.int64]:
 
 
 def fold_numbers(frame: pd.DataFrame, count: int = FOLDS) -> NDArray[np.int64]:
-    """Fold of every row: whole (p, R) cells are held out together; fewer than two cells fall back to rows in turn."""
+    """Fold of every row from whole cells of `cell_groups`; with fewer than two cells from alternating rows."""
     from sklearn.model_selection import GroupKFold
 
     groups = cell_groups(frame)
@@ -84,17 +74,11 @@ def cross_validate(
     by_oil: bool = False,
     folds: NDArray[np.int64] | None = None,
 ) -> HeldOut:
-    """Friction of every row by a formula fitted without its fold, its networks too.
+    """Friction of every row by a formula, including networks, fitted without its fold.
 
-    Parameters
-    ----------
-    family : Family
-    frame : DataFrame
-        Usable rows.
-    network, by_oil : bool
-        As of `fit_form`.
-    folds : array of int, shape (n,), optional
-        Those of `fold_numbers` if not given.
+    frame: usable rows.
+    network, by_oil: as in `fit_form`.
+    folds (n,): default: those of `fold_numbers`.
     """
     folds = fold_numbers(frame) if folds is None else folds
     mu, deviation = np.empty(len(frame)), np.zeros(len(frame))
@@ -116,7 +100,7 @@ def cross_validate(
 def fitted_and_held_out(
     family: Family, frame: pd.DataFrame, *, network: bool = False, by_oil: bool = False
 ) -> tuple[FittedForm, HeldOut]:
-    """The fit to all rows and what `cross_validate` gives; at once where this process has done it before."""
+    """The fit to all rows and the result of `cross_validate`, cached in the process."""
     identity = (family.name, network, by_oil, _digest(frame))
     if identity not in _KEPT:
         found = (
@@ -130,7 +114,7 @@ def fitted_and_held_out(
 
 
 def _digest(frame: pd.DataFrame) -> bytes:
-    """Tells rows apart: which cases they are, and what friction they have with which error."""
+    """Hash of the cases with their friction and error."""
     digest = hashlib.sha256("\n".join(frame["key"]).encode())
     for name in ("friction_coefficient", "friction_error", "boundary_friction"):
         digest.update(np.ascontiguousarray(frame[name].to_numpy(dtype=float)).tobytes())
@@ -138,18 +122,10 @@ def _digest(frame: pd.DataFrame) -> bytes:
 
 
 def nested_cross_validate(families: Sequence[Family], frame: pd.DataFrame) -> tuple[Array, Mapping[str, int]]:
-    """Held-out friction where the family too is chosen without the fold, by cross-validation among the other rows.
+    """Held-out friction with the family chosen by cross-validation of the other folds.
 
-    Returns
-    -------
-    mu : array, shape (n,)
-    chosen : mapping
-        Family to the number of folds it was chosen in.
-
-    Raises
-    ------
-    InputError, ConvergenceError
-        No family can be fitted to the rows of some fold.
+    Returns: mu, shape (n,); chosen: number of folds of each chosen family.
+    Raises `InputError`, `ConvergenceError`: no family can be fitted to the rows of a fold.
     """
     folds = fold_numbers(frame)
     mu, chosen = np.empty(len(frame)), dict.fromkeys((family.name for family in families), 0)
@@ -165,7 +141,7 @@ def nested_cross_validate(families: Sequence[Family], frame: pd.DataFrame) -> tu
                 continue
             errors[family.name] = float(np.mean(np.log(found / computed_friction(rest)) ** 2))
         if not errors:
-            raise InputError("run", "no family fits", "data that at least one family can be fitted to")
+            raise InputError("run", "no family fits", "data for a fit of at least one family")
         best = min(errors, key=lambda name: errors[name])
         chosen[best] += 1
         mu[held] = fit_form(next(f for f in families if f.name == best), rest).friction(frame[held])[0]
@@ -173,22 +149,17 @@ def nested_cross_validate(families: Sequence[Family], frame: pd.DataFrame) -> tu
 
 
 def held_out_friction(dataset: Dataset, formula: FittedFormula) -> HeldOut:
-    """Friction of the rows of `fitted_rows` by the same form fitted without their fold.
-
-    At once for a formula this process has fitted; else it is cross-validated again.
-    """
+    """Friction of the rows of `fitted_rows` by the same form fitted without their fold, cached in the process."""
     rows, by_oil = fitted_rows(dataset, formula), len(formula.oils) == 1 < len(dataset.oils)
     family, network = FAMILIES[formula.family], formula.network is not None
     return fitted_and_held_out(family, rows, network=network, by_oil=by_oil)[1]
 
 
 def interval_factors(dataset: Dataset, formula: FittedFormula) -> list[tuple[float, float, float]]:
-    """exp(w s) of the interval of a formula with networks, for each of its bands; none without.
+    """Factors exp(w s) of the interval of a formula with networks, for each of its bands; empty without.
 
-    Returns
-    -------
-    list of (median, 5 %, 95 %)
-        Over the held-out cases of the band: s is the deviation of the networks at each, w the multiple of the band.
+    Returns: median, 5 % and 95 % quantile over the held-out cases of the band, with the standard deviation s of the
+    networks and the multiple w of the band.
     """
     if formula.network is None:
         return []

@@ -1,7 +1,4 @@
-"""From a dataset to a formula: least squares on ln mu, its errors, and what they are worth.
-
-dataset -> usable rows -> coefficients and their errors -> held-out errors by fold -> errors by region -> formula file
-"""
+"""Fit of a formula to a dataset: coefficients by least squares in ln mu, held-out errors, errors by region."""
 
 from __future__ import annotations
 
@@ -44,10 +41,10 @@ def fit_formula(
     noise: Dataset | None = None,
     oil: str | None = None,
 ) -> FittedFormula:
-    """Fit one family of formulas to a dataset; arguments as of `regression.fit`.
+    """Fit one family of formulas to a dataset; arguments as in `regression.fit`.
 
-    The same data give bit-identical coefficients on one machine and build: rows are sorted by key and one thread
-    computes.
+    The same data give bit-identical coefficients on one machine and build, as rows are sorted by key and one thread is
+    used.
     """
     family, network = family_named("short" if family_name == NETWORK else family_name), family_name == NETWORK
     if oil is not None and oil not in dataset.oils:
@@ -60,17 +57,14 @@ def fit_formula(
     for name, beside in (("paths", paths), ("noise", noise)):
         others = sorted(set(beside.oils) - set(dataset.oils)) if beside is not None else []
         if others:
-            raise InputError(
-                name,
-                ", ".join(others),
-                f"contacts with the oils of the data, {', '.join(dataset.oils)}",
-                f"Sweep the plan of {name} with that oil, or leave {name} out.",
-            )
+            hint = f"Repeat the sweep of {name} with that oil, or omit {name}."
+            allowed = f"contacts with the oils of the data, {', '.join(dataset.oils)}"
+            raise InputError(name, ", ".join(others), allowed, hint)
     with single_thread():
         by_oil = oil is not None and len(dataset.oils) > 1
         form, held_out = fitted_and_held_out(family, frame, network=network, by_oil=by_oil)
         other_oil = None if oil is not None else _width_of_oils_left_out(family, frame, network=network)
-    # the networks learnt from all rows; what follows is stated of one oil alone where it was asked for
+    # networks are trained on all rows; the following results are for the selected oil
     own = own_rows(frame, oil)
     frame, held_out = frame[own].reset_index(drop=True), held_out.of(own)
     within, _ = form.friction(frame)
@@ -91,7 +85,7 @@ def fit_formula(
         dropped=fitted.dropped,
         variance_inflation=fitted.variance_inflation,
         condition_number=fitted.condition_number,
-        # of several the one most cases have; the smaller of two as frequent
+        # the most frequent value, the smaller of two equally frequent ones
         boundary_friction=float(mu_b.mode().min()),
         boundary_friction_range=(float(mu_b.min()), float(mu_b.max())),
         ranges={name: _rounded_range(frame[name].to_numpy(dtype=float)) for name in box},
@@ -147,15 +141,12 @@ def fit_families(
     noise: Dataset | None = None,
     oil: str | None = None,
 ) -> tuple[FittedFormula, ...]:
-    """Every family fitted to the same rows, best first: smallest mean held-out error of mu.
+    """All families fitted to the same rows, sorted by mean held-out error of mu.
 
-    A family that these data cannot fit is left out. With `nested` the best closed form states what the choice of the
-    family itself costs. The rest as of `fit_formula`.
+    Families that cannot be fitted are omitted. With `nested` the errors of the best closed form include the choice of
+    the family. Other arguments are as in `fit_formula`.
 
-    Raises
-    ------
-    InputError, ConvergenceError
-        As `fit_formula`, where no family can be fitted.
+    Raises `InputError`, `ConvergenceError`: as in `fit_formula`, if no family can be fitted.
     """
     fitted: list[FittedFormula] = []
     refused: dict[str, MixedEhlError] = {}
@@ -165,7 +156,7 @@ def fit_families(
         except (InputError, ConvergenceError) as error:
             refused[name] = error
     if not fitted:
-        # the family that asks for the least says best what the data lack
+        # the error of the family with the fewest terms describes the missing data best
         raise refused[min(refused, key=lambda name: len(FAMILIES[name].terms) if name in FAMILIES else 99)]
     ordered = sorted(fitted, key=lambda formula: formula.validation.mape)
     if nested:
@@ -179,7 +170,7 @@ def fit_families(
 
 
 def _width_of_oils_left_out(family: Family, frame: pd.DataFrame, *, network: bool) -> float | None:
-    """Half width of ln mu that covers the cases of each oil by a fit without it; None for fewer than three oils."""
+    """Half width of ln mu that covers the cases of each oil with a fit without it; None for fewer than three oils."""
     oils = frame["oil"].unique() if "oil" in frame else ()
     if len(oils) < 3:
         return None
@@ -192,9 +183,9 @@ def _width_of_oils_left_out(family: Family, frame: pd.DataFrame, *, network: boo
 
 
 def _with_noise(error: Array, spread: Array | None) -> tuple[float, Array | None]:
-    """The constant part of the deviation of ln mu that suits the held-out errors best, and the deviation with it.
+    """Constant part of the deviation of ln mu from the held-out errors, and the deviation with it.
 
-    Greatest likelihood of a double exponential distribution whose width is a multiple of the deviation.
+    Maximum likelihood for a double exponential distribution whose width is a multiple of the deviation.
     """
     if spread is None:
         return 0.0, None
@@ -209,9 +200,9 @@ def _with_noise(error: Array, spread: Array | None) -> tuple[float, Array | None
 
 
 def checked_scores(formula: FittedFormula, frame: pd.DataFrame) -> Scores | None:
-    """Errors at cases that were not fitted, the coverage of the interval there, and the share called extrapolated.
+    """Errors at cases that were not fitted, with the coverage of the interval and the share of extrapolated cases.
 
-    None where there are no cases, or the formula has no value at one of them.
+    None if there are no cases or the formula has no value at one of them.
     """
     if frame.empty:
         return None
@@ -227,7 +218,7 @@ def checked_scores(formula: FittedFormula, frame: pd.DataFrame) -> Scores | None
 
 
 def _unseen_errors(formula: FittedFormula, dataset: Dataset, repeated: pd.DataFrame) -> dict[str, object]:
-    """Errors against the means over the profiles of points that were not fitted, in all and by film ratio."""
+    """Errors of the means over the profiles of points that were not fitted, total and by film ratio."""
     rows = checkable_rows(repeated[~repeated["key"].isin(dataset.frame["key"])])
     means = expected_rows(rows) if len(rows) else rows
     found = checked_scores(formula, means)
@@ -241,7 +232,7 @@ def _unseen_errors(formula: FittedFormula, dataset: Dataset, repeated: pd.DataFr
 
 
 def _rounded_range(values: Array) -> tuple[float, float]:
-    """Least and largest value, rounded outwards to three digits: samples of a plan do not reach its ends."""
+    """Smallest and largest value, rounded outwards to three digits, as samples do not reach the ends of a plan."""
     ends = float(values.min()), float(values.max())
     steps = [10.0 ** (math.floor(math.log10(abs(end))) - 2) if end else 1.0 for end in ends]
     low, high = math.floor(ends[0] / steps[0]) * steps[0], math.ceil(ends[1] / steps[1]) * steps[1]
@@ -255,5 +246,5 @@ def oil_identities(dataset: Dataset) -> tuple[OilIdentity, ...]:
 
 
 def noise_of(dataset: Dataset, noise: Dataset | None) -> NoiseFloor | None:
-    """Noise floor of a run of repeated realisations, or of the dataset's own repeated points."""
+    """Noise floor from a run of repeated realisations, or from the repeated points of the dataset."""
     return measured_noise(realisation_scatter((dataset if noise is None else noise).frame))

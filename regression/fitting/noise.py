@@ -1,4 +1,4 @@
-"""Noise: what mu scatters over repeated realisations of the roughness at otherwise equal conditions, and their mean."""
+"""Noise floor: scatter of mu over realisations of the roughness at equal conditions, and means over realisations."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from regression.data.row_format import SURFACE_UNITS
 from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS, Array
 from regression.friction.error_tables import NoiseBand, NoiseFloor
 
-# edges of the bands errors are reported in; outer bands are open
+# edges of the bands of reported errors; outer bands are open
 BANDS: dict[str, tuple[float, ...]] = {
     "film_ratio": (0.5, 1.0, 2.0),
     "slide_to_roll_total": (0.05, 0.2, 0.5, 1.0),
     "pressure_hertz": (0.7e9, 1.0e9, 1.5e9),
     "temperature_oil": (333.15, 353.15, 373.15),
 }
-# edges in lambda within which one scatter serves all: by their own, cases that rub more would count more
+# edges of the bands of lambda with a common scatter; individual values would favour cases with high asperity friction
 _SCATTER_EDGES = (0.1, 0.2, 0.35, 0.5, 1.0, 2.0)
-_MIN_POINTS = 4  # repeated points a band of it needs
+_MIN_POINTS = 4  # smallest number of repeated points in such a band
 # outputs that are averaged over the profiles of a point
 _AVERAGED = (
     "friction_coefficient", "friction_fluid", "friction_asperity", "film_central", "film_min", "asperity_load_share",
@@ -31,12 +31,12 @@ _SAME = [*STATE_UNITS, *LUBRICANT_UNITS, *(name for name in SURFACE_UNITS if nam
 
 
 def realisation_scatter(frame: pd.DataFrame) -> pd.DataFrame:
-    """Scatter of every point that was computed with more than one roughness seed."""
+    """Scatter of every point with more than one roughness seed."""
     usable = frame[(frame["status"] != "failed") & (frame["friction_coefficient"] > 0.0)]
     usable = usable.drop_duplicates([*dict.fromkeys(_SAME), "seed"])
     grouped = usable.groupby(list(dict.fromkeys(_SAME)), dropna=False, sort=True)
     points = grouped[list(BANDS)].mean() if not usable.empty else pd.DataFrame(columns=list(BANDS))
-    # a key that is also a variable of a band would stand there twice
+    # without the keys, some of which are also variables of bands
     points = points.reset_index(drop=True)
     mu = grouped["friction_coefficient"].agg(["count", "mean", "std"]).reset_index(drop=True)
     scatter = points.assign(realisations=mu["count"], single=mu["std"] / mu["mean"])
@@ -45,7 +45,7 @@ def realisation_scatter(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def measured_noise(scatter: pd.DataFrame) -> NoiseFloor | None:
-    """Noise floor by region, RMS over the points; None where no point was repeated."""
+    """Noise floor by region, RMS over the points; None without repeated points."""
     if scatter.empty:
         return None
     bands = []
@@ -73,7 +73,7 @@ def measured_noise(scatter: pd.DataFrame) -> NoiseFloor | None:
 
 
 def band_noise(noise: NoiseFloor | None, variable: str, inside: float) -> float | None:
-    """Scatter of one realisation in the band of a variable that holds a value; None where it was not measured."""
+    """Scatter of one realisation in the band of a variable at a value; None if unknown."""
     if noise is None:
         return None
     for band in noise.bands:
@@ -85,25 +85,18 @@ def band_noise(noise: NoiseFloor | None, variable: str, inside: float) -> float 
 
 
 def statistical_variance(frame: pd.DataFrame) -> Array:
-    """Variance of ln mu that each case's own 90 % interval of the time mean stands for; 0 where none is stated."""
+    """Variance of ln mu from the 90 % interval of the time mean of each case; 0 without an interval."""
     half_width = frame["statistical_error"].to_numpy(dtype=float)
     return np.asarray(np.nan_to_num(half_width, nan=0.0) / 1.645) ** 2
 
 
 def expected_rows(frame: pd.DataFrame) -> pd.DataFrame:
-    """One row for each point: the means over its roughness profiles, which are the friction to be expected of a finish.
+    """One row for each point with the means over its roughness profiles, the expected friction of a finish.
 
-    Parameters
-    ----------
-    frame : DataFrame
-        Usable rows of a dataset, sorted by key.
-
-    Returns
-    -------
-    DataFrame
-        The first row of each point with its outputs replaced by means; `realisations`, the number of profiles, and
-        `noise_variance`, what is left of ln mu by chance: the scatter of single profiles in its band of lambda over
-        their number; without repeated points the interval of the time mean (`statistical_variance`).
+    frame: usable rows of a dataset, sorted by key.
+    Returns: the first row of each point with its outputs replaced by means, with the columns `realisations`, the number
+    of profiles, and `noise_variance`, the variance of ln mu: the scatter of single profiles in the band of lambda over
+    their number, or `statistical_variance` without repeated points.
     """
     columns = list(dict.fromkeys(_SAME))
     group = frame.groupby(columns, dropna=False, sort=False).ngroup().to_numpy()

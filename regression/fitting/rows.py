@@ -1,4 +1,4 @@
-"""Rows of a dataset that formulas are fitted to, and those they are checked with."""
+"""Selection of the rows of a dataset for fits and for validation."""
 
 from __future__ import annotations
 
@@ -17,24 +17,23 @@ from regression.friction.fitted import FittedFormula
 
 Results = Dataset | str | PathLike[str] | Sequence[Dataset | str | PathLike[str]]
 
-# a case whose own error exceeds mu says nothing of it. A narrower mark would pick cases by their outcome: of several
-# profiles those that rub more have the smaller relative error (a mark of 0.1 made gear meshes rub 20 % too much)
+# largest relative error of a fitted case. A lower limit would select cases by their result: profiles with high asperity
+# friction have the smaller relative error (a limit of 0.1 increased the friction along gear meshes by 20 %)
 MAX_ERROR = 1.0
-# points a formula is fitted to at most: a form of some coefficients learns nothing from more, and memory is for them
-MAX_POINTS = 100_000
-# origins that are kept for checking, and why a row of them is not fitted
+MAX_POINTS = 100_000  # largest number of fitted points; more need memory but do not improve the fit
+# origins of rows for validation, and the reason why they are not fitted
 _KEPT = {"corner": "corner kept for checking", "path": "gear path kept for checking"}
 
 
 def dataset_of(results: Results) -> Dataset:
-    """Results as one dataset; several are joined. Errors as of `regression.load_dataset`."""
+    """Results as one dataset, joined if there are several; errors as in `regression.load_dataset`."""
     return load_dataset(results) if isinstance(results, (Dataset, str, PathLike)) else load_dataset(*results)
 
 
 def usable_rows(dataset: Dataset, *, corners: bool) -> tuple[pd.DataFrame, dict[str, int]]:
-    """Points ln mu can be fitted to (`expected_rows`), and how many cases were left out for which reason.
+    """Points for a fit of ln mu (`expected_rows`), and the number of excluded cases by reason.
 
-    At most `MAX_POINTS`, the first by their key, which is a hash of the conditions: as good as drawn.
+    At most `MAX_POINTS`, the first ones by key. As the key is a hash of the conditions, this is a random choice.
     """
     frame = dataset.frame
     mu = frame["friction_coefficient"]
@@ -57,43 +56,43 @@ def usable_rows(dataset: Dataset, *, corners: bool) -> tuple[pd.DataFrame, dict[
 
 
 def fitted_rows(dataset: Dataset, formula: FittedFormula | None = None) -> pd.DataFrame:
-    """The rows formulas are fitted to; with the corners where the formula was fitted to these too."""
+    """The rows for a fit, including the corners if the formula was fitted to these as well."""
     corners = formula is not None and not any("corner" in reason for reason in formula.data.excluded)
     return usable_rows(dataset, corners=corners)[0]
 
 
 def own_rows(frame: pd.DataFrame, oil: str | None) -> NDArray[np.bool_]:
-    """Rows whose oil a formula states its errors for: all, or those of one of several oils."""
+    """Mask of the rows for the errors of a formula: all rows, or those of one oil."""
     return np.ones(len(frame), dtype=bool) if oil is None else (frame["oil"] == oil).to_numpy()
 
 
 def checkable_rows(frame: pd.DataFrame) -> pd.DataFrame:
-    """Rows a formula can be compared with: a case of large error of its own is no reference."""
+    """Rows for a comparison with a formula, without cases of large error."""
     usable = (frame["status"] != "failed") & (frame["friction_coefficient"] > 0.0)
     usable &= ~(frame["friction_error"] > MAX_ERROR)
     return frame[usable & (frame["slide_to_roll_total"] > 0.0)].reset_index(drop=True)
 
 
 def kept_rows(dataset: Dataset, origin: str) -> pd.DataFrame:
-    """Rows of an origin that is kept for checking."""
+    """Rows of an origin that is kept for validation."""
     return checkable_rows(dataset.frame[dataset.frame["origin"] == origin])
 
 
 def box_of(family: Family, frame: pd.DataFrame) -> tuple[str, ...]:
-    """Variables whose range a formula of these rows states: not the lay where all roughness has the same.
+    """Variables whose range a formula of these rows checks: without the lay if all roughness has the same.
 
-    The formula then takes the roughness as isotropic, which is a note, and no point lies outside its range for that.
+    The formula then assumes isotropic roughness, with a note, and the lay does not limit its range.
     """
     one_lay = np.ptp(frame["peklenik_number"].to_numpy(dtype=float)) == 0.0
     return tuple(name for name in family.box if not (one_lay and name == "peklenik_number"))
 
 
 def computed_friction(frame: pd.DataFrame) -> Array:
-    """The friction coefficients of a dataset's rows."""
+    """Friction coefficients of the rows of a dataset."""
     return frame["friction_coefficient"].to_numpy(dtype=float)
 
 
 def boundary_friction_of(frame: pd.DataFrame) -> float | Array:
-    """The boundary friction of the rows: one number, or a column where there are several."""
+    """Boundary friction of the rows: one number, or a column if it varies."""
     values = frame["boundary_friction"].to_numpy(dtype=float)
     return float(values[0]) if np.ptp(values) == 0.0 else values

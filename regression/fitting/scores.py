@@ -1,4 +1,4 @@
-"""What a fit is worth: its errors over all cases, by region, and the interval they justify."""
+"""Errors of a fit over all cases and by region, and the interval from them."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from regression.friction.conditions import Array
 from regression.friction.error_tables import Band, ErrorInterval, NoiseFloor, Scores, WidthBand, WorstCase
 
 INTERVAL_LEVEL = 0.9
-_MIN_IN_BAND = 20  # held-out cases a band needs for an interval of its own
+_MIN_IN_BAND = 20  # smallest number of held-out cases of a band with its own interval
 
 
 def scores(frame: pd.DataFrame, predicted: Array) -> Scores:
-    """Errors of predicted against computed friction over all rows."""
+    """Errors of predicted friction compared with computed friction over all rows."""
     mu = computed_friction(frame)
     relative = predicted / mu - 1.0
     worst = int(np.argmax(np.abs(relative)))
@@ -48,7 +48,7 @@ def _r2(observed: Array, predicted: Array) -> float:
 def bands(
     frame: pd.DataFrame, predicted: Array, covered: NDArray[np.bool_] | None = None, noise: NoiseFloor | None = None
 ) -> tuple[Band, ...]:
-    """Errors by region: lambda, SR, pressure, temperature; bands without cases are left out."""
+    """Errors by region (lambda, SR, pressure, temperature), without empty bands."""
     mu = computed_friction(frame)
     relative = predicted / mu - 1.0
     result = []
@@ -94,20 +94,13 @@ def interval_of(
     deviation: Array | None = None,
     extrapolated: NDArray[np.bool_] | None = None,
 ) -> ErrorInterval:
-    """ErrorInterval from the held-out errors of ln mu, by bands of lambda (Mondrian): the film decides how hard mu is.
+    """ErrorInterval from the held-out errors of ln mu by bands of lambda (Mondrian), on which the errors depend most.
 
-    Parameters
-    ----------
-    frame : DataFrame
-        The fitted rows.
-    error : array, shape (n,)
-        Absolute error of ln mu of every row, held out.
-    folds : array of int, shape (n,), optional
-        Fold each row was held out with: measures the coverage of every band, with widths from the other folds.
-    deviation : array, shape (n,), optional
-        The formula's own standard deviation of ln mu at every row, held out; widths become multiples of it.
-    extrapolated : array of bool, shape (n,), optional
-        Rows that lay outside the cloud of the cases of the other folds: what an extrapolation costs.
+    frame: the fitted rows.
+    error (n,): held-out absolute error of ln mu.
+    folds (n,): folds of the rows, for the coverage of every band with widths from the other folds.
+    deviation (n,): held-out standard deviation of ln mu by the formula; widths are then multiples of it.
+    extrapolated (n,): rows outside the range of the cases of the other folds, for the error of extrapolation.
     """
     ratio = frame["film_ratio_formula"].to_numpy(dtype=float)
     score = error if deviation is None else error / deviation
@@ -145,7 +138,7 @@ def _inside(band: WidthBand, ratio: Array) -> NDArray[np.bool_]:
 
 
 def covered_by_other_folds(ratio: Array, error: Array, folds: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Whether each held-out error lies within the width that the errors of all other folds give its band."""
+    """Whether each held-out error lies within the width of its band from the errors of the other folds."""
     covered = np.zeros(len(error), dtype=bool)
     for number in np.unique(folds):
         held = folds == number
@@ -163,7 +156,7 @@ def conformal_width(error: Array, level: float) -> float:
 
 
 def noise_floor(frame: pd.DataFrame) -> float:
-    """RMS of the solver's own relative friction error: what no formula can fall below; 0 where none is stated."""
+    """RMS of the relative friction error of the solver, a lower limit for the error of a formula; 0 if unknown."""
     stated = frame["friction_error"].to_numpy(dtype=float)
     stated = stated[np.isfinite(stated)]
     return float(np.sqrt(np.mean(stated**2))) if stated.size else 0.0

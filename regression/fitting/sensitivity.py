@@ -1,9 +1,9 @@
-"""Sensitivity of friction: first-order and total Sobol indices over the box of a formula.
+"""Sensitivity of friction: first-order and total Sobol indices over the range of a formula.
 
-Saltelli's scheme: two independent samples A and B, and A with one column from B each; first order by Saltelli et al.
-(2010), total by Jansen (1999).
-`scipy.stats.sobol_indices` has the same estimators (a test compares them); its BCa bootstrap takes twenty times as long
-and gives no interval for an input without effect, so that the intervals are percentiles here.
+Saltelli's scheme uses two independent samples A and B, and A with one column from B. First-order indices are after
+Saltelli et al. (2010), total indices after Jansen (1999). `scipy.stats.sobol_indices` has the same estimators (a test
+compares them). Its BCa bootstrap takes twenty times as long and gives no interval for an input without effect;
+percentile intervals are used here.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from regression.friction.fitted import FittedFormula
 SIZE = 4096
 _RESAMPLES = 200
 _LEVEL = 0.9
-# what a user sets; all else follows from these and the oil
+# independent inputs; all other variables follow from these and the oil
 INPUTS = (
     "pressure_hertz",
     "radius_equivalent",
@@ -34,31 +34,21 @@ INPUTS = (
     "correlation_length",
     "peklenik_number",
 )
-_LINEAR = ("pressure_hertz", "temperature_oil")  # the others are spread by their logarithm, as plans do
+_LINEAR = ("pressure_hertz", "temperature_oil")  # uniform; the logarithms of the others are uniform, as in plans
 
 
 @dataclass(frozen=True)
 class SobolIndices:
-    """Share of the variance of an output that each input accounts for.
+    """Shares of the variance of an output by each input."""
 
-    Parameters
-    ----------
-    names : tuple of str
-        The d inputs.
-    first, total : array, shape (d,)
-        Alone, and with all its interactions.
-    first_interval, total_interval : array, shape (d, 2)
-        90 % intervals by bootstrap over the samples.
-    evaluations : int
-        Of the output.
-    """
-
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # of the d inputs
+    # without and with interactions; shape (d,)
     first: Array
     total: Array
+    # 90 % intervals by bootstrap over the samples; shape (d, 2)
     first_interval: Array
     total_interval: Array
-    evaluations: int
+    evaluations: int  # of the output
 
 
 def sobol_indices(
@@ -66,21 +56,11 @@ def sobol_indices(
 ) -> SobolIndices:
     """Sobol indices of a function of d independent inputs, each uniform in 0 to 1.
 
-    Parameters
-    ----------
-    output : callable
-        Array of shape (n, d) to array of shape (n,).
-    names : tuple of str
-        Of the inputs.
-    size : int
-        Rows of each sample, a power of two; the function is evaluated size (d + 2) times.
-    seed : int
-        Of the scrambled Sobol sequence and the bootstrap.
-
-    Raises
-    ------
-    InputError
-        `size` is no power of two, or the output does not vary.
+    output: function from an array of shape (n, d) to an array of shape (n,).
+    names: of the inputs.
+    size: rows of each sample, a power of two; the function is evaluated size (d + 2) times.
+    seed: of the scrambled Sobol sequence and the bootstrap.
+    Raises `InputError`: `size` is no power of two, or the output does not vary.
     """
     from scipy.stats import qmc
 
@@ -115,10 +95,10 @@ def _estimates(f_a: Array, f_b: Array, mixed: Array) -> tuple[Array, Array]:
 
 
 def formula_sensitivity(formula: FittedFormula, oil: Oil, size: int = SIZE, seed: int = 1) -> SobolIndices:
-    """Sobol indices of ln mu of a fitted formula over the box of its data, for one oil.
+    """Sobol indices of ln mu of a fitted formula over the range of its data, for one oil.
 
-    Pressure and temperature are uniform over their range, the others in their logarithm; the sliding is across the
-    contact line; both bodies are steel. What gears cut off the box is in it.
+    Pressure and temperature are uniform over their range, the others in their logarithm. Sliding is across the contact
+    line, and both bodies are steel. Combinations that do not occur in gears are included.
     """
     names = tuple(n for n in INPUTS if n in formula.ranges and formula.ranges[n][0] < formula.ranges[n][1])
     steel = Material.load("steel")
@@ -137,7 +117,7 @@ def formula_sensitivity(formula: FittedFormula, oil: Oil, size: int = SIZE, seed
         )
         mu = formula.evaluate(conditions_of(state, oil)).mu
         if not np.isfinite(mu).all():
-            raise InputError("formula", formula.name, "a formula with a value everywhere in its box")
+            raise InputError("formula", formula.name, "a formula with a value everywhere in its range")
         return np.log(mu)
 
     return sobol_indices(log_mu, names, size, seed)

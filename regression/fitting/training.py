@@ -1,7 +1,7 @@
-"""Training of the neural networks that correct a form: mu and both of its parts at once, with the error of each case.
+"""Training of the neural networks that correct a closed form: mu and both of its parts, weighted by the errors.
 
-The loss of a case is soft: it grows linearly beyond one standard deviation. The gradient is exact (backpropagation) and
-the search is L-BFGS; every network of the ensemble starts from other random weights.
+The loss of a case is linear above one standard deviation. Gradients are by backpropagation and the optimiser is L-BFGS.
+Each network of the ensemble starts from different random weights.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from regression.friction.network import DIGITS, FILM_POWER, INPUTS, Network, par
 
 MEMBERS, UNITS_OF_A_LAYER = 5, 16
 _STEPS = 500
-_DIGITS = 6  # of means and scales, behind the point
-# ours, from 75W90 and FVA3: points never fitted and contacts along meshes are met best with these
-_DECAY = 5.0  # weight decay of a data set, over its number of cases
+_DIGITS = 6  # decimals of means and scales
+# tuned on 75W90 and FVA3 for points that were not fitted and contacts along gear meshes
+_DECAY = 5.0  # weight decay of a dataset, divided by its number of cases
 _FORM_ERROR = 0.08  # standard deviation of ln mu that is added to the error of a case
 _PARTS_WEIGHT = 0.5
-MAX_ERROR = 0.25  # stated error of mu up to which a case is learnt from
+MAX_ERROR = 0.25  # largest stated error of mu of a training case
 
 
 @one_thread
@@ -34,26 +34,15 @@ def train(
     error: Array,
     boundary_friction: float | Array,
 ) -> Network:
-    """Networks that correct a form to computed friction.
+    """Networks that correct a closed form to computed friction.
 
-    Parameters
-    ----------
-    table : mapping
-        Columns of the cases, shape (n,).
-    form : tuple of array, shape (n,)
-        Asperity load share and friction of the film by the form.
-    computed : tuple of array, shape (n,), or None
-        The same as computed, where the data hold them.
-    mu : array, shape (n,)
-        Computed friction.
-    error : array, shape (n,)
-        Its stated relative error, of 90 %; cases above a quarter are left out.
-    boundary_friction : float or array of shape (n,)
-
-    Raises
-    ------
-    InputError
-        No variable varies.
+    table: columns of the cases, shape (n,).
+    form (n,): asperity load share and film friction by the closed form.
+    computed (n,): computed asperity load share and film friction, if the data have them.
+    mu (n,): computed friction.
+    error (n,): its stated relative error (90 %); cases above `MAX_ERROR` are excluded.
+    boundary_friction: number or array of shape (n,).
+    Raises `InputError`: no variable varies.
     """
     share, film = form
     seen = {name: GROUPS[name](table) if name in GROUPS else table[name] for name in INPUTS[:-2]}
@@ -67,7 +56,7 @@ def train(
     mean, scale = np.round(inputs.mean(axis=0), _DIGITS), np.round(inputs.std(axis=0), _DIGITS)
     x = (inputs - mean) / scale
     plain = share * boundary_friction + film
-    # relative to the form: of profiles that happen to rub more the error is no smaller
+    # relative to the closed form, so that profiles with high friction do not have a smaller error
     deviation = np.sqrt(_FORM_ERROR**2 + (error * mu / plain / 1.645) ** 2)
     known = error <= MAX_ERROR
     problem = _Problem(
@@ -91,7 +80,7 @@ def train(
 
 
 class _Problem:
-    """The loss of one network and its gradient over the weights."""
+    """Loss of one network and its gradient by the weights."""
 
     def __init__(
         self,
@@ -112,12 +101,12 @@ class _Problem:
         self.decay = _DECAY / len(mu)
 
     def layers(self, weights: Array) -> list[Array]:
-        """The weights of each layer, biases last."""
+        """Weights of each layer, biases last."""
         ends = np.cumsum([rows * columns for rows, columns in self.shapes])[:-1]
         return [part.reshape(shape) for part, shape in zip(np.split(weights, ends), self.shapes, strict=True)]
 
     def loss(self, weights: Array) -> tuple[float, Array]:
-        """Mean soft loss with the decay of the weights, and its gradient."""
+        """Mean loss with weight decay, and its gradient."""
         first, second, last = self.layers(weights)
         one = squashed(self.x @ first[:, :-1].T + first[:, -1])
         two = squashed(one @ second[:, :-1].T + second[:, -1])
@@ -126,16 +115,11 @@ class _Problem:
         film = self.part * (1.0 - share) ** FILM_POWER * np.exp(np.clip(stretch, -20.0, 20.0))
         asperity = share * self.boundary_friction
         mu = asperity + film
-        # by the logit and by ln of the film's part
+        # derivatives by the logit and by the logarithm of the film part
         asperity_slope, film_slope = asperity * (1.0 - share), -FILM_POWER * share * film
         scale = self.mu * self.deviation
-        terms = [
-            (
-                np.log(mu / self.mu) / self.deviation,
-                (asperity_slope + film_slope) / mu / self.deviation,
-                film / mu / self.deviation,
-            )
-        ]
+        total = mu * self.deviation
+        terms = [(np.log(mu / self.mu) / self.deviation, (asperity_slope + film_slope) / total, film / total)]
         if self.computed is not None:
             found, sheared = self.computed
             weight = _PARTS_WEIGHT / scale
@@ -160,15 +144,14 @@ class _Problem:
         return value / len(mu) + 0.5 * self.decay * float(weights @ weights), flat + self.decay * weights
 
     def solved(self, random: np.random.Generator) -> tuple[tuple[int, ...], ...]:
-        """Rows of weights of one network, in units of the last digit kept."""
+        """Weights of one trained network by rows, in units of their last digit."""
         from scipy.optimize import minimize
 
         start = []
         for (rows, columns), size in zip(self.shapes, (1.0, 1.0, 0.1), strict=True):
             layer = random.standard_normal((rows, columns)) * size / np.sqrt(columns - 1)
             start.append(layer.ravel())
-        found = minimize(
-            self.loss, np.concatenate(start), jac=True, method="L-BFGS-B", options={"maxiter": _STEPS, "maxcor": 20}
-        )
+        options = {"maxiter": _STEPS, "maxcor": 20}
+        found = minimize(self.loss, np.concatenate(start), jac=True, method="L-BFGS-B", options=options)
         rounded = np.rint(np.asarray(found.x) * 10.0**DIGITS).astype(int)
         return tuple(tuple(map(int, row)) for layer in self.layers(rounded) for row in layer)

@@ -1,6 +1,6 @@
-"""Local conditions: every variable a friction formula may use, by name, from a contact state and an oil.
+"""Local conditions: all variables of friction formulas by name, from a contact state and an oil.
 
-The sweep stores the same names for each case, so that a formula sees one table whether it is being fitted or used.
+The sweep stores the same names for each case, so that fit and evaluation of a formula have the same input table.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from ehl.surface.roughness import EP_FILM
 Array = NDArray[np.float64]
 Conditions = Mapping[str, Array]
 
-# what each case stores about its oil at inlet temperature
+# stored oil properties of each case at inlet temperature
 LUBRICANT_UNITS = si_units(
     (
         "viscosity_inlet",
@@ -75,17 +75,13 @@ UNITS: dict[str, str] = {**STATE_UNITS, **LUBRICANT_UNITS, **DERIVED_UNITS}
 
 
 def lubricant_columns(lubricant: Lubricant, pressure_hertz: Array) -> dict[str, Array | float]:
-    """The oil's figures at inlet temperature that a case stores, by the names of `LUBRICANT_UNITS`.
+    """Stored oil properties of a case at inlet temperature, with the names of `LUBRICANT_UNITS`.
 
-    `viscosity_mean_pressure`, an Eyring stress that rises with pressure, and the limiting stress over pressure are
-    taken at the mean Hertz pressure of the line contact, pi p_h/4.
+    `viscosity_mean_pressure`, an Eyring stress that depends on pressure, and the limiting stress over pressure are
+    those at the mean Hertz pressure of the line contact, pi p_h/4.
 
-    Parameters
-    ----------
-    lubricant : Lubricant
-        Of `Oil.at`; its fields may be arrays.
-    pressure_hertz : array
-        [Pa].
+    lubricant: from `Oil.at`; its fields may be arrays.
+    pressure_hertz: maximum Hertz pressure [Pa].
     """
     mean_pressure = 0.25 * np.pi * pressure_hertz
     stress = lubricant.eyring_stress
@@ -112,7 +108,7 @@ def _range_of(annotation: object) -> ValueRange:
     return next(part for part in get_args(annotation) if isinstance(part, ValueRange))
 
 
-# what a user may say of a contact point, each with its unit and range; also in the order of `mixed-ehl mu`
+# inputs of a contact point with unit and range, in the order of `mixed-ehl mu`
 POINT: dict[str, ValueRange] = {
     name: _range_of(annotation)
     for name, annotation in (
@@ -128,12 +124,12 @@ POINT: dict[str, ValueRange] = {
         ("effective_modulus", inputs.Modulus),
     )
 }
-_COUNTER_ROLLING = 2.0  # slide-to-roll ratio at which one surface stands still
+_COUNTER_ROLLING = 2.0  # slide-to-roll ratio at which one surface is stationary
 _NEEDED = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil")
 
 
 class PointConditions(TypedDict, total=False):
-    """Keywords of contact points: SI numbers, strings with a unit, or arrays of either that broadcast."""
+    """Keywords of contact points: SI numbers, strings with unit, or broadcastable arrays of them."""
 
     pressure_hertz: ArrayLike
     radius_equivalent: ArrayLike
@@ -149,10 +145,10 @@ class PointConditions(TypedDict, total=False):
 
 
 def contact_points(**conditions: Unpack[PointConditions]) -> ContactState:
-    """Contact points from SI numbers, strings with a unit, or arrays of either, by the names of `POINT`.
+    """Contact points from SI numbers, strings with unit, or arrays of them, with the names of `POINT`.
 
-    `temperature` may stand for `temperature_oil`; the composite roughness is shared equally by both surfaces; both
-    bodies are steel at the oil temperature where `effective_modulus` is not given.
+    `temperature` is a synonym of `temperature_oil`. Both surfaces have equal shares of the composite roughness. The
+    default of `effective_modulus` is that of steel bodies, which have the oil temperature.
     """
     values = {"temperature_oil" if name == "temperature" else name: value for name, value in conditions.items()}
     for name in values:
@@ -163,7 +159,7 @@ def contact_points(**conditions: Unpack[PointConditions]) -> ContactState:
             raise InputError(name, None, POINT[name].expected)
     state = {name: _checked(name, value) for name, value in values.items()}
     if (fastest := float(np.abs(state["slide_to_roll"]).max(initial=0.0))) > _COUNTER_ROLLING:
-        hint = "Beyond 2 the surfaces move in opposite directions (counter-rolling): no friction model holds."
+        hint = "Above 2 the surfaces move in opposite directions, beyond the validity of the friction models."
         raise InputError("slide_to_roll", fastest, "-2 to 2", hint)
     rough = state.pop("roughness_rms", np.array(0.0)) / np.sqrt(2.0)
     steel = Material.load("steel")
@@ -183,7 +179,7 @@ def conditions_of(state: ContactState, oil: Oil) -> dict[str, Array]:
     temperature = columns["temperature_oil"]
     shape = temperature.shape
     if shape and temperature.size and (temperature == temperature.flat[0]).all():
-        # the laws of the oil cost more than all that follows
+        # evaluate the oil laws once, as they take most of the time
         temperature = temperature.reshape(-1)[:1]
     figures = lubricant_columns(oil.at(temperature), columns["pressure_hertz"])
     bulk = {name: np.asarray(getattr(state, name)) for name in _BULK}
@@ -199,11 +195,11 @@ def state_of(conditions: Conditions) -> ContactState:
 
 
 def derive(columns: Mapping[str, ArrayLike]) -> dict[str, Array]:
-    """Complete a table that holds the names of `STATE_UNITS` and `LUBRICANT_UNITS` by the derived ones.
+    """Table with the names of `STATE_UNITS` and `LUBRICANT_UNITS`, completed by the derived variables.
 
-    `film_formula` is the isothermal film of Moes (1992) with alpha_film, an incompressible one, over the density
-    ratio of Dowson & Higginson at p_h, and `film_ratio_formula` that film over the composite Rq: what stands in for the
-    solver's film where only a formula is evaluated.
+    `film_formula` is the isothermal, incompressible film of Moes (1992) with alpha_film, divided by the density ratio
+    of Dowson & Higginson at p_h. `film_ratio_formula` is that film over the composite Rq. They replace the film of the
+    solver in formulas.
     """
     table = {name: np.asarray(columns[name], dtype=float) for name in (*STATE_UNITS, *LUBRICANT_UNITS)}
     return table | derived_conditions(table)
@@ -231,14 +227,14 @@ def derived_conditions(table: Conditions) -> dict[str, Array]:
     }
 
 
-# dimensionless groups of a rough, heated line contact, in which friction varies more smoothly than in its inputs: each
-# a function by ufuncs, so that `regression.export` records it, and greater than 0
+# dimensionless groups of a rough, thermal line contact, in which friction varies more smoothly than in its inputs. They
+# are positive and consist of ufuncs, so that `regression.export` can record them
 MIN_ROUGHNESS = 1e-12  # [m]
-_LEAST_ACROSS = 0.01  # no friction differs between less sliding across the line and none
+_LEAST_ACROSS = 0.01  # sliding across the line below which friction does not depend on it
 
 
 def flattening(c: Conditions) -> Array:
-    """P = p_h lc/(0.5 E' Rq): the pressure over the one that flattens the roughness."""
+    """P = p_h lc/(0.5 E' Rq): Hertz pressure over the pressure that flattens the roughness."""
     return np.asarray(c["pressure_hertz"] * c["correlation_length"] / (0.5 * c["effective_modulus"] * _rough(c)))
 
 

@@ -1,8 +1,8 @@
-"""CloudDistance guard: where the fitted cases lie, and whether a point lies among them.
+"""Extrapolation guard: distribution of the fitted cases, and distance of a point from them.
 
-Three tests, from coarse to fine: the sum and the difference of every pair of variables (what no gear has was cut off
-there), the Mahalanobis distance from the mean, and the distance to the nearest of a few cases that stand for all.
-Variables enter by their logarithms, over their standard deviations or whitened by the covariance of the cases.
+There are three tests: limits of the sum and the difference of every pair of variables, the Mahalanobis distance from
+the mean, and the distance to the nearest of a few representative cases. Variables are logarithms, over their standard
+deviations or whitened by the covariance of the cases.
 """
 
 from __future__ import annotations
@@ -25,55 +25,37 @@ from regression.friction.conditions import UNITS, Array, Conditions
 
 Finite = Annotated[float, ValueRange("")]
 Positive = Annotated[float, ValueRange("", gt=0.0)]
-STORED_POINTS = 64  # more make the file longer than the formula is worth; the radius says how well they cover
-# between the cases there is room for others: with these, 1 to 3 % of new points of the same plan count as outside
+STORED_POINTS = 64  # number of representative cases, limited by the length of the file
+# margins with which 1 to 3 % of new points of the same plan count as outside
 PAIR_SLACK = 0.03  # of the spread of the cases
 RADIUS_SLACK = 1.2
 FAR_DISTANCE = 2.0  # over the covering radius
-_MIN_SPREAD = 1e-6  # of ln x: what varies less is a constant
-_DIGITS = 3  # of stored coordinates, behind the point
-_BLOCK = 256  # points at a time: their products stay in the cache
+_MIN_SPREAD = 1e-6  # spread of ln x below which x is a constant
+_DIGITS = 3  # decimals of stored coordinates
+_BLOCK = 256  # points of a block whose products fit into the cache
 
 
 class CloudDistance(IntEnum):
-    """How far from the fitted cases a point lies."""
+    """Distance class of a point from the fitted cases."""
 
     INSIDE = 0
-    NEAR = 1  # outside the cloud of cases; a case lies within twice the covering radius
+    NEAR = 1  # outside the range of cases, but within twice the covering radius of a case
     FAR = 2
 
 
 class DataCloud(InputModel):
-    """Where the fitted cases lie.
+    """Distribution of the fitted cases."""
 
-    Parameters
-    ----------
-    variables : tuple of str
-        Names of `regression.friction.conditions.UNITS`, all positive; ln of each is a coordinate.
-    mean : tuple of float
-        Of ln x.
-    whitening : tuple of tuple of float, shape (d, d)
-        Lower triangle W with z = W (ln x - mean) of unit covariance.
-    mahalanobis : float
-        Greatest |z| of a case.
-    scale : tuple of float
-        Standard deviation of ln x.
-    points : tuple of tuple of int, shape (m, d)
-        1000 z of the cases that stand for all, each the farthest from those before it.
-    radius : float
-        Every case lies within this distance of one of `points`.
-    limits : tuple of tuple of int, shape (d (d - 1)/2, 6)
-        Variables i and k, counted from 0, and 1000 times the lower and upper limits of u_i + u_k and of u_i - u_k with
-        u = (ln x - mean)/scale, 3 % of the spread of the cases beyond them.
-    """
-
-    variables: tuple[str, ...]
-    mean: tuple[Finite, ...]
-    scale: tuple[Positive, ...]
-    whitening: tuple[tuple[Finite, ...], ...]
-    mahalanobis: Positive
+    variables: tuple[str, ...]  # positive ones of `regression.friction.conditions.UNITS`; coordinates are ln x
+    mean: tuple[Finite, ...]  # of ln x
+    scale: tuple[Positive, ...]  # standard deviation of ln x
+    whitening: tuple[tuple[Finite, ...], ...]  # lower triangle W, z = W (ln x - mean) of unit covariance; shape (d, d)
+    mahalanobis: Positive  # largest |z| of a case
+    # 1000 z of the representative cases, each the farthest from the previous ones; shape (m, d)
     points: tuple[tuple[int, ...], ...]
-    radius: Positive
+    radius: Positive  # largest distance of a case from the nearest of `points`
+    # variables i and k, counted from 0, and 1000 times the lower and upper limits of u_i + u_k and of u_i - u_k with
+    # u = (ln x - mean)/scale, with a margin of 3 % of the spread of the cases; shape (d (d - 1)/2, 6)
     limits: tuple[tuple[int, int, int, int, int, int], ...]
 
     @model_validator(mode="after")
@@ -83,34 +65,34 @@ class DataCloud(InputModel):
             if name not in UNITS:
                 raise InputError("variables", name, "one of " + ", ".join(UNITS))
         if any(not 0 <= place < size for row in self.limits for place in row[:2]):
-            raise InputError("limits", "a variable that is none", f"places from 0 to {size - 1}")
+            raise InputError("limits", "an index of no variable", f"indices from 0 to {size - 1}")
         for field, rows in (("whitening", self.whitening), ("points", self.points)):
             if any(len(row) != size for row in rows):
                 raise InputError(field, "rows of another length", f"rows of {size} numbers, one per variable")
         if not len(self.mean) == len(self.scale) == len(self.whitening) == size:
-            raise InputError("whitening", f"{len(self.whitening)} rows", f"{size} rows, and as many means")
+            raise InputError("whitening", f"{len(self.whitening)} rows", f"{size} rows, means and scales")
         if not self.points:
             raise InputError("points", "none", "at least one point")
         return self
 
     def whitened(self, conditions: Conditions) -> Array:
-        """Coordinates z of points, shape (n, d)."""
+        """Whitened coordinates z of points, shape (n, d)."""
         return self._whitened(_logarithms(conditions, self.variables))
 
     def _whitened(self, logarithms: Array) -> Array:
         return np.asarray((logarithms - np.array(self.mean)) @ np.array(self.whitening).T)
 
     def distance(self, conditions: Conditions) -> Array:
-        """Distance to the nearest of `points` over the covering radius: at most 1 at every fitted case."""
+        """Distance to the nearest of `points` over the covering radius, at most 1 at fitted cases."""
         return _nearest(self.whitened(conditions), self._points) / self.radius
 
     @property
     def step(self) -> float:
-        """What whole numbers count."""
+        """Unit of the stored integers."""
         return 10.0**-_DIGITS
 
     def pair_margin(self, logarithms: Array) -> Array:
-        """Least distance of sums and differences of pairs to their limits, negative outside; input of shape (n, d)."""
+        """Smallest distance of sums and differences of pairs to their limits, negative outside; for shape (n, d)."""
         u = (logarithms - np.array(self.mean)) / np.array(self.scale)
         first, second, *ends = np.array(self.limits).T
         low, high, least, most = (self.step * end for end in ends)
@@ -138,22 +120,17 @@ class DataCloud(InputModel):
     def near_and_far(
         self, distance: Array, length: Array, outside_pairs: NDArray[np.bool_]
     ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Whether points lie outside the cloud of cases, and whether they lie far from it."""
+        """Whether points lie outside the range of cases, and whether they lie far from it."""
         near = (distance > RADIUS_SLACK) | (length > self.mahalanobis * RADIUS_SLACK) | outside_pairs
         return near, distance > FAR_DISTANCE
 
 
 def data_cloud(table: Mapping[str, Array], variables: tuple[str, ...], count: int = STORED_POINTS) -> DataCloud | None:
-    """The cloud of the fitted cases; None where fewer than two variables vary.
+    """The distribution of the fitted cases; None if fewer than two variables vary.
 
-    Parameters
-    ----------
-    table : mapping
-        Columns of the cases.
-    variables : tuple of str
-        Those that must not be extrapolated; what does not vary, or is zero somewhere, is left out.
-    count : int
-        Most points to keep.
+    table: columns of the cases.
+    variables: those with a limited range; constant ones, and those with zeros, are omitted.
+    count: largest number of stored points.
     """
     kept = tuple(n for n in variables if (table[n] > 0.0).all() and np.ptp(np.log(table[n])) > _MIN_SPREAD)
     kept = _independent(table, kept)
@@ -171,7 +148,7 @@ def data_cloud(table: Mapping[str, Array], variables: tuple[str, ...], count: in
         whitening=tuple(tuple(map(float, row)) for row in whitening),
         mahalanobis=float(np.linalg.norm(z, axis=1).max()),
         points=tuple(tuple(round(float(v) * 10.0**_DIGITS) for v in row) for row in z[chosen]),
-        # rounded coordinates may lie a little farther
+        # margin for the rounding of coordinates
         radius=radius + 10.0**-_DIGITS * len(kept) ** 0.5,
         limits=_pair_limits((logs - mean) / scale),
     )
@@ -180,12 +157,12 @@ def data_cloud(table: Mapping[str, Array], variables: tuple[str, ...], count: in
 def _logarithms(table: Conditions, names: tuple[str, ...]) -> Array:
     with np.errstate(divide="ignore"):
         logs = np.column_stack([np.log(np.ravel(np.asarray(table[name], dtype=float))) for name in names])
-    # a smooth surface, or no sliding, is far from all data rather than nowhere
+    # finite logarithms of zero roughness or sliding, which are far from all data
     return np.asarray(np.clip(logs, -1e3, 1e3))
 
 
 def _independent(table: Mapping[str, Array], names: tuple[str, ...]) -> tuple[str, ...]:
-    """Those that are no function of the ones before: of one oil, viscosity follows from temperature."""
+    """Variables that are no function of previous ones; for one oil viscosity is a function of temperature."""
     kept: list[str] = []
     for name in names:
         trial = _logarithms(table, (*kept, name))
@@ -209,20 +186,12 @@ def _nearest(z: Array, points: Array) -> Array:
 
 
 def covering_points(z: Array, count: int) -> tuple[NDArray[np.int64], float]:
-    """Points that stand for all: each the farthest from those before it (Gonzalez 1985), and the covering radius.
+    """Representative points, each the farthest from the previous ones (Gonzalez 1985), and the covering radius.
 
-    Parameters
-    ----------
-    z : array, shape (n, d)
-    count : int
-        Most points to choose.
-
-    Returns
-    -------
-    chosen : array of int
-        Indices, the most central point first.
-    radius : float
-        Every point lies within it of a chosen one; where all are chosen, a typical distance between neighbours.
+    z: shape (n, d).
+    count: largest number of points.
+    Returns: indices, the most central point first; radius: largest distance of a point from a representative one, or a
+    typical distance of neighbours if all points are chosen.
     """
     chosen = [int(np.argmin(np.sum(z**2, axis=1)))]
     distance = np.linalg.norm(z - z[chosen[0]], axis=1)
@@ -230,7 +199,7 @@ def covering_points(z: Array, count: int) -> tuple[NDArray[np.int64], float]:
         chosen.append(int(np.argmax(distance)))
         distance = np.minimum(distance, np.linalg.norm(z - z[chosen[-1]], axis=1))
     if len(chosen) == len(z):
-        # all are kept: what separates them is the scale
+        # all are chosen: the distance of neighbours is the scale
         apart = np.linalg.norm(z[:, None] - z[None], axis=2) + np.diag(np.full(len(z), np.inf))
         return np.array(chosen), float(np.quantile(apart.min(axis=1), 0.99))
     return np.array(chosen), float(distance.max())
@@ -252,7 +221,7 @@ def _pair_limits(u: Array) -> tuple[tuple[int, int, int, int, int, int], ...]:
 
 
 def in_convex_hull(points: Array, cases: Array) -> NDArray[np.bool_]:
-    """Whether points are mixtures of cases: exact, one linear program (HiGHS) each."""
+    """Whether points are convex combinations of cases, by one linear program (HiGHS) each."""
     from scipy.optimize import linprog
 
     centre, spread = cases.mean(axis=0), np.maximum(np.ptp(cases, axis=0), 1e-300)

@@ -1,4 +1,4 @@
-"""What is known of a formula's errors, as the formula file states it: scores, bands, noise, intervals."""
+"""Error tables of a formula file: scores, bands, noise, intervals."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ class WorstCase(InputModel):
 
 
 class Scores(InputModel):
-    """Errors of predicted against computed friction; relative ones are (predicted - computed)/computed.
+    """Errors of predicted friction compared with computed friction; relative ones are (predicted - computed)/computed.
 
-    `coverage` is the share of the cases within their interval, `extrapolated` that of the cases the guard calls near or
-    far; both None where they were not measured.
+    `coverage` is the share of the cases within their interval, `extrapolated` that of the cases outside the range of
+    data; both are None if unknown.
     """
 
     count: int
@@ -49,8 +49,8 @@ class Scores(InputModel):
 class Band(InputModel):
     """Cross-validated errors within one band of one variable.
 
-    `noise` is what repeated roughness realisations scatter there, as the relative standard deviation of one of them;
-    None where it was not measured. Files of schema 1 hold MAPE, p95 and bias alone.
+    `noise` is the relative standard deviation of one roughness realisation, None if unknown. Files of schema 1 have
+    MAPE, p95 and bias only.
     """
 
     variable: str
@@ -69,7 +69,7 @@ class Band(InputModel):
 
 
 class NoiseBand(InputModel):
-    """Scatter of mu over roughness realisations within one band: standard deviations over the mean, RMS of the points.
+    """Relative standard deviation of mu over roughness realisations within one band, RMS of the points.
 
     `single` is that of one realisation, `mean` that of the mean of all realisations of a point.
     """
@@ -83,7 +83,7 @@ class NoiseBand(InputModel):
 
 
 class NoiseFloor(InputModel):
-    """Scatter of mu over repeated roughness realisations: what no formula of these data can fall below."""
+    """Scatter of mu over repeated roughness realisations, a lower limit for the error of formulas of these data."""
 
     points: int
     realisations: Annotated[float, ValueRange("", ge=2.0)]
@@ -95,8 +95,8 @@ class NoiseFloor(InputModel):
 class WidthBand(InputModel):
     """Half width of the interval within one band of `film_ratio_formula` (low <= value < high).
 
-    `coverage` is the share of the band's held-out cases that lie within widths calibrated on the other folds; None in
-    files written before it was measured.
+    `coverage` is the share of the held-out cases of the band within widths calibrated on the other folds; None in older
+    files.
     """
 
     low: Finite
@@ -115,11 +115,11 @@ class WidthBand(InputModel):
 class ErrorInterval(InputModel):
     """Interval of the cross-validated error of ln mu: mu exp(-w) to mu exp(+w).
 
-    `log_width` covers the share `level` of all held-out cases, that of a band the same share of the cases in it.
-    Beside the data no case can calibrate it: near them the widest band holds at least, outside the range it grows
-    with the distance, and far from them it is `largest`, the greatest error of all. With `normalised`, widths are
-    multiples of the formula's own standard deviation at the point (that of its networks). `other_oil` covers the same
-    share of the cases of each oil by a formula fitted without that oil; None where there are fewer than three.
+    `log_width` covers the share `level` of all held-out cases, that of a band the same share of its cases. There is no
+    calibration outside the data: near them the width is at least that of the widest band, outside the range it grows
+    with the distance, and far from the data it is `largest`, the largest error. With `normalised`, widths are multiples
+    of the standard deviation by the networks of the formula. `other_oil` covers the same share of the cases of each oil
+    with a formula fitted without it; None for fewer than three oils.
     """
 
     level: Annotated[float, ValueRange("", gt=0.0, lt=1.0)]
@@ -131,14 +131,10 @@ class ErrorInterval(InputModel):
     other_oil: Width | None = None
 
     def width(self, film_ratio: Array, deviation: Array | None = None) -> Array:
-        """Half width at every point, by its band; that of all cases where no band holds it.
+        """Half width at every point: that of its band, or of all cases without a band.
 
-        Parameters
-        ----------
-        film_ratio : array
-            Of the film formula, `film_ratio_formula` [-].
-        deviation : array, optional
-            The formula's own standard deviation of ln mu; needed where the interval is normalised.
+        film_ratio: `film_ratio_formula` [-].
+        deviation: standard deviation of ln mu by the formula; required for a normalised interval.
         """
         width = np.full_like(film_ratio, self.log_width)
         for band in self.bands:

@@ -1,4 +1,4 @@
-"""A fitted friction formula: its equation and numbers, its errors and its range, and its JSON file."""
+"""`FittedFormula`: equation, coefficients, errors, range and JSON file of a fitted friction formula."""
 
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ from regression.friction.models import FrictionEstimate, FrictionFlag, FrictionM
 from regression.friction.network import Evaluate, Network
 from regression.friction.oil_cards import OilIdentity
 
-_ALLOWED = "a formula file as `mixed-ehl fit RUN -o FILE.json` writes it"
+_ALLOWED = "a formula file of `mixed-ehl fit RUN -o FILE.json`"
 FORMULA_SCHEMA = 4
-_SMALLEST = 1e-300  # below any value a variable can have
-RANGE_TOLERANCE = 1e-3  # of either end: the cases of a plan end a little inside of its box
+_SMALLEST = 1e-300  # below all values of variables
+RANGE_TOLERANCE = 1e-3  # relative tolerance of the range, as the cases of a plan do not reach its ends
 NETWORK = "network"  # the form `short` with its networks, as a family of fits and tables
-THICK_FILM = 2.0  # lambda from which mu is that of the film, whatever the roughness
+THICK_FILM = 2.0  # lambda above which mu is that of the film for any roughness
 _FRICTION = ValueRange("", ge=0.0, le=1.0)
 Friction = Annotated[float, _FRICTION]
 _Fitted = TypeVar("_Fitted", bound="FittedFormula")
 
 
 class DataIdentity(InputModel):
-    """Where the numbers come from."""
+    """Origin of the fitted data."""
 
     hash: str
     plan: str
@@ -58,9 +58,9 @@ class DataIdentity(InputModel):
 
 
 class FittedFormula(FrictionModel, InputModel):
-    """A fitted friction formula with its errors, its range and its origin: the content of a formula file.
+    """A fitted friction formula with its errors, range and origin: the content of a formula file.
 
-    What was not measured or not fitted is None: `network`, `cloud`, `corners`, `paths`, `unseen`, `nested`, `noise`.
+    `network`, `cloud`, `corners`, `paths`, `unseen`, `nested` and `noise` are None if they are not available.
     """
 
     schema_version: int = Field(alias="schema")
@@ -106,7 +106,7 @@ class FittedFormula(FrictionModel, InputModel):
             if term not in family.terms:
                 raise InputError(f"coefficients.{term}", term, "one of " + ", ".join(family.terms))
         if self.equation != family.equation:
-            hint = "The program computes its own equation whatever the file says: fit the formula again."
+            hint = "The equation of the program differs: fit the formula again."
             raise InputError("equation", self.equation, f"that of family {family.name}: {family.equation}", hint)
         for name, (low, high) in self.ranges.items():
             if name not in UNITS:
@@ -119,29 +119,29 @@ class FittedFormula(FrictionModel, InputModel):
                 allowed = repr(UNITS[name]) if name in UNITS else "a unit of one of " + ", ".join(UNITS)
                 raise InputError(f"units.{name}", unit, allowed, "The numbers of the file are in SI units.")
         if self.interval.normalised and self.network is None:
-            raise InputError("interval.normalised", True, "false where there is no network")
+            raise InputError("interval.normalised", True, "false without a network")
         if self.network is not None and family.parts is None:
-            raise InputError("network", self.family, "a network only for a family that gives both parts of mu")
+            raise InputError("network", self.family, "a network only for a family with both parts of mu")
         return self
 
     @classmethod
     def load(cls, name: str | PathLike[str], *, boundary_friction: float | None = None, refuse: bool = False) -> Self:
-        """A shipped formula, or the one of a formula file.
+        """A shipped formula, or the formula of a file.
 
         Parameters
         ----------
         name : str or path
             One of ``ehl.shipped("formulas")``, or the path of a file.
         boundary_friction : float, optional
-            Of the asperities [-], in place of the one of the data.
+            Friction coefficient of the asperities [-], in place of that of the data.
         refuse : bool
-            Refuse points outside the range or extrapolated points, in place of flagging them.
+            Reject points outside the range or extrapolated points instead of flagging them.
 
         Raises
         ------
         InputError
-            There is no such formula, the file is none, was edited or damaged, or was written by another version, or
-            the family does not take boundary friction as an input.
+            There is no such formula; the file is no formula file, was changed, or is of another version; or boundary
+            friction is no input of the family.
 
         Examples
         --------
@@ -165,27 +165,27 @@ class FittedFormula(FrictionModel, InputModel):
     def with_options(
         self, boundary_friction: float | None = None, *, refuse: bool = False, name: str | None = None
     ) -> Self:
-        """The same formula with another boundary friction or name, or one that refuses what lies outside its data.
+        """The same formula with another boundary friction or name, or with rejection of points outside its data.
 
         Parameters
         ----------
         boundary_friction : float, optional
-            Of the asperities [-].
+            Friction coefficient of the asperities [-].
         refuse : bool
-            Refuse points outside the range or extrapolated points.
+            Reject points outside the range or extrapolated points.
         name : str, optional
-            What tables and reports call it.
+            Name for tables and reports.
 
         Raises
         ------
         InputError
-            The family does not take boundary friction as an input, or it is out of range.
+            Boundary friction is no input of the family, or it is out of range.
         """
         changes: dict[str, float] = {}
         if boundary_friction is not None:
             if self.form.design is not None:
                 hint = "Its boundary friction is that of its data."
-                raise InputError("boundary_friction", boundary_friction, "a family that takes it as an input", hint)
+                raise InputError("boundary_friction", boundary_friction, "a family with this input", hint)
             changes["boundary_friction"] = _FRICTION.check(boundary_friction, "boundary_friction")
         formula = self.model_copy(update=changes)
         formula._refuse = refuse or self._refuse
@@ -194,30 +194,30 @@ class FittedFormula(FrictionModel, InputModel):
 
     @property
     def name(self) -> str:
-        """The shipped name or the name of the file it was loaded by; of a formula just fitted its `label`."""
+        """The shipped name or the name of the file; `label` for a formula that was not loaded."""
         return self._name or self.label
 
     @property
     def label(self) -> str:
-        """`NETWORK` where there is one, else the family, for tables."""
+        """`NETWORK` for a formula with networks, else the family, for tables."""
         return self.family if self.network is None else NETWORK
 
     @property
     def form(self) -> Family:
-        """The family this formula belongs to."""
+        """Family of the formula."""
         return family_named(self.family)
 
     @property
     def uses_texture(self) -> bool:
-        """Whether mu depends on the lay of the roughness: the data must hold more than one Peklenik number."""
+        """Whether mu depends on the lay of the roughness, i.e. the data have more than one Peklenik number."""
         return "peklenik_number" in self.ranges
 
     def with_roughness_in_range(self, conditions: Conditions) -> Conditions:
-        """Conditions with the roughness moved into its range where films are so thick that it leaves friction alone.
+        """Conditions with the roughness limited to its range for thick films, on whose friction it has no effect.
 
-        So smooth contacts (Rq = 0) are within the range: above lambda 2 mu is that of the film.
+        Smooth contacts (Rq = 0) are therefore within the range.
         """
-        # here and below ufuncs only: `regression.export` records them
+        # ufuncs only here and below, so that `regression.export` can record them
         thick = conditions["film_ratio_formula"] >= THICK_FILM
         moved = dict(conditions)
         for name, (low, high) in self.ranges.items():
@@ -228,7 +228,7 @@ class FittedFormula(FrictionModel, InputModel):
         return moved
 
     def beyond(self, conditions: Conditions) -> list[tuple[str, float, float]]:
-        """Variables that lie outside their ranges at one point: name, value and the limit it passes, SI units."""
+        """Variables outside their ranges at one point: name, value and exceeded limit in SI units."""
         moved, found = self.with_roughness_in_range(conditions), []
         for name, (low, high) in self.ranges.items():
             value = float(np.ravel(moved[name])[0])
@@ -237,7 +237,7 @@ class FittedFormula(FrictionModel, InputModel):
         return found
 
     def outside(self, conditions: Conditions) -> NDArray[np.bool_]:
-        """Where at least one variable lies outside its range."""
+        """Whether at least one variable lies outside its range."""
         conditions = self.with_roughness_in_range(conditions)
         result = np.zeros_like(conditions["pressure_hertz"], dtype=bool)
         for name, (low, high) in self.ranges.items():
@@ -246,7 +246,7 @@ class FittedFormula(FrictionModel, InputModel):
         return result
 
     def excess(self, conditions: Conditions) -> Array:
-        """ln of the factor by which variables leave their ranges, all factors together; 0 inside."""
+        """Logarithm of the product of the factors by which variables exceed their ranges; 0 inside."""
         factor: Any = 1.0
         conditions = self.with_roughness_in_range(conditions)
         for name, (low, high) in self.ranges.items():
@@ -256,12 +256,12 @@ class FittedFormula(FrictionModel, InputModel):
         return cast("Array", np.log(factor))
 
     def with_minimum_sliding(self, conditions: Conditions) -> tuple[Conditions, Array]:
-        """Conditions with at least the smallest sliding of the data, and the factor mu falls to 0 with below it."""
+        """Conditions with at least the smallest sliding of the data, and the factor that reduces mu to 0 below it."""
         smallest = self.ranges.get("slide_to_roll_total", (0.0, 0.0))[0]
         total = conditions["slide_to_roll_total"]
         if smallest <= 0.0:
             return conditions, np.ones_like(total)
-        # both have a continuous slope where the sliding of the data begins
+        # both have a continuous slope at the smallest sliding of the data
         part = np.minimum(total / smallest, 1.0)
         sliding_ratio = np.maximum(total, 0.5 * smallest * (1.0 + part * part))
         sliding = sliding_ratio * np.absolute(conditions["speed_entrainment"])
@@ -277,10 +277,11 @@ class FittedFormula(FrictionModel, InputModel):
         near: NDArray[np.bool_],
         far: NDArray[np.bool_],
     ) -> Array:
-        """Half width of the interval of ln mu, widened where a point is extrapolated or outside the range.
+        """Half width of the interval of ln mu, increased for extrapolated points and outside the range.
 
-        Outside the range the interval is as wide as near the data, times the factor by which variables leave their
-        ranges, up to the greatest error of all cases (ours; checked by `validation/input_uncertainty.py --outside`).
+        Outside the range the interval of points near the data is multiplied by the factor by which variables exceed
+        their ranges, up to the largest error of all cases (own choice, checked by
+        `validation/input_uncertainty.py --outside`).
         """
         width = self.interval.width(film_ratio, deviation)
         width = np.where(near | outside, np.maximum(width, self.interval.near), width)
@@ -288,25 +289,25 @@ class FittedFormula(FrictionModel, InputModel):
         return np.where(far, largest, np.where(outside, np.minimum(width + excess, largest), width))
 
     def extrapolation(self, conditions: Conditions) -> NDArray[np.int8]:
-        """`regression.friction.data_cloud.CloudDistance` of every point; all inside where the file holds no cloud."""
+        """`regression.friction.data_cloud.CloudDistance` of every point; all inside without a stored distribution."""
         if self.cloud is None:
             return np.zeros(np.shape(conditions["pressure_hertz"]), dtype=np.int8)
         return self.cloud.extrapolation(self.with_roughness_in_range(conditions))
 
     @one_thread
     def evaluate(self, conditions: Conditions, oil: Oil | None = None) -> FrictionEstimate:
-        """Friction with the interval of the fit; outside its range the largest error seen.
+        """Friction with the interval of the fit.
 
-        With another oil the interval is at least that of oils left out of the fit, or else the largest error seen.
-
-        Below the least sliding of the data mu falls smoothly to 0 with it: the form itself may be infinite there.
+        Far outside the data the interval is the largest held-out error. For another oil it is at least that of oils
+        that were held out, or else the largest error. Below the smallest sliding of the data mu decreases smoothly to
+        0, where the form itself may be infinite.
 
         Parameters
         ----------
         conditions : mapping
             `regression.friction.conditions.conditions_of` the contact points.
         oil : Oil, optional
-            Oil card, which is compared with those of the data.
+            Oil card for the comparison with those of the data.
 
         Returns
         -------
@@ -333,7 +334,7 @@ class FittedFormula(FrictionModel, InputModel):
 
     @one_thread
     def coefficient(self, conditions: Conditions, oil: Oil | None = None) -> Array:
-        """mu as in `evaluate`, without its interval and the guard of its range [-]."""
+        """mu as in `evaluate`, without interval and range check [-]."""
         return self._values(conditions)[0]
 
     def _values(self, conditions: Conditions) -> tuple[Array, Array | None]:
@@ -343,13 +344,13 @@ class FittedFormula(FrictionModel, InputModel):
         flat = {name: np.ravel(values) for name, values in table.items()}
         mu, deviation = friction_of_form(self.form, self.coefficients, self.network, flat, self.boundary_friction)
         mu = mu.reshape(shape)
-        # 0 is an exponential that fell below the range of numbers
+        # 0 is an underflow of the exponential
         undefined = ~(np.isfinite(mu) & (mu > 0.0))
         mu = np.where(undefined, np.nan, mu * ramp)
         return mu, None if deviation is None else deviation.reshape(shape)
 
     def to_text(self) -> str:
-        """The equation and its coefficients, to read and to type in."""
+        """Equation and coefficients as text."""
         lines = [f"{self.family}: {self.form.title}", self.equation, ""]
         for term in self.form.terms:
             note = f"  ({self.dropped[term]})" if term in self.dropped else ""
@@ -365,12 +366,12 @@ class FittedFormula(FrictionModel, InputModel):
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
-        """The content of the formula file with its checksum; SI units, names of docs/nomenclature.md."""
+        """Content of the formula file with its checksum, in SI units with the names of docs/nomenclature.md."""
         content = self.model_dump(mode="json", by_alias=True)
         return {**content, "checksum": _checksum(content)}
 
     def to_json(self) -> str:
-        """The text of the formula file; numbers keep all their digits, rows of numbers stand on one line."""
+        """Text of the formula file with all digits of numbers, and with rows of numbers on one line."""
         text = json.dumps(self.to_dict(), indent=2, allow_nan=False)
         numbers = re.compile(r"\[\s+((?:-?[\d.][\w.+-]*,\s+)*-?[\d.][\w.+-]*)\s+\]")
         return numbers.sub(lambda found: "[" + re.sub(r"\s+", " ", found[1]) + "]", text) + "\n"
@@ -390,12 +391,12 @@ class FittedFormula(FrictionModel, InputModel):
         write_file(Path(path), self.to_json(), "formula file")
 
     def default_oil(self) -> str:
-        """Name of the oil it was fitted to.
+        """Name of the fitted oil.
 
         Raises
         ------
         InputError
-            It was fitted to several oils, or to none of a name.
+            There are several oils, or the oil has no name.
         """
         names = [str(identity.name) for identity in self.oils if identity.name is not None]
         if len(names) == 1:
@@ -405,16 +406,16 @@ class FittedFormula(FrictionModel, InputModel):
     def range_note(
         self, state: ContactState | None = None, *, oil: Oil | str | None = None, **conditions: Unpack[PointConditions]
     ) -> str:
-        """One sentence with every variable that lies outside the range of the data, its value and limit; else empty.
+        """Note on the variables outside the range of the data with values and limits, or an empty text.
 
         Parameters
         ----------
         state : ContactState, optional
-            One contact point; in its place the keywords of `mu`.
+            One contact point, alternatively to the keywords of `mu`.
         oil : Oil or str, optional
-            Oil card or its name; the one of the formula if not given.
+            Oil card or its name; default: that of the formula.
         **conditions : float or str
-            As of `mu`.
+            As in `mu`.
         """
         parts = []
         for variable, value, limit in self.beyond(conditions_of(*self._points(state, oil, conditions))):
@@ -422,15 +423,15 @@ class FittedFormula(FrictionModel, InputModel):
             parts.append(f"{entry.label} {entry.text(value, 3)} ({side} {entry.text(limit, 3)})")
         if not parts:
             return ""
-        return f"outside the data of {self.name}: {', '.join(parts)}; the interval is wider by the distance"
+        return f"outside the data of {self.name}: {', '.join(parts)}; the interval increases with the distance"
 
     def oil_note(self, oil: Oil) -> str:
-        """One sentence where the formula was fitted to another oil or to another card of it; else empty.
+        """Note if the formula was fitted to another oil or another card of it, or an empty text.
 
         Parameters
         ----------
         oil : Oil
-            Oil card the formula is used with.
+            Oil card of the evaluation.
         """
         flag = self.oil_flag(oil)
         if flag == FrictionFlag.OTHER_CARD:
@@ -439,12 +440,12 @@ class FittedFormula(FrictionModel, InputModel):
             return ""
         names = ", ".join(str(identity.name or "a lubricant by numbers") for identity in self.oils)
         if self.interval.other_oil is None:
-            width = f"its largest error seen, and nothing says how far {oil.name} differs"
+            width = f"its largest error, and the effect of the difference to {oil.name} is unknown"
         else:
-            width = f"{100.0 * math.expm1(self.interval.other_oil):.0f} %, as for oils left out of the fit"
+            width = f"{100.0 * math.expm1(self.interval.other_oil):.0f} %, the error for oils that were held out"
         return (
             f"friction model {self.name} was fitted to {names}, not to {oil.name}: its interval is at least {width}; "
-            "fit a formula to it, or use ehl"
+            "fit a formula to this oil, or use the friction model ehl"
         )
 
     def oil_flag(self, oil: Oil) -> FrictionFlag:
@@ -462,8 +463,8 @@ class FittedFormula(FrictionModel, InputModel):
                 value = float(there.min() if there.min() < low else there.max())
                 where = f"{low:.6g} to {high:.6g} {UNITS[name]}".strip()
                 return InputError(name, value, where, f"{count} lie outside the data of {self.name}.")
-        hint = f"Each variable is within its range, but no case of {self.name} has them together."
-        return InputError("conditions", count, "points among the data", hint)
+        hint = f"Each variable is within its range, but no case of {self.name} has a similar combination."
+        return InputError("conditions", count, "points within the data", hint)
 
 
 def friction_of_form(
@@ -474,15 +475,15 @@ def friction_of_form(
     boundary_friction: float | Array,
     evaluate: Evaluate | None = None,
 ) -> tuple[Array, Array | None]:
-    """mu by a form with its networks, and their standard deviation of ln mu (None without them).
+    """mu by a closed form with its networks, and their standard deviation of ln mu (None without networks).
 
-    The networks raise no friction above the greater of boundary friction and limiting shear: the bound of the physics
-    holds by construction wherever the form keeps it.
+    The networks do not increase friction above the larger of boundary friction and limiting shear coefficient, unless
+    the closed form exceeds it.
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
         if network is None or form.parts is None:
             return np.exp(form.log_mu(table, coefficients, cast("float", boundary_friction))), None
-        # [()] gives what is recorded for an export, and of arrays the array
+        # [()] gives the recorded expression of an export, and an array unchanged
         share, film = (np.asarray(part)[()] for part in form.parts(table, coefficients))
         found, deviation = network.corrected(share, film, table, boundary_friction, evaluate)
         limit = np.maximum(boundary_friction, table["limiting_shear_coefficient"])
@@ -490,7 +491,7 @@ def friction_of_form(
 
 
 def flags_of(start: Any, near: Any, far: Any, outside: Any, undefined: Any) -> Any:
-    """`FrictionFlag` of points: `start`, or the worst of what follows that holds there."""
+    """`FrictionFlag` of points: `start`, or the most severe of the following flags that applies."""
     warning = np.where(near, float(FrictionFlag.EXTRAPOLATED_NEAR), start)
     warning = np.where(far, float(FrictionFlag.EXTRAPOLATED_FAR), warning)
     warning = np.where(outside, float(FrictionFlag.OUTSIDE_RANGE), warning)
@@ -499,20 +500,20 @@ def flags_of(start: Any, near: Any, far: Any, outside: Any, undefined: Any) -> A
 
 @lru_cache(maxsize=8)
 def _read(model: type[_Fitted], name: str, text: str) -> _Fitted:
-    """Formula of a file's text; kept, since checks and checksum cost more than an evaluation."""
+    """Formula from the text of a file, cached as checks and checksum take longer than an evaluation."""
     path = Path(name)
     content = parse_json(text, "formula file", name, _ALLOWED)
     if not isinstance(content, dict) or not isinstance(content.get("schema"), int):
-        raise InputError("formula file", name, _ALLOWED, "It holds no schema number.")
+        raise InputError("formula file", name, _ALLOWED, "It has no schema number.")
     if content["schema"] != FORMULA_SCHEMA:
         advice = "update mixed-ehl" if content["schema"] > FORMULA_SCHEMA else "fit it again"
-        hint = f"Version {content.get('writer', 'unknown')} wrote it: {advice}."
+        hint = f"It was written by version {content.get('writer', 'unknown')}: {advice}."
         raise InputError(f"{path.name}.schema", content["schema"], f"{FORMULA_SCHEMA}", hint)
     stated = content.pop("checksum", None)
     formula = validate(model, content, path.name)
     if stated != _checksum(content):
-        hint = "It was edited by hand or damaged, and its stated errors belong to other numbers: fit it again."
-        raise InputError(f"{path.name}.checksum", stated, "the checksum of the file's content", hint)
+        hint = "The file was changed, so that its errors do not belong to its numbers: fit it again."
+        raise InputError(f"{path.name}.checksum", stated, "the checksum of the content of the file", hint)
     return formula
 
 

@@ -1,4 +1,4 @@
-"""The interface of all friction models, what they return, and the constant friction coefficient.
+"""Interface and result of all friction models, and the constant friction coefficient.
 
 Published formulas are in `published_registry`, fitted ones in `formula`, solved contacts in the package `efficiency`.
 """
@@ -31,17 +31,17 @@ COLEMAN_FRICTION = 0.05  # as cited by Kolivand, Li & Kahraman (2010)
 
 
 class FrictionFlag(IntEnum):
-    """What is to be said of one friction value; the greatest that applies is given."""
+    """Quality of one friction value: the largest flag that applies."""
 
     OK = 0
-    OTHER_CARD = 1  # the card of the formula's oil has other figures now than when its data were computed
+    OTHER_CARD = 1  # the card of the oil has changed since the data of the formula were computed
     OTHER_OIL = 2  # the formula was fitted to another oil
-    EXTRAPOLATED_NEAR = 3  # within the range of every variable, but outside the cloud of the fitted cases
-    EXTRAPOLATED_FAR = 4  # and with no such case near
+    EXTRAPOLATED_NEAR = 3  # within the range of every variable, but outside the distribution of the fitted cases
+    EXTRAPOLATED_FAR = 4  # within the range of every variable, but far from all fitted cases
     OUTSIDE_RANGE = 5  # at least one variable lies outside the stated range
-    PREDICTED = 6  # the contact next to it could not be solved and is predicted by the others
-    NOT_CONVERGED = 7  # a solver was asked and did not converge
-    UNDEFINED = 8  # the formula has no positive value here; mu is nan
+    PREDICTED = 6  # the nearest contact could not be solved and is predicted from the others
+    NOT_CONVERGED = 7  # the solver did not converge
+    UNDEFINED = 8  # the formula has no positive value; mu is nan
 
 
 @dataclass(frozen=True)
@@ -51,9 +51,9 @@ class FrictionEstimate:
     Parameters
     ----------
     mu : array
-        Friction coefficient [-], in the shape of the state; NaN where there is none.
+        Friction coefficient [-] in the shape of the state; nan if undefined.
     lower, upper : array
-        Interval of the model's own error [-]; NaN where the model states none.
+        Interval of the error of the model [-]; nan if unknown.
     flag : array of int
         `FrictionFlag` of every point.
     """
@@ -64,12 +64,12 @@ class FrictionEstimate:
     flag: NDArray[np.int8]
 
     def to_dict(self) -> dict[str, Any]:
-        """Numbers for JSON: a value, or a list in the shape of the points; None where there is no number.
+        """Content for JSON: values, or lists in the shape of the points; nan becomes None.
 
         Returns
         -------
         dict
-            ``friction_coefficient``, ``friction_lower``, ``friction_upper`` [-] and ``flag``, in words.
+            ``friction_coefficient``, ``friction_lower``, ``friction_upper`` [-] and ``flag`` as text.
         """
         numbers = {"friction_coefficient": self.mu, "friction_lower": self.lower, "friction_upper": self.upper}
         plain = {name: finite_or_none(np.asarray(values).tolist()) for name, values in numbers.items()}
@@ -96,22 +96,22 @@ class FrictionEstimate:
             for number, count in zip(numbers.tolist(), counts.tolist(), strict=True)
         )
         finite = self.mu[np.isfinite(self.mu)]
-        ends = f"{finite.min():.4g} to {finite.max():.4g}" if finite.size else "nowhere defined"
+        ends = f"{finite.min():.4g} to {finite.max():.4g}" if finite.size else "undefined"
         return f"mu of {np.size(self.mu)} points: {ends}; {flags}"
 
 
 class FrictionModel(ABC):
-    """A friction coefficient at every contact point, with its interval and a flag."""
+    """A model of the friction coefficient at contact points, with interval and flag."""
 
-    if TYPE_CHECKING:  # a field in some models, computed in others
+    if TYPE_CHECKING:  # a field in some models, a property in others
 
         @property
         def name(self) -> str:
-            """The specification of the model, for tables and reports."""
+            """Specification of the model, for tables and reports."""
 
     @property
     def title(self) -> str:
-        """The model as pages and figures name it: by author and year, "constant 0.05", or "formula 75w90"."""
+        """Name in pages and figures: author and year, "constant 0.05", or "formula 75w90"."""
         from regression.friction.published_registry import model_label
 
         return model_label(self.name)
@@ -147,16 +147,16 @@ class FrictionModel(ABC):
         """
 
     def coefficient(self, conditions: Conditions, oil: Oil) -> Array:
-        """mu as in `evaluate`; models whose interval and flag cost time compute mu alone [-]."""
+        """mu as in `evaluate`, without interval and flag if they take time [-]."""
         return self.evaluate(conditions, oil).mu
 
     def default_oil(self) -> str:
-        """Name of the oil card that is used where none is given.
+        """Name of the default oil card.
 
         Raises
         ------
         InputError
-            The model is made for no single oil.
+            The model is not for a single oil.
         """
         raise InputError("oil", None, "one of " + ", ".join(data_names("oils")))
 
@@ -169,14 +169,14 @@ class FrictionModel(ABC):
         Parameters
         ----------
         state : ContactState, optional
-            The contact points; in its place the keywords below.
+            Contact points, alternatively to the keywords below.
         oil : Oil or str, optional
-            Oil card or its name; the one a fitted formula was made for if not given.
+            Oil card or its name; default: that of a fitted formula.
         **conditions : float, str or array
-            `pressure_hertz`, `radius_equivalent`, `speed_entrainment`, `slide_to_roll`, `temperature` and, where they
-            are not 0, `roughness_rms` (composite of both surfaces) and `speed_sliding_lengthwise`; also
-            `correlation_length` (40 Rq) and `effective_modulus` (steel on steel). SI numbers, strings with a unit, or
-            arrays of either that broadcast.
+            `pressure_hertz`, `radius_equivalent`, `speed_entrainment`, `slide_to_roll`, `temperature`; optional:
+            `roughness_rms` (composite of both surfaces, default 0), `speed_sliding_lengthwise` (0),
+            `correlation_length` (40 Rq) and `effective_modulus` (steel on steel). SI numbers, strings with unit, or
+            broadcastable arrays of them.
 
         Returns
         -------
@@ -186,7 +186,7 @@ class FrictionModel(ABC):
         Raises
         ------
         InputError
-            A value is missing, has no unit or the wrong one, or is out of range; or there is no such oil.
+            A value is missing, has no unit or a wrong one, or is out of range; or there is no such oil.
 
         Examples
         --------
@@ -220,20 +220,20 @@ class FrictionModel(ABC):
         level: float = 0.90,
         **conditions: Unpack[PointConditions],
     ) -> InputUncertainty:
-        """Interval of the friction coefficient of one contact point by what is not known of the inputs.
+        """Interval of the friction coefficient of one contact point by the uncertainty of the inputs.
 
         Parameters
         ----------
         state : ContactState, optional
-            One contact point; in its place the keywords of `mu`.
+            One contact point, alternatively to the keywords of `mu`.
         oil : Oil or str, optional
-            Oil card or its name; the one a fitted formula was made for if not given.
+            Oil card or its name; default: that of a fitted formula.
         spreads : UncertaintyInput, optional
-            How well inputs are known; by default as oil card and additives say.
+            Standard deviations of the inputs; default: from oil card and additives.
         level : float
-            Share of cases the interval is to hold [-].
+            Coverage of the interval [-].
         **conditions : float or str
-            As of `mu`.
+            As in `mu`.
 
         Returns
         -------
@@ -242,7 +242,7 @@ class FrictionModel(ABC):
         Raises
         ------
         InputError
-            As `mu`; more than one point; a level that is no share.
+            As in `mu`; there is more than one point; or the level is not between 0 and 1.
 
         Examples
         --------
@@ -264,7 +264,7 @@ class FrictionModel(ABC):
 
 @dataclass(frozen=True)
 class ConstantFriction(FrictionModel):
-    """The same friction coefficient everywhere; 0.05 is Coleman's."""
+    """A constant friction coefficient; 0.05 is Coleman's value."""
 
     value: float
 
@@ -274,7 +274,7 @@ class ConstantFriction(FrictionModel):
         return f"constant:{self.value:g}"
 
     def default_oil(self) -> str:
-        """Any oil: the constant does not depend on it."""
+        """An arbitrary oil, on which the constant does not depend."""
         return "fva3"
 
     def references(self) -> set[str]:
@@ -282,6 +282,6 @@ class ConstantFriction(FrictionModel):
         return set()
 
     def evaluate(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:
-        """The constant, exactly, at every point."""
+        """The constant at every point."""
         mu = np.full(np.shape(conditions["pressure_hertz"]), self.value)
         return FrictionEstimate(mu, mu.copy(), mu.copy(), np.zeros(mu.shape, dtype=np.int8))

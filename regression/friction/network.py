@@ -1,13 +1,13 @@
-"""Neural networks that correct a form of friction: kept as whole numbers, evaluated here.
+"""Neural networks that correct a closed form of friction.
 
-A form gives the load share X of the asperities and the friction F of the film. Each network of the ensemble adds to the
-logit of X and to the logarithm of F/(1 - X)^1.5, which vary more smoothly than mu does:
+The closed form gives the load share X of the asperities and the friction F of the film. Each network of the ensemble
+corrects the logit of X and the logarithm of F/(1 - X)^1.5, which vary more smoothly than mu:
 
     y = W3 s(W2 s(W1 x + b1) + b2) + b3,    s(z) = z/sqrt(1 + z^2)
 
-over the standardised logarithms x of dimensionless groups. The mean of the networks is the correction, their spread a
-measure of what the data leave open (Lakshminarayanan, Pritzel & Blundell 2017). Outside the range of the data the
-correction fades to exactly 0, so that the form keeps its limits.
+with the standardised logarithms x of dimensionless groups. The correction is the mean of the networks; their scatter is
+a measure of its uncertainty (Lakshminarayanan, Pritzel & Blundell 2017). Outside the range of the data the correction
+decreases to 0, so that the limits of the closed form are preserved. Weights are stored as integers.
 """
 
 from __future__ import annotations
@@ -26,43 +26,31 @@ from regression.friction.conditions import GROUPS, UNITS, Array, Conditions
 
 Finite = Annotated[float, ValueRange("")]
 Positive = Annotated[float, ValueRange("", gt=0.0)]
-# part of the correction that counts, mean of both outputs over the networks, their variances and covariance
+# weight of the correction, mean of both outputs over the networks, their variances and covariance
 Statistics = tuple[Array, Array, Array, Array, Array, Array]
 Evaluate = Callable[[list[Array]], Sequence[Array]]
-ODDS, FILM_PART = "asperity_odds", "film_part"  # of the form, inputs of the networks
+ODDS, FILM_PART = "asperity_odds", "film_part"  # of the closed form, inputs of the networks
 INPUTS = ("film_ratio_formula", *(name for name in GROUPS), "peklenik_number", ODDS, FILM_PART)
-ODDS_LIMIT = 1e3  # shares nearer to 0 or 1 leave friction as it is
+ODDS_LIMIT = 1e3  # limit of the odds, beyond which friction does not depend on the smaller share
 FILM_POWER = 1.5  # of the load share of the film, that of the form `short`
-DIGITS = 4  # of a weight, behind the point
-FADE = 0.25  # of the range of a variable
-_BLOCK = 256  # points at a time: their units stay in the cache
+DIGITS = 4  # decimals of a weight
+FADE = 0.25  # width of the decrease to 0, over the range of a variable
+_BLOCK = 256  # points of a block whose units fit into the cache
 
 
 class Network(InputModel):
-    """An ensemble of networks that corrects both parts of a form.
+    """An ensemble of networks that corrects both parts of a closed form."""
 
-    Parameters
-    ----------
-    variables : tuple of str
-        Names of `regression.friction.conditions.UNITS` or `regression.friction.conditions.GROUPS`, `ODDS` or
-        `FILM_PART`; x = (ln |v| - mean)/scale.
-    mean, scale : tuple of float
-        Of ln v over the cases.
-    low, high : tuple of float
-        Range of x over the cases; beyond it the correction fades to 0 within a quarter of the range.
-    members : tuple of network
-        Rows of weights in units of 1e-4, one row a unit and its bias last: first layer, second layer, both outputs.
-    noise : float
-        Standard deviation of ln mu that is added to the spread of the networks.
-    """
-
+    # names of `regression.friction.conditions.UNITS` or `GROUPS`, `ODDS` or `FILM_PART`; x = (ln |v| - mean)/scale
     variables: tuple[str, ...]
     mean: tuple[Finite, ...]
     scale: tuple[Positive, ...]
+    # range of x over the cases; outside the correction decreases to 0 within a quarter of the range
     low: tuple[Finite, ...]
     high: tuple[Finite, ...]
+    # rows of weights in units of 1e-4, one row per unit with its bias last: first layer, second layer, both outputs
     members: tuple[tuple[tuple[int, ...], ...], ...] = Field(min_length=1)
-    noise: Finite = 0.0
+    noise: Finite = 0.0  # standard deviation of ln mu that is added to the scatter of the networks
 
     @model_validator(mode="after")
     def _consistent(self) -> Network:
@@ -76,17 +64,17 @@ class Network(InputModel):
         units = self.units
         widths = [size + 1] * units + [units + 1] * (units + 2)
         if any([len(row) for row in rows] != widths for rows in self.members):
-            raise InputError("members", "rows of another length", f"{2 * units + 2} rows, of {units} units a layer")
+            raise InputError("members", "rows of another length", f"{2 * units + 2} rows, {units} units per layer")
         return self
 
     @property
     def units(self) -> int:
-        """Units of either hidden layer."""
+        """Units of each hidden layer."""
         return len(self.members[0]) // 2 - 1
 
     @property
     def step(self) -> float:
-        """What the whole numbers of the weights count."""
+        """Unit of the integer weights."""
         return 10.0**-DIGITS
 
     @cached_property
@@ -98,12 +86,9 @@ class Network(InputModel):
         return first, second, last
 
     def statistics(self, logarithms: list[Array]) -> Statistics:
-        """Mean outputs of the networks with variances and covariance, and how far they count, 1 within the data.
+        """Weight of the correction (1 within the data), mean outputs of the networks, their variances and covariance.
 
-        Parameters
-        ----------
-        logarithms : list of array, shape (n,)
-            ln |v| of each variable.
+        logarithms: ln |v| of each variable, shape (n,).
         """
         first, second, last = self.layers
         count, units = len(self.members), self.units
@@ -116,7 +101,7 @@ class Network(InputModel):
             x = (np.clip([part[block] for part in logarithms], -1e3, 1e3) - mean) / scale
             beyond = (np.maximum(low - x, x - high) / reach).max(axis=0)
             fading[block] = np.clip(1.0 - beyond, 0.0, 1.0)
-            # where the correction has faded the networks are left as they are
+            # the networks are not evaluated beyond the range of the correction
             one = squashed(flat[:, :-1] @ np.clip(x, low - reach, high + reach) + flat[:, -1:])
             two = squashed(np.matmul(second[:, :, :-1], one.reshape(count, units, -1)) + second[:, :, -1:])
             out[:, :, block] = np.matmul(last[:, :, :-1], two) + last[:, :, -1:]
@@ -134,28 +119,19 @@ class Network(InputModel):
         boundary_friction: float | Array,
         evaluate: Evaluate | None = None,
     ) -> tuple[Array, Array]:
-        """mu of the corrected parts and its standard deviation of ln mu; by ufuncs: `regression.export` records it.
+        """mu of the corrected parts and standard deviation of ln mu, by ufuncs for `regression.export`.
 
-        Parameters
-        ----------
-        share, film : array, shape (n,)
-            Asperity load share and friction of the film by the form.
-        conditions : mapping
-            Columns of shape (n,).
-        boundary_friction : float or array of shape (n,)
-        evaluate : callable, optional
-            In place of `statistics`.
-
-        Returns
-        -------
-        mu, deviation : array, shape (n,)
+        share, film (n,): asperity load share and film friction by the closed form.
+        conditions: columns of shape (n,).
+        boundary_friction: number or array of shape (n,).
+        evaluate: replacement of `statistics`.
         """
         odds = share / np.maximum(1.0 - share, 1e-12)
         seen = parts_of_form(share, film)
         logarithms = []
         for name, mean, scale, high in zip(self.variables, self.mean, self.scale, self.high, strict=True):
             value = seen[name] if name in seen else GROUPS[name](conditions) if name in GROUPS else conditions[name]
-            if name == "film_ratio_formula":  # thicker films of smooth contacts leave friction as it is
+            if name == "film_ratio_formula":  # no further effect of roughness in thicker films
                 value = np.minimum(value, np.exp(mean + scale * high))
             with np.errstate(divide="ignore"):
                 logarithms.append(np.log(np.abs(value)))
@@ -181,6 +157,6 @@ def squashed(z: Array) -> Array:
 
 
 def parts_of_form(share: Array, film: Array) -> dict[str, Any]:
-    """The inputs of the networks that the form gives."""
+    """Inputs of the networks from the closed form."""
     odds = np.clip(share / np.maximum(1.0 - share, 1e-12), 1.0 / ODDS_LIMIT, ODDS_LIMIT)
     return {ODDS: odds, FILM_PART: film / np.maximum(1.0 - share, 1e-12) ** FILM_POWER}

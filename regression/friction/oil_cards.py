@@ -1,4 +1,4 @@
-"""Which oil card data were computed with: the hash of its figures."""
+"""Identity of the oil cards of data: hash of their values."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from ehl.fluid.oil import Oil
 
 @lru_cache(maxsize=64)
 def card_hash(oil: Oil) -> str:
-    """Hash of the figures on an oil card; its description and sources are none."""
+    """Hash of the values of an oil card, without description and source."""
     return hashlib.sha256(oil.model_dump_json(exclude={"description", "source"}).encode()).hexdigest()
 
 
 class OilIdentity(InputModel):
-    """An oil that data were computed for: its name or the path of its card; `card_hash` is None where not known."""
+    """Oil of computed data: name or path of its card, and hash of the card (None if unknown)."""
 
     name: str | None = None
     card_hash: str | None = None
 
     def compared(self, oil: Oil) -> bool | None:
-        """Whether the data were computed with the same figures of this oil; None where they are of another oil."""
+        """Whether the data were computed with the same card of this oil; None for another oil."""
         if not self._names(oil):
             return None
         return self.card_hash in (None, card_hash(oil))
@@ -35,19 +35,19 @@ class OilIdentity(InputModel):
             return False
         try:
             return Oil.load(self.name).name == oil.name
-        except InputError:  # the file is elsewhere now, and its figures are others than they were
+        except InputError:  # the file has been moved or changed
             return False
 
 
 def cards_hash(hashes: list[str]) -> str:
-    """One hash for the oil cards of a run; that of the card itself where there is one."""
+    """One hash for the oil cards of a run; that of the card if there is only one."""
     if len(hashes) <= 1:
         return hashes[0] if hashes else ""
     return hashlib.sha256("\n".join(hashes).encode()).hexdigest()
 
 
 def hashes_of_cards(names: tuple[str, ...], together: str) -> dict[str, str | None]:
-    """Hash of each oil card of a run from the one hash the run states; None where one of several has changed."""
+    """Hash of each oil card of a run from the hash of the run; None for all if one of several cards has changed."""
     if len(names) <= 1:
         return dict.fromkeys(names, together)
     try:

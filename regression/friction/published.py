@@ -1,10 +1,9 @@
-"""Published friction coefficients, one function each: SI arrays in, friction coefficient out.
+"""Published friction formulas, one function each, with arguments in SI units.
 
-The authors' own units are converted inside each function. Definitions that differ between authors: `speed_entrainment`
-is the mean (u1 + u2)/2 and `speed_sum` is u1 + u2; Rq is the RMS and Ra the mean absolute roughness. "Found" means that
-the digits were read in a public secondary source; "from memory" means that they were not, and should be checked
-against the original before anything rests on them. Ranges and these marks are data in
-`regression.friction.published_registry`.
+The units of the authors are converted inside each function. Definitions that differ between authors:
+`speed_entrainment` is the mean (u1 + u2)/2 and `speed_sum` is u1 + u2; Rq is the RMS and Ra the mean absolute
+roughness. "Found" means that the coefficients were read in a public secondary source. Coefficients "from memory" should
+be checked in the original. Ranges and these marks are in `regression.friction.published_registry`.
 """
 
 from __future__ import annotations
@@ -33,15 +32,15 @@ def xu_kahraman_2007(
     """Regression of EHL results for 75W90 (Xu, Kahraman, Anderson & Maddock 2007, J. Mech. Des. 129).
 
     mu = e^f P^b2 |SR|^b3 Ve^b6 n0^b7 R^b8, f = b1 + b4 |SR| P log10 n0 + b5 exp(-|SR| P log10 n0) + b9 e^S.
-    Coefficients found. It has no film ratio, grows without bound in S (8 times from 0.1 to 1.5 um) and loses its sense
-    below 1 mPa s; mu -> 0 as SR -> 0.
+    Coefficients found. The film ratio is no variable. mu increases without limit with S (8 times from 0.1 to 1.5 um),
+    is not meaningful below 1 mPa s, and vanishes for SR -> 0.
 
     Parameters
     ----------
     pressure_hertz : array
         P [Pa].
     slide_to_roll : array
-        Sliding over entrainment speed [-]; its sign does not matter.
+        Sliding over entrainment speed [-]; the sign has no effect.
     speed_entrainment : array
         Ve = (u1 + u2)/2 [m/s].
     viscosity_inlet : array
@@ -71,8 +70,8 @@ def benedict_kelley_1961(
     """Disc tests (Benedict & Kelley 1961, ASLE Trans. 4).
 
     mu = 0.0127 log10(29660 w/(eta Vs VS^2)) 50/(50 - S), w in N/mm, eta in mPa s, speeds in m/s, S in microinch.
-    The smooth part was found, the roughness factor is from memory. Values at or below zero mean that the conditions
-    lie outside what the tests cover.
+    The smooth part was found, the roughness factor is from memory. Values at or below zero mean conditions outside the
+    range of the tests.
 
     Parameters
     ----------
@@ -85,7 +84,7 @@ def benedict_kelley_1961(
     speed_sum : array
         VS = u1 + u2 [m/s].
     roughness : array
-        S, RMS roughness [m]; 0 leaves the factor out. Below 30 microinch (0.76 um).
+        S, RMS roughness [m], below 30 microinch (0.76 um); 0 gives a factor of 1.
     """
     load = np.asarray(load_per_length, dtype=float) * 1e-3
     viscosity = np.asarray(viscosity_inlet, dtype=float) * 1e3
@@ -104,7 +103,7 @@ def schlenk_1994(
     """Mean friction of a gear mesh (Schlenk; Niemann, Hoehn & Michaelis).
 
     mu = 0.048 ((Fbt/b)/(vSum rho))^0.2 eta^-0.05 Ra^0.25 XL; N/mm, m/s, mm, mPa s, um. Found (the year is from memory).
-    It is a mean over the path of contact with the figures of the pitch point, used here with local ones.
+    It is a mean over the path of contact with quantities at the pitch point, applied here with local quantities.
 
     Parameters
     ----------
@@ -132,8 +131,8 @@ def schlenk_1994(
 def lubricant_factor_niemann(base: str, speed_sum: ArrayLike) -> Array:
     """XL by base oil: mineral 1, PAO and ester 0.8, polyglycol 0.75 (6/vSum)^0.2 (from memory; vSum in m/s).
 
-    Hydrocracked oils are taken as mineral (ours). Fits to measurements gave 0.846, 0.65 and 0.585 in place of
-    these (found).
+    Hydrocracked oils count as mineral oils (own choice). Fits to measurements gave 0.846, 0.65 and 0.585 instead
+    (found).
     """
     speed = np.asarray(speed_sum, dtype=float)
     if base == "polyglycol":
@@ -188,7 +187,7 @@ def iso_tr_14179_2(
 
 
 def misharin_1958(viscosity_kinematic: ArrayLike, speed_sliding: ArrayLike, speed_sum: ArrayLike) -> Array:
-    """Disc tests (Misharin 1958): 0.325 (Vs VS nu)^-0.25, held within 0.02 to 0.08; m/s and cSt; from memory.
+    """Disc tests (Misharin 1958): 0.325 (Vs VS nu)^-0.25, limited to 0.02 to 0.08; m/s and cSt; from memory.
 
     Parameters
     ----------
@@ -234,10 +233,10 @@ def odonoghue_cameron_1966(
     radius_equivalent: ArrayLike,
     roughness_ra: ArrayLike,
 ) -> Array:
-    """Disc tests (O'Donoghue & Cameron 1966), from memory and weakly so.
+    """Disc tests (O'Donoghue & Cameron 1966), from memory and uncertain.
 
-    mu = 0.6 ((S + 22)/35)/(nu^(1/8) Vs^(1/3) Ve^(1/6) R^(1/2)), S in microinch, R in inch, speeds in inch/s, nu in cSt
-    (whether the authors meant cSt or mPa s is not known to us; it changes mu by 2 %).
+    mu = 0.6 ((S + 22)/35)/(nu^(1/8) Vs^(1/3) Ve^(1/6) R^(1/2)), S in microinch, R in inch, speeds in inch/s, nu in cSt.
+    The unit of viscosity may be mPa s in the original, which would change mu by 2 %.
 
     Parameters
     ----------
@@ -330,8 +329,8 @@ def share_masjedi_khonsari_2012(
     """Asperity load share of a rough line contact, from memory (Masjedi & Khonsari 2012, J. Tribol. 134).
 
     La = 0.005 W^-0.408 U^-0.088 G^0.103 ln(1 + 4470 s^6.015 V^1.168 W^0.485 U^-3.741 G^-2.898) in per cent: a fit to a
-    statistical model, whose asperity load is all load above the macroscopic pressure. Where it passes 1, at film
-    ratios below about 0.1, it is no share: nan.
+    statistical model, whose asperity load is the load above the macroscopic pressure. Values above 1, at film ratios
+    below about 0.1, become nan.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Registry of the published friction formulas: how each is applied at a contact point, its range and certainty.
+"""Registry of the published friction formulas: application at a contact point, range and certainty.
 
-Formulas made for discs take the local conditions directly. Those made for a whole gear mesh are applied locally with
-conversions that are ours and are written in `applied`.
+Formulas for discs use the local conditions directly. Formulas for a gear mesh are applied locally with the conversions
+stated in `applied` (own choice).
 """
 
 from __future__ import annotations
@@ -25,53 +25,32 @@ Mask = NDArray[np.bool_]
 Certainty = Literal["found", "mixed", "from memory"]
 
 RA_OVER_RQ = float(np.sqrt(2.0 / np.pi))  # Gaussian heights
-RZ_OVER_RQ = 5.0  # usual for ground and lapped flanks; ours
+RZ_OVER_RQ = 5.0  # typical of ground and lapped flanks (own choice)
 PRESSURE_ANGLE = np.deg2rad(20.0)
-ARANA_BOUNDARY_FRICTION = 0.065  # FZG gears at 0.5 m/s, with which the authors validated their load share
-BOUNDARY_FRICTION = 0.10  # where the authors' is not known; ours
+ARANA_BOUNDARY_FRICTION = 0.065  # from FZG gears at 0.5 m/s, the validation of the load share by the authors
+BOUNDARY_FRICTION = 0.10  # if the value of the authors is unknown (own choice)
 SLIDING_FLOOR = 1e-3  # [m/s]
-HARDNESS = 8e9  # of the shipped steel [Pa]; a contact state carries none
+HARDNESS = 8e9  # of the shipped steel [Pa]; a contact state has none
 
 
 @dataclass(frozen=True)
 class PublishedFriction(FrictionModel):
-    """One published formula as a local friction model.
+    """One published formula as a local friction model."""
 
-    Parameters
-    ----------
-    name : str
-        Registry name, ``author_year``.
-    source : str
-        Authors, year, kind of data.
-    certainty : {"found", "mixed", "from memory"}
-        How the digits of the equation are known.
-    local : callable
-        Friction coefficient from the local conditions and the base oil.
-    function : callable
-        The formula itself.
-    ranges : mapping
-        Variable of `regression.friction.conditions.UNITS` to (least, greatest) in SI; the original's range where known.
-    range_certainty : str
-        How the range is known.
-    applied : str
-        What had to be added to use it at a contact point.
-    diverges : bool
-        mu grows without bound as sliding vanishes; it is evaluated at `SLIDING_FLOOR` there.
-    """
-
-    name: str
-    source: str
-    certainty: Certainty
-    local: Callable[[Conditions, str], Array]
-    function: Callable[..., Array]
+    name: str  # registry name, ``author_year``
+    source: str  # authors, year, kind of data
+    certainty: Certainty  # of the coefficients
+    local: Callable[[Conditions, str], Array]  # friction coefficient from the local conditions and the base oil
+    function: Callable[..., Array]  # the published formula
+    # smallest and largest value of variables of `regression.friction.conditions.UNITS` in the original, SI units
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     range_certainty: str = "from memory"
-    applied: str = ""
-    diverges: bool = False
+    applied: str = ""  # additional assumptions at a contact point
+    diverges: bool = False  # mu is infinite without sliding; it is evaluated with at least `SLIDING_FLOOR`
 
     @property
     def label(self) -> str:
-        """Authors and year, as a figure names it: ``Xu & Kahraman 2007``."""
+        """Authors and year for figures: ``Xu & Kahraman 2007``."""
         if self.source.startswith("ISO"):
             return self.source.partition(",")[0]
         *authors, year = self.name.title().replace("Odonoghue", "O'Donoghue").split("_")
@@ -79,12 +58,12 @@ class PublishedFriction(FrictionModel):
 
     @property
     def mark(self) -> str:
-        """What a report puts behind the name: " (M)" where any digit of the equation is from memory; else nothing."""
+        """Suffix of the name in reports: " (M)" if a coefficient of the equation is from memory."""
         return "" if self.certainty == "found" else " (M)"
 
     @property
     def certainty_words(self) -> str:
-        """The same in words; empty where all digits were found."""
+        """Explanation of `mark`; empty if all coefficients were found."""
         which = {"found": "", "mixed": "in part ", "from memory": ""}[self.certainty]
         return "" if self.certainty == "found" else f"(M): the equation is {which}from memory, to be checked in print"
 
@@ -93,7 +72,7 @@ class PublishedFriction(FrictionModel):
         return {f"friction:{self.name}"}
 
     def evaluate(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:
-        """Friction with the formula's own range as flag; no interval, the authors state none."""
+        """Friction with a flag outside the range of the formula, without interval, which the authors do not state."""
         mu, outside = self.values(conditions, oil.base)
         flag = np.where(outside, FrictionFlag.OUTSIDE_RANGE, FrictionFlag.OK)
         flag = np.where(np.isnan(mu), FrictionFlag.UNDEFINED, flag)
@@ -101,7 +80,7 @@ class PublishedFriction(FrictionModel):
         return FrictionEstimate(mu, unknown, unknown.copy(), flag.astype(np.int8))
 
     def values(self, conditions: Conditions, base: str) -> tuple[Array, Mask]:
-        """Friction coefficient, nan where the formula gives no positive value, and where its range is left."""
+        """Friction coefficient (nan without a positive value), and whether points are outside the range."""
         outside = np.zeros(np.shape(conditions["pressure_hertz"]), dtype=bool)
         for name, (low, high) in self.ranges.items():
             outside |= (conditions[name] < low) | (conditions[name] > high)
@@ -115,14 +94,8 @@ class PublishedFriction(FrictionModel):
 
 
 def _xu(c: Conditions, base: str) -> Array:
-    return p.xu_kahraman_2007(
-        c["pressure_hertz"],
-        c["slide_to_roll_total"],
-        c["speed_entrainment"],
-        c["viscosity_inlet"],
-        c["radius_equivalent"],
-        c["roughness_rms"],
-    )
+    names = ("pressure_hertz", "slide_to_roll_total", "speed_entrainment", "viscosity_inlet", "radius_equivalent")
+    return p.xu_kahraman_2007(*(c[name] for name in names), c["roughness_rms"])
 
 
 def _benedict_kelley(c: Conditions, base: str) -> Array:
@@ -183,7 +156,7 @@ def _arana_fluid(c: Conditions, base: str) -> Array:
         c["pressure_viscosity"],
         c["speed_sliding"],
         _arana_film(c),
-        FAMILIES[base].ratio,  # the authors' Lambda caps the mean friction, and is no limit of the oil
+        FAMILIES[base].ratio,  # Lambda of the authors limits the mean friction and is no property of the oil
     )
 
 
@@ -228,7 +201,7 @@ def _masjedi(c: Conditions, base: str) -> Array:
     return _mix(share, c, base)
 
 
-_LOCAL_LOAD = "a mesh mean with the figures of the pitch point, applied with local ones; Ra = 0.798 Rq, mean of both"
+_LOCAL_LOAD = "a mesh mean with quantities at the pitch point, applied with local ones; Ra = 0.798 Rq, mean of both"
 _FILM = "film of Moes (1992) with the inlet-heating factor of Murch & Wilson"
 _SHARE = _FILM + "; mu_b = 0.10 (ours)"
 
@@ -246,7 +219,7 @@ _ENTRIES = (
             "slide_to_roll_total": (0.0, 1.0),
             "viscosity_inlet": (1e-3, 0.2),
         },
-        "from memory; the least viscosity is where the equation loses its sense",
+        "from memory; the smallest viscosity is that of a meaningful equation",
         "|SR| is the length of the sliding vector over the entrainment speed",
     ),
     PublishedFriction(
@@ -314,7 +287,7 @@ _ENTRIES = (
         "from memory",
         _odonoghue,
         p.odonoghue_cameron_1966,
-        applied="Ra = 0.798 Rq, mean of both; mu of the original's viscosity unit unknown to 2 %",
+        applied="Ra = 0.798 Rq, mean of both; the unit of viscosity in the original is unknown, 2 % of mu",
         diverges=True,
     ),
     PublishedFriction(
@@ -323,7 +296,7 @@ _ENTRIES = (
         "found",
         _arana,
         p.arana_2019_fluid,
-        applied=_FILM + "; mu_b = 0.065, the authors'",
+        applied=_FILM + "; mu_b = 0.065 of the authors",
     ),
     PublishedFriction(
         "doleschel_2002",
@@ -331,7 +304,7 @@ _ENTRIES = (
         "found",
         _doleschel,
         p.share_doleschel_2002,
-        applied=_SHARE + "; film friction of Arana et al. in place of the author's measured reference values",
+        applied=_SHARE + "; film friction of Arana et al. in place of the measured reference values of the author",
     ),
     PublishedFriction(
         "matsumoto_morikawa_2014",
@@ -348,7 +321,7 @@ _ENTRIES = (
         _masjedi,
         p.share_masjedi_khonsari_2012,
         {"film_ratio_formula": (0.1, np.inf)},
-        "ours: below, the share passes 1; the original's range is not known",
+        "ours: the share exceeds 1 at lower values; the range of the original is unknown",
         applied="film friction of Arana et al. with the inlet-heating factor of Murch & Wilson; mu_b = 0.10 and "
         "hardness 8 GPa (ours)",
     ),
@@ -358,7 +331,7 @@ PUBLISHED: dict[str, PublishedFriction] = {entry.name: entry for entry in _ENTRI
 
 
 def model_label(name: str) -> str:
-    """A friction model by its specification, as pages and figures name it: ``constant:0.05`` is "constant 0.05"."""
+    """Name of a friction model in pages and figures from its specification, e.g. "constant 0.05" ``constant:0.05``."""
     kind, _, rest = name.partition(":")
     if kind == "constant":
         value, comma, fitted = rest.partition(", fitted to ")
@@ -367,6 +340,6 @@ def model_label(name: str) -> str:
         return "solved contacts" + (f", {rest.replace('_', ' ').replace(':', ', ')}" if rest else "")
     if name in PUBLISHED:
         return PUBLISHED[name].label
-    # a file may be given with its folder: formula_oil.json is "formula oil", formula.json is "formula"
+    # formula_oil.json in any folder is "formula oil", formula.json is "formula"
     own = PurePath(name).name.removesuffix(".json").removeprefix("formula").lstrip("_")
     return f"formula {own}".rstrip()

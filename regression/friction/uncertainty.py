@@ -1,8 +1,7 @@
-"""What uncertain inputs do to the friction of a model: each input moved by itself, at all contact points together.
+"""Effect of uncertain inputs on the friction of a model: each input is varied alone, at all contact points together.
 
-An input is moved to both ends of its interval and the model is asked again. Inputs that a fitted formula does not hold
-(boundary film, bulk temperature, lay where the data have one) take slopes of solved contacts in place of that and say
-so.
+The model is evaluated at both ends of the interval of each input. Inputs that a fitted formula does not contain
+(boundary film, bulk temperature, lay where the data have a single one) use slopes of solved contacts, with a note.
 """
 
 from __future__ import annotations
@@ -27,13 +26,10 @@ from regression.friction.models import ConstantFriction, FrictionModel
 
 STATED = "slopes of solved contacts over the film ratio, not of this model"
 FORMULA = "friction formula"
-# level of models that state an interval without one
-TWO_SIGMA = math.erf(math.sqrt(2.0))
-# a model that moves less than this does not hold the input
-_NOTHING = 1e-9
-# film ratio from which roughness leaves no trace, and what goes with it
+TWO_SIGMA = math.erf(math.sqrt(2.0))  # level of models that state an interval without a level
+_NOTHING = 1e-9  # largest change of ln mu of a model that does not contain an input
+# film ratio above which roughness has no effect, allowed boundary films of a contact file [m], inputs of roughness
 THICK = 3.0
-# what a contact file may say of the boundary film [m]
 FILMS = (5e-9, 300e-9)
 ROUGH = ("roughness_rms", "correlation_length", "peklenik_number", "boundary_friction", "boundary_film")
 
@@ -44,7 +40,7 @@ def boundary_friction_of(model: FrictionModel) -> float:
 
 
 def _with(model: FrictionModel, field: str, value: float) -> FrictionModel:
-    """The same model with another value of a field."""
+    """Copy of a model with another value of a field."""
     if isinstance(model, FittedFormula):
         return model.model_copy(update={field: value})
     held: Any = model
@@ -67,10 +63,10 @@ class UncertainInput:
     Attributes
     ----------
     name, input : str
-        What is moved, and the name of its spread.
+        Name of the input, and name of its spread.
     spread : Spread
     moved : callable
-        The case with this input so many standard deviations away.
+        Gives the case with this input changed by a number of standard deviations.
     """
 
     name: str
@@ -119,7 +115,7 @@ def uncertain_inputs(
 
     def conducting(case: Case, spread: Spread, z: float) -> Case:
         held: Any = case[0]
-        if not hasattr(held, "bodies"):  # of a formula by stated slopes alone
+        if not hasattr(held, "bodies"):  # a formula uses stated slopes only
             return case
         bodies = tuple(
             body.model_copy(update={"thermal_conductivity": spread.at(body.thermal_conductivity, z)})
@@ -132,22 +128,23 @@ def uncertain_inputs(
 
 
 def varied_oil(oil: Oil, name: str, sd: float, score: float) -> Oil:
-    """The oil with one figure so many standard deviations of its logarithm away."""
+    """Copy of an oil with one property changed by `score` standard deviations of its logarithm."""
     known = oil.uncertainty.model_copy(update={name: sd})
     return oil.model_copy(update={"uncertainty": known}).varied(**{name: score})
 
 
 @dataclass(frozen=True)
 class FrictionChanges:
-    """What uncertain inputs do to the friction at every point.
+    """Effect of uncertain inputs on the friction at every point.
 
     Attributes
     ----------
     each : list of Change
-        Change of ln mu with each input alone at the ends of its interval, of inputs that have an effect; the last is
-        the formula's own error where it states one.
+        Change of ln mu with each input alone at the ends of its interval, for inputs that have an effect. The last
+        entry is the error of the formula, if it states one.
     together : callable
-        Change of ln mu with inputs moved at once: of each case the scores by name, in units of the score of the level.
+        Change of ln mu with several inputs changed at once. Its argument holds, for each case, the scores by name, in
+        units of the score of the level.
     """
 
     each: list[Change]
@@ -169,24 +166,24 @@ def friction_changes(
     Parameters
     ----------
     model : FrictionModel
-        Asked twice for each input.
+        Evaluated twice for each input.
     state : ContactState
-        Contact points: the inputs are one number for all of them.
+        Contact points; an input changes in the same way at all of them.
     oil : Oil
         Oil card.
     spreads : UncertaintyInput
-        How well inputs are known.
+        Standard deviations of the inputs.
     level : float
-        Share of cases the interval of each input holds [-].
+        Probability of the interval of each input [-].
     warm_inlet : bool
-        Whether the oil enters as warm as the bodies are.
+        Whether the oil enters the contact at the temperature of the bodies.
     evaluate : callable, optional
-        Friction of many cases, where they are to be computed side by side.
+        Friction of many cases, for parallel computation.
 
     Raises
     ------
     InputError
-        The level is no share.
+        The level is not between 0 and 1.
     """
     score = score_of(level)
     if isinstance(model, ConstantFriction):
@@ -204,7 +201,7 @@ def friction_changes(
     start, *ends = friction([nominal, *(entry.moved(nominal, z) for entry in inputs for z in (-score, score))])
     found: list[Change] = []
     model_inputs: list[UncertainInput] = []
-    # what is added to ln mu in proportion to the score of an input: below, above
+    # terms of ln mu proportional to the score of an input: below, above
     added: dict[str, tuple[Array, Array]] = {}
     for entry, below, above in zip(inputs, ends[::2], ends[1::2], strict=True):
         low, high = _log_ratio(below, start), _log_ratio(above, start)
@@ -235,14 +232,14 @@ def friction_changes(
                     case = entry.moved(case, score * each[entry.name])
             cases.append(case)
         found = friction(cases)
-        # a point that loses its value there leaves the whole without one
+        # if a point has a value in the nominal case only, the change is not defined
         changes = [np.where(np.isfinite(mu) | ~np.isfinite(start), _log_ratio(mu, start), np.nan) for mu in found]
         for change, each, (moved, at, card) in zip(changes, scores, cases, strict=True):
             for name, (below, above) in added.items():
                 part = each.get(name, 0.0)
                 change += part * above if part > 0.0 else -part * below
             if np.isfinite(mu_b := boundary_friction_of(moved)):
-                # neither film nor asperities can rub more
+                # upper bound of the friction of film and asperities
                 limit = np.maximum(mu_b, conditions_of(at, card)["limiting_shear_coefficient"])
                 np.minimum(change, np.maximum(_log_ratio(limit, start), 0.0), out=change)
         return changes
@@ -250,19 +247,19 @@ def friction_changes(
     return FrictionChanges(found, together)
 
 
-# a formula takes them by one of their effects at most: the bodies' heat beside that of the oil that enters
+# a formula contains one of their effects at most: the temperature of the bodies acts in addition to that of the inlet
 _BESIDE = ("temperature_bulk",)
 
 
 def _log_ratio(changed: Array, start: Array) -> Array:
-    """ln of both; 0 where either is no positive number."""
+    """ln(changed/start); 0 where it is not defined."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.log(changed / start)
     return np.where(np.isfinite(ratio), ratio, 0.0)
 
 
 def _formula_error(model: FrictionModel, state: ContactState, oil: Oil, score: float) -> list[Change]:
-    """The model's own interval, from its level to that of the score; nothing of models that solve or state none."""
+    """Interval of the model converted to the level of the score; empty for models that solve contacts or state none."""
     if model.solves_contacts:
         return []
     given = model.evaluate(conditions_of(state, oil), oil)
@@ -275,7 +272,7 @@ def _formula_error(model: FrictionModel, state: ContactState, oil: Oil, score: f
 
 
 def _lateral_error(spreads: UncertaintyInput, film_ratio: Array, score: float, resolved: bool) -> list[Change]:
-    """Error of the model of two-dimensional roughness behind solved contacts and what is fitted to them."""
+    """Error of the model of two-dimensional roughness in solved contacts and in formulas fitted to them."""
     spread = spreads.spread(LATERAL_CAUSE)
     change = score * np.where(film_ratio <= THICK, lateral_spread(film_ratio, spread.sd), 0.0)
     if not resolved or not np.any(change):
@@ -305,7 +302,7 @@ def point_uncertainty(
 
 
 def missing(model: FrictionModel) -> tuple[str, ...]:
-    """What the interval of a model leaves out."""
+    """Sources of uncertainty that the interval of a model does not include."""
     if isinstance(model, FittedFormula) or model.solves_contacts:
         return ()
-    return (f"the error of {model.name} itself is not known and not in the interval",)
+    return (f"the error of {model.name} itself is unknown and not included in the interval",)

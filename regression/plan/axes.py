@@ -20,7 +20,7 @@ MAX_LEVELS = 1000
 
 
 class PlanAxis(InputModel):
-    """One variable of a plan: a sampled range, or the values it takes."""
+    """One variable of a plan: a sampled range, or a list of values."""
 
     values: tuple[float, ...]
     sampled: bool = False
@@ -28,12 +28,12 @@ class PlanAxis(InputModel):
 
 
 def value_range_of(annotation: Any) -> ValueRange:
-    """The unit and the allowed range an annotated type carries."""
+    """The unit and the allowed range of an annotated type."""
     return next(part for part in get_args(annotation)[1:] if isinstance(part, ValueRange))
 
 
 def evenly_spaced(low: float, high: float, scale: str, count: int) -> tuple[float, ...]:
-    """Evenly spaced levels from `low` to `high`, both met exactly; on a log scale evenly in the logarithm."""
+    """Levels from `low` to `high`, both exact; evenly spaced, on a log scale in the logarithm."""
     if scale == "log":
         step = math.log(high / low) / (count - 1)
         inner = (low * math.exp(step * i) for i in range(1, count - 1))
@@ -48,16 +48,16 @@ def levels_of(axis: PlanAxis, count: int) -> tuple[float, ...]:
 
 
 def read_ends(value: dict[str, Any], quantity: ValueRange) -> tuple[float | None, float | None]:
-    """The ends of a range or window as numbers, None where one is not given, low below high."""
+    """The ends of a range or window as numbers with low < high; None for an end that is not given."""
     low, high = (quantity.check(value[key], key) if key in value else None for key in ("low", "high"))
     if low is not None and high is not None and not low < high:
-        hint = "Exchange the two ends." if low > high else "For one value write it without table."
+        hint = "Exchange the two ends." if low > high else "Give a single value without a table."
         raise InputError("high", value["high"], f"above low = {value['low']!r}", hint)
     return low, high
 
 
 def _read_axis(value: Any, quantity: ValueRange) -> PlanAxis:
-    """The axis a user wrote: a value, a list, or a table with low, high, scale and perhaps levels."""
+    """An axis from a plan file: a value, a list, or a table with low, high, scale and optionally levels."""
     if isinstance(value, PlanAxis):
         return value
     if isinstance(value, list):
@@ -69,14 +69,10 @@ def _read_axis(value: Any, quantity: ValueRange) -> PlanAxis:
         return PlanAxis(values=values)
     if not isinstance(value, dict):
         return PlanAxis(values=(quantity.check(value, "value"),))
-    unknown = sorted(set(value) - {"low", "high", "scale", "levels"})
+    keys = ("low", "high", "scale", "levels")
+    unknown = sorted(set(value) - set(keys))
     if unknown:
-        raise InputError(
-            unknown[0],
-            value[unknown[0]],
-            "low, high, scale and levels",
-            near(unknown[0], ("low", "high", "scale", "levels")),
-        )
+        raise InputError(unknown[0], value[unknown[0]], "low, high, scale and levels", near(unknown[0], keys))
     low, high = read_ends(value, quantity)
     if low is None or high is None:
         raise InputError("low" if low is None else "high", None, "both ends of the range")
@@ -98,7 +94,7 @@ def _axis(annotation: Any) -> Any:
 
 
 def _surface(name: str) -> Any:
-    """Annotation of a field of the surface table, None left out."""
+    """Annotation of a field of the surface table without None."""
     info = SurfaceInput.model_fields[name]
     found = next((part for part in info.metadata if isinstance(part, ValueRange)), None)
     if found is not None:
@@ -106,7 +102,7 @@ def _surface(name: str) -> Any:
     return next(part for part in get_args(info.annotation) if part is not type(None))
 
 
-# the type of every variable; the names are those of a contact file, or ratios that only a plan has
+# the type of every variable; the names are keys of a contact file, or ratios that exist in plans only
 VARIABLES: dict[str, Any] = {
     "pressure_hertz": case_inputs.Pressure,
     "radius_equivalent": case_inputs.Radius,
@@ -135,7 +131,7 @@ EXCLUSIVE = (
 
 
 class Variables(InputModel):
-    """The variables of a plan; what is not given keeps the default of the case."""
+    """The variables of a plan; omitted variables keep the default of the case."""
 
     pressure_hertz: _axis(VARIABLES["pressure_hertz"]) | None = None  # type: ignore[valid-type]
     radius_equivalent: _axis(VARIABLES["radius_equivalent"]) | None = None  # type: ignore[valid-type]

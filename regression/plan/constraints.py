@@ -24,12 +24,11 @@ from ehl.material import Material
 from regression.friction.conditions import MIN_ROUGHNESS
 from regression.plan.axes import read_ends, value_range_of
 
-# friction coefficient the flash temperature of the constraint is taken with (Coleman's constant)
-FLASH_FRICTION = 0.05
+FLASH_FRICTION = 0.05  # friction coefficient of the flash temperature constraint (Coleman's constant)
 
 
 class ConstraintWindow(InputModel):
-    """What a quantity may be: from `low` to `high`, either end open where it is not given."""
+    """Allowed range of a quantity, from `low` to `high`; None means no limit."""
 
     low: float | None = None
     high: float | None = None
@@ -61,7 +60,7 @@ def _window(quantity: ValueRange) -> Any:
 
 
 class Constraints(InputModel):
-    """Windows a point must lie in."""
+    """Windows that every point must satisfy."""
 
     # lambda by the film formula of `regression.friction.conditions.derive` [-]
     film_ratio: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
@@ -74,7 +73,7 @@ class Constraints(InputModel):
     correlation_over_rms: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
     # length of the sliding vector [m/s]
     speed_sliding: _window(ValueRange("m/s", ge=0.0, le=value_range_of(SlidingSpeed).le)) | None = None  # type: ignore[valid-type]
-    # that over the entrainment speed [-]
+    # sliding speed over the entrainment speed [-]
     slide_to_roll_total: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
     # p_h times `speed_sliding` [W/m^2]
     pressure_velocity: _window(ValueRange("W/m^2", ge=0.0)) | None = None  # type: ignore[valid-type]
@@ -89,7 +88,7 @@ class Constraints(InputModel):
 
     @property
     def need_oil(self) -> bool:
-        """Whether a property of the oil decides."""
+        """Whether a constraint depends on properties of the oil."""
         return self.film_ratio is not None
 
 
@@ -121,8 +120,7 @@ def constrained_quantities(
     table: pressure_hertz, radius_equivalent, effective_modulus, speed_entrainment, slide_to_roll,
         speed_sliding_lengthwise, temperature_oil, roughness_rms_1, roughness_rms_2, correlation_length; arrays of one
         shape.
-    bodies: both bodies.
-    film_ratio: lambda; left out where it is not needed.
+    film_ratio: lambda; None if no constraint uses it.
     """
     pressure, radius, speed = table["pressure_hertz"], table["radius_equivalent"], table["speed_entrainment"]
     half_width = half_width_of_pressure(pressure, radius, table["effective_modulus"])

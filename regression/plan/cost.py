@@ -1,9 +1,9 @@
-"""How long contacts will take to solve: for the estimate a user sees, and for the order of computation.
+"""Computation time of contacts: for the estimate shown to the user, and for the order of computation.
 
-A rough contact costs nodes times steps: both grow with the half-width over the correlation
-length, with thin films, and with the roughness over what the Hertz pressure flattens. The coefficients are least
-squares of ln(seconds) on the rough contacts of the shipped datasets, each on one core;
-`validation/sweep_cost.py` fits them to finished runs and prints the error of the estimate, held out too.
+The time of a rough contact is proportional to nodes times steps. Both increase with the ratio of half-width to
+correlation length, with decreasing film, and with the ratio of roughness to the deformation by the Hertz pressure. The
+coefficients are a least squares fit of ln(seconds) to the rough contacts of the shipped datasets, each on one core;
+`validation/sweep_cost.py` fits them to finished runs and prints the error of the estimate, also for held-out cases.
 """
 
 from __future__ import annotations
@@ -23,39 +23,37 @@ from ehl.inputs import ModelInput
 from ehl.rough.accuracy import BOUND, WORK
 from ehl.rough.mixed import roughness_matters
 
-# seconds of the smooth solution with its heat, by accuracy
+# seconds of the smooth solution with thermal effects, by accuracy
 SMOOTH: dict[str, float] = {"fast": 0.05, "standard": 0.15, "reference": 1.0}
-# shape of ln(seconds) of a rough run: q, l, d, q^2, q l, q d, l^2, l d, d^2 with q = ln(b/lc), l = ln(film ratio),
-# d = ln(Rq R/b^2)
+# coefficients of ln(seconds) of a rough run: q, l, d, q^2, q l, q d, l^2, l d, d^2 with q = ln(b/lc),
+# l = ln(film ratio), d = ln(Rq R/b^2)
 ROUGH = (0.145, -0.195, 0.549, 0.163, 0.130, 0.071, 0.024, 0.178, 0.100)
-# by accuracy: the constant, and the factor that makes a sum over many cases right; standard rests on 8 contacts,
-# reference on a few of an earlier engine: orders of magnitude
+# by accuracy: the constant, and the factor that corrects the sum over many cases; standard was fitted to 8 contacts,
+# reference to a few contacts of an earlier solver (orders of magnitude)
 LEVEL: dict[str, tuple[float, float]] = {"fast": (-1.57, 1.1), "standard": (-0.02, 1.1), "reference": (2.4, 1.1)}
-# of the work of a run that the solver allows (`ehl.rough.accuracy.WORK`): time of a node-iteration [s], and runs of a
+# limit of the work of a run (`ehl.rough.accuracy.WORK`): time of a node-iteration [s], and runs of a
 # contact whose roughness is finer than its mesh
 NODE_ITERATION, RUNS = 1.5e-7, 4
 
 
 @dataclass(frozen=True)
 class CostEstimate:
-    """What a plan will cost."""
+    """Estimated computation time of a plan."""
 
-    # name of the plan; accuracy of its contacts
-    plan: str
-    accuracy: str
-    cases: int  # of the plan
-    rough: int  # of these, transient rough contacts
+    plan: str  # its name
+    accuracy: str  # of its contacts
+    cases: int
+    rough: int  # transient rough contacts among the cases
     seconds: float  # CPU time of all cases [s]
-    longest: float  # of the longest case [s]
-    # ConstraintWindow of the constraints to the share of the points drawn that lie outside of it
-    rejected: dict[str, float]
+    longest: float  # CPU time of the longest case [s]
+    rejected: dict[str, float]  # name of each constraint to the share of the drawn points outside of it
 
     def wall(self, jobs: int) -> float:
-        """Wall time with so many workers [s]: never shorter than the longest case."""
+        """Wall time with a number of workers [s]: at least the time of the longest case."""
         return max(self.seconds / jobs, self.longest)
 
     def to_text(self, jobs: int | None = None) -> str:
-        """The estimate in words, with the wall time for so many workers; for all processors by default."""
+        """The estimate in words, with the wall time for a number of workers (default: all processors)."""
         jobs = granted_workers() if jobs is None else jobs
         if not 1 <= jobs <= MAX_JOBS:
             raise InputError("jobs", jobs, f"at least 1, at most {MAX_JOBS}")
@@ -67,7 +65,7 @@ class CostEstimate:
         longest = duration(self.longest) if self.longest >= 1.0 else "under 1 s"
         lines.append(
             f"about {duration(self.seconds)} of CPU time, {duration(self.wall(jobs))} with {workers}, longest "
-            f"case {longest}; single cases may take twice or half of it, few of them five times as long"
+            f"case {longest}; the estimate of a single case is good to a factor of two, rarely of five"
         )
         return "\n".join(lines)
 
@@ -79,8 +77,8 @@ def contact_seconds(model: ModelInput, table: Mapping[str, FloatArray]) -> tuple
     """Estimated seconds of contacts, and which of them are transient rough contacts.
 
     model: model and accuracy of the contact solver.
-    table: `regression.friction.conditions.conditions_of` the contacts, and their correlation length.
-    Returns: no contact above the work that the solver allows, however far outside the fitted range.
+    table: result of `regression.friction.conditions.conditions_of`, and the correlation length.
+    Returns: seconds are limited by the largest work of the solver, also far outside the fitted range.
     """
     seconds = np.full(table["pressure_hertz"].shape, SMOOTH[model.accuracy])
     rough = np.zeros(seconds.shape, dtype=bool)
@@ -94,9 +92,9 @@ def contact_seconds(model: ModelInput, table: Mapping[str, FloatArray]) -> tuple
 
 
 def _hot_film(table: Mapping[str, FloatArray]) -> tuple[list[float], list[float]]:
-    """Film ratio with the heat of the inlet (Wilson & Gupta), and shear stress over the Eyring stress, as estimated.
+    """Estimated film ratio with inlet shear heating (Wilson & Gupta), and shear stress over the Eyring stress.
 
-    A cold film says that contacts at 20 m/s are smooth, some of which are the longest of all.
+    With isothermal films contacts at 20 m/s would be classified as smooth, some of which take the longest.
     """
     loading = table["viscosity_inlet"] * table["temperature_viscosity"] * table["speed_entrainment"] ** 2
     loading = loading / table["thermal_conductivity"]
@@ -104,13 +102,13 @@ def _hot_film(table: Mapping[str, FloatArray]) -> tuple[list[float], list[float]
     with np.errstate(divide="ignore", invalid="ignore"):
         viscous = table["viscosity_mean_pressure"] * table["speed_sliding"] / (factor * table["film_formula"])
         stress = np.arcsinh(viscous / table["eyring_stress"])
-    # without sliding there is no friction that roughness could change; without an Eyring stress nothing is known
+    # without sliding or Eyring stress the stress ratio is not limited
     stress = np.where(np.isfinite(stress) & (stress > 0.0), stress, np.inf)
     return (factor * table["film_ratio_formula"]).tolist(), stress.tolist()
 
 
 def cost_terms(table: Mapping[str, FloatArray]) -> FloatArray:
-    """Terms of the model of ln(seconds) besides the constant; not finite where a contact is smooth."""
+    """Terms of the model of ln(seconds) without the constant; not finite where a contact is smooth."""
     with np.errstate(divide="ignore", invalid="ignore"):
         q = np.log(table["half_width"] / table["correlation_length"])
         film = np.log(table["film_ratio_formula"])

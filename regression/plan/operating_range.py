@@ -1,7 +1,7 @@
 """The operating range of gears: from contact points and their weights to a plan.
 
-Each range lies between weighted quantiles over the contact points of designs under their duty; the weight of a point is
-the work of its friction. A plan over such ranges spends no case where no power is lost.
+Each range lies between weighted quantiles over the contact points of gear designs in operation. The weight of a point
+is its friction work, so that a plan over these ranges has its cases where power is lost.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-# how each variable of the plan is drawn
+# sampling scale of each variable of the plan
 _SCALES = {
     "pressure_hertz": "linear",
     "radius_equivalent": "log",
@@ -42,10 +42,8 @@ _SCALES = {
     "correlation_length": "log",
 }
 _COLUMNS = ("minimum", "low", "median", "high", "maximum")
-# ends closer than this are one value
-_ONE_VALUE = 1.02
-# sliding below this gives no information on friction, and a log scale needs an end above zero
-MIN_SLIDING = 1e-3
+_ONE_VALUE = 1.02  # ratio of the ends below which a range is a single value
+MIN_SLIDING = 1e-3  # smallest slide-to-roll ratio of a plan: sliding below it gives no information on friction
 
 
 @dataclass(frozen=True)
@@ -57,9 +55,9 @@ class WeightedPoints:
     state : ContactState
         Local conditions.
     weight : array
-        Of each point: its share of the loss times its duration.
+        Weight of each point: its share of the loss times its duration.
     oil : Oil
-        Card for the film ratio.
+        Oil card for the film ratio.
 
     Examples
     --------
@@ -87,7 +85,7 @@ class VariableRange:
 
 @dataclass(frozen=True)
 class OperatingRange(TableResult):
-    """Ranges of contact conditions that gears reach in their duty.
+    """Ranges of contact conditions of gears in operation.
 
     Parameters
     ----------
@@ -141,7 +139,7 @@ class OperatingRange(TableResult):
             Minimum, low, median, high and maximum of each variable.
         """
         rows = [(column, *(getattr(x, column) for x in self.variables.values())) for column in _COLUMNS]
-        title = f"contact points, {100.0 * self.coverage:g} % of the work lost between low and high"
+        title = f"contact points: {100.0 * self.coverage:g} % of the friction work lies between low and high"
         return Table(("", *self.variables), rows, title=title, vertical=True)
 
     def plan_text(
@@ -159,18 +157,18 @@ class OperatingRange(TableResult):
         Parameters
         ----------
         name : str
-            Of the plan.
+            Name of the plan.
         oils : sequence of str
-            Oil cards; several are crossed with the points.
+            Oil cards; every point is computed with each of them.
         size : int
-            Cases in the ranges, for each oil.
+            Number of points in the ranges, for each oil.
         description : str
-            Of the plan.
+            Description of the plan.
         margin : float
-            Every range is widened by this part of itself (of its logarithm on a log scale) at both ends, so that the
-            gears lie inside the fitted range.
+            Every range is widened at both ends by this share of its length (of its logarithm on a log scale), so that
+            the gears lie inside the fitted range.
         accuracy : str
-            Of the contact solver.
+            Accuracy of the contact solver.
 
         Returns
         -------
@@ -197,13 +195,13 @@ class OperatingRange(TableResult):
         Parameters
         ----------
         name : str
-            Of the plan.
+            Name of the plan.
         oils : sequence of str
-            Oil cards; several are crossed with the points.
+            Oil cards; every point is computed with each of them.
         size : int
-            Cases in the ranges, for each oil.
+            Number of points in the ranges, for each oil.
         **options
-            Others of `plan_text`.
+            Other parameters of `plan_text`.
 
         Returns
         -------
@@ -213,18 +211,17 @@ class OperatingRange(TableResult):
 
 
 def weighted_quantile(values: ArrayLike, weights: ArrayLike, levels: ArrayLike) -> FloatArray:
-    """Quantiles of weighted values: where the cumulated weight, half of its own counted for each, reaches the level.
+    """Quantiles of weighted values, interpolated in the cumulative weight at the middle of each value's weight.
 
-    With equal weights these are the quantiles of Hazen. Outside of the first and last half weight the extreme values
-    hold.
+    With equal weights these are Hazen's quantiles. Levels beyond the first and last value give the extreme values.
 
-    Raises `InputError`: no values, a weight below zero or not finite, or no weight at all.
+    Raises `InputError`: no values, a weight that is negative or not finite, or no positive weight.
     """
     x, w = np.ravel(np.asarray(values, dtype=float)), np.ravel(np.asarray(weights, dtype=float))
     if x.size == 0 or x.size != w.size:
         raise InputError("weights", f"{w.size} for {x.size} values", "as many weights as values, at least one")
     if not (np.isfinite(w).all() and np.isfinite(x).all() and w.min() >= 0.0 and w.sum() > 0.0):
-        raise InputError("weights", "given", "finite values and weights from 0 on, one of them above 0")
+        raise InputError("weights", "given", "finite values and weights of at least 0, one of them above 0")
     counted = w > 0.0
     x, w = x[counted], w[counted]
     order = np.argsort(x, kind="stable")
@@ -234,14 +231,14 @@ def weighted_quantile(values: ArrayLike, weights: ArrayLike, levels: ArrayLike) 
 
 @one_thread
 def operating_range(points: Sequence[WeightedPoints], coverage: float = 0.98) -> OperatingRange:
-    """Ranges of the plan's variables, and of the film ratio, over weighted contact points.
+    """Ranges of the variables of a plan, and of the film ratio, over weighted contact points.
 
     Parameters
     ----------
     points : sequence of WeightedPoints
-        Of all designs and operating points.
+        Contact points of all designs and operating points.
     coverage : float
-        Share of the weight inside each range; what remains is cut off evenly at both ends.
+        Share of the weight inside each range; half of the rest is cut off at each end.
 
     Returns
     -------
@@ -250,7 +247,7 @@ def operating_range(points: Sequence[WeightedPoints], coverage: float = 0.98) ->
     Raises
     ------
     InputError
-        No points, weights that cannot be used, or a coverage outside 0.5 to 1.
+        There are no points, weights are invalid, or the coverage is outside 0.5 to 1.
 
     Examples
     --------
@@ -307,7 +304,7 @@ def _axis(name: str, variable: VariableRange, scale: str, margin: float) -> str:
     low, high = _widened(low, high, scale, margin)
     if name == "lengthwise_to_roll":
         low = max(low, 0.0)
-    # rounded outwards in the unit of the file
+    # rounded outwards in the display unit
     low, high = _down(to_display(name, low)), _up(to_display(name, high))
     ends = f"low = {_value(low, unit)}, high = {_value(high, unit)}"
     return f"{{ {ends}, scale = {_quoted(scale)} }}" if scale == "log" else f"{{ {ends} }}"

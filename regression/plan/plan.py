@@ -1,7 +1,8 @@
-"""The plan of a sweep: which contacts are solved (`mixed-ehl sweep PLAN.toml`), its points, and what they cost.
+"""The plan of a sweep (`mixed-ehl sweep PLAN.toml`): the contacts that are solved, and their computation time.
 
-A variable is a range (sampled by Sobol or a Latin hypercube), a list or the levels of a range (full factorial), one
-value, or a column of a table; lists multiply the sampled points. Constraints skip combinations that gears do not have.
+A variable is a range (sampled by a Sobol sequence or a Latin hypercube), a list or the levels of a range (full
+factorial), one value, or a column of a table. Every value of a list is combined with all sampled points. Constraints
+exclude combinations that do not occur in gears.
 """
 
 from __future__ import annotations
@@ -43,9 +44,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 MAX_CASES = 1_000_000
-MAX_DRAWN = 10  # times as many may be there before the windows cut them
-# 2^d corner points; beyond this a plan asks for more corners than samples
-MAX_CORNER_VARIABLES = 10
+MAX_DRAWN = 10  # largest number of points before the constraints are applied, over MAX_CASES
+MAX_CORNER_VARIABLES = 10  # d ranges have 2^d corners
 # columns of a table of points; the oil is a text
 QUANTITIES: dict[str, ValueRange | None] = {**{n: value_range_of(a) for n, a in VARIABLES.items()}, "oil": None}
 
@@ -55,19 +55,19 @@ def _read_columns(value: Any) -> dict[str, Column]:
 
 
 class Sampling(InputModel):
-    """How ranges are filled, whether corners of the box are added, and the number of roughness profiles of a point."""
+    """Sampling of the ranges, corners of the box, and number of roughness profiles of each point."""
 
-    # filling of the ranges; factorial crosses `levels` of each
+    # factorial combines all `levels` of the ranges
     method: Literal["sobol", "latin_hypercube", "factorial"] = "sobol"
     # points in the ranges: a power of two for Sobol without constraints
     size: Annotated[int, Field(ge=1, le=MAX_CASES)] | None = None
-    # of every range in a factorial plan that does not state its own
+    # in a factorial plan, levels of every range that does not state its own
     levels: Annotated[int, Field(ge=2, le=1000)] | None = None
     seed: Annotated[int, Field(ge=0)] = 1  # of the sequence
-    # add the corners of the box, all or so many of them; they are kept out of the fit
+    # add all corners of the box, or a number of them; the fit excludes them
     corners: bool | Annotated[int, Field(ge=1)] = False
-    realisations: Annotated[int, Field(ge=1, le=1000)] = 1  # roughness profiles per point, each a case of its own
-    same_profile: bool = False  # all points have the profiles of the same seeds; otherwise every point has its own
+    realisations: Annotated[int, Field(ge=1, le=1000)] = 1  # roughness profiles per point, each a separate case
+    same_profile: bool = False  # the profiles of all points have the same seeds; otherwise they differ
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class PlanPoints:
     columns: dict[str, FloatArray]  # values of the variables, SI
     oils: tuple[str | None, ...]  # oil card of each point; None where the lubricant is given by numbers
     seed: IntArray  # of the roughness of each point
-    rejected: dict[str, float]  # ConstraintWindow to the share of the points drawn that lie outside of it
+    rejected: dict[str, float]  # name of each constraint to the share of the drawn points outside of it
 
     def __len__(self) -> int:
         return len(self.origin)
@@ -89,31 +89,31 @@ class PlanPoints:
 
 
 class Plan(InputModel):
-    """Which contacts a sweep solves: the content of a plan file.
+    """The contacts that a sweep solves: the content of a plan file.
 
-    A plan is made by `from_file` or `from_dict`, which check every end of every range; docs/sweep.md describes the
+    Create a plan with `from_file` or `from_dict`, which check both ends of every range; docs/sweep.md describes the
     entries.
 
     Parameters
     ----------
     name, description : str
-        Of the plan.
+        Name and description of the plan.
     sampling : Sampling
-        How the ranges are filled.
+        Sampling of the ranges.
     variables : Variables
         Ranges, lists and values, SI.
     table : dict of str to tuple
-        Columns of points given one by one, SI.
+        Columns of individual points, SI.
     constraints : Constraints
-        Windows a point must lie in.
+        Windows that every point must satisfy.
     lubricant : dict
         Oil card or cards, or a lubricant by numbers.
     solid_1, solid_2 : SolidInput
         The bodies.
     effective_modulus : float, optional
-        In place of that of the bodies [Pa].
+        Replaces the modulus of the bodies [Pa].
     surface : SurfaceInput
-        What is fixed of the roughness.
+        Roughness parameters that are constant in the plan.
     model : ModelInput
         Model and accuracy of the contact solver.
 
@@ -149,9 +149,10 @@ class Plan(InputModel):
         Parameters
         ----------
         path : str or Path
-            The file, or the name of a shipped plan (``demo``). A table the plan names lies in the same folder.
+            The file, or the name of a shipped plan (``demo``). The path of a table is relative to the folder of the
+            plan.
         changes : sequence of str
-            Entries to put in place of the file's, as ``lubricant.oil=fva3`` or ``sampling.size=64``.
+            Entries that replace those of the file, such as ``lubricant.oil=fva3`` or ``sampling.size=64``.
 
         Returns
         -------
@@ -160,7 +161,7 @@ class Plan(InputModel):
         Raises
         ------
         InputError
-            Naming field, value and allowed range.
+            An entry is missing, unknown or invalid.
 
         Examples
         --------
@@ -189,7 +190,7 @@ class Plan(InputModel):
         Parameters
         ----------
         content : mapping
-            What a plan file holds: ``name``, ``variables``, ``sampling``, ``lubricant``... Values are SI numbers or
+            Tables of a plan file: ``name``, ``variables``, ``sampling``, ``lubricant``... Values are SI numbers or
             texts with a unit.
 
         Returns
@@ -199,7 +200,7 @@ class Plan(InputModel):
         Raises
         ------
         InputError
-            Naming field, value and allowed range.
+            An entry is missing, unknown or invalid.
 
         Examples
         --------
@@ -219,7 +220,7 @@ class Plan(InputModel):
 
     @classmethod
     def from_json(cls, text: str) -> Plan:
-        """The plan as result files store it: validated values, SI, with all defaults."""
+        """Read a plan stored in a result file: validated values in SI units, with all defaults."""
         stored = parse_json(text, "plan", "of a result file")
         content = {key: value for key, value in stored.items() if value not in (None, {})}
         for key in ("sampling", "solid_1", "solid_2", "surface", "model"):
@@ -244,12 +245,11 @@ class Plan(InputModel):
         self._check_sampling()
         if "oil" in self.lubricant and "temperature_oil" not in {*self.lubricant, *self.axes, *self.table}:
             raise InputError("variables.temperature_oil", None, "the oil temperature, a value or a range")
-        # before anything is made of them
         if self._count_unconstrained > MAX_DRAWN * MAX_CASES:
             cases = f"{self._count_unconstrained:,} cases"
-            hint = f"The windows of [constraints] may cut them from {MAX_DRAWN * MAX_CASES}."
+            hint = f"A plan with [constraints] may have {MAX_DRAWN * MAX_CASES} before they are applied."
             raise InputError("variables", cases, f"at most {MAX_CASES} cases", hint)
-        # both ends of every axis and every row of a table go through the case model, so that a bad plan fails at once
+        # cases at both ends of every axis and for every row of a table are validated, so that errors appear at once
         rows = len(next(iter(self.table.values()), ("",)))
         for oil in self.oils or (None,):
             for end in (0, -1):
@@ -289,23 +289,20 @@ class Plan(InputModel):
         if sampled and size is None:
             raise InputError("sampling.size", None, "the number of points for " + ", ".join(sampled))
         if size is not None and not sampled:
-            raise InputError("sampling.size", size, "no size where no variable is a range")
+            raise InputError("sampling.size", size, "no size if no variable is a range")
         power = size is None or size & (size - 1) == 0
         if size is not None and not power and sampling.method == "sobol" and not self.constraints.windows:
             below = 1 << (size.bit_length() - 1)
             raise InputError("sampling.size", size, f"a power of two such as {below} or {2 * below}")
         if sampling.corners and not 1 <= len(sampled) <= MAX_CORNER_VARIABLES:
-            raise InputError(
-                "sampling.corners",
-                sampling.corners,
-                f"1 to {MAX_CORNER_VARIABLES} ranges; this plan has {len(sampled)}",
-            )
+            allowed = f"1 to {MAX_CORNER_VARIABLES} ranges; this plan has {len(sampled)}"
+            raise InputError("sampling.corners", sampling.corners, allowed)
         if sampling.levels is not None and sampling.method != "factorial":
             raise InputError("sampling.levels", sampling.levels, "levels only with method = 'factorial'")
 
     @cached_property
     def axes(self) -> dict[str, PlanAxis]:
-        """The variables; in a factorial plan the ranges are levels."""
+        """The variables; in a factorial plan every range is replaced by its levels."""
         axes = self.variables.axes
         if self.sampling.method != "factorial":
             return axes
@@ -320,7 +317,7 @@ class Plan(InputModel):
 
     @cached_property
     def oils(self) -> tuple[str, ...]:
-        """Names of the oil cards; empty where the lubricant is given by numbers."""
+        """Names of the oil cards; empty if the lubricant is given by numbers."""
         if "oil" in self.table:
             return tuple(dict.fromkeys(str(oil) for oil in self.table["oil"]))
         oil = self.lubricant.get("oil")
@@ -333,7 +330,7 @@ class Plan(InputModel):
 
     @property
     def oil(self) -> str | None:
-        """Name of the oil card; None where there are several or the lubricant is given by numbers."""
+        """Name of the oil card; None if there are several or the lubricant is given by numbers."""
         return self.oils[0] if len(self.oils) == 1 else None
 
     @cached_property
@@ -355,7 +352,7 @@ class Plan(InputModel):
 
     @property
     def plan_hash(self) -> str:
-        """Hash of everything that decides the cases and their results."""
+        """Hash of all entries that influence the cases and their results."""
         content = self.model_dump(mode="json", exclude={"name", "description"})
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
@@ -412,9 +409,9 @@ class Plan(InputModel):
     def _constraint_filter(
         self, fixed: Mapping[str, float], oil: str | None, rejected: Counter[str] | None = None
     ) -> Accept | None:
-        """The test whether sampled points lie in all windows of the constraints; None without constraints.
+        """Function that selects points inside all windows of the constraints; None without constraints.
 
-        `rejected` counts the points outside of each window, and under ``drawn`` all points.
+        `rejected` counts the points outside of each window, and all points under ``drawn``.
         """
         windows = self.constraints.windows
         if not windows:
@@ -435,12 +432,12 @@ class Plan(InputModel):
         return accept
 
     def constrained(self, columns: Mapping[str, FloatArray], oils: Sequence[str | None]) -> dict[str, FloatArray]:
-        """The quantities of `Constraints` at points given by values of the variables."""
+        """The quantities of `Constraints` at given values of the variables."""
         ratio = self.conditions(columns, oils)["film_ratio_formula"] if self.constraints.need_oil else None
         return constrained_quantities(self._state_columns(columns, len(oils)), self.bodies, ratio)
 
     def conditions(self, columns: Mapping[str, FloatArray], oils: Sequence[str | None]) -> dict[str, FloatArray]:
-        """All variables a formula may use, at points given by values of the variables."""
+        """All variables of formulas at given values of the variables of the plan."""
         return derive({**self._state_columns(columns, len(oils)), **self._lubricant_columns(columns, oils)})
 
     def _state_columns(self, columns: Mapping[str, FloatArray], size: int) -> dict[str, FloatArray]:
@@ -473,7 +470,7 @@ class Plan(InputModel):
     ) -> dict[str, FloatArray]:
         """Columns of `regression.friction.conditions.LUBRICANT_UNITS` at the points."""
         names = [name for name in columns if TABLE_OF.get(name) == "lubricant" and name != "temperature_oil"]
-        # points that differ in nothing but their temperature, together
+        # groups of points that differ in temperature only
         groups: dict[tuple[Any, ...], list[int]] = {}
         for i, oil in enumerate(oils):
             groups.setdefault((oil, *(float(columns[name][i]) for name in names)), []).append(i)
@@ -504,7 +501,7 @@ class Plan(InputModel):
         return contact_seconds(self.model, self.conditions(self.points.columns, self.points.oils))
 
     def estimate(self) -> CostEstimate:
-        """What the sweep of this plan will cost, before anything is computed.
+        """Estimated computation time of the plan.
 
         Returns
         -------
@@ -536,8 +533,7 @@ class Plan(InputModel):
         Returns
         -------
         DataFrame
-            One row per case, in the order of the plan: origin, oil, seed of the roughness, and the
-            variables in SI units.
+            One row per case, in the order of the plan: origin, oil, seed of the roughness, and variables in SI units.
         """
         import pandas as pd
 
@@ -566,7 +562,7 @@ class Plan(InputModel):
 
     @cached_property
     def columns(self) -> dict[str, FloatArray]:
-        """The columns of numbers of the table."""
+        """The numeric columns of the table."""
         return {name: np.array(cells, dtype=float) for name, cells in self.table.items() if name != "oil"}
 
     @property
@@ -601,11 +597,11 @@ class Plan(InputModel):
         Parameters
         ----------
         values : mapping of str to float
-            Values of the plan's variables, SI.
+            Values of the variables, SI.
         oil : str, optional
-            Oil card, where the plan has several.
+            Oil card, if the plan has several.
         seed : int, optional
-            Of the roughness profile.
+            Seed of the roughness profile.
 
         Returns
         -------
@@ -614,7 +610,7 @@ class Plan(InputModel):
         Raises
         ------
         InputError
-            A fixed value of the plan cannot be used in a case.
+            A constant value of the plan is invalid in a case.
         """
         v = dict(values)
         along = v.pop("lengthwise_to_roll", None)
@@ -663,11 +659,10 @@ def _apply(content: dict[str, Any], change: str) -> None:
     try:
         value = parse_toml(f"value = {text}", "changes", change)["value"]
     except InputError:
-        # a bare word is a text
-        value = text.strip()
+        value = text.strip()  # text without quotes
     target = content
     for table in tables:
         target = target.setdefault(table, {})
         if not isinstance(target, dict):
-            raise InputError("changes", change, f"a key of a table; {table} is none")
+            raise InputError("changes", change, f"a key of a table; {table} is not a table")
     target[name] = value

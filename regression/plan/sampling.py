@@ -14,11 +14,10 @@ from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import InputError
 from regression.plan.axes import PlanAxis
 
-# from values of the sampled variables and the numbers of the points to which of them are accepted
+# maps values of the sampled variables and numbers of the points to a mask of accepted points
 Accept = Callable[[dict[str, FloatArray], IntArray], NDArray[np.bool_]]
 
-# a Sobol sequence is drawn on until enough points pass the constraints, up to this many times its size
-MAX_DRAWN = 64
+MAX_DRAWN = 64  # largest length of a Sobol sequence with constraints, over the requested size
 
 
 @dataclass(frozen=True)
@@ -27,14 +26,13 @@ class PointBlock:
 
     origin: str  # sobol, latin, corner, lattice or table
     columns: dict[str, FloatArray]  # values of every variable, SI
-    # number of each point in its sequence, skipped ones counted: it names the roughness the point gets
-    number: IntArray
+    number: IntArray  # of each point in its sequence, including rejected points; it determines the roughness seed
 
 
 def sobol_unit(dimension: int, size: int, seed: int) -> FloatArray:
     """Scrambled Sobol points in the unit cube, shape (size, dimension); `size` is a power of two.
 
-    The same seed gives the same points; a longer sequence of one seed begins with the shorter one.
+    The same seed gives the same points; a longer sequence with the same seed begins with the shorter one.
     """
     engine = qmc.Sobol(dimension, scramble=True, rng=np.random.default_rng(seed))
     return np.asarray(engine.random(size))
@@ -54,7 +52,7 @@ def corner_unit(dimension: int, count: int | None = None, seed: int = 0) -> Floa
 
 
 def to_range(unit: FloatArray, low: float, high: float, scale: str) -> FloatArray:
-    """Map [0, 1] to a range, linearly or in the logarithm; the ends are met exactly."""
+    """Map [0, 1] to a range, linearly or in the logarithm; the ends are exact."""
     if scale == "log":
         value = np.exp(np.log(low) + unit * (np.log(high) - np.log(low)))
     else:
@@ -72,9 +70,9 @@ def lattice(axes: Mapping[str, PlanAxis]) -> Iterator[dict[str, float]]:
 class BoxSampler:
     """Points in the box of the sampled axes.
 
-    axes: axes of the plan; only those that are sampled count.
+    axes: axes of the plan; only sampled axes are used.
     method: sobol or latin_hypercube.
-    seed: of the sequence.
+    seed: seed of the sequence.
     """
 
     def __init__(self, axes: Mapping[str, PlanAxis], method: str, seed: int) -> None:
@@ -99,12 +97,12 @@ class BoxSampler:
         return np.column_stack(unit)
 
     def inside(self, size: int, accept: Accept | None, first: int = 0) -> PointBlock:
-        """`size` points that pass the constraints.
+        """`size` points that satisfy the constraints.
 
-        A Sobol sequence is drawn on until there are enough (from its point `first` on); of a Latin hypercube only those
-        that pass remain, since it cannot be continued.
+        A Sobol sequence starts at its point `first` and continues until there are enough points. A Latin hypercube
+        cannot be continued, so that rejected points are lost.
 
-        Raises `InputError`: the constraints leave less than 1/64 of the points drawn.
+        Raises `InputError`: the constraints accept less than 1/64 of the points.
         """
         dimension = len(self.ranges)
         if self.method == "latin_hypercube":
@@ -118,10 +116,10 @@ class BoxSampler:
         found, drawn = 0, 0
         while found < size:
             if drawn >= MAX_DRAWN * max(size, 64):
-                hint = "Widen the windows, or narrow the ranges to what they leave."
-                raise InputError("constraints", f"{found} of {drawn} points inside", "windows that leave 1/64", hint)
+                hint = "Widen the windows, or narrow the ranges."
+                raise InputError("constraints", f"{found} of {drawn} points inside", "windows that accept 1/64", hint)
             number = np.arange(first + drawn, first + drawn + chunk)
-            # a chunk of a power of two at a multiple of it keeps the balance of the sequence
+            # chunks of a power of two keep the balance of the sequence
             part = filtered("sobol", self.columns(np.asarray(engine.random(chunk))), number, accept)
             parts.append(part)
             found, drawn = found + part.number.size, drawn + chunk
@@ -130,16 +128,15 @@ class BoxSampler:
         return PointBlock("sobol", columns, number)
 
     def corners(self, count: int | None, accept: Accept | None) -> PointBlock:
-        """The corners of the box that pass, at most `count` of them."""
+        """At most `count` corners of the box that satisfy the constraints."""
         unit = corner_unit(len(self.ranges), count, self.seed)
         block = filtered("corner", self.columns(unit), np.arange(len(unit)), accept)
-        return PointBlock(
-            "corner", {name: column[:count] for name, column in block.columns.items()}, block.number[:count]
-        )
+        columns = {name: column[:count] for name, column in block.columns.items()}
+        return PointBlock("corner", columns, block.number[:count])
 
 
 def filtered(origin: str, columns: dict[str, FloatArray], number: IntArray, accept: Accept | None) -> PointBlock:
-    """A block of those points that pass."""
+    """A block of the accepted points."""
     if accept is None:
         return PointBlock(origin, columns, number)
     inside = accept(columns, number)

@@ -1,4 +1,4 @@
-"""What a sweep evaluates: one case in, one row of results out; and the settings tried after a failure."""
+"""Evaluation of one case of a sweep to a row of results; settings that are tried after a failure."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from regression.friction.published_registry import PUBLISHED
 Outputs = Mapping[str, float | str]
 Evaluator = Callable[[Contact], Outputs]
 
-# the case itself is at fault, or the formula has no value there: no setting helps
+# reasons in the case itself or in the formula, which no other setting can change
 FINAL_REASONS = frozenset({"too_hot", "shear_strength", "undefined"})
 _ACCURACIES: tuple[str, ...] = get_args(Accuracy)
 
 
 def case_numbers(case: Contact) -> dict[str, Any]:
-    """Every input of a case that has a value, by its name, as ``surface.seed``; rows of journals hold them."""
+    """Every input of a case that has a value, by its full name such as ``surface.seed``, as stored in journals."""
     return dict(_values(case, ""))
 
 
@@ -40,12 +40,12 @@ def _values(model: BaseModel, prefix: str) -> Iterator[tuple[str, Any]]:
 
 
 def case_key(case: Contact, version: str) -> str:
-    """Key of a case: digest of the version of the solver and of `case_numbers`, the seed among them."""
+    """Key of a case: digest of the version of the solver and of `case_numbers`."""
     return hashlib.sha256(repr((version, *case_numbers(case).items())).encode()).hexdigest()
 
 
 def input_row(case: Contact) -> dict[str, float | str]:
-    """What the dataset stores of a case in addition to the results: its inputs, and the name of its oil card."""
+    """Inputs of a case as stored in a dataset, and the name of its oil card."""
     contact = case.line_contact()
     lubricant = case.lubricant.lubricant()
     return {
@@ -67,7 +67,7 @@ def input_row(case: Contact) -> dict[str, float | str]:
 def solve_outputs(case: Contact) -> Outputs:
     """Results of the contact solver, with its status (converged, unsettled) and reason.
 
-    Raises `ConvergenceError`: with the solver's reason.
+    Raises `ConvergenceError`: with the reason of the solver.
     """
     result = case.solve()
     if result.status == "failed":
@@ -82,7 +82,7 @@ def solve_outputs(case: Contact) -> Outputs:
 
 
 def published_outputs(case: Contact, name: str) -> Outputs:
-    """Friction by a formula of the registry: a sweep of milliseconds, to try a plan and to test the fit.
+    """Friction by a published formula, for fast trials of plans and fits.
 
     Raises `ConvergenceError`: the formula has no positive value for this case.
     """
@@ -99,12 +99,9 @@ def published_outputs(case: Contact, name: str) -> Outputs:
 
 
 def fallback_settings(case: Contact, step: int) -> tuple[Contact, str] | None:
-    """The case with the settings tried after so many failures, and what was changed; None where none is left.
+    """The case with the settings after `step` failures, and the changes in words; None if no settings are left.
 
-    A finer mesh comes first, then the solution without shortcuts.
-
-    case: as planned.
-    step: 0 is the case itself; each further step takes the next accuracy, the last one switches the shortcuts off.
+    Each step uses the next finer accuracy; the last step switches the shortcuts off.
     """
     if step == 0:
         return case, ""
@@ -112,7 +109,7 @@ def fallback_settings(case: Contact, step: int) -> tuple[Contact, str] | None:
     finer = min(level + step, len(_ACCURACIES) - 1)
     changes: dict[str, object] = {}
     if finer > level:
-        # a tolerance of its own would decide on the mesh in place of the accuracy
+        # a friction tolerance would override the mesh of the accuracy
         changes |= {"accuracy": _ACCURACIES[finer], "friction_tolerance": None}
     beyond = step - (finer - level)
     if beyond == 1 and case.model.shortcuts != "off":

@@ -1,4 +1,4 @@
-"""What a sweep does with a finished case: counts it, writes it to disk, reports the progress, and stops on request."""
+"""Recording of finished cases of a sweep: counts, rows on disk, progress, and stop on request."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ehl.common.progress import report_progress
 
 @dataclass
 class Recorder:
-    """Writes rows to disk in groups, counts them, and ends the sweep between two cases on request."""
+    """Counts rows, writes them to disk in groups, and ends the sweep between two cases on request."""
 
     journal: Journal
     total: int
@@ -42,8 +42,8 @@ class Recorder:
         self._cost_all = sum(self.costs.values())
 
     def record(self, row: Mapping[str, Any]) -> None:
-        """Take a row; raises `KeyboardInterrupt` where a stop was requested."""
-        # what is not given is nan, or empty, when the rows are read
+        """Record a row; raises `KeyboardInterrupt` after a stop request."""
+        # missing values become nan or empty texts when the rows are read
         self._buffer.append({name: value for name, value in row.items() if value == value and value != ""})
         self.counts[row["status"]] += 1
         if row["status"] != "converged":
@@ -79,7 +79,7 @@ class Recorder:
 
 @contextmanager
 def stop_requests() -> Iterator[threading.Event]:
-    """Turn Ctrl-C and SIGTERM (a job at its time limit) into an event; a second Ctrl-C stops at once."""
+    """Event that is set by Ctrl-C and SIGTERM (time limit of a job); a second Ctrl-C stops at once."""
     stop = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield stop

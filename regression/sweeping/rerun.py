@@ -1,4 +1,4 @@
-"""Cases of a dataset computed again: does the present solver reproduce the dataset?"""
+"""Repeated computation of cases of a dataset, to compare the present solver with the stored results."""
 
 from __future__ import annotations
 
@@ -36,15 +36,14 @@ class Rerun:
     """One case computed again."""
 
     key: str  # of the row in the dataset
-    # friction coefficient then and now
-    stored: float
-    computed: float
-    error: float  # relative error that both state of themselves
-    seconds: float  # what the case took then
+    stored: float  # friction coefficient of the dataset
+    computed: float  # friction coefficient of the present solver
+    error: float  # stated relative errors of both, combined
+    seconds: float  # stored CPU time
 
     @property
     def difference(self) -> float:
-        """|now/then - 1|."""
+        """|computed/stored - 1|."""
         return abs(self.computed / self.stored - 1.0)
 
 
@@ -59,14 +58,13 @@ def rerun(
 ) -> Iterator[Rerun]:
     """Compute a random share of a dataset's cases again.
 
-    plan: it was computed from.
-    share: of the cases of the plan.
-    seed: of the choice.
-    seconds: budget [s]: cases that took more than a fifth of it are skipped, and the first after it is spent ends the
-        rerun (by the stored times). The choice is then no longer blind to the cost of a case.
-    evaluate: contact to results.
-    Raises `InputError`: a case of the plan is not in the dataset: it belongs to another plan; `ConvergenceError`: a
-    case that had a result has none now.
+    plan: plan of the dataset.
+    share: share of the cases of the plan.
+    seed: seed of the random choice.
+    seconds: budget of stored CPU time [s]; cases that took more than a fifth of it are skipped, so that the choice then
+        depends on the time of a case.
+    Raises `InputError`: a case of the plan is not in the dataset; `ConvergenceError`: a case with a stored result has
+    no result now.
     """
     order = np.random.default_rng(seed).permutation(len(plan.points))
     remaining, spent = max(int(np.ceil(share * len(order))), 1), 0.0
@@ -90,7 +88,7 @@ def rerun(
 
 
 def row_of(dataset: Dataset, case: Contact) -> dict[Hashable, Any]:
-    """The row of a case, found by its inputs: its key changes with every version of the solver."""
+    """The row of a case, found by its inputs because its key depends on the version of the solver."""
     inputs, frame = input_row(case), dataset.frame
     here = frame["oil"] == inputs["oil"]
     for name in _IDENTITY:

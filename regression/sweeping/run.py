@@ -1,4 +1,4 @@
-"""The run: results of a sweep in a folder, and the function that computes them."""
+"""Runs: the results of a sweep in a folder, and the functions that compute them."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Run(PathLike[str]):
     source : str or path
         Folder or file of results, or the name of a shipped dataset.
     reports : tuple of SweepReport
-        What a call of `sweep` did; empty where results are opened only.
+        Reports of the call of `sweep`; empty for results that are opened only.
 
     Raises
     ------
@@ -69,12 +69,12 @@ class Run(PathLike[str]):
 
     @property
     def status(self) -> RunStatus:
-        """Progress of the run, read from disk; also while it is being computed elsewhere."""
+        """Progress of the run, read from disk; also while another process computes it."""
         return run_status(self.path)
 
     @property
     def unanswered(self) -> int:
-        """Cases without an answer among those of the last call of `sweep`, computed by it or found on disk."""
+        """Number of cases without a result in the last call of `sweep`, whether computed then or found on disk."""
         return sum(report.unanswered for report in self.reports)
 
     def dataset(self) -> Dataset:
@@ -117,7 +117,7 @@ class Run(PathLike[str]):
         Parameters
         ----------
         **options
-            As of `sweep`; a run of a published formula stays with it.
+            Options of `sweep`; the default formula is that of the run.
 
         Returns
         -------
@@ -134,11 +134,11 @@ class Run(PathLike[str]):
         Parameters
         ----------
         plan : Plan, optional
-            In place of the stored one.
+            Replaces the stored plan.
         share : float
-            Of the cases of the plan.
+            Share of the cases of the plan.
         seed : int
-            Of the choice.
+            Seed of the random choice.
 
         Yields
         ------
@@ -155,9 +155,9 @@ class Run(PathLike[str]):
         target : str or Path
             A result file (``.h5``), or a table (``.csv``).
         compress : bool
-            Compress the result file, as shipped datasets are.
+            Compress the result file, like the shipped datasets.
         complete : bool
-            Refuse a run of which cases are missing.
+            Refuse a run with missing cases.
 
         Returns
         -------
@@ -167,14 +167,13 @@ class Run(PathLike[str]):
         Raises
         ------
         InputError
-            The target exists or cannot be written, or the results belong to different runs.
+            The target exists or cannot be written, or the results are of different runs.
         """
         target = Path(target)
         if complete and not (status := self.status).complete:
             missing = status.planned - status.finished
-            raise InputError(
-                "run", str(self.path), "a run with all its cases", f"{missing} of {status.planned} are missing."
-            )
+            hint = f"{missing} of {status.planned} are missing."
+            raise InputError("run", str(self.path), "a run with all its cases", hint)
         if target.suffix == ".csv":
             dataset = self.dataset()
             dataset.save(target)
@@ -182,7 +181,7 @@ class Run(PathLike[str]):
         return merge(self.path, target, compress=compress)
 
     def to_text(self) -> str:
-        """What the last call of `sweep` did, in words.
+        """Report of the last call of `sweep`.
 
         Returns
         -------
@@ -213,31 +212,31 @@ def sweep(
     retry_failed: bool = False,
     progress: ProgressCallback | None = None,
 ) -> Run:
-    """Compute the cases of a plan that are not on disk yet; the same call resumes a sweep that was interrupted.
+    """Compute the cases of a plan that are not on disk yet; the same call resumes an interrupted sweep.
 
     Parameters
     ----------
     plan : Plan, str or Path
-        A plan, the file of one, or the name of a shipped one.
+        A plan, the path of a plan file, or the name of a shipped plan.
     folder : str or path
-        Folder of the results; created where it does not exist.
+        Folder of the results; created if it does not exist.
     jobs : int, optional
         Worker processes of one thread each; all processors by default, 1 computes in this process.
     shard : tuple of int, or str
-        (i, n) or ``"i/n"``: every n-th case, beginning with the i-th, for n sweeps of one plan at once.
+        (i, n) or ``"i/n"``: every n-th case, beginning with the i-th, for n simultaneous sweeps of one plan.
     dask : str or distributed.Client, optional
-        Compute on a dask cluster: the address of its scheduler, a scheduler file, ``local:N``, or a connected client,
-        for whose workers the sweep waits up to an hour.
+        Compute on a dask cluster: the address of its scheduler, a scheduler file, ``local:N``, or a connected client.
+        The sweep waits up to an hour for the workers.
     formula : str, optional
-        Compute with this published formula in place of the solver, to try a plan in seconds.
+        Compute with this published formula instead of the solver, to try a plan in seconds.
     time_cap : float or str, optional
-        Wall time after which a case is given up [s]; None for no limit.
+        Wall time after which a case is stopped [s]; None for no limit.
     retries : int
-        Fallback settings tried where the solver gives a case up.
+        Number of fallback settings that are tried if the solver fails.
     retry_failed : bool
         Compute the failed cases on disk again.
     progress : callable, optional
-        Called with a `Progress` after each case; ``print`` writes a line each.
+        Called with a `Progress` after each case; ``print`` writes one line per call.
 
     Returns
     -------
@@ -246,9 +245,9 @@ def sweep(
     Raises
     ------
     InputError
-        The folder holds another run or cannot be written, or an option cannot be used.
+        The folder holds another run or cannot be written, or an option is invalid.
     AllWorkersCrashed, ClusterLost
-        Nothing can be computed any more; every finished case is on disk.
+        There are no workers left; every finished case is on disk.
     KeyboardInterrupt
         Ctrl-C or SIGTERM; every finished case is on disk.
 
@@ -299,12 +298,12 @@ def slurm_script(
     merge: str | Path | None = None,
     fit: str | Path | None = None,
 ) -> str:
-    """The script that submits a sweep to Slurm: a job that compiles, an array of shards, one that merges and fits.
+    """Script that submits a sweep to Slurm: a job that compiles, an array of shards, and a job that merges and fits.
 
     Parameters
     ----------
     plan : str or Path
-        The file of a plan, or the name of a shipped one.
+        The path of a plan file, or the name of a shipped plan.
     folder : str or path
         Folder of the results.
     tasks : int
@@ -312,33 +311,33 @@ def slurm_script(
     jobs : int, optional
         Processors of a task; 4 by default.
     changes : sequence of str
-        Entries to put in place of the plan's, as ``lubricant.oil=fva3``.
+        Entries that replace those of the plan, such as ``lubricant.oil=fva3``.
     formula : str, optional
-        Compute with this published formula in place of the solver.
+        Compute with this published formula instead of the solver.
     time_cap : float or str
-        Wall time after which a case is given up [s].
+        Wall time after which a case is stopped [s].
     retries : int
-        Fallback settings tried where the solver gives a case up.
+        Number of fallback settings that are tried if the solver fails.
     retry_failed : bool
         Compute the failed cases on disk again.
     sbatch : mapping of str
-        Options of ``sbatch`` for all jobs by their long names, as ``{"partition": "short", "mem": "8G"}``.
+        Options of ``sbatch`` for all jobs by their long names, such as ``{"partition": "short", "mem": "8G"}``.
     container : str, optional
         Image in which ``apptainer`` runs the program.
     merge : str or Path, optional
         Merge all shards into this file when the array has ended.
     fit : str or Path, optional
-        And fit a formula to them.
+        File of a formula that is fitted to all results.
 
     Returns
     -------
     str
-        The script, to be run by ``bash`` where ``sbatch`` is.
+        The script, to be run with ``bash`` on a computer with ``sbatch``.
 
     Raises
     ------
     InputError
-        The plan or an option cannot be used.
+        The plan or an option is invalid.
 
     Examples
     --------
@@ -370,10 +369,10 @@ def _check_formula(formula: str | None) -> None:
 def _shard(value: tuple[int, int] | str) -> tuple[int, int]:
     number, _, shards = value.partition("/") if isinstance(value, str) else (str(value[0]), "/", str(value[1]))
     if not (number.isdigit() and shards.isdigit()):
-        raise InputError("shard", value, "i/n with 1 <= i <= n", "Write it as 2/8.")
+        raise InputError("shard", value, "i/n with 1 <= i <= n", "An example is 2/8.")
     return int(number), int(shards)
 
 
 def _time_cap(value: float | str) -> float:
-    """Seconds; a text must have its unit."""
+    """Seconds; a text must have a unit."""
     return _SECONDS.check(value, "time_cap", bare=not isinstance(value, str))

@@ -1,4 +1,4 @@
-"""Slurm jobs for a sweep: one compiles, an array of shards writes a result file each, one merges and fits."""
+"""Slurm jobs of a sweep: a job that compiles, an array of shards, and a job that merges and fits."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from ehl.common.runner import MAX_JOBS
 MAX_TASKS = 10_000
 DEFAULT_JOBS = 4  # processors of a task by default
 DEFAULT_TIME = "04:00:00"
-# what the script itself gives to sbatch
+# options of sbatch that the script sets
 _OWN = ("array", "cpus-per-task", "dependency", "parsable", "wrap")
 
 _SCRIPT = """#!/bin/bash
-# Run this on the login node: bash FILE. It submits everything; run again, it computes what is missing.
+# Run this on the login node: bash FILE. It submits all jobs. A second run computes the missing cases.
 set -euo pipefail
 
 {before}array=$(sbatch --parsable{after} <<'EOF'
@@ -24,13 +24,13 @@ set -euo pipefail
 #SBATCH --array=1-{shards}
 #SBATCH --cpus-per-task={jobs}
 {options}
-# the memory and time of a task are its own: one that was killed is resumed by submitting again
+# memory and time are per task; a task that was killed is resumed when the script is run again
 exec {sweep} --shard "${{SLURM_ARRAY_TASK_ID}}/{shards}"
 EOF
 )
 echo "array ${{array%%;*}}: {shards} tasks"
 """
-# kernels once for all tasks, which load them from the cache folder of the user
+# compiles once for all tasks, which load the kernels from the cache folder of the user
 _BEFORE = """kernels=$(sbatch --parsable <<'EOF'
 #!/bin/bash
 #SBATCH --cpus-per-task=1
@@ -40,7 +40,7 @@ EOF
 )
 """
 _AFTER = ' --dependency="afterany:${kernels%%;*}"'
-# after the array however it ended: a case without an answer is a row with its reason, and makes its task end with 1
+# runs in any case, since a task with a failed case ends with exit code 1
 _BEHIND = """
 behind=$(sbatch --parsable --dependency="afterany:${{array%%;*}}" <<'EOF'
 #!/bin/bash
@@ -67,18 +67,17 @@ def job_script(
     fit: str | None = None,
     kernels: bool = True,
 ) -> str:
-    """The script that submits a sweep, to be run by ``bash``.
+    """The script that submits a sweep, to be run with ``bash``.
 
-    plan, run: as given to ``mixed-ehl sweep``.
+    plan, run: arguments of ``mixed-ehl sweep``.
     shards: tasks of the array.
-    options: further arguments of the command, as ``["--set", "lubricant.oil=fva3"]``.
-    jobs: processors of a task: its workers follow SLURM_CPUS_PER_TASK.
-    sbatch: options of ``sbatch`` for all jobs, by their long names: ``partition``, ``account``, ``mem``, ``time``...
+    options: further arguments of the command, such as ``["--set", "lubricant.oil=fva3"]``.
+    jobs: processors of a task; the number of its workers is SLURM_CPUS_PER_TASK.
+    sbatch: options of ``sbatch`` for all jobs by their long names: ``partition``, ``account``, ``mem``, ``time``...
     container: image in which ``apptainer`` runs the program.
-    merge, fit: one file of all results, and the formula fitted to them: made by a job that waits for the array.
-    kernels: compile the kernels of contacts in a job of their own that the array waits for.
-    Raises `InputError`: fewer than one task, or processor, or more than a cluster gives; an option sbatch does not take
-    so.
+    merge, fit: file of all results, and file of the formula fitted to them, written by a job after the array.
+    kernels: compile the kernels of contacts in a job before the array.
+    Raises `InputError`: the number of tasks or processors is out of range, or an option of sbatch is invalid.
     """
     for name, value, most in (("jobs", jobs, MAX_JOBS), ("tasks", shards, MAX_TASKS)):
         if not 1 <= value <= most:
@@ -109,9 +108,9 @@ def job_script(
 def _checked(sbatch: Mapping[str, str]) -> dict[str, str]:
     for name, value in sbatch.items():
         if not re.fullmatch(r"[a-z][a-z-]*", name) or name in _OWN:
-            allowed = "a long option of sbatch, as partition=short"
-            raise InputError("sbatch", name, f"{allowed}; not {', '.join(_OWN)}, which the script gives itself")
-        # the head of a script is no shell: a value with a blank would end there
+            allowed = "a long option of sbatch such as partition=short"
+            raise InputError("sbatch", name, f"{allowed}; not {', '.join(_OWN)}, which the script sets")
+        # values in the head of a script are not quoted
         if not re.fullmatch(r"[\w.,:;=@%+/\[\]-]+", value):
             raise InputError(f"sbatch {name}", value, "a value without blanks or quotes")
     return dict(sbatch)

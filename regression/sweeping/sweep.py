@@ -1,7 +1,7 @@
 """The sweep: plan -> cases, the longest first -> (workers solve, the parent writes) -> result file of this shard.
 
-A case that fails is tried again with fallback settings, and is a row with its reason if these fail too; a worker that
-crashes costs one restart; a process that is killed is resumed by the same command.
+A case that fails is solved again with fallback settings. If these fail too, its row states the reason. Workers that
+crash are replaced. The same command resumes a sweep that was killed.
 """
 
 from __future__ import annotations
@@ -39,36 +39,34 @@ from regression.sweeping.workers import TIME_CAP, WORKER_CRASHED, CaseRunner, Ca
 
 @dataclass(frozen=True)
 class SweepReport:
-    """What one call of `sweep_shard` did."""
+    """Report of one call of `sweep_shard`."""
 
     path: Path  # the result file of this shard
     total: int  # cases of this shard
-    resumed: int  # of these, found on disk
-    # computed in this call. An unsettled case has an answer; its error exceeds the tolerance.
+    resumed: int  # cases found on disk
+    # cases computed in this call; the error of an unsettled result exceeds the tolerance
     converged: int
     unsettled: int
     failed: int
     reasons_unsettled: dict[str, int]  # number of these unsettled cases by reason
-    # number of cases without an answer by reason: those of this call, and those found on disk
-    reasons_failed: dict[str, int]
-    restarts: int  # how often workers crashed and were replaced
-    truncated: int  # incomplete rows of an interrupted process that were cut off
-    corrupt: int  # rows on disk that no longer match their checksum; computed again
+    reasons_failed: dict[str, int]  # number of cases without a result by reason, of this call and on disk
+    restarts: int  # number of crashes after which the workers were replaced
+    truncated: int  # incomplete rows of an interrupted process; computed again
+    corrupt: int  # rows on disk that do not match their checksum; computed again
     fallback: int  # cases that have a result only with fallback settings
-    # wall time; that of all cases computed here together, and their processor time [s]
-    seconds: float
-    seconds_cases: float
-    seconds_cpu: float
-    workers: int | None  # worker processes of this machine; None where others computed
+    seconds: float  # wall time [s]
+    seconds_cases: float  # sum of the wall times of the cases computed in this call [s]
+    seconds_cpu: float  # sum of their processor times [s]
+    workers: int | None  # worker processes of this machine; None on a cluster
 
     @property
     def unanswered(self) -> int:
-        """Cases of this shard without an answer, whichever call computed them."""
+        """Number of cases of this shard without a result, of all calls."""
         return sum(self.reasons_failed.values())
 
     @property
     def occupancy(self) -> float | None:
-        """Share of the workers' time inside cases; None where it is not known."""
+        """Share of the time of the workers inside cases; None if it is unknown."""
         if self.workers is None or not self.seconds_cases:
             return None
         return self.seconds_cases / (self.workers * self.seconds)
@@ -107,20 +105,19 @@ def _listed(reasons: Mapping[str, int]) -> str:
 
 @dataclass(frozen=True)
 class SweepOptions:
-    """How the cases of a sweep are computed."""
+    """Options of a sweep."""
 
-    # contact to results; may raise `ConvergenceError` with a reason. Picklable where workers compute.
+    # contact to results; may raise `ConvergenceError` with a reason. Workers need to pickle it
     evaluate: Evaluator = solve_outputs
-    version: str = SOLVER  # names what `evaluate` computes with; part of every case's key
+    version: str = SOLVER  # version of `evaluate`; part of the key of every case
     jobs: int = 1  # worker processes, one thread each; 1 computes in this process
-    # where to compute in place of `jobs` local processes, as of `ehl.common.runner.cluster`
-    executor: Executor | None = None
-    flush_every: int = 16  # rows written to disk together
-    flush_seconds: float = 1.0  # or earlier, once this much time has passed [s]
-    time_cap: float | None = 600.0  # wall time after which a case is given up with the reason "time_cap" [s]
-    retries: int = 1  # fallback settings tried where the solver gives a case up
-    # compute the failed cases on disk again: those the solver gave up with the settings that were not tried yet, those
-    # that ran out of time or crashed their worker as they were
+    executor: Executor | None = None  # from `ehl.common.runner.cluster`; replaces `jobs` local processes
+    flush_every: int = 16  # number of rows that are written to disk together
+    flush_seconds: float = 1.0  # time after which fewer rows are written [s]
+    time_cap: float | None = 600.0  # wall time after which a case is stopped with the reason "time_cap" [s]
+    retries: int = 1  # number of fallback settings that are tried if the solver fails
+    # compute the failed cases on disk again. Cases without convergence use settings that were not tried yet; cases that
+    # reached the time cap or crashed their worker use the same settings
     retry_failed: bool = False
     progress: ProgressCallback | None = None  # called with a `Progress` after each case
 
@@ -134,13 +131,13 @@ class SweepOptions:
 def sweep_shard(plan: Plan, folder: Path, shard: tuple[int, int] = (1, 1), **options: Any) -> SweepReport:
     """Compute the cases of a plan, or of one shard of it, that are not on disk yet.
 
-    plan: what to compute.
-    folder: folder of the results; created where it does not exist.
-    shard: (i, n): every n-th case, beginning with the i-th. One file per shard, so that shards may run at once.
+    folder: folder of the results; created if it does not exist.
+    shard: (i, n): every n-th case, beginning with the i-th. Each shard has its own file, so that shards may run
+        simultaneously.
     **options: fields of `SweepOptions`.
     Raises `InputError`: the folder holds another run, cannot be written, or the shard is not one of n;
-    `AllWorkersCrashed, ClusterLost`: nothing can be computed any more; every finished case is on disk;
-    `KeyboardInterrupt`: Ctrl-C or SIGTERM came; every finished case is on disk.
+    `AllWorkersCrashed, ClusterLost`: there are no workers left; `KeyboardInterrupt`: Ctrl-C or SIGTERM. In both cases
+    every finished case is on disk.
     """
     given = SweepOptions(**options)
     number, shards = shard
@@ -154,7 +151,7 @@ def sweep_shard(plan: Plan, folder: Path, shard: tuple[int, int] = (1, 1), **opt
 
 @dataclass(frozen=True)
 class PlannedCase:
-    """A case to be computed, built when it is needed: a long plan would fill the memory."""
+    """A case to be computed; its contact is created when it is needed, to save memory."""
 
     origin: str
     case: Callable[[], Contact]
@@ -163,23 +160,21 @@ class PlannedCase:
 def compute_cases(
     path: Path, meta: Mapping[str, str | int], points: Sequence[PlannedCase], cost: FloatArray, options: SweepOptions
 ) -> SweepReport:
-    """Compute those of some cases that are not in a result file yet, the longest first.
+    """Compute the cases that are not in a result file yet, the longest first.
 
-    path: the result file; created where it does not exist.
-    meta: as of `run_meta`.
-    points: the cases.
-    cost: their estimated seconds.
-    options: how they are computed.
+    path: the result file; created if it does not exist.
+    meta: result of `run_meta`.
+    cost: estimated seconds of the cases.
     """
     clock = time.perf_counter()
-    # the longest first: the last cases are short, and no core waits long for another
+    # the longest first, so that all workers finish at about the same time
     order = np.lexsort((np.arange(len(points)), -cost))
     with (
         progress_to(options.progress),
         Journal(path, meta, SAME_RUN, keep=case_status) as journal,
         stop_requests() as stop,
     ):
-        # cases of another division into shards count as well
+        # cases of other divisions into shards are included
         known = _joined(cases_of_other_files(path), journal.rows)
         done = {key for key, (status, _, _) in known.items() if not (options.retry_failed and status == "failed")}
         failures = {key: _failed_settings(*entry) for key, entry in known.items()}
@@ -190,7 +185,7 @@ def compute_cases(
             point = points[int(position)]
             case = point.case()
             key = case_key(case, options.version)
-            # where no settings are left the row keeps the solver's reason
+            # if no settings are left the row keeps the reason of the solver
             exhausted = bool(failures.get(key)) and fallback_settings(case, failures[key]) is None
             if exhausted or key in done:
                 if known[key][0] == "failed":
@@ -201,9 +196,7 @@ def compute_cases(
         resumed = len(points) - len(waiting)
         recorder = Recorder(journal, len(points), resumed, options.flush_every, options.flush_seconds, stop, costs)
 
-        # built one by one: a long plan would fill the memory
         tasks = (CaseTask(key, point.origin, point.case(), failures.get(key, 0)) for key, point in waiting)
-        # never more workers than cases
         jobs = max(1, min(options.jobs, len(waiting)))
         executor = local_executor(jobs) if options.executor is None else options.executor
         solve = CaseRunner(options.evaluate, options.time_cap, options.retries)
@@ -236,7 +229,7 @@ def compute_cases(
 
 
 def _joined(*rows: Mapping[str, CaseStatus]) -> dict[str, CaseStatus]:
-    """One status per case: the later one, unless that failed and the earlier has an answer."""
+    """One status per case: the later one, unless it failed and the earlier one has a result."""
     joined: dict[str, CaseStatus] = {}
     for part in rows:
         for key, entry in part.items():
@@ -255,20 +248,20 @@ def shard_path(folder: Path, number: int, shards: int) -> Path:
 
 
 def _failed_settings(status: str, reason: str, attempts: int) -> int:
-    """How many settings of a case on disk have failed and are not tried again."""
+    """Number of settings of a case on disk that failed and are not tried again."""
     return attempts if status == "failed" and reason not in (TIME_CAP, WORKER_CRASHED) else 0
 
 
 def run_meta(plan: Plan, version: str) -> dict[str, str | int]:
-    """What every file of a run carries.
+    """Metadata of every file of a run.
 
-    Raises `InputError`: the rows cannot hold the name of an oil: it would come back as another one.
+    Raises `InputError`: the name of an oil cannot be stored in the rows.
     """
     width = TEXT_WIDTHS["oil"]
     for name in plan.oils:
         if not name.isascii() or len(name) > width or ", " in name:
             allowed = f"at most {width} letters, digits and signs of ASCII, no comma before a blank"
-            raise InputError("lubricant.oil", name, allowed, "Run in the folder of the card, and name it by its file.")
+            raise InputError("lubricant.oil", name, allowed, "Run in the folder of the card and use its file name.")
     return {
         "plan": plan.model_dump_json(),
         "plan_name": plan.name,
@@ -292,5 +285,5 @@ def oil_hash(name: str) -> str:
 
 
 def oils_hash(names: tuple[str, ...]) -> str:
-    """Hash of the properties on the oil cards of a plan; that of the card itself where there is one."""
+    """Hash of the properties on the oil cards of a plan; for a single card its own hash."""
     return cards_hash([oil_hash(name) for name in names])

@@ -1,4 +1,4 @@
-"""What a worker does: one case at a time, one thread, a time cap, and fallback settings where the solver gave up."""
+"""Work of a worker process: one case at a time with a time cap, and with fallback settings if the solver fails."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ WORKER_CRASHED = "worker_lost"  # the reason as result files state it
 
 @dataclass(frozen=True)
 class CaseTask:
-    """One case for a worker; so many of its settings have `failed` before."""
+    """One case for a worker; `failed` is the number of settings that failed before."""
 
     key: str
     origin: str
@@ -39,7 +39,7 @@ class CaseRunner:
     retries: int = 0  # how many fallback settings are tried after a failure
 
     def __call__(self, task: CaseTask) -> dict[str, Any]:
-        """Row of one case. Never raises: an error becomes status "failed" and a reason."""
+        """Row of one case. An error gives the status "failed" and a reason instead of an exception."""
         clock, processor = time.perf_counter(), time.thread_time()
         row = _failed_row(task)
         try:
@@ -47,10 +47,10 @@ class CaseRunner:
             with _time_limit(self.time_cap):
                 self._attempt(task, row)
         except _TimeCapReached:
-            # a retry that ran out of time leaves the solver's own reason
+            # after a retry that was stopped, the reason of the solver remains
             row["reason"] = row["reason"] or TIME_CAP
         except Exception as error:
-            # one bad case must not end the run; its reason is the type of the error, unless the time cap caused it
+            # an error of one case must not end the run; its reason is the type of the error or the time cap
             late = self.time_cap is not None and time.perf_counter() - clock >= self.time_cap
             row["reason"] = row["reason"] or (TIME_CAP if late else f"error:{type(error).__name__}")
         row["seconds"] = time.perf_counter() - clock
@@ -84,14 +84,14 @@ def _failed_row(task: CaseTask) -> dict[str, Any]:
 
 
 class _TimeCapReached(BaseException):
-    """Not an `Exception`: a solver that catches those must not swallow it."""
+    """Not an `Exception`, so that a solver that catches exceptions does not suppress it."""
 
 
 @contextmanager
 def _time_limit(seconds: float | None) -> Iterator[None]:
-    """Raise `_TimeCapReached` in the block after a while, and again every second.
+    """Raise `_TimeCapReached` in the block after a time, and again every second.
 
-    Again, because an exception raised inside a callback (a compiler's, say) is swallowed.
+    The repetition is needed because exceptions inside callbacks, for example of a compiler, are suppressed.
     """
     if seconds is None:
         yield
@@ -119,7 +119,7 @@ def _alarm(seconds: float) -> Iterator[None]:
 
 @contextmanager
 def _thread_alarm(seconds: float) -> Iterator[None]:
-    """The same in a thread that gets no signals, as the workers of dask have them."""
+    """Time limit in a thread that receives no signals, such as those of dask workers."""
     raise_in = ctypes.pythonapi.PyThreadState_SetAsyncExc
     thread = ctypes.c_ulong(threading.get_ident())
     over, lock = threading.Event(), threading.Lock()
@@ -143,5 +143,4 @@ def _thread_alarm(seconds: float) -> Iterator[None]:
                 raise_in(thread, None)
                 break
             except _TimeCapReached:
-                # it came on the way out: the block is done all the same
-                continue
+                continue  # raised after the end of the block

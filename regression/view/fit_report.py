@@ -1,4 +1,4 @@
-"""Sections of a fit: data, formulas, their errors, failures; on the terminal the best formula alone."""
+"""Sections of a fit: data, formulas, errors, failures; on the terminal only the best formula."""
 
 from __future__ import annotations
 
@@ -65,8 +65,8 @@ from regression.view.tables import (
 
 _OILS_SHOWN = 3
 _WORST = 10
-_LARGE = 0.3  # error from which a formula is worth a warning
-_FEW = 5  # fewer cases say nothing of a band
+_LARGE = 0.3  # error above which a warning is shown
+_FEW = 5  # smallest number of cases of a band in the warnings
 # the conditions of single cases in tables, by their symbols
 _CONDITIONS = {
     "pressure_hertz": "p_h",
@@ -86,9 +86,9 @@ _LIBRARIES = ("numpy", "scipy", "scikit-learn", "pandas", "h5py", "numba")
 def fit_sections(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterable[str] = ()) -> list[Section]:
     """Sections of the page of a fit.
 
-    dataset: what the formulas were fitted to.
-    formulas: best first.
-    tried: families that were tried; those not among the formulas are named as not fitted.
+    dataset: data of the fit.
+    formulas: fitted formulas, the best first.
+    tried: families that were tried; those not among the formulas are reported as not fitted.
     """
     best = formulas[0]
     return [
@@ -109,7 +109,7 @@ def fit_sections(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Ite
 def formula_sections(
     formulas: Sequence[FittedFormula], tried: Iterable[str], dataset: Dataset | None, medium: Medium
 ) -> list[Section]:
-    """Sections for the terminal: equation, errors by region, worst case; for files: all tables."""
+    """Sections for the terminal (equation, errors by region, worst case) or for files (all tables)."""
     best = formulas[0]
     spread = () if dataset is None else interval_factors(dataset, best)
     ranking = [family_table(formulas, tried)] if len(formulas) > 1 or tried else []
@@ -125,7 +125,7 @@ def _remarks(formula: FittedFormula, dataset: Dataset | None) -> list[Item]:
     said = []
     if not formula.interval.bands:  # too few cases for bands
         level, width = formula.interval.level, math.exp(formula.interval.log_width)
-        said.append(f"interval of {100 * level:g} %: µ over and times {width:.3g}, at every film ratio")
+        said.append(f"interval of {100 * level:g} %: µ/{width:.3g} to µ·{width:.3g}, at every film ratio")
     worst = formula.validation.worst
     where = ", ".join(value_text(name, value) for name, value in worst.conditions.items())
     said.append(f"worst case {worst.key[:12]}: {100.0 * worst.relative_error:+.1f} % at {where}")
@@ -139,32 +139,32 @@ def _remarks(formula: FittedFormula, dataset: Dataset | None) -> list[Item]:
     if formula.noise is not None:
         noise = formula.noise
         said.append(
-            f"noise floor: {noise.points} points, {noise.realisations:.3g} roughness realisations each: "
-            f"one scatters by {100.0 * noise.single:.2g} %, their mean by {100.0 * noise.mean:.2g} %"
+            f"noise floor: {noise.points} points, {noise.realisations:.3g} roughness realisations each: scatter of "
+            f"one realisation {100.0 * noise.single:.2g} %, of their mean {100.0 * noise.mean:.2g} %"
         )
     if formula.nested is not None:
         errors = f"MAPE {100.0 * formula.nested.mape:.1f} %, 95 % {100.0 * formula.nested.p95:.1f} %"
-        said.append(f"choice of the family held out too: {errors}")
+        said.append(f"with held-out choice of the family: {errors}")
     data = formula.data
     said.append(
-        f"{data.used} of {data.count} cases used, {formula.folds} folds, the solver's own error "
+        f"{data.used} of {data.count} cases used, {formula.folds} folds, error of the solver "
         f"{100.0 * formula.noise_floor:.2g} %, condition number {formula.condition_number:.3g}"
     )
     if data.excluded:
-        said.append(f"left out: {reason_text(data.excluded)}")
+        said.append(f"excluded: {reason_text(data.excluded)}")
     collinear = [f"{term} {value:.0f}" for term, value in formula.variance_inflation.items() if value > 10.0]
     if collinear:
         said.append(f"collinear terms (variance inflation above 10): {', '.join(collinear)}")
     if dataset is not None and len(dataset) < dataset.planned:
         said.append(
-            f"{dataset.planned - len(dataset)} of the {dataset.planned} cases of the plan are missing: the sweep is "
-            "running, or was stopped. Fit again when it is complete."
+            f"{dataset.planned - len(dataset)} of the {dataset.planned} cases of the plan are missing, because the "
+            "sweep is running or was stopped. Fit again when it is complete."
         )
     return [Text(line) for line in said]
 
 
 def _percent(value: float | None) -> str:
-    """A share in per cent, with about two digits; a dash where there is none."""
+    """A share in per cent with about two digits; a dash if there is none."""
     if value is None or not math.isfinite(value):
         return "–"
     percent = 100.0 * value
@@ -181,7 +181,7 @@ def _summary(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterabl
     ]
     if errors.coverage is not None:
         known.append((_percent(errors.coverage), f"of them in their interval of {100 * best.interval.level:g} %"))
-    # a formula fitted to several datasets has more cases than the one this page shows
+    # a formula fitted to several datasets has more cases than the dataset of this page
     own = best.data.used <= len(dataset.frame)
     fitted = (f"{best.data.used} of {len(dataset.frame)}", "cases fitted")
     tiles = [
@@ -195,8 +195,8 @@ def _summary(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterabl
     answer = MainResult(_percent(errors.mape), "mean error of the formula on contacts it has not seen", known)
     oils = ", ".join(dataset.oils) or "a lubricant given by numbers"
     footer = (
-        "Errors are those against the solver's results: they say how well the formula repeats the solver, not how well "
-        "the solver describes an oil."
+        "Errors are deviations from the results of the solver. They do not include the error of the solver against "
+        "measurements."
     )
     head = Head("Fit of a friction formula", f"{dataset.plan_name}: {oils}", footer)
     return Section("", [head, answer, KeyFigures(tiles), Notes(_notes(dataset, formulas, tried))])
@@ -211,36 +211,37 @@ def _conditions(values: Mapping[str, float]) -> str:
 
 
 def _notes(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterable[str]) -> list[Note]:
-    """What has to be known of the best formula, the gravest first."""
+    """Notes on the best formula, warnings first."""
     best, level, found = formulas[0], formulas[0].interval.level, []
     if best.validation.p95 > _LARGE:
-        text = (
-            f"5 % of contacts not seen are off by more than {_percent(best.validation.p95)}: use it with its interval"
-        )
+        text = f"the error of 5 % of the held-out contacts exceeds {_percent(best.validation.p95)}: use its interval"
         found.append(Note("warning", text))
     many = [band for band in best.bands if band.count >= _FEW]
     worst = max(many, key=lambda band: band.p95, default=None)
     if worst is not None and worst.p95 > 2.0 * best.validation.p95:
         where = region_text(worst.variable, worst.low, worst.high)
-        found.append(Note("warning", f"worst at {where}: 5 % of the cases are off by more than {_percent(worst.p95)}"))
+        text = f"largest errors at {where}: that of 5 % of the cases exceeds {_percent(worst.p95)}"
+        found.append(Note("warning", text))
     narrow = [(band.coverage, band) for band in many if band.coverage is not None]
     share, band = min(narrow, key=lambda pair: pair[0], default=(1.0, None))
     if band is not None and share < level - 2.0 * math.sqrt(level * (1.0 - level) / band.count):
         where = region_text(band.variable, band.low, band.high)
-        held = f"it holds {_percent(share)} of {band.count} cases"
+        held = f"it contains {_percent(share)} of {band.count} cases"
         found.append(Note("warning", f"its interval of {100 * level:g} % is too narrow at {where}: {held}"))
     counts = dataset.frame["status"].value_counts()
     if failed := int(counts.get("failed", 0)):
-        found.append(Note("warning", f"{failed} of {len(dataset.frame)} contacts have no result; section What failed"))
+        found.append(
+            Note("warning", f"{failed} of {len(dataset.frame)} contacts have no result (last section of tables)")
+        )
     for what, scores in not_fitted(best):
         text = f"{scores.count} {what}, not fitted: mean error {_percent(scores.mape)}, 95 % {_percent(scores.p95)}"
         found.append(Note("warning" if scores.p95 > 2.0 * best.validation.p95 else "for information", text))
     if unsettled := int(counts.get("unsettled", 0)):
-        text = f"{unsettled} of {len(dataset.frame)} contacts are known less closely than asked for"
+        text = f"the error of {unsettled} of {len(dataset.frame)} contacts exceeds the tolerance"
         found.append(Note("for information", text))
     if collinear := [term for term, value in best.variance_inflation.items() if value > 10.0]:
-        text = f"{len(collinear)} of {len(best.coefficients)} coefficients cannot be told from others: do not read them"
-        found.append(Note("for information", f"{text} as physics"))
+        text = f"{len(collinear)} of {len(best.coefficients)} coefficients are collinear: they have no physical meaning"
+        found.append(Note("for information", text))
     if missing := sorted(set(tried) - {formula.label for formula in formulas}):
         found.append(Note("for information", f"could not be fitted to these data: {', '.join(missing)}"))
     return sorted(found, key=lambda note: GRADES.index(note.grade))
@@ -249,15 +250,15 @@ def _notes(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterable[
 def _range_and_cost(dataset: Dataset, best: FittedFormula) -> Section:
     ends = list(zip(("from", "to"), *best.ranges.values(), strict=True))
     ranges = Table(
-        ("end", *best.ranges), ends, "Range of the data: points outside are computed and flagged.", vertical=True
+        ("end", *best.ranges), ends, "Range of the data; points outside are computed and flagged.", vertical=True
     )
     rest = checked_rows(dataset)
     clock = time.perf_counter()
     friction_of_rows(best, rest)
     each = (time.perf_counter() - clock) / max(len(rest), 1)
     cost = [
-        ("contacts solved for it, CPU time", duration(float(dataset.frame["seconds_cpu"].sum()))),
-        ("a value of the formula, in an array of many", f"{format_number(1e6 * each, 1)} µs"),
+        ("CPU time of the solved contacts", duration(float(dataset.frame["seconds_cpu"].sum()))),
+        ("time per value of the formula, in arrays", f"{format_number(1e6 * each, 1)} µs"),
         ("coefficients", str(len(best.coefficients) - len(best.dropped))),
     ]
     return Section("Range and cost", [Row([ranges, Table(("cost", "value"), cost, "Cost.")])])
@@ -277,32 +278,20 @@ def _data(dataset: Dataset) -> Section:
         [
             Text(
                 f"{len(dataset.frame)} of {dataset.planned} cases of the plan '{dataset.plan_name}': {said}. "
-                "A case is unsettled when an error estimate or the interval of its time mean is wider than wanted; it "
-                "has a result and its stated error."
+                "A case is unsettled if an error estimate or the interval of its time mean exceeds the tolerance. "
+                "It has a result with a stated error."
             ),
             Table(heads, list(zip(ends, *quantiles, strict=True)), vertical=True),
-            Picture(partial(plot_friction, dataset), "Computed friction over the solver's film ratio."),
+            Picture(partial(plot_friction, dataset), "Computed friction over the film ratio of the solver."),
         ],
     )
 
 
 def _comparison(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterable[str]) -> Section:
-    blocks: list[Item] = [family_table(formulas, tried)]
-    blocks.append(
-        Table(
-            (
-                "published formula",
-                "mape",
-                "p95",
-                "bias",
-                Column("inside", of="share", label="in its range"),
-                Column("no value", of="share", label="no value"),
-            ),
-            _published_rows(dataset),
-            "Published formulas on the same cases, not fitted. (M): digits from memory, wholly or in part.",
-        )
-    )
-    return Section("All formulas", blocks)
+    shares = (Column("inside", of="share", label="in its range"), Column("no value", of="share", label="no value"))
+    heads = ("published formula", "mape", "p95", "bias", *shares)
+    caption = "Published formulas for the same cases, not fitted. (M): constants partly or wholly from memory."
+    return Section("All formulas", [family_table(formulas, tried), Table(heads, _published_rows(dataset), caption)])
 
 
 def _published_rows(dataset: Dataset) -> list[tuple[object, ...]]:
@@ -344,18 +333,19 @@ def _residuals(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Section:
         "Parity and residuals",
         [
             Text(
-                "Held-out cases: each by the same form fitted without its fold, as in the tables of errors. Grey: the "
-                "best formula on the cases left out of the fit: corners, and results whose own error exceeds mu."
+                "Held-out cases: friction by the same form fitted without the fold of the case, as in the tables of "
+                "errors. Grey: best formula for cases excluded from the fit (corners, and results whose error exceeds "
+                "mu)."
             ),
             Picture(
                 partial(plot_regimes, dataset, formulas),
-                "Held-out friction by formula over the computed one, by film ratio. Dashed: 10 % off. The best "
-                "formula on top. Points beyond the frame are drawn at its edge.",
+                "Held-out friction by formula over computed friction, by film ratio. Dashed: deviation of 10 %. "
+                "The best formula is on top. Points outside the frame are drawn at its edge.",
             ),
             Picture(
                 partial(plot_residuals, dataset, best),
-                f"{best.label}: held-out over computed friction, over every variable. Line: running "
-                "median; band: 5 to 95 %. Points beyond the frame are drawn at its edge.",
+                f"{best.label}: ratio of held-out to computed friction, over every variable. Line: running "
+                "median; band: 5 to 95 %. Points outside the frame are drawn at its edge.",
             ),
         ],
     )
@@ -364,8 +354,8 @@ def _residuals(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Section:
 def _curves(dataset: Dataset, formulas: Sequence[FittedFormula], oil: str) -> Section:
     middle = middle_conditions(dataset, oil)
     best = formulas[0]
-    drawn = "Thick: fitted formulas, the best with its interval. Thin: published ones, not fitted, (M) from memory. "
-    near = "Dots: computed cases whose other variables lie within 22 % of their range about these conditions."
+    drawn = "Thick: fitted formulas, the best with its interval. Thin: published formulas, (M) from memory. "
+    near = "Dots: computed cases whose other variables deviate by at most 22 % of their range from these conditions."
     blocks: list[Item] = [Text(f"The middle of the data, unless stated otherwise: {middle.description()}.")]
     if middle.ranges["roughness_rms"][0] > 0.0 and (
         varies(middle, "roughness_rms") or varies(middle, "speed_entrainment")
@@ -378,8 +368,8 @@ def _curves(dataset: Dataset, formulas: Sequence[FittedFormula], oil: str) -> Se
     blocks.append(Picture(partial(plot_traction, middle, formulas), f"Traction curves. {drawn}{near}"))
     if varies(middle, "pressure_hertz") and varies(middle, "speed_entrainment"):
         caption = (
-            f"{best.label}: friction over pressure and speed. Dots: computed cases near, in the same colours. Hatched: "
-            "outside the range, or extrapolated."
+            f"{best.label}: friction over pressure and speed. Dots: computed cases near these conditions, in the same "
+            "colours. Hatched: outside the range, or extrapolated."
         )
         blocks.append(Picture(partial(plot_maps, middle, best), caption))
     return Section(f"Curves and maps, {oil}", blocks)
@@ -389,11 +379,8 @@ def coefficient_table(best: FittedFormula) -> Table:
     """Coefficients of a formula with standard errors and collinearity."""
     rows = []
     for term in FAMILIES[best.family].terms:
-        value, error, inflation = (
-            best.coefficients[term],
-            best.standard_errors.get(term),
-            best.variance_inflation.get(term),
-        )
+        value, error = best.coefficients[term], best.standard_errors.get(term)
+        inflation = best.variance_inflation.get(term)
         relative = None if error is None or not value else error / abs(value)
         remark = best.dropped.get(term, "collinear" if inflation is not None and inflation > 10.0 else "")
         rows.append((term, value, error, relative, inflation, remark))
@@ -406,8 +393,8 @@ def coefficient_table(best: FittedFormula) -> Table:
         "remark",
     )
     note = (
-        f"Collinearity: condition number {best.condition_number:.3g}; a variance inflation above 10 says that the "
-        "coefficient cannot be told from others, though their combination can."
+        f"Collinearity: condition number {best.condition_number:.3g}. With a variance inflation above 10 only "
+        "combinations of coefficients are determined."
     )
     return Table(columns, rows, notes=(note,), name="coefficients")
 
@@ -445,10 +432,10 @@ def _failures(dataset: Dataset, best: FittedFormula) -> Section:
     frame = dataset.frame
     counted = frame.groupby(["status", "reason"]).size().reset_index(name="count").sort_values("count", ascending=False)
     rows = [(r["status"], r["reason"] or None, r["count"]) for r in counted.to_dict("records")]
-    blocks: list[Item] = [Table(("status", "reason", "cases"), rows, "What the solver said of its cases.")]
+    blocks: list[Item] = [Table(("status", "reason", "cases"), rows, "Status of the cases.")]
     if best.data.excluded:
         left_out = [(reason, str(count)) for reason, count in best.data.excluded.items()]
-        blocks.append(Table(("left out of the fit", "cases"), left_out))
+        blocks.append(Table(("excluded from the fit", "cases"), left_out))
     failed = frame[frame["status"] == "failed"].sort_values("key")
     if len(failed):
         records = failed.head(3 * _WORST).to_dict("records")
@@ -457,23 +444,17 @@ def _failures(dataset: Dataset, best: FittedFormula) -> Section:
         blocks.append(Table(["case", "reason", *_CONDITION_COLUMNS], shown, caption))
     rest = checked_rows(dataset)
     deviation = friction_of_rows(best, rest) / computed_friction(rest) - 1.0
-    # of the cases that were fitted: what the others deviate by is mostly their own error
+    # fitted cases only: deviations of the others are mostly errors of the solver
     missed = np.where(rest["key"].isin(fitted_rows(dataset, best)["key"]), np.abs(deviation), -1.0)
     worst = np.argsort(-missed)[:_WORST]
     shown = [
         (str(r["key"])[:8], d, r["friction_coefficient"], r["friction_error"], *(r[name] for name in _CONDITIONS))
         for r, d in zip(rest.iloc[worst].to_dict("records"), deviation[worst], strict=True)
     ]
-    header: tuple[Column | str, ...] = (
-        "case",
-        Column("deviation", of="relative_error"),
-        "friction_coefficient",
-        "friction_error",
-        *_CONDITION_COLUMNS,
-    )
-    caption = f"The fitted cases {best.label} misses most, with the error the solver states for them."
-    blocks.append(Table(header, shown, caption))
-    return Section("What failed, and the worst cases", blocks)
+    header = ("case", Column("deviation", of="relative_error"), "friction_coefficient", "friction_error")
+    caption = f"The fitted cases with the largest deviations of {best.label}, with the error stated by the solver."
+    blocks.append(Table((*header, *_CONDITION_COLUMNS), shown, caption))
+    return Section("Failed cases and largest deviations", blocks)
 
 
 def _provenance(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Section:
@@ -488,4 +469,4 @@ def _provenance(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Section:
         ("Python", platform.python_version()),
         *((library, version(library)) for library in _LIBRARIES),
     ]
-    return Section("Versions and hashes", [Table(("what", "value"), rows)])
+    return Section("Versions and hashes", [Table(("item", "value"), rows)])

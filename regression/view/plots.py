@@ -46,22 +46,22 @@ AXES: dict[str, bool] = {
 
 
 def checked_rows(dataset: Dataset) -> pd.DataFrame:
-    """The rows a formula can be compared on: those with sliding and positive friction."""
+    """Rows on which a formula can be compared: those with sliding and positive friction."""
     frame = dataset.converged
     usable = (frame["friction_coefficient"] > 0.0) & (frame["slide_to_roll_total"] > 0.0)
     return frame[usable].reset_index(drop=True)
 
 
 def friction_of_rows(formula: FittedFormula, frame: pd.DataFrame) -> Array:
-    """What a formula gives for rows of a dataset, with the boundary friction of each."""
+    """Friction coefficient of a formula for rows of a dataset, with the boundary friction of each row."""
     values = columns(frame)
     return friction_of_form(formula.form, formula.coefficients, formula.network, values, boundary_friction_of(frame))[0]
 
 
 def plot_regimes(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Figure:
-    """Held-out friction by every formula over the computed one, one panel for each band of the film ratio.
+    """Held-out friction by every formula over computed friction, one panel for each band of the film ratio.
 
-    Cases that were left out of the fit are shown by the best formula itself.
+    Cases that were excluded from the fit are shown with the best formula.
     """
     frame = checked_rows(dataset)
     mu, ratio = computed_friction(frame), frame["film_ratio"].to_numpy(dtype=float)
@@ -110,18 +110,18 @@ def _band_title(low: float, high: float, count: int) -> str:
 
 
 def plain_ticks(axis: Axis, low: float, high: float) -> None:
-    """Numbers of a logarithmic axis as 0.01 rather than powers of ten, few enough to stand beside each other."""
+    """Tick labels of a logarithmic axis as decimals such as 0.01, without overlap."""
     from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
     steps = (1.0, 2.0, 5.0) if high < 40.0 * low else (1.0, 3.0) if high < 400.0 * low else (1.0,)
-    # within a factor of six there are too few of these numbers
+    # below a factor of six a logarithmic locator has too few ticks
     axis.set_major_locator(LogLocator(subs=steps) if high > 6.0 * low else MaxNLocator(5, steps=(1, 2, 5, 10)))
     axis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axis.set_minor_formatter(NullFormatter())
 
 
 def plot_residuals(dataset: Dataset, formula: FittedFormula) -> Figure:
-    """Held-out over computed friction of the fitted cases, with its running median and 5 to 95 % range."""
+    """Ratio of held-out to computed friction of the fitted cases, with its running median and 5 to 95 % range."""
     frame = fitted_rows(dataset, formula)
     ratio = held_out_friction(dataset, formula).mu / computed_friction(frame)
     shown = [name for name in AXES if _varies(frame[name].to_numpy(dtype=float))]
@@ -157,7 +157,7 @@ def _varies(values: Array) -> bool:
 
 
 def _running(x: Array, y: Array, count: int = 12) -> tuple[Array, Array, Array, Array]:
-    """Centre, 5 %, 50 % and 95 % quantiles of y in slices of x that hold equally many points."""
+    """Centre, 5 %, 50 % and 95 % quantiles of y in slices of x with equal numbers of points."""
     order = np.argsort(x)
     slices = [part for part in np.array_split(order, min(count, max(1, len(x) // 10))) if part.size]
     centre = np.array([np.median(x[part]) for part in slices])
@@ -166,7 +166,7 @@ def _running(x: Array, y: Array, count: int = 12) -> tuple[Array, Array, Array, 
 
 
 def plot_bands(formula: FittedFormula) -> Figure:
-    """Held-out errors by band of each variable: bars of the mean, marks at what 95 % of the cases stay below."""
+    """Held-out errors by band of each variable: bars for the mean, marks for the 95 % quantile."""
     bands = formula.bands
     figure = new_figure(7.6, 1.3 + 0.26 * len(bands))
     axes = figure.add_subplot()
@@ -174,7 +174,7 @@ def plot_bands(formula: FittedFormula) -> Figure:
     mean, most = (np.array([100.0 * getattr(band, name) for band in bands]) for name in ("mape", "p95"))
     place = np.arange(len(bands))
     axes.barh(place, mean, color=[(BLUE, GREY)[names.index(band.variable) % 2] for band in bands], label="mean")
-    axes.plot(most, place, "|", color=ORANGE, ms=11, mew=2, label="95 % of the cases stay below")
+    axes.plot(most, place, "|", color=ORANGE, ms=11, mew=2, label="95 % quantile")
     for at, band in zip(place, bands, strict=True):
         end = (max(mean[at], most[at]), at)
         axes.annotate(f"{band.count}", end, xytext=(6, 0), textcoords="offset points", fontsize=7, va="center")
@@ -187,7 +187,7 @@ def plot_bands(formula: FittedFormula) -> Figure:
 
 
 def plot_sensitivity(indices: SobolIndices) -> Figure:
-    """First-order and total Sobol indices of ln mu with their 90 % intervals, greatest first."""
+    """First-order and total Sobol indices of ln mu with their 90 % intervals, the largest first."""
     order = np.argsort(indices.total)
     figure = new_figure(6.0, 0.5 * len(order) + 1.3)
     axes = figure.add_subplot()
@@ -213,15 +213,8 @@ def plot_friction(dataset: Dataset) -> Figure:
     ratio = frame["film_ratio"].to_numpy()
     rough = np.isfinite(ratio)
     x = ratio if rough.any() else frame["slide_to_roll_total"].to_numpy()
-    points = axes.scatter(
-        x,
-        frame["friction_coefficient"],
-        c=frame["slide_to_roll_total"],
-        norm="log",
-        cmap="viridis",
-        s=18,
-        linewidths=0.0,
-    )
+    mu, colour = frame["friction_coefficient"], frame["slide_to_roll_total"]
+    points = axes.scatter(x, mu, c=colour, norm="log", cmap="viridis", s=18, linewidths=0.0)
     figure.colorbar(points, ax=axes, label="|SR| [-]")
     axes.set_xscale("log")
     axes.set(xlabel="film ratio [-]" if rough.any() else "|SR| [-]", ylabel="friction coefficient [-]")
@@ -230,7 +223,7 @@ def plot_friction(dataset: Dataset) -> Figure:
 
 
 def plot_parity(dataset: Dataset, formulas: Sequence[FittedFormula], ax: Axes | None = None) -> Axes:
-    """Held-out friction by each formula over the computed one, best formula on top; dashed lines 10 % off."""
+    """Held-out friction by each formula over computed friction, best formula on top; dashed lines at 10 %."""
     mu = fitted_rows(dataset, formulas[0])["friction_coefficient"].to_numpy(dtype=float)
     axes = axes_or_new(ax, 6.0, 4.6)
     lines = []
@@ -242,12 +235,7 @@ def plot_parity(dataset: Dataset, formulas: Sequence[FittedFormula], ax: Axes | 
     axes.plot(ends, ends, color="black", lw=0.8)
     for factor in (0.9, 1.1):
         axes.plot(ends, factor * ends, color="black", lw=0.6, ls="--")
-    axes.set(
-        xscale="log",
-        yscale="log",
-        xlim=ends,
-        xlabel="computed friction coefficient [-]",
-        ylabel="held-out friction coefficient by formula [-]",
-    )
+    axes.set(xscale="log", yscale="log", xlim=ends)
+    axes.set(xlabel="computed friction coefficient [-]", ylabel="held-out friction coefficient by formula [-]")
     axes.legend(handles=lines[::-1], frameon=False, loc="upper left")
     return axes

@@ -1,4 +1,4 @@
-"""Figures of what formulas say: Stribeck and traction curves and maps, with the computed cases near them."""
+"""Figures of formulas: Stribeck curves, traction curves and maps, with the computed cases near them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _HELD = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll_total", "temperature_oil")
-_NEAR = 0.22  # a case is near where no variable is farther than this share of its range
+_NEAR = 0.22  # largest distance of each variable of a near case, over the range of the variable
 _POINTS = 121
 _MAP = 41
 COLEMAN = 0.05
@@ -34,16 +34,16 @@ _EXTRAPOLATED = (FrictionFlag.EXTRAPOLATED_NEAR, FrictionFlag.EXTRAPOLATED_FAR, 
 
 @dataclass(frozen=True)
 class CurveConditions:
-    """Conditions that curves are drawn for."""
+    """Conditions of curves."""
 
-    dataset: Dataset  # rows of one oil are shown beside the curves
+    dataset: Dataset  # rows of one oil are shown with the curves
     oil: Oil  # its card
-    oil_name: str  # the oil as the rows name it: of a card of the user the path, not the name on the card
+    oil_name: str  # name of the oil in the rows: for a card of the user its path, not the name on the card
     held: Mapping[str, float]  # SI value of every variable; curves and maps vary some of them
-    ranges: Mapping[str, tuple[float, float]]  # least and greatest value of every variable in the data
+    ranges: Mapping[str, tuple[float, float]]  # smallest and largest value of every variable in the data
 
     def at(self, **values: float) -> CurveConditions:
-        """The same with other values held."""
+        """Copy with other constant values."""
         return replace(self, held={**self.held, **values})
 
     def conditions(self, **varied: Array) -> dict[str, Array]:
@@ -65,7 +65,7 @@ class CurveConditions:
         return conditions_of(state, self.oil)
 
     def near(self, *free: str) -> tuple[Array, dict[str, Array]]:
-        """Friction and variables of the computed cases near the held values; those in `free` may be anywhere."""
+        """Friction and variables of the computed cases near the constant values; variables in `free` are ignored."""
         frame = fitted_rows(self.dataset)
         frame = frame[frame["oil"] == self.oil_name]
         inside = np.ones(len(frame), dtype=bool)
@@ -81,7 +81,7 @@ class CurveConditions:
         return frame["friction_coefficient"].to_numpy(dtype=float), table
 
     def description(self, *left_out: str) -> str:
-        """The held values in words."""
+        """The constant values in words."""
         parts = []
         for name in (*_HELD, "roughness_rms"):
             if name not in left_out:
@@ -101,7 +101,7 @@ def middle_conditions(dataset: Dataset, oil: str) -> CurveConditions:
 
 
 def varies(middle: CurveConditions, name: str) -> bool:
-    """Whether the data hold more than one value of a variable."""
+    """Whether the data contain more than one value of a variable."""
     low, high = middle.ranges[name]
     return high > low * (1.0 + 1e-6)
 
@@ -147,16 +147,16 @@ def plot_traction(middle: CurveConditions, formulas: Sequence[FittedFormula]) ->
         axes.set_title(f"Hertz pressure {quantity('pressure_hertz').text(pressure, 2)}", fontsize=10)
         reach.append(float(np.quantile(mu, 0.95)) if mu.size else 0.0)
         reach.append(1.3 * float(np.nanmax(formulas[0].evaluate(table).mu)))
-    # formulas far from these data leave the frame
+    # formulas with much larger friction are cut off
     panels[0].set_ylim(0.0, max(1.6 * max(reach), 1.1 * COLEMAN))
     _legend(figure, panels)
     return figure
 
 
 def plot_maps(middle: CurveConditions, formula: FittedFormula) -> Figure:
-    """Friction over pressure and speed by a formula, with the computed cases near in the same colours.
+    """Friction over pressure and speed by a formula, with near computed cases in the same colours.
 
-    At three roughnesses, or at three slide-to-roll ratios where the roughness does not vary.
+    The panels show three roughnesses, or three slide-to-roll ratios if the roughness does not vary.
     """
     from matplotlib.colors import LogNorm
 
@@ -178,16 +178,8 @@ def plot_maps(middle: CurveConditions, formula: FittedFormula) -> Figure:
         if extrapolated.any():
             axes.contourf(speed, up, extrapolated, levels=(0.5, 1.5), colors="none", hatches=["///"])
         mu, near = here.near("pressure_hertz", "speed_entrainment")
-        axes.scatter(
-            near["speed_entrainment"],
-            to_display("pressure_hertz", near["pressure_hertz"]),
-            c=mu,
-            cmap="viridis",
-            norm=norm,
-            s=26,
-            edgecolors="white",
-            linewidths=0.8,
-        )
+        x, y = near["speed_entrainment"], to_display("pressure_hertz", near["pressure_hertz"])
+        axes.scatter(x, y, c=mu, cmap="viridis", norm=norm, s=26, edgecolors="white", linewidths=0.8)
         axes.set(xscale="log", xlabel=axis_label("speed_entrainment"))
         plain_ticks(axes.xaxis, speed[0], speed[-1])
         held = typeset_units(quantity(third).text(here.held[third], 2))
@@ -199,7 +191,7 @@ def plot_maps(middle: CurveConditions, formula: FittedFormula) -> Figure:
 
 
 def _spread(middle: CurveConditions, name: str) -> tuple[float, float, float]:
-    """A low, the middle and a high value of a variable: 15, 50 and 85 % of the cases lie below."""
+    """The 15, 50 and 85 % quantiles of a variable."""
     frame = fitted_rows(middle.dataset)
     values = frame.loc[frame["oil"] == middle.oil_name, name].to_numpy(dtype=float)
     low, centre, high = (float(value) for value in np.quantile(values, (0.15, 0.5, 0.85)))
@@ -231,7 +223,7 @@ def _legend(figure: Figure, panels: Sequence[Axes]) -> None:
 
 
 def _ends(middle: CurveConditions, name: str) -> tuple[float, float]:
-    """Values that 3 and 97 % of the cases lie below."""
+    """The 3 and 97 % quantiles of a variable."""
     frame = fitted_rows(middle.dataset)
     values = frame.loc[frame["oil"] == middle.oil_name, name].to_numpy(dtype=float)
     low, high = (float(value) for value in np.quantile(values[values > 0.0], (0.03, 0.97)))

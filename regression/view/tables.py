@@ -22,16 +22,16 @@ def reason_text(reasons: Mapping[str, int]) -> str:
 
 
 def family_table(formulas: Sequence[FittedFormula], tried: Iterable[str] = ()) -> Table:
-    """Held-out errors of fitted families in the order given; notes on those tried that could not be fitted."""
+    """Held-out errors of fitted families in the given order; notes on families that could not be fitted."""
     rows = []
     for formula in formulas:
         v = formula.validation
         terms = len(formula.coefficients) - len(formula.dropped)
         rows.append((formula.label, terms, v.r2_log, v.r2, *(getattr(v, name) for name in _ERRORS)))
     columns = ("family", "terms", Column("r2_log", label="R² ln µ"), Column("r2", label="R² µ"), *_ERRORS)
-    title = "Fitted formulas: errors of held-out cases, whole (p, R) cells left out at a time"
+    title = "Fitted formulas: errors of held-out cases, folds of whole (p, R) cells"
     missing = sorted(set(tried) - {formula.label for formula in formulas})
-    notes = [f"{name} could not be fitted to these data; --family {name} says why" for name in missing]
+    notes = [f"{name} could not be fitted to these data; --family {name} shows the reason" for name in missing]
     return Table(columns, rows, title=title, notes=notes, highlight=0)
 
 
@@ -54,14 +54,14 @@ def band_table(formula: FittedFormula) -> Table:
         Column("noise", of="share", label="noise floor"),
     )
     note = (
-        "Noise floor: scatter of one roughness realisation about the mean of several, where repeated points were "
-        "computed. Covered: cases in their interval."
+        "Noise floor: scatter of one roughness realisation about the mean of several, at points with several "
+        "realisations. Covered: share of the cases inside their interval."
     )
     return Table(columns, rows, title=f"{formula.label}: errors of held-out cases by region", notes=(note,))
 
 
 def not_fitted(formula: FittedFormula) -> tuple[tuple[str, Scores], ...]:
-    """What cases a formula was checked with that were not fitted, and its errors there."""
+    """Groups of cases that were not fitted, and the errors of a formula there."""
     found = (
         ("corners of the box", formula.corners),
         ("contacts along gear meshes", formula.paths),
@@ -71,11 +71,11 @@ def not_fitted(formula: FittedFormula) -> tuple[tuple[str, Scores], ...]:
 
 
 def check_table(formula: FittedFormula) -> Table:
-    """Errors of a formula on the cases fitted, held out and not fitted at all."""
+    """Errors of a formula on fitted cases, held-out cases and cases outside the fit."""
     checked: tuple[tuple[str, Scores | Band | None], ...] = (
-        ("fitted cases themselves", formula.fit),
+        ("fitted cases", formula.fit),
         ("held-out cells", formula.validation),
-        ("held out, choice of the family too", formula.nested),
+        ("held-out cells, with choice of the family", formula.nested),
         *not_fitted(formula),
         *((f"  {region_text(b.variable, b.low, b.high)}", b) for b in formula.unseen_bands),
     )
@@ -98,8 +98,8 @@ def check_table(formula: FittedFormula) -> Table:
 def interval_table(formula: FittedFormula, spread: Sequence[tuple[float, float, float]]) -> Table:
     """Interval of mu by film ratio.
 
-    spread: of the factor within each band for networks, whose deviation differs from case to case, as of
-        `regression.fitting.cross_validation.interval_factors`; empty for other forms.
+    spread: result of `regression.fitting.cross_validation.interval_factors` for networks, whose deviation differs from
+        case to case; empty for other forms.
     """
     interval = formula.interval
     level = interval.level
@@ -123,8 +123,8 @@ def interval_table(formula: FittedFormula, spread: Sequence[tuple[float, float, 
     return Table(
         [column for column, kept in zip(columns, keep, strict=True) if kept],
         [[value for value, kept in zip(row, keep, strict=True) if kept] for row in rows],
-        title=f"{formula.label}: interval of {100 * level:g} % by film ratio: µ over and times the factor",
-        notes=("exp(w s), w the deviations of the table and s the one stated at the point",) if spread else (),
+        title=f"{formula.label}: interval of {100 * level:g} % by film ratio, from µ/factor to µ·factor",
+        notes=("factor = exp(w s) with w from column deviations and s the deviation at the point",) if spread else (),
     )
 
 

@@ -1,8 +1,8 @@
-"""Families of friction formulas: what each computes from the local conditions and its coefficients.
+"""Families of friction formulas of the local conditions.
 
-Three are linear in ln mu (`xu`, `power_law`, `regimes`), `short` is nonlinear. All take slide_to_roll_total and
-speed_sliding, the length of the whole sliding vector, `short` also the amount of slide_to_roll: mu
-does not depend on the sign of the sliding.
+`xu`, `power_law` and `regimes` are linear in ln mu, `short` is nonlinear. All depend on slide_to_roll_total and
+speed_sliding (magnitude of the sliding vector), `short` also on the magnitude of slide_to_roll. mu does not depend on
+the sign of the sliding.
 """
 
 from __future__ import annotations
@@ -19,13 +19,7 @@ FAMILIES: dict[str, Family] = {family.name: family for family in (XU, POWER_LAW,
 
 
 def family_named(name: str) -> Family:
-    """The family of that name.
-
-    Raises
-    ------
-    InputError
-        There is none; the message lists those there are.
-    """
+    """The family of that name; `InputError` with the available names if there is none."""
     if name not in FAMILIES:
         raise InputError("family", name, "one of " + ", ".join(FAMILIES))
     return FAMILIES[name]

@@ -1,4 +1,4 @@
-"""What a family of friction formulas is: its equation, its coefficients and their bounds."""
+"""`Family`: equation, coefficients and bounds of a family of friction formulas."""
 
 from __future__ import annotations
 
@@ -10,41 +10,21 @@ from regression.friction.conditions import Array, Conditions
 
 @dataclass(frozen=True)
 class Family:
-    """One form of the friction formula.
+    """One form of the friction formula."""
 
-    Parameters
-    ----------
-    name : str
-        What `mixed-ehl fit --family` takes.
-    title : str
-        One line for reports.
-    equation : str
-        The equation in words a reader can type into a calculator.
-    terms : tuple of str
-        Names of the coefficients.
-    box : tuple of str
-        Variables whose range the formula states and checks.
-    log_mu : callable
-        ln mu from conditions, coefficients and boundary friction.
-    design : callable or None
-        Columns of the linear problem ln mu = X b, one per term; None where the family is nonlinear.
-    start, lower, upper : tuple of float
-        Start and bounds of the coefficients of a nonlinear family.
-    parts : callable or None
-        Asperity load share and the friction of the film, which with the share times mu_b adds up to mu; given where
-        the fit is to meet both parts.
-    """
-
-    name: str
-    title: str
-    equation: str
-    terms: tuple[str, ...]
-    box: tuple[str, ...]
-    log_mu: Callable[[Conditions, Mapping[str, float], float], Array]
+    name: str  # for `mixed-ehl fit --family`
+    title: str  # one line for reports
+    equation: str  # as text with all definitions
+    terms: tuple[str, ...]  # names of the coefficients
+    box: tuple[str, ...]  # variables with a checked range
+    log_mu: Callable[[Conditions, Mapping[str, float], float], Array]  # of conditions, coefficients, boundary friction
+    # columns X of the linear problem ln mu = X b, one per term; None for a nonlinear family
     design: Callable[[Conditions], Array] | None = None
+    # start and bounds of the coefficients of a nonlinear family
     start: tuple[float, ...] = ()
     lower: tuple[float, ...] = ()
     upper: tuple[float, ...] = ()
+    # asperity load share s and film friction f of mu = s mu_b + f, if both are fitted
     parts: Callable[[Conditions, Mapping[str, float]], tuple[Array, Array]] | None = None
 
 
@@ -57,5 +37,5 @@ BOX = (
     "viscosity_inlet",
     "roughness_rms",
 )
-# of the families that know how the roughness lies
+# of families that depend on correlation length and lay
 ROUGH_BOX = (*BOX, "correlation_length", "peklenik_number")

@@ -1,8 +1,8 @@
-"""Family `regimes`: powers of dimensionless groups whose exponents change from regime to regime of the film ratio.
+"""Family `regimes`: powers of dimensionless groups with exponents that depend on the film ratio.
 
-In the manner of Li & Kahraman, who give one power product of dimensionless groups for each regime of the film ratio;
-their coefficients are in no source at hand, these are fitted. So that mu does not jump from one regime to the next, the
-exponents change linearly in ln lambda between the knots: ln mu is continuous everywhere and has a bend at each knot.
+Li & Kahraman give one power product of dimensionless groups for each regime of the film ratio. Their coefficients were
+not available; these are fitted. The exponents are linear in ln lambda between knots, so that ln mu is continuous with
+a kink at each knot.
 """
 
 from __future__ import annotations
@@ -43,10 +43,10 @@ _TERMS = (
 
 
 def hats(film_ratio: Array) -> list[Array]:
-    """Share of each regime: 1 at its knot, 0 at the next ones, linear in ln lambda between; they add up to 1."""
+    """Weight of each regime: 1 at its knot, 0 at the neighbouring ones, linear in ln lambda; the sum is 1."""
     place = np.log(np.maximum(film_ratio, 1e-12))
     knots = np.log(KNOTS)
-    # rise[i]: from 0 at knot i to 1 at knot i + 1
+    # rise[i] increases from 0 at knot i to 1 at knot i + 1
     rise = [
         np.minimum(np.maximum((place - low) / (high - low), 0.0), 1.0)
         for low, high in zip(knots[:-1].tolist(), knots[1:].tolist(), strict=True)

@@ -1,6 +1,6 @@
-"""A heated Ree-Eyring film over a line contact and the load share of asperities in it, in closed form (ours).
+"""Closed form of a thermal Ree-Eyring film in a line contact and of its asperity load share (own work).
 
-The stress is taken at the mean pressure of the line contact.
+The shear stress is that at the mean pressure of the line contact.
 """
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ from regression.friction.conditions import MIN_ROUGHNESS, Array, Conditions, fla
 # steel: sqrt(46 W/(m K) * 7830 kg/m3 * 465 J/(kg K))
 EFFUSIVITY = 12941.4
 CAP_ORDER = 8.0
-# of fits to both shipped oils: free they came out alike, or could not be told from the coefficients that stayed
+# from fits to both shipped oils: equal for both, or not separable from the fitted coefficients
 INLET_SLIDING, INLET_SLIDING_POWER, INLET_HEAT, INLET_LOAD, INLET_POWER = 2.0, 1.7, 0.9, 0.15, 0.6
-# of 1024 smooth contacts of each shipped oil, which leave 2.0 and 2.5 % with them
+# fitted to 1024 smooth contacts of each shipped oil, with remaining errors of 2.0 and 2.5 %
 HEAT_FILM, HEAT_FLASH, HEAT_POWER, RELIEF_POWER = 1.8, 1.15, 0.75, 2.0 / 3.0
 _MAX_EXPONENT = 300.0  # of an exponent
-_THICK = 3.0  # lambda from which the roughness leaves no trace in the film's friction
-# of fits to both shipped oils, where they came out alike
+_THICK = 3.0  # lambda above which roughness has no effect on film friction
+# from fits to both shipped oils with equal results
 SLOPE_POWER = 0.75  # of lc/Rq
-_PRESSURE, _PRESSURE_POWER, _SLIDING_POWER = 0.005, 0.4, 0.2  # of the sharpness j; p_h/E' of 1.1 GPa on steel
-_ACROSS = 0.15  # |s|/(1 + SR) at which sliding across the line counts
+_PRESSURE, _PRESSURE_POWER, _SLIDING_POWER = 0.005, 0.4, 0.2  # of the exponent j; p_h/E' of 1.1 GPa on steel
+_ACROSS = 0.15  # scale of |s|/(1 + SR) for the effect of sliding across the line
 
 
 def heated_film(c: Conditions, k: Mapping[str, float]) -> Array:
-    """Central film: the isothermal one over what inlet heating takes away [m].
+    """Central film with inlet heating [m].
 
-    h = h0/(1 + inlet (1 + 2 SR^1.7) L^0.9 M^0.15)^0.6 with the thermal loading
-    L = eta0 beta u^2/k and M = W (2U)^-1/2; the form is that of the published inlet factors (Murch & Wilson, Gupta).
+    h = h0/(1 + inlet (1 + 2 SR^1.7) L^0.9 M^0.15)^0.6 with the thermal loading parameter L = eta0 beta u^2/k and
+    M = W (2U)^-1/2. The form is that of the published inlet factors (Murch & Wilson, Gupta).
     """
     speed = np.abs(c["speed_entrainment"])
     loading = c["viscosity_inlet"] * c["temperature_viscosity"] * speed**2 / c["thermal_conductivity"]
@@ -45,32 +45,27 @@ def heated_film(c: Conditions, k: Mapping[str, float]) -> Array:
 
 
 def film_friction(c: Conditions, k: Mapping[str, float], film: Array, ripple: Array | float = 0.0) -> Array:
-    """Friction of the heated film; at most Lambda.
+    """Friction of the thermal film, at most Lambda.
 
-    A film as thick as the Hertz depth b^2/R carries the load with less pressure over a wider band (`relief_thick`).
-    The viscosity between ambient and mean pressure is that of the modulus law through both. The stress tau0 asinh(x)
-    falls with the temperature it makes itself: tau = tau0 a/(1 + theta tanh a)^0.75 with a = asinh x and
-    theta = tau0 beta dT/tau from the film and both surfaces. beta rises with pressure as that of Roelands does, times
-    `heat_pressure`, a property of the oil (near 0 where its pressure-viscosity falls with temperature). Under pressure
-    the film conducts as `PAO` whatever the card says, 5 % apart at most. The cap is a smooth minimum.
+    A film of the order of the Hertz depth b^2/R carries the load with a lower pressure over a wider band
+    (`relief_thick`). Between ambient and mean pressure the viscosity is that of the modulus law through both. Heating
+    reduces the stress tau0 asinh(x) to tau0 a/(1 + theta tanh a)^0.75, with a = asinh x and theta = tau0 beta dT/tau
+    from the film and both surfaces. beta increases with pressure as for Roelands, times the oil property
+    `heat_pressure` (near 0 if the pressure-viscosity coefficient decreases with temperature). The conductivity of the
+    film is that of `PAO`, with a difference of at most 5 %. The limiting stress is a smooth minimum.
 
-    Parameters
-    ----------
-    c, k : mapping
-        Conditions and coefficients.
-    film : array
-        [m].
-    ripple : array
-        Relative rise of the mean viscosity by pressures that ripple, where the film shears as a Newtonian one.
+    c, k: conditions and coefficients.
+    film: film thickness [m].
+    ripple: relative increase of the mean viscosity by pressure ripples in a film of Newtonian shear.
     """
     mean = 0.25 * np.pi * c["pressure_hertz"]
     speed, sliding, stress = np.abs(c["speed_entrainment"]), c["speed_sliding"], c["eyring_stress"]
     viscosity, beta = c["viscosity_inlet"], c["temperature_viscosity"]
     rise = np.log(c["viscosity_mean_pressure"] / viscosity)
-    # modulus law g(p) = p/(c0 + c1 p) through slope alpha at 0 and `rise` at the mean pressure
+    # modulus law g(p) = p/(c0 + c1 p) with slope alpha at 0 and `rise` at the mean pressure
     bend = rise / np.maximum(c["pressure_viscosity"] * mean, 1e-9)
     thick = c["film_formula"] * c["radius_equivalent"] / c["half_width"] ** 2
-    # load = pressure times width: what the one loses the other gains
+    # constant load: the pressure is divided and the width multiplied by this factor
     relief = (1.0 + k["relief_thick"] * thick) ** RELIEF_POWER
     ratio = 0.5 * np.abs(c["slide_to_roll"])
     surfaces = 0.5 * (np.sqrt(1.0 + ratio) + np.sqrt(np.abs(1.0 - ratio)))
@@ -108,15 +103,14 @@ def asperity_share(c: Conditions, film: Array, k: Mapping[str, float]) -> Array:
     Q = squeeze (h'/h_b)^n exp(squeeze_tail (h'/Rq)^2) P^(squeeze_flattening exp(-h/Rq)) (1 + slide A)
     g/(g + lay/P)/(1 + narrow P^2 lc/b)
 
-    The film is measured by the boundary film h_b = 30 nm of extreme-pressure additives: it, and not Rq, decides which
-    film the asperities reach through. The
-    exponent n = squeeze_film (0.01 lc/Rq)^0.75 (1 + lc/b)^squeeze_width says how suddenly they do: flatter
-    roughness touches more evenly. P = p_h lc/(0.5 E' Rq) is the pressure over the one that flattens the roughness,
-    which matters where films are thin. Sliding s across the line makes films between asperities, A = |s|/(0.15 (1 +
-    SR)); marks across the motion (Peklenik number gamma above 1) hold the oil, marks along it let it out,
-    g = gamma^(2/(1 + lc/b)), less where a wave is as long as the contact is wide; such waves lift it
-    (h' = h (1 + whole lc/b)) and are squeezed as a whole (narrow). Touching sets in more sharply under pressure and
-    where the roughness slides across: j = (p_h/(0.005 E'))^0.4 (1 + A)^0.2.
+    The scale of the film is the boundary film h_b = 30 nm of extreme-pressure additives rather than Rq. The transition
+    is sharper for flatter roughness, n = squeeze_film (0.01 lc/Rq)^0.75 (1 + lc/b)^squeeze_width.
+    P = p_h lc/(0.5 E' Rq) is the Hertz pressure over the pressure that flattens the roughness; it affects thin films.
+    Sliding s across the line generates films between asperities, A = |s|/(0.15 (1 + SR)). Marks across the motion
+    (Peklenik number gamma above 1) retain the oil, marks along it drain it: g = gamma^(2/(1 + lc/b)). This effect
+    decreases with the ratio of wavelength to contact width. Long waves increase the film (h' = h (1 + whole lc/b)) and
+    are flattened as a whole (narrow). The transition is sharper at high pressure and with sliding across the line:
+    j = (p_h/(0.005 E'))^0.4 (1 + A)^0.2.
     """
     rough = np.maximum(c["roughness_rms"], MIN_ROUGHNESS)
     length = c["correlation_length"]
@@ -140,13 +134,13 @@ def asperity_share(c: Conditions, film: Array, k: Mapping[str, float]) -> Array:
 
 
 def valley_film(c: Conditions, film: Array, k: Mapping[str, float]) -> Array:
-    """Factor on the friction of the film: below lambda 1 most of it is sheared in valleys, deeper than its mean."""
+    """Factor on film friction: below lambda 1 most of the film is sheared in valleys deeper than the mean film."""
     rough = np.maximum(c["roughness_rms"], MIN_ROUGHNESS)
     return np.asarray((1.0 + (rough / film) ** 2) ** (-0.5 * k["valleys"]))
 
 
 def film_ripple(c: Conditions, film: Array, k: Mapping[str, float]) -> Array:
-    """What the waves of the roughness add to the strain of the film they roll through."""
+    """Relative increase of the shear strain of the film by pressure ripples of the roughness."""
     ratio = film / np.maximum(c["roughness_rms"], MIN_ROUGHNESS)
     return np.asarray(k["ripple"] / (1.0 + (ratio / _THICK) ** 4))
 

@@ -1,4 +1,4 @@
-"""Families linear in ln mu: the nine terms of Xu et al. (2007) and powers of the six variables."""
+"""Families that are linear in ln mu: the nine terms of Xu et al. (2007) and powers of the six variables."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from regression.friction.families.family import BOX, Family
 
 
 def _xu_design(c: Conditions) -> Array:
-    """Columns in the order of the published b1..b9: P in GPa, n0 in mPa s, S in um, the rest SI."""
+    """Columns in the order of the published b1..b9: P in GPa, n0 in mPa s, S in um, others in SI units."""
     pressure, sliding = c["pressure_hertz"] * 1e-9, c["slide_to_roll_total"]
     viscosity = c["viscosity_inlet"] * 1e3
     group = sliding * pressure * np.log10(viscosity)
@@ -32,17 +32,9 @@ def _xu_design(c: Conditions) -> Array:
 
 def _power_design(c: Conditions) -> Array:
     rough = np.log(np.maximum(c["roughness_rms"] * 1e6, 1e-6))
-    return np.column_stack(
-        [
-            np.ones_like(rough),
-            np.log(c["pressure_hertz"] * 1e-9),
-            np.log(c["radius_equivalent"]),
-            np.log(c["speed_entrainment"]),
-            np.log(c["slide_to_roll_total"]),
-            np.log(c["viscosity_inlet"] * 1e3),
-            rough,
-        ]
-    )
+    names = ("radius_equivalent", "speed_entrainment", "slide_to_roll_total")
+    pressure, viscosity = np.log(c["pressure_hertz"] * 1e-9), np.log(c["viscosity_inlet"] * 1e3)
+    return np.column_stack([np.ones_like(rough), pressure, *(np.log(c[name]) for name in names), viscosity, rough])
 
 
 def _linear(

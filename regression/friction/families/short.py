@@ -1,7 +1,7 @@
-"""Family `short`: asperities that reach through a heated film (ours).
+"""Family `short`: friction of asperities and of a thermal film (own work).
 
-For contacts whose roughness was resolved: `asperity_share` gives the load the asperities carry, and the film, taken at
-the mean pressure, carries the rest.
+`asperity_share` gives the load share of the asperities; the film has the rest at the mean pressure. The family is for
+contacts with resolved roughness.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from regression.friction.families.heated_film import (
     valley_film,
 )
 
-_FILM_POWER = 1.5  # of the share of the film, in fits to both shipped oils
+_FILM_POWER = 1.5  # of the load share of the film, from fits to both shipped oils
 
 
 def short_parts(c: Conditions, k: Mapping[str, float]) -> tuple[Array, Array]:
-    """Asperity load share X and friction of the film that carries the rest."""
+    """Asperity load share X, and friction of the film with the rest of the load."""
     hot = heated_film(c, k)
     share = asperity_share(c, hot, k)
     film = film_friction(c, k, hot, film_ripple(c, hot, k)) * valley_film(c, hot, k)
@@ -72,14 +72,11 @@ _EQUATION = (
 _START, _LOWER, _UPPER = zip(*_TERMS.values(), strict=True)
 SHORT = Family(
     "short",
-    "asperities over a heated film, fifteen coefficients (ours)",
+    "asperities and thermal film, fifteen coefficients (ours)",
     _EQUATION,
-    tuple(_TERMS),
-    ROUGH_BOX,
-    short_log_mu,
-    None,
-    _START,
-    _LOWER,
-    _UPPER,
-    short_parts,
+    *(tuple(_TERMS), ROUGH_BOX, short_log_mu),
+    start=_START,
+    lower=_LOWER,
+    upper=_UPPER,
+    parts=short_parts,
 )

@@ -160,7 +160,7 @@ def test_cases_that_fail_are_said_in_the_exit_code(mixed_ehl: Call, plan: Path, 
     swept = mixed_ehl("sweep", plan, "-o", tmp_path / "run", "--with", "benedict_kelley_1961", "--jobs", "1")
     assert swept.code == 1
     assert "undefined" in swept.out
-    assert "have no answer" in swept.err
+    assert "have no result" in swept.err
     # a resumed run says the same of the failures on disk, whoever computed them
     resumed = mixed_ehl("sweep", plan, "-o", tmp_path / "run", "--with", "benedict_kelley_1961", "--jobs", "1")
     assert (resumed.code, resumed.err.splitlines()[-1]) == (1, swept.err.splitlines()[-1])

@@ -103,7 +103,7 @@ def test_fit_of_a_name_on_the_command_line(shelf: Path, tmp_path: Path, mixed_eh
     point = ("--radius", "18 mm", "--slide-to-roll", "0.2", "--temperature", "90 degC", "--roughness-rms", "0.35 um")
     inside = mixed_ehl("mu", formula, "--pressure", "1 GPa", "--speed", "4 m/s", *point, "--refuse", "--hull", "small")
     assert inside.code == 0
-    assert "in the convex hull of its data" in inside.out
+    assert "inside the convex hull of its data" in inside.out
     outside = mixed_ehl("mu", formula, "--pressure", "3 GPa", "--speed", "4 m/s", *point, "--hull", "small")
     assert outside.code == 0
     assert "outside the convex hull" in outside.out

@@ -145,7 +145,7 @@ def test_page(dataset: Dataset, formulas: list[FittedFormula], tmp_path: Path) -
     assert all(abs(float(text)) < 1e-9 for text in rows["Arana 2019"][1:4])
     for term, value in best.coefficients.items():
         assert float(rows[term][1]) == pytest.approx(value, rel=1e-8)
-    for title in ("Data", "All formulas", "Errors by region", "Curves and maps, fva3", "Sensitivity", "What failed"):
+    for title in ("Data", "All formulas", "Errors by region", "Curves and maps, fva3", "Sensitivity", "Failed cases"):
         assert title in page
     assert "not_there could not be fitted to these data" in page
     assert page.count("<svg") >= 7

@@ -73,7 +73,7 @@ def test_any_size_with_constraints_and_the_longer_plan_begins_with_the_shorter()
 
 
 def test_constraints_nothing_passes_are_refused() -> None:
-    with pytest.raises(InputError, match=r"constraints.*windows that leave 1/64.*Widen"):
+    with pytest.raises(InputError, match=r"constraints.*windows that accept 1/64.*Widen"):
         plan(constraints={"film_ratio": {"low": 1000.0}})
     listed = {**RANGES, **{name: RANGES[name]["low"] for name in list(RANGES)[:4]}}
     with pytest.raises(InputError, match=r"constraints.*at least one case"):

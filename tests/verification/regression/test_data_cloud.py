@@ -132,7 +132,7 @@ def test_file_round_trip_and_damage() -> None:
         ({"variables": ["pressure", *NAMES[1:]]}, "pressure_hertz"),
         ({"points": [[0, 1]]}, "rows of 3 numbers"),
         ({"points": []}, "at least one point"),
-        ({"mean": [0.0]}, "as many means"),
+        ({"mean": [0.0]}, "means and scales"),
         ({"radius": 0.0}, "radius"),
     ):
         with pytest.raises(InputError, match=words):

@@ -128,7 +128,7 @@ def test_program_in_a_container(slurm: Path, mixed_ehl: Callable[..., Any], tmp_
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (("--sbatch", "array=1-9"), "which the script gives itself"),
+        (("--sbatch", "array=1-9"), "which the script sets"),
         (("--sbatch", "partition"), "NAME=VALUE"),
         (("--sbatch", "comment=two words"), "without blanks or quotes"),
         (("--sbatch", "Partition=short"), "a long option of sbatch"),
@@ -145,7 +145,7 @@ def test_options_that_no_script_can_hold(
 def test_options_of_slurm_without_it(mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
     outcome = mixed_ehl("sweep", "demo", "-o", tmp_path, "--merge", "all.h5")
     assert outcome.code == 2
-    assert "nothing without --slurm" in outcome.err
+    assert "together with --slurm" in outcome.err
 
 
 @pytest.mark.usefixtures("slurm")
