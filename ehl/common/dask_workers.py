@@ -21,10 +21,10 @@ from ehl.common.runner import MAX_CRASHES, Executor, Numbered, WorkersCrashed, c
 from ehl.common.threads import keep_one_thread
 from ehl.common.version import __version__
 
-# cases at each thread of a worker: one runs, one waits
+# cases per thread of a worker: one running, one waiting
 _CASES_PER_THREAD = 2
-CONNECT = 10  # how long an address may take to answer [s]
-_CHECK_EVERY = 5.0  # how often a silent cluster is checked [s]
+CONNECT = 10  # longest time for a connection [s]
+_CHECK_EVERY = 5.0  # interval of the checks of a silent cluster [s]
 
 
 class ClusterLost(MixedEhlError):
@@ -38,12 +38,12 @@ class DaskCluster:
     """Workers of a dask cluster."""
 
     client: Any  # connected
-    worker_timeout: float = 60.0  # how long the cluster may be without any worker [s]
+    worker_timeout: float = 60.0  # longest time without any worker [s]
 
     def results(
         self, tasks: Iterator[Numbered], function: Callable[[Any], Any], time_cap: float | None = None
     ) -> Iterator[Numbered]:
-        """As `ehl.common.runner.Executor.results`."""
+        """See `ehl.common.runner.Executor.results`."""
         distributed = import_module("distributed")
         self._wait_for_workers()
         run = uuid.uuid4().hex[:8]
@@ -81,7 +81,7 @@ class DaskCluster:
                     self._wait_for_workers()
             if crashed:
                 raise WorkersCrashed
-        except (OSError, distributed.CancelledError):  # of any call to a scheduler that was killed
+        except (OSError, distributed.CancelledError):  # raised by any call after the scheduler was killed
             raise _cluster_lost("the scheduler closed the connection") from None
         finally:
             if futures and self.client.status == "running":
@@ -106,13 +106,13 @@ class DaskCluster:
             allowed = f"workers with mixed-ehl {__version__}"
             raise InputError("dask", f"worker with mixed-ehl {error}", allowed, "Use one environment.") from None
         except ImportError as error:
-            hint = f"{error}. Install mixed-ehl {__version__} where the workers run."
+            hint = f"{error}. Install mixed-ehl {__version__} in the environment of the workers."
             raise InputError("dask", "a worker without mixed-ehl", "workers that can import it", hint) from None
 
     def _wait_for_workers(self) -> None:
         """Return as soon as there is a worker.
 
-        Raises `ClusterLost`: there is none for `worker_timeout`, or no scheduler.
+        Raises `ClusterLost`: there is no worker for `worker_timeout`, or no scheduler.
         """
         end = time.monotonic() + self.worker_timeout
         while True:
@@ -135,7 +135,7 @@ def _cluster_lost(cause: str) -> ClusterLost:
 
 
 class _OtherVersion(Exception):
-    """The worker's mixed-ehl is another version: its results would be stored under the wrong key."""
+    """The worker has another version of mixed-ehl, so that its results would be stored under the wrong key."""
 
 
 def _in_dask_worker(task: Numbered, function: Callable[[Any], Any], time_cap: float | None, version: str) -> Numbered:
@@ -163,17 +163,17 @@ def dask_executor(address: str) -> Iterator[Executor]:
     if kind == "local":
         if not (colon and count.isdigit() and int(count) >= 1):
             raise InputError("dask", address, "local:N with N worker processes, such as local:4")
-        # the sweep finds the case that crashes its worker: it need not crash three more
+        # no repetition by dask, because the sweep itself finds the case that crashes its worker
         with (
             dask.config.set({"distributed.scheduler.allowed-failures": 0, "distributed.comm.timeouts.connect": "30s"}),
             distributed.LocalCluster(
                 n_workers=int(count),
                 threads_per_worker=1,
                 processes=True,
-                # a page of its own for each cluster of a machine, seen from this machine alone
+                # a separate status page for each cluster, accessible from this machine only
                 dashboard_address="127.0.0.1:0",
                 memory_limit=0,
-                # the sweep reports crashes, once
+                # the sweep reports crashes itself
                 silence_logs=logging.CRITICAL,
             ) as cluster,
             distributed.Client(cluster) as client,
@@ -181,7 +181,7 @@ def dask_executor(address: str) -> Iterator[Executor]:
             yield DaskCluster(client)
         return
     if address.endswith(".json") and not os.path.isfile(address):
-        # dask would wait for it without limit
+        # dask would wait for the file without limit
         hint = "Start `dask scheduler --scheduler-file FILE` first."
         raise InputError("dask", address, "a scheduler file that exists", hint)
     try:

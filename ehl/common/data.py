@@ -1,4 +1,4 @@
-"""Where the shipped data lies: `data/` of a checkout, or `ehl/_data/` of an installed wheel."""
+"""Location of the shipped data: `data/` of a checkout, or `ehl/_data/` of an installed wheel."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def data_names(folder: str, suffix: str = ".toml") -> tuple[str, ...]:
 
 
 def shipped(kind: str) -> tuple[str, ...]:
-    """Names of what the program brings along.
+    """Names of the shipped files of one kind.
 
     Parameters
     ----------
@@ -58,10 +58,10 @@ def shipped(kind: str) -> tuple[str, ...]:
 
 
 def named_file(field: str, folder: str, name: str | Path, suffix: str = ".toml") -> Path:
-    """Path of a file, or of the shipped one of that name; `InputError` naming `field` where there is none."""
+    """Path of a file, or of the shipped file of that name; `InputError` for `field` if there is none."""
     path = Path(name)
     names = data_names(folder, suffix)
-    if os.path.exists(path):  # and not Path.exists, which raises where the name is too long
+    if os.path.exists(path):  # Path.exists raises an error if the name is too long
         return path
     if path.suffix:
         if path.suffix == suffix and path.stem in names:
@@ -75,7 +75,7 @@ def named_file(field: str, folder: str, name: str | Path, suffix: str = ".toml")
 
 
 def _meant(name: str, names: tuple[str, ...]) -> str:
-    """What a name that is unknown here may stand for: one of another kind, or a misspelt one."""
+    """Hint for an unknown name: a name of another kind, or a similar name."""
     for folder, words in (("designs", "a design"), ("oils", "an oil"), ("plans", "a plan"), ("blanks", "a blank")):
         if name in data_names(folder):
             return f"{name} is {words}."

@@ -1,4 +1,4 @@
-"""Dialect of a table of text, found by its content: separator, decimal sign, and where the numbers begin and end."""
+"""Dialect of a text table, determined from its content: separator, decimal sign, first and last line of numbers."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ _SIGNS = str.maketrans({"\u2212": "-", "\u2013": "-", "\u00a0": " ", "\u202f": "
 
 @dataclass(frozen=True)
 class Dialect:
-    """How a table of text is written."""
+    """Separator and decimal sign of a text table."""
 
-    separator: str  # between cells; a blank for any number of blanks
+    separator: str  # separator of cells; a blank means any number of blanks
     decimal: str  # decimal sign, a point or a comma
 
     def cells(self, line: str) -> list[str]:
-        """Cells of a line without quotes; empty ones at its end are left out."""
+        """Cells of a line without quotes and without empty cells at its end."""
         line = line.strip(" \ufeff\x1a")
         cells = line.split() if self.separator == " " else line.split(self.separator)
         cells = [cell.strip().strip('"').strip() for cell in cells]
@@ -41,16 +41,16 @@ class Dialect:
         return cells
 
     def number(self, cell: str) -> float | None:
-        """Value of a cell; nan for an empty one or a word for a missing value, None for another text.
+        """Value of a cell; nan for an empty cell or a missing value, None for another text.
 
-        Raises `InputError`: the cell may be meant with either decimal sign.
+        Raises `InputError`: the decimal sign of the cell is ambiguous.
         """
         text = cell.translate(_SIGNS).strip()
         if not text or text.casefold() in MISSING:
             return math.nan
         if _AMBIGUOUS[self.decimal].fullmatch(text):
             either = text.replace(",", ".").replace(".", ""), text.replace(",", ".")
-            hint = f"{either[1]} or {either[0]}? Write the number without a separator of thousands."
+            hint = f"{either[1]} or {either[0]}? Write the number without a thousands separator."
             raise InputError("cell", cell, f"numbers with the decimal sign {self.decimal!r} of the other cells", hint)
         if _GROUPED[self.decimal].fullmatch(text):
             text = text.replace("," if self.decimal == "." else ".", "")
@@ -61,7 +61,7 @@ class Dialect:
         return float(re.sub("[dD]", "e", text)) if _PLAIN.fullmatch(text) else None
 
     def is_numeric(self, cell: str) -> bool:
-        """Whether the cell is a number, or stands for a missing one."""
+        """Whether the cell is a number or a missing value."""
         try:
             return self.number(cell) is not None
         except InputError:
@@ -77,27 +77,27 @@ DIALECTS = tuple(
 class NumericBlock:
     """The longest run of lines of numbers in a text."""
 
-    dialect: Dialect  # how they are written
-    # numbers of its first and last line, counted from 1; 0 where there is none
+    dialect: Dialect  # their dialect
+    # first and last line, counted from 1; 0 if there is none
     first: int = 0
     last: int = 0
-    header: tuple[str, ...] = ()  # lines before it that have content
+    header: tuple[str, ...] = ()  # lines with content before it
     rows: tuple[list[str], ...] = field(default=(), repr=False)  # cells of its lines
     numbers: tuple[int, ...] = field(default=(), repr=False)  # number of each of these lines
 
 
-_SAMPLE = 500  # lines by which the dialect is chosen
+_SAMPLE = 500  # number of lines from which the dialect is determined
 
 
 def numeric_block(text: str) -> NumericBlock:
-    """The table of numbers of a text without named columns, in the dialect that reads most lines as numbers."""
+    """The table of numbers of a text without named columns, in the dialect that gives the most lines of numbers."""
     lines = text.splitlines()
     sample = lines[:: max(1, len(lines) // _SAMPLE)]
     best, score = DIALECTS[0], (0, 0)
     for dialect in DIALECTS:
         if dialect.separator in text or dialect.separator == " ":
             rows = [cells for line in sample if (cells := _numbers(line, dialect))]
-            # a separator that cuts lines into more cells wins among those that read as many lines
+            # among dialects with equal numbers of lines the one with more cells is chosen
             reached = (len(rows), max(map(len, rows), default=0))
             if reached > score:
                 best, score = dialect, reached
@@ -105,7 +105,7 @@ def numeric_block(text: str) -> NumericBlock:
 
 
 def _numbers(line: str, dialect: Dialect) -> list[str]:
-    """Cells of a line of numbers; none where it has another text, or no number at all."""
+    """Cells of a line of numbers; none if the line has another text or no number."""
     cells = [] if line.lstrip().startswith("#") else dialect.cells(line)
     some = any(cell[-1:].isdigit() or cell[-1:] == "." for cell in cells)
     return cells if some and all(map(dialect.is_numeric, cells)) else []
@@ -131,7 +131,7 @@ def _longest_run(lines: Sequence[str], dialect: Dialect) -> NumericBlock:
 
 
 def decimals_of(cells: Sequence[str]) -> str:
-    """Decimal signs found in cells that are numbers, perhaps with a unit behind: ``"."``, ``","``, or ``".,"``."""
+    """Decimal signs in cells that are numbers with or without a unit: ``"."``, ``","``, or ``".,"``."""
     point = comma = False
     for cell in cells:
         match = _LEADING.match(cell.translate(_SIGNS).strip())
@@ -144,12 +144,12 @@ def decimals_of(cells: Sequence[str]) -> str:
 
 
 def with_point(cell: str, decimals: str, where: str) -> str:
-    """A cell that begins with a number, perhaps with its unit behind, with a decimal point; others as they are.
+    """A cell that begins with a number, converted to a decimal point; other cells are unchanged.
 
-    cell: without blanks at its ends.
-    decimals: of the table, as of `decimals_of`.
-    where: of the error.
-    Raises `InputError`: the number may be meant with either decimal sign.
+    cell: text without blanks at its ends.
+    decimals: result of `decimals_of` for the table.
+    where: field of the error.
+    Raises `InputError`: the decimal sign of the number is ambiguous.
     """
     match = _LEADING.fullmatch(cell.translate(_SIGNS))
     if match is None or "," not in match[1] + decimals:
@@ -157,7 +157,7 @@ def with_point(cell: str, decimals: str, where: str) -> str:
     text, unit = match[1], match[2]
     if any(_AMBIGUOUS[sign].fullmatch(text) for sign in decimals):
         either = re.sub("[.,]", "", text), text.replace(",", ".")
-        hint = f"{either[1]} or {either[0]}? Write numbers without a separator of thousands."
+        hint = f"{either[1]} or {either[0]}? Write numbers without a thousands separator."
         raise InputError(where, cell, "numbers with the decimal sign of the other cells", hint)
     grouped = next((sign for sign in ".," if _GROUPED[sign].fullmatch(text)), "")
     if grouped:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 def duration(seconds: float) -> str:
-    """A time a person reads at a glance: ``42 s``, ``3 min 20 s``, ``5 h 12 min``."""
+    """A duration as text, such as ``42 s``, ``3 min 20 s`` or ``5 h 12 min``."""
     whole = round(seconds)
     if whole < 60:
         return f"{whole} s"

@@ -1,47 +1,47 @@
-"""Errors a user can act on. The command line turns them into one sentence and an exit code."""
+"""Errors of the three packages. The command line prints them as one sentence and returns an exit code."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-_MOST_SHOWN, _MOST_TEXT = 20, 4000  # problems a message tells, and its length after which it tells no more
+_MOST_SHOWN, _MOST_TEXT = 20, 4000  # problems in a message; its length [characters]
 
 
 def _shown(value: object) -> str:
     try:
         return _one_line(repr(value), 300)
-    except (ValueError, RecursionError):  # an integer of 10 000 digits, lists within lists without end
+    except (ValueError, RecursionError):  # an integer of 10 000 digits, or deeply nested lists
         return f"a value too long to print ({type(value).__name__})"
 
 
 def _one_line(text: str, longest: int) -> str:
-    """A text a user's file is part of, fit for a terminal: short, and without control characters."""
+    """A text from the input of a user for printing: short, and without control characters."""
     if len(text) > longest:
         text = f"{text[: longest // 2]}... ({len(text)} characters) ...{text[-longest // 4 :]}"
     return "".join(sign if sign.isprintable() or sign == "\n" else f"\\x{ord(sign):02x}" for sign in text)
 
 
 class MixedEhlError(Exception):
-    """Base of all errors raised on purpose by the three packages."""
+    """Base class of all errors of the three packages."""
 
     exit_code = 1
 
 
 class InputError(MixedEhlError, ValueError):
-    """An input that cannot be used.
+    """An invalid input.
 
     Parameters
     ----------
     field : str
-        Name of the field as the user wrote it (``contact.radius_equivalent``), or the file's name.
+        Name of the field as the user wrote it (``contact.radius_equivalent``), or name of the file.
     value : object
-        The value as the user wrote it; None where it is missing.
+        The value as the user wrote it; None if it is missing.
     allowed : str
-        What would be accepted, with its unit.
+        Allowed values, with unit.
     hint : str, optional
-        What to do about it.
+        Remedy.
     also : iterable of InputError, optional
-        What else is wrong with the same input; each has a line of its own in the message.
+        Further errors of the same input; each has a separate line in the message.
     """
 
     exit_code = 2
@@ -55,17 +55,17 @@ class InputError(MixedEhlError, ValueError):
 
     @property
     def problems(self) -> tuple[InputError, ...]:
-        """Every problem of the input as an error of its own, this one first."""
+        """Every problem of the input as a separate error, this one first."""
         return (InputError(self.field, self.value, self.allowed, self.hint), *self.also) if self.also else (self,)
 
     @classmethod
     def of(cls, problems: Iterable[InputError]) -> InputError:
-        """One error of several; at least one."""
+        """One error that contains one or more others."""
         first, *others = problems
         return cls(first.field, first.value, first.allowed, first.hint, (*first.also, *others))
 
     def changed(self, change: Callable[[InputError], InputError]) -> InputError:
-        """The same with every problem changed."""
+        """Copy with a function applied to every problem."""
         return InputError.of(change(problem) for problem in self.problems)
 
     def __str__(self) -> str:
@@ -90,7 +90,7 @@ class InputError(MixedEhlError, ValueError):
 
 
 def same_name(name: str, known: Iterable[str]) -> str:
-    """The one of `known` that differs from a name in case, blanks, hyphens and underscores alone; else the name."""
+    """The entry of `known` that differs only in case, blanks, hyphens and underscores; otherwise the name itself."""
     names = tuple(known)
     if name in names:
         return name
@@ -103,7 +103,7 @@ def _plain(name: str) -> str:
 
 
 def near(name: object, known: Iterable[str]) -> str:
-    """The hint "Did you mean ...?" where one of the known names is nearly the one given; else nothing."""
+    """The hint "Did you mean ...?" if a known name is similar to the given one; otherwise an empty text."""
     from difflib import get_close_matches  # only when something is wrong
 
     given = {text.lower(): text for text in known}
@@ -117,9 +117,9 @@ class ConvergenceError(MixedEhlError):
     Parameters
     ----------
     reason : str
-        One word of the solver's enumerated list of reasons.
+        One of the reasons of the solver.
     detail : str, optional
-        Where and by how much.
+        Location and size of the residual.
     """
 
     exit_code = 1

@@ -1,4 +1,4 @@
-"""Figures: fonts for names of users, and files."""
+"""Figures: style, fonts for names given by users, and files."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _INTERACTIVE: ContextVar[bool] = ContextVar("interactive", default=False)
 
 @contextmanager
 def own_style() -> Iterator[None]:
-    """The defaults of matplotlib, whatever a matplotlibrc of the user sets (LaTeX, fonts, sizes)."""
+    """The defaults of matplotlib, independent of a matplotlibrc of the user (LaTeX, fonts, sizes)."""
     from matplotlib import style
 
     with style.context("default"):
@@ -41,7 +41,7 @@ def own_style() -> Iterator[None]:
 
 @contextmanager
 def interactive() -> Iterator[None]:
-    """New figures belong to pyplot: a notebook shows them, and `pyplot.show` opens them."""
+    """Create new figures with pyplot, so that notebooks and `pyplot.show` show them."""
     before = _INTERACTIVE.set(True)
     try:
         with own_style():
@@ -51,9 +51,9 @@ def interactive() -> Iterator[None]:
 
 
 def new_figure(width: float = 7.0, height: float = 4.2, *, layout: Layout = "constrained", dpi: int = 100) -> Figure:
-    """An empty figure of that size [inch]."""
+    """An empty figure of the given size [inch]."""
     if _INTERACTIVE.get():
-        with suppress(ImportError):  # a backend of the user's matplotlibrc that has no display
+        with suppress(ImportError):  # the backend of the user needs a display
             from matplotlib import pyplot
 
             return pyplot.figure(figsize=(width, height), layout=layout, dpi=dpi)
@@ -63,15 +63,15 @@ def new_figure(width: float = 7.0, height: float = 4.2, *, layout: Layout = "con
 
 
 def axes_or_new(ax: Axes | None, width: float = 7.0, height: float = 4.2) -> Axes:
-    """The axes given, or those of a new figure."""
+    """The given axes, or those of a new figure."""
     return new_figure(width, height).add_subplot() if ax is None else ax
 
 
 def printable(figure: Figure) -> None:
-    """Make the words of a figure fit to print: no name of a user is read as mathematics or runs off the page.
+    """Prepare the texts of a figure for printing: names given by users are not mathematics, and long texts are wrapped.
 
-    figure: its titles, labels and legends are changed in place. Chinese, Japanese and Korean are drawn by a font of
-        them where one is installed, else as boxes.
+    figure: its titles, labels and legends are changed in place. Chinese, Japanese and Korean texts use a suitable
+        font if one is installed; otherwise boxes appear.
     """
     from matplotlib.text import Text
 
@@ -102,7 +102,7 @@ def _families() -> list[str]:
 
 @contextmanager
 def quiet_about_names() -> Iterator[None]:
-    """Names of a user may have signs no font has, or be too long for a layout, which is then left as it is."""
+    """Ignore warnings about characters without a glyph and about texts that are too long for the layout."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing", UserWarning)
         warnings.filterwarnings("ignore", "constrained_layout not applied", UserWarning)

@@ -1,4 +1,4 @@
-"""Kinds of files a user writes, told by their keys: a file of the wrong kind is named as what it is."""
+"""Kinds of input files, recognised by their keys, so that errors can name the kind of a wrong file."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from ehl.common.errors import InputError
 class Kind:
     """A kind of input file."""
 
-    words: str  # what it is called, with its article
-    signs: tuple[tuple[str, ...], ...]  # keys of its first level, all of one of the tuples, that no other kind has
+    words: str  # name with article
+    signs: tuple[tuple[str, ...], ...]  # tuples of keys of the first level; all keys of one tuple identify the kind
     use: str  # what reads it
 
 
-# in this order: the first whose signs are there
+# the first kind with matching keys is used
 KINDS = {
     "contact": Kind("a contact file", (("contact",),), "mixed-ehl solve FILE"),
     "oil": Kind(
@@ -43,7 +43,7 @@ _NEW = ("oil", "contact", "plan", "design", "targets")
 
 
 def kind_of(content: Mapping[str, Any]) -> str:
-    """Which of `KINDS` the content of a file is; empty where its keys do not tell."""
+    """Kind of the content of a file (a key of `KINDS`); empty if its keys are ambiguous."""
     for name, kind in KINDS.items():
         if any(all(key in content for key in keys) for keys in kind.signs):
             return name
@@ -51,7 +51,7 @@ def kind_of(content: Mapping[str, Any]) -> str:
 
 
 def refuse_other_kind(content: Mapping[str, Any], path: str | Path, wanted: str) -> None:
-    """`InputError` where the file is of another kind than the one wanted; none where that cannot be told."""
+    """`InputError` if the file is recognised as another kind than the expected one."""
     found = kind_of(content)
     if wanted and found and found != wanted:
         kind = KINDS[found]
@@ -61,7 +61,7 @@ def refuse_other_kind(content: Mapping[str, Any], path: str | Path, wanted: str)
 
 
 def looks_like(text: str) -> str:
-    """The sentence that says what a text is that is no TOML; empty where it does not tell."""
+    """Sentence with the format of a text that is not TOML; empty if the format is unknown."""
     start = text.lstrip()[:1]
     lines = [line for line in text.splitlines() if line.strip()][:3]
     if start in ("{",):
@@ -74,7 +74,7 @@ def looks_like(text: str) -> str:
 
 
 def told_kind(text: str) -> str:
-    """The sentence that says what a text file is; empty where it does not tell."""
+    """Sentence with the kind of a text file; empty if the kind is unknown."""
     try:
         kind = KINDS.get(kind_of(tomllib.loads(text)))
     except tomllib.TOMLDecodeError:
@@ -83,7 +83,7 @@ def told_kind(text: str) -> str:
 
 
 def refuse_unreadable(text: str, path: str | Path, wanted: str, error: InputError) -> NoReturn:
-    """The error of a text that is no TOML, with what it looks like."""
+    """Error for a text that is not TOML, with its apparent format."""
     hint = looks_like(text)
     if not hint:
         raise error
@@ -92,4 +92,4 @@ def refuse_unreadable(text: str, path: str | Path, wanted: str, error: InputErro
 
 
 def _write(kind: str) -> str:
-    return f"`mixed-ehl new {kind}` writes one that works." if kind in _NEW else ""
+    return f"`mixed-ehl new {kind}` writes a valid one." if kind in _NEW else ""

@@ -1,7 +1,7 @@
-"""Files that are read and written, and what stops that as an `InputError`.
+"""Reading and writing of files, with an `InputError` if that fails.
 
-What a user gives is read here and nowhere else: a FIFO would wait for ever, a device has no end, and a file that is too
-large, or nested too deep, is refused with its number before memory is taken.
+All files given by users are read here: pipes and devices, files that are too large, and data that are nested too deep
+are refused before memory is allocated.
 """
 
 from __future__ import annotations
@@ -23,24 +23,24 @@ from ehl.common.errors import InputError
 
 PAGE = (".html", ".htm")
 FIGURE = (".png", ".svg", ".pdf")
-MAX_BYTES = 100_000_000  # of a file of text; 10^6 rows of a table have about that many
-_CONTROL = re.compile(r"[\x00-\x08\x0e-\x19\x1b-\x1f]")  # what no text has; \x1a ends one of old programs
-MAX_DEPTH = 50  # of tables and lists within each other; the deepest file there is has 7
+MAX_BYTES = 100_000_000  # largest size of a text file, about 10^6 rows of a table
+_CONTROL = re.compile(r"[\x00-\x08\x0e-\x19\x1b-\x1f]")  # \x1a is the end mark of old programs
+MAX_DEPTH = 50  # nesting of tables and lists; input files have at most 7 levels
 
 
 def read_bytes(path: str | Path, field: str, allowed: str, max_bytes: int = MAX_BYTES) -> bytes:
-    """Content of a file a user gives.
+    """Content of a file given by the user.
 
-    field, allowed: of the error: what is read, and what could be.
-    max_bytes: size that is read at most.
-    Raises `InputError`: there is no such file, it is no regular file, is too large, or cannot be read.
+    field, allowed: of the error.
+    max_bytes: largest allowed size.
+    Raises `InputError`: the file does not exist, is not a regular file, is too large, or cannot be read.
     """
     name = str(path)
     try:
         status = os.stat(path)
         if not stat.S_ISREG(status.st_mode):
             kind = "folder" if stat.S_ISDIR(status.st_mode) else "pipe or device"
-            raise InputError(field, name, allowed, f"It is a {kind}, and no readable file.")
+            raise InputError(field, name, allowed, f"It is a {kind}, not a file.")
         if status.st_size > max_bytes:
             raise InputError(field, name, allowed, f"It has {status.st_size} bytes; at most {max_bytes} are read.")
         with open(path, "rb") as file:
@@ -54,17 +54,17 @@ def read_bytes(path: str | Path, field: str, allowed: str, max_bytes: int = MAX_
 
 
 def read_text(path: str | Path, field: str, allowed: str, *, any_encoding: bool = False) -> str:
-    """As `read_bytes`, of a text in UTF-8; `InputError` where it is something else.
+    """Content of a UTF-8 text file; `InputError` for other content.
 
-    With `any_encoding`, for files of spreadsheets and instruments, also UTF-16 and, where nothing else fits, cp1252.
+    With `any_encoding`, for files of spreadsheets and instruments, also UTF-16 and as the last choice cp1252.
     """
     content = read_bytes(path, field, allowed)
     try:
         return _decoded(content) if any_encoding else content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InputError(field, str(path), allowed, f"It could not be read: no text in UTF-8 ({error}).") from None
+        raise InputError(field, str(path), allowed, f"The file is not a text in UTF-8: {error}.") from None
     except _NoText:
-        raise InputError(field, str(path), allowed, "It could not be read: it is no text.") from None
+        raise InputError(field, str(path), allowed, "The file is not a text.") from None
 
 
 class _NoText(Exception):
@@ -72,7 +72,7 @@ class _NoText(Exception):
 
 
 def _decoded(content: bytes) -> str:
-    """Text whose encoding is found by its content: byte order mark, zero bytes, validity as UTF-8."""
+    """Text with its encoding determined from its content: byte order mark, zero bytes, validity as UTF-8."""
     if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
         text = content.decode("utf-16")
     elif content[:200].count(0) > 0.3 * len(content[:200]):  # digits and separators in UTF-16 without a mark
@@ -88,7 +88,7 @@ def _decoded(content: bytes) -> str:
 
 
 def parse_toml(text: str, field: str, name: str, allowed: str = "valid TOML") -> dict[str, Any]:
-    """Content of a TOML text; `InputError` naming `field` and the file's `name` where it is none."""
+    """Content of a TOML text; `InputError` with `field` and the `name` of the file if it is invalid."""
     try:
         content: dict[str, Any] = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # a number of 10 000 digits is a plain ValueError
@@ -98,7 +98,7 @@ def parse_toml(text: str, field: str, name: str, allowed: str = "valid TOML") ->
 
 
 def parse_json(text: str | bytes, field: str, name: str, allowed: str = "valid JSON") -> Any:
-    """Content of a JSON text; `InputError` naming `field` and the file's `name` where it is none."""
+    """Content of a JSON text; `InputError` with `field` and the `name` of the file if it is invalid."""
     try:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -112,7 +112,7 @@ def _reason(error: Exception) -> str:
 
 
 def _check_depth(content: Any, field: str, name: str, allowed: str) -> None:
-    """Refuse what those who walk through it later would run out of stack for."""
+    """Refuse data that are nested too deep for recursive functions."""
     level = [content] if isinstance(content, (dict, list)) else []
     for _ in range(MAX_DEPTH):
         level = [
@@ -127,9 +127,9 @@ def _check_depth(content: Any, field: str, name: str, allowed: str) -> None:
 
 
 def make_folder(folder: Path, field: str) -> None:
-    """Make a folder, and those it lies in, where there is none.
+    """Create a folder and its parents if they do not exist.
 
-    Raises `InputError`: naming `field`: the folder cannot be made.
+    Raises `InputError`: the folder of `field` cannot be created.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -143,10 +143,10 @@ def make_folder(folder: Path, field: str) -> None:
 def replacing(path: Path, field: str = "path", *, folder: bool = False) -> Iterator[Path]:
     """Path of a temporary file in which the block writes the content of `path`; afterwards it is synced and renamed.
 
-    So a file is whole or as it was before, whenever the process or the machine stops. All output files are written
-    this way; a device or pipe is written in place.
+    A file is therefore complete or unchanged if the process or the machine stops. All output files are written this
+    way, except that devices and pipes are written in place.
 
-    Raises `InputError`: naming `field`: the file cannot be written.
+    Raises `InputError`: the file of `field` cannot be written.
     """
     target = Path(os.path.realpath(path))
     draft = target.with_name(f".mixed-ehl-{secrets.token_hex(8)}{target.suffix}")
@@ -159,7 +159,7 @@ def replacing(path: Path, field: str = "path", *, folder: bool = False) -> Itera
         if os.path.isfile(target) and not os.access(target, os.W_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(target))
         try:
-            # a new file, and no link that somebody laid there
+            # a new file, not an existing link
             os.close(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
             yield draft
             with open(draft, "rb+") as file:
@@ -176,9 +176,9 @@ def replacing(path: Path, field: str = "path", *, folder: bool = False) -> Itera
 
 
 def write_file(path: Path, content: str | bytes, field: str = "path", *, folder: bool = False) -> None:
-    """Write a file as of `replacing`, its folder too if `folder`.
+    """Write a file by `replacing`; with `folder` its folder is created.
 
-    Raises `InputError`: naming `field`: the file cannot be written.
+    Raises `InputError`: the file of `field` cannot be written.
     """
     with replacing(path, field, folder=folder) as draft:
         draft.write_bytes(content.encode(errors="replace") if isinstance(content, str) else content)

@@ -1,12 +1,12 @@
-"""Append-only journal of finished rows: what a run keeps on disk so that the same command resumes it.
+"""Append-only journal of finished rows on disk, from which the same command resumes a run.
 
-One JSON object a line. The first line is the header: schema, writer, and what identifies the run. Every line begins
-with the CRC-32 of its other bytes: a line with a flipped bit, or one that a killed writer left incomplete, does not
-count, and its row is computed again. The later of two rows with one key counts. One process writes a file (an advisory
-lock, or a file beside it where the file system has none); others may read it meanwhile.
+Each line is one JSON object. The first line is the header: schema, writer, and identification of the run. Every line
+begins with the CRC-32 of its other bytes. Corrupt and incomplete lines are ignored and their rows are computed again.
+The later of two rows with one key is valid. Only one process writes a file, protected by an advisory lock, or by a
+second file if the file system has no locks. Other processes may read it at the same time.
 
-Sync policy of the program: a row is kept when `Journal.append` returns, as every append ends with `fsync`; output files
-are written by `ehl.common.files.write_file` to a temporary file, synced, and renamed.
+Sync policy of the program: a row is permanent when `Journal.append` returns, since every append ends with `fsync`.
+Output files are written by `ehl.common.files.write_file` to a temporary file, synced, and renamed.
 """
 
 from __future__ import annotations
@@ -29,24 +29,23 @@ from ehl.common.files import make_folder
 from ehl.common.version import __version__
 
 SCHEMA = 1
-BEAT, STALE = 2.0, 60.0  # a writer without locks shows itself so often; it counts as killed after so long [s]
+BEAT, STALE = 2.0, 60.0  # touch interval of a writer without locks, age of a killed writer [s]
 _LINE = re.compile(rb'\{"check":"([0-9a-f]{8})",(.+\})\n')
 
 
 class Journal:
     """A journal that is open for writing.
 
-    path: the file; created with its folder where it does not exist. None keeps the rows in memory alone.
-    run: identifies the run, JSON values; stored in the header.
-    same: names in `run` that an existing file must agree with, each with what differs otherwise.
-    field: names the file in errors.
-    keep: what is kept in memory of each row; by default the whole row.
-    rows: key to what is kept of its last row.
-    on_disk, reused: keys found when the file was opened, and those of them that `run_tasks` was to compute.
-    truncated: 1 where a killed writer had left an incomplete line, which was cut off.
-    corrupt: lines that do not match their checksum.
-    Raises `InputError`: the file belongs to another run, is no journal, has a newer schema, or another process writes
-    to it.
+    path: the file; created with its folder if it does not exist. None keeps the rows in memory only.
+    run: identification of the run, JSON values; stored in the header.
+    same: names in `run` that must agree with an existing file, each with words for the difference.
+    field: name of the file in errors.
+    keep: selects the part of each row that is kept in memory; by default the whole row.
+    rows: key to the kept part of its last row.
+    on_disk, reused: keys found when the file was opened, and those of them that were tasks of `run_tasks`.
+    truncated: 1 if an incomplete line of a killed writer was removed.
+    corrupt: number of lines that do not match their checksum.
+    Raises `InputError`: the file is of another run, is not a journal, has a newer schema, or another process writes it.
     """
 
     def __init__(
@@ -94,7 +93,7 @@ class Journal:
             self._holder = _Holder(self.path.with_name(f"{self.path.name}.writer"), self.field)
 
     def _read(self, opened: BinaryIO, header: bytes, run: Mapping[str, Any], same: Mapping[str, str]) -> None:
-        """Take the rows on disk and cut off what a killed writer left incomplete."""
+        """Read the rows on disk and remove an incomplete last line of a killed writer."""
         size = os.fstat(opened.fileno()).st_size
         opened.seek(0)
         if size < len(header) and header.startswith(opened.read(size)):  # new, or killed within the first line
@@ -104,8 +103,8 @@ class Journal:
         found = header_of(self.path, self.field)
         for name, what in same.items():
             if found.get(name) != run.get(name):
-                hint = f"It holds results of {what}; give another output folder."
-                raise InputError(self.field, str(self.path), "a folder of this run's own results", hint)
+                hint = f"It contains results of {what}; choose another output folder."
+                raise InputError(self.field, str(self.path), "a folder with results of this run", hint)
         with open(self.path, "rb") as file:
             end = len(file.readline())
             for line in file:
@@ -124,7 +123,7 @@ class Journal:
     def append(self, rows: Iterable[Mapping[str, Any]]) -> None:
         """Write rows and sync them to disk.
 
-        Raises `InputError`: the disk is full or gone; what was on it before stays valid.
+        Raises `InputError`: the disk is full or not available; earlier rows remain valid.
         """
         lines = [_line(row) for row in rows]
         if lines and self._file is not None:
@@ -163,12 +162,12 @@ class Journal:
 
 
 class _Holder:
-    """A file beside a journal that its writer holds where the file system has no locks.
+    """A file next to a journal that replaces a lock if the file system has none.
 
-    The writer touches it every few seconds; one that was not touched for `STALE` belongs to a writer that was killed.
-    Ages are differences of times of the file system: the clocks of two machines may differ.
+    The writer touches it every few seconds. After `STALE` seconds without a touch the writer counts as killed. Ages are
+    differences of file system times, because the clocks of two machines may differ.
 
-    Raises `InputError`: another process holds it.
+    Raises `InputError`: another process writes the journal.
     """
 
     def __init__(self, path: Path, field: str) -> None:
@@ -211,7 +210,7 @@ class _Holder:
 def header_of(path: Path, field: str = "run") -> dict[str, Any]:
     """Header of a journal.
 
-    Raises `InputError`: the file is no journal, cannot be read, or has a newer schema.
+    Raises `InputError`: the file is not a journal, cannot be read, or has a newer schema.
     """
     try:
         with open(path, "rb") as file:
@@ -219,7 +218,7 @@ def header_of(path: Path, field: str = "run") -> dict[str, Any]:
     except OSError as error:
         raise InputError(field, str(path), "a file that can be read", f"{error}.") from None
     if header is None or not isinstance(schema := header.get("schema"), int):
-        hint = "It is corrupt or no journal of results; move it away and run again to compute its rows."
+        hint = "It is corrupt or not a journal. Move it to another folder and run again to compute its rows."
         raise InputError(field, str(path), "a readable result file", hint)
     if schema > SCHEMA:
         hint = f"It was written by the newer version {header.get('writer')}; update mixed-ehl to read it."
@@ -228,9 +227,9 @@ def header_of(path: Path, field: str = "run") -> dict[str, Any]:
 
 
 def read_rows(path: Path, field: str = "run") -> Iterator[dict[str, Any]]:
-    """Valid rows of a journal in the order in which they were written; also while another process writes it.
+    """Valid rows of a journal in the order of writing; also while another process writes it.
 
-    Raises `InputError`: as `header_of`.
+    Raises `InputError`: see `header_of`.
     """
     header_of(path, field)
     with open(path, "rb") as file:
@@ -242,13 +241,13 @@ def read_rows(path: Path, field: str = "run") -> Iterator[dict[str, Any]]:
 
 
 def _line(row: Mapping[str, Any]) -> bytes:
-    """A row as a line; NumPy scalars as numbers, not finite ones as NaN and Infinity."""
+    """A row as a line, with NumPy scalars as numbers and non-finite values as NaN and Infinity."""
     body = json.dumps(row, separators=(",", ":"), default=lambda value: value.item()).encode()[1:]
     return b'{"check":"%08x",%b\n' % (zlib.crc32(body), body)
 
 
 def _content(line: bytes) -> dict[str, Any] | None:
-    """Row of a line; None where it is incomplete or does not match its checksum."""
+    """Row of a line; None if the line is incomplete or does not match its checksum."""
     match = _LINE.fullmatch(line)
     if match is None or int(match[1], 16) != zlib.crc32(match[2]):
         return None

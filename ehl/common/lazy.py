@@ -1,4 +1,4 @@
-"""Lazy public names of a package, read from the stub next to its `__init__`: each name is written once."""
+"""Lazy public names of a package, read from the stub next to its `__init__`, so that each name is written once."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from typing import Any
 def lazy_exports(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """`__getattr__`, `__dir__` and `__all__` of a package whose `__init__.pyi` imports its public names.
 
-    A module is imported when one of its names is first used: the command line starts without compiled code. Type
-    checkers and editors read the stub, so that every name has its type.
+    A module is imported when one of its names is first used, so that the command line starts without compiled code.
+    Type checkers and editors read the types from the stub.
 
     package: `__name__` of the package.
-    file: `__file__` of its `__init__`; the stub stands next to it.
+    file: `__file__` of its `__init__`, next to which the stub lies.
     """
     places: dict[str, tuple[str, str]] = {}
     imported: dict[str, tuple[str, str]] = {}

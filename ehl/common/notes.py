@@ -1,7 +1,7 @@
-"""Notes of results as a reader wants them: one row for each kind, graded, the gravest first.
+"""Notes of results grouped by kind and sorted by severity.
 
-Results say their notes in sentences, with the values of their own case. `group_notes` puts sentences that differ in
-their numbers and places alone into one row: how often, the worst of them, and where that was.
+Notes are sentences with the values of one case. `group_notes` combines sentences that differ only in numbers and
+places into one row with the number of cases, the worst sentence, and its case.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from ehl.common.table import Table
 Grade = Literal["fault", "warning", "for information"]
 GRADES: tuple[Grade, ...] = ("fault", "warning", "for information")
 
-_CASES_NAMED = 2  # of those that say the same, before the rest becomes dots
+_CASES_NAMED = 2  # number of cases that are named
 _NUMBER = re.compile(r"(?<![\w.])[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
-# what says where, not what
+# parts of a sentence that describe a place
 _PLACE = re.compile(r"\([^)]*\)|\b(?:near the|midway) (?:toe|heel|root|tip)(?: to (?:heel|tip))?|;.*$")
 
 
 @dataclass(frozen=True)
 class NoteKind:
-    """A kind of note by words that its sentences hold."""
+    """A kind of note, recognised by a phrase in its sentences."""
 
-    words: str  # a part of every sentence of this kind
-    # "fault": the result may not be used as it is; "warning": it holds with the limit said; "for information"
+    words: str  # part of every sentence of this kind
+    # "fault": the result is invalid; "warning": it is valid with the stated limit; "for information"
     grade: Grade
     low: bool = False  # whether the smallest value is the worst
 
@@ -39,9 +39,9 @@ class Note:
 
     grade: Grade  # one of `GRADES`
     text: str  # the sentence with the worst value
-    count: int = 1  # cases that have such a note
-    where: str = ""  # the case of `text`; the first cases where all say the same; empty where there is but one
-    alike: bool = field(default=False, repr=False)  # whether all cases say the same
+    count: int = 1  # number of cases with such a note
+    where: str = ""  # the case of `text`; the first cases if all sentences are equal; empty for a single case
+    alike: bool = field(default=False, repr=False)  # whether all sentences are equal
 
 
 CONTACT_NOTES: tuple[NoteKind, ...] = (
@@ -73,11 +73,11 @@ def grade_of(text: str, kinds: Sequence[NoteKind]) -> Grade:
 
 
 def group_notes(said: Iterable[tuple[str, str]], kinds: Sequence[NoteKind] = CONTACT_NOTES) -> list[Note]:
-    """One note for each kind: the gravest grade first, in it as `kinds` lists them, then the most frequent.
+    """One note for each kind, sorted by grade, then by the order of `kinds`, then by frequency.
 
-    said: case and sentence; the case is empty where there is but one.
-    kinds: the weightiest first. The first whose words a sentence holds is its kind; without one sentences of the same
-        words are of a kind, after the others of their grade.
+    said: case and sentence; the case is empty if there is only one.
+    kinds: kinds of notes by importance. A sentence is of the first kind whose phrase it contains. Sentences without a
+        kind are grouped by their words and follow the others of their grade.
 
     Examples
     --------
@@ -106,14 +106,14 @@ def group_notes(said: Iterable[tuple[str, str]], kinds: Sequence[NoteKind] = CON
 
 
 def notes_table(notes: Sequence[Note], cases: int = 1, title: str = "") -> Table:
-    """The notes as a table: grade, note, of several cases how many and where it is worst."""
+    """The notes as a table: grade, note, and for several cases the number of cases and the worst case."""
     if cases <= 1:
         return Table(("grade", "note"), [(note.grade, note.text) for note in notes], title, name="notes")
     rows = [
         (note.grade, f"{note.count} of {cases}" if note.where else "all", note.where or None, note.text)
         for note in notes
     ]
-    # the long text last: what stands behind it is far away on a wide line
+    # the long text is the last column
     return Table(("grade", "cases", "where, at its worst", "note"), rows, title, name="notes")
 
 
@@ -127,7 +127,7 @@ def _words(text: str) -> str:
 
 
 def _differing(texts: Sequence[str]) -> int:
-    """Which number of the sentences differs first."""
+    """Index of the first number that differs between the sentences."""
     rows = [_NUMBER.findall(text) for text in texts]
     for column in range(min(map(len, rows), default=0)):
         if len({row[column] for row in rows}) > 1:

@@ -1,4 +1,4 @@
-"""Numbers for files that hold finite ones only."""
+"""Numbers for files without non-finite values."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 
 def finite_or_none(value: Any) -> Any:
-    """The value, with None in place of a number that is not finite, as JSON takes it.
+    """Copy of a value for JSON, with None in place of non-finite numbers.
 
     value: a scalar, or dicts, lists, tuples and records (dataclasses) of them; tuples become lists, records dicts.
 

@@ -1,4 +1,4 @@
-"""The writer of all results: terminal, HTML page, workbook, CSV and JSON files from sections."""
+"""Output of results as terminal text, HTML page, workbook, CSV and JSON files from sections."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ _ID, _REFERENCE = re.compile(r' id="([^"]*)"'), re.compile(r'(?:url\(|href=")#([
 class Reportable:
     """A result that can be printed, drawn and written.
 
-    A subclass gives `to_dict`, and either `sections` or the name of the module that makes them.
+    A subclass defines `to_dict`, and either `sections` or the name of the module that creates them.
     """
 
     presenter = ""
     """``"module:name"`` with functions ``name_sections(result, medium, **options)`` and ``plot_name(result, ax)``."""
     file_name = "report"
-    """Of page and workbook in a folder."""
+    """Name of page and workbook in a folder."""
 
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
         """Content of the result for a medium."""
@@ -65,7 +65,7 @@ class Reportable:
         raise NotImplementedError
 
     def references(self) -> set[str]:
-        """Uses of `data/references.toml` that the result cites; those of its `results` where it has no own ones."""
+        """Uses of `data/references.toml` that the result cites; by default those of its `results`."""
         return set[str]().union(*(result.references() for result in getattr(self, "results", ())))
 
     def citation(self) -> Citation:
@@ -84,7 +84,7 @@ class Reportable:
         Parameters
         ----------
         ax : Axes, optional
-            Axes of matplotlib to draw in, which take the main panel; a new figure of pyplot if not given.
+            Matplotlib axes for the main panel; a new pyplot figure if not given.
         **options
             As in `sections`.
 
@@ -116,7 +116,7 @@ class Reportable:
         Raises
         ------
         InputError
-            Another suffix, or the file cannot be written.
+            The suffix is unknown, or the file cannot be written.
         """
         path = Path(path)
         suffix = path.suffix.lower()
@@ -151,9 +151,9 @@ class Reportable:
         xlsx : Path or str, optional
             Workbook of all tables.
         csv : Path or str, optional
-            Folder for all tables; or one file, which takes the first table.
+            Folder for all tables, or file for the first table.
         plot : Path or str, optional
-            Folder for all figures (PNG); or one file (PNG, SVG, PDF), which takes the main one.
+            Folder for all figures (PNG), or file for the main figure (PNG, SVG, PDF).
         folder : Path or str, optional
             Folder for page, workbook, all tables (CSV) and all figures (PNG).
         **options
@@ -167,7 +167,7 @@ class Reportable:
         Raises
         ------
         InputError
-            A suffix that does not belong to the kind of file, or a file or folder that cannot be written.
+            The suffix does not match the kind of file, or a file or folder cannot be written.
         """
         given = {"report": report, "xlsx": xlsx, "csv": csv, "plot": plot}
         places = {name: Path(place) for name, place in given.items() if place is not None}
@@ -203,19 +203,19 @@ class Reportable:
         Parameters
         ----------
         name : str, optional
-            Of the figure; the main one if not given.
+            Name of the figure; the main figure if not given.
         **options
             As in `sections`.
 
         Returns
         -------
         Figure
-            Of matplotlib, not shown.
+            Matplotlib figure that is not shown.
 
         Raises
         ------
         InputError
-            An unknown name; the message lists all names.
+            The name is unknown; the message lists all names.
         """
         if name is None:
             with own_style():
@@ -227,7 +227,7 @@ class Reportable:
 
 
 class TableResult(Reportable):
-    """A result that is a table: a subclass gives `table`."""
+    """A result that is a table; a subclass defines `table`."""
 
     def table(self) -> Table:
         """The result as a table."""
@@ -248,7 +248,7 @@ class TableResult(Reportable):
 
 
 def inner_items(items: Sequence[Item]) -> Iterator[Item]:
-    """Items in reading order, those of rows and folded parts among them."""
+    """Items in reading order, including those of rows and folded parts."""
     for item in items:
         if isinstance(item, Row | Folded):
             yield from inner_items(item.items)
@@ -263,7 +263,7 @@ def all_items(sections: Sequence[Section]) -> Iterator[Item]:
 
 
 def tables_of(sections: Sequence[Section]) -> list[Table]:
-    """All tables of the sections, notes among them."""
+    """All tables of the sections, including notes."""
     found = (notes_table(x.notes, x.cases) if isinstance(x, Notes) else x for x in all_items(sections))
     return [item for item in found if isinstance(item, Table)]
 
@@ -330,7 +330,7 @@ def figure_svg(figure: Figure) -> str:
         figure.savefig(buffer, format="svg", transparent=True, bbox_inches="tight", pad_inches=0.05)
     text = buffer.getvalue()
     text = _ASIDE.sub("", text[text.index("<svg") :])
-    # names of groups repeat in the figures of a page; those that are referred to are unique
+    # remove names of groups, which are not unique within a page; referenced names are unique
     used = set(_REFERENCE.findall(text))
     return _ID.sub(lambda found: found[0] if found[1] in used else "", text)
 
@@ -349,7 +349,7 @@ def write_figures(folder: Path, sections: Sequence[Section]) -> None:
 
 
 def write_csv(folder: Path, tables: Sequence[Table]) -> list[Path]:
-    """Write each table as a CSV file of its name.
+    """Write each table as a CSV file.
 
     Raises `InputError`: the folder cannot be written.
     """
@@ -363,7 +363,7 @@ def write_csv(folder: Path, tables: Sequence[Table]) -> list[Path]:
 
 
 def write_workbook(path: Path, sections: Sequence[Section]) -> Path:
-    """Write all tables as one workbook in display units, a sheet for each; the first sheet lists them.
+    """Write all tables as one workbook in display units, one sheet per table after a list of them.
 
     Raises `InputError`: the file cannot be written.
     """
@@ -414,7 +414,7 @@ def _add_sheet(book: Workbook, name: str, head: Sequence[str], rows: Sequence[Se
 
 
 def _sheet_names(tables: Sequence[Table]) -> list[str]:
-    """Names a workbook takes: without its forbidden characters, short, each once."""
+    """Valid names of sheets: short, unique, and without forbidden characters."""
     names: list[str] = []
     for table in tables:
         clean = re.sub(r"[\[\]:*?/\\\x00-\x1f]", " ", table.name or table.title).strip(" '") or "table"

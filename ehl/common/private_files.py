@@ -1,4 +1,4 @@
-"""Folders and files that belong to this user alone: compiled kernels, and results kept between processes."""
+"""Private folders and files of the user: compiled kernels, and cached results."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ from typing import TypeVar
 
 T = TypeVar("T")
 
-# results of one kind that are kept, the least recently used go first
+# number of cached results of one kind; the least recently used are removed
 ENTRIES = 64
 _DIGEST = hashlib.sha256().digest_size
 
 
 def private_folder(folder: Path) -> Path:
-    """A folder that belongs to this user alone, made where there is none.
+    """A folder that only this user can access; it is created if it does not exist.
 
-    folder: must be no symbolic link, and have mode 0700; the folders above it must belong to this user or the
-        administrator, and nobody else may be able to replace what they hold.
-    Returns: without symbolic links.
-    Raises `OSError`: it cannot be made, or belongs to others as well.
+    folder: must not be a symbolic link and must have mode 0700. Its parent folders must belong to this user or the
+        administrator, and others must not be able to replace their contents.
+    Returns: path without symbolic links.
+    Raises `OSError`: the folder cannot be created, or others have access to it.
     """
     folder = Path(os.path.abspath(folder))
     folder = Path(os.path.realpath(folder.parent), folder.name)
     for part in reversed((folder, *folder.parents)):
         part.mkdir(mode=0o700, exist_ok=True)
-    if not hasattr(os, "getuid"):  # under Windows the folders of a user are the user's own
+    if not hasattr(os, "getuid"):  # the folders of a user are private under Windows
         return folder
     user = os.getuid()
-    # in a user namespace the administrator of the machine has another number: that of the owner of the root folder
+    # in a user namespace the administrator has the number of the owner of the root folder
     trusted = {0, user, os.stat("/").st_uid}
     for part in folder.parents:
         found = part.lstat()
@@ -53,13 +53,13 @@ def private_folder(folder: Path) -> Path:
 def user_folder(kind: str, first: Path | None = None, refused: Callable[[str], None] | None = None) -> Path:
     """The private folder for one kind of files.
 
-    It is `first`, else one in the user's cache folder, else one for temporary files: the first that belongs to this
-    user alone, as of `private_folder`, and can be written.
+    The candidates are `first`, the cache folder of the user, and the folder for temporary files. The first one that is
+    private (see `private_folder`) and writable is used.
 
     kind: name of the folder.
-    first: a folder that the user names.
-    refused: called with the reason where `first` is not used.
-    Raises `OSError`: there is none.
+    first: a folder chosen by the user.
+    refused: called with the reason if `first` is not used.
+    Raises `OSError`: there is no such folder.
     """
     user = os.getuid() if hasattr(os, "getuid") else 0
     own = os.environ.get("XDG_CACHE_HOME", "")
@@ -69,7 +69,7 @@ def user_folder(kind: str, first: Path | None = None, refused: Callable[[str], N
         if place is None:
             continue
         try:
-            if not place.is_absolute() and place is not first:  # no home
+            if not place.is_absolute() and place is not first:  # no home folder
                 continue
             folder = private_folder(place)
             tempfile.TemporaryFile(dir=folder).close()
@@ -83,14 +83,14 @@ def user_folder(kind: str, first: Path | None = None, refused: Callable[[str], N
 
 
 def kept(kind: str, key: str, make: Callable[[], T]) -> T:
-    """A result from the private folder of its kind; computed, and kept there, where it is not found.
+    """A result from the private folder of its kind; if it is not there, it is computed and stored.
 
-    An entry that is damaged, or belongs to another user, counts as none. With ``MIXED_EHL_CACHE=off`` nothing is read
-    or written; a path there is the folder of the entries.
+    Entries that are damaged or belong to another user are ignored. With ``MIXED_EHL_CACHE=off`` nothing is read or
+    written; a path in this variable is the folder of the entries.
 
     kind: name of the folder.
-    key: hash of all that the result follows from, versions of the program and its packages among it.
-    make: computes the result; it must pickle.
+    key: hash of all inputs of the result, including the versions of the program and its packages.
+    make: computes the result, which must be picklable.
     """
     place = os.environ.get("MIXED_EHL_CACHE", "")
     if place.lower() == "off":
@@ -101,19 +101,19 @@ def kept(kind: str, key: str, make: Callable[[], T]) -> T:
         return make()
     content = _own_content(path)
     if content[:_DIGEST] == hashlib.sha256(content[_DIGEST:]).digest():
-        with suppress(Exception):  # whatever a class that has changed since raises
+        with suppress(Exception):  # a class that has changed may raise any error
             found: T = pickle.loads(content[_DIGEST:])
             os.utime(path)
             return found
     result = make()
     content = pickle.dumps(result, pickle.HIGHEST_PROTOCOL)
-    with suppress(OSError):  # a full disk: it is computed again
+    with suppress(OSError):  # disk full: the result is computed again next time
         _replace(path, hashlib.sha256(content).digest() + content)
     return result
 
 
 def _own_content(path: Path) -> bytes:
-    """Content of a file of this user; empty where there is none."""
+    """Content of a file of this user; empty if there is none."""
     try:
         number = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0))
     except OSError:
@@ -125,7 +125,7 @@ def _own_content(path: Path) -> bytes:
 
 
 def _replace(path: Path, content: bytes) -> None:
-    """Write a file under a temporary name and rename it; of its folder the least recently used files go."""
+    """Write a file under a temporary name, rename it, and remove the least recently used files of its folder."""
     number, draft = tempfile.mkstemp(dir=path.parent)
     try:
         with open(number, "wb") as file:

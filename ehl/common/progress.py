@@ -1,7 +1,7 @@
-"""Progress reporting for long computations: the one protocol of all three packages.
+"""Progress reports of long computations in all three packages.
 
-A computation reports by `report_progress`; whoever started it receives each `Progress` through `progress_to`. Public
-functions take the callback as `progress=`; ``progress=print`` writes one line per step.
+A computation calls `report_progress`; the callback given to `progress_to` receives each `Progress`. Public functions
+take the callback as `progress=`; ``progress=print`` writes one line per step.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ class Progress:
     contacts 20 of 80, about 30 s left
     """
 
-    step: str  # what is counted, as "contacts"
-    # finished parts of the step, and all of its parts
+    step: str  # name of the counted items, such as "contacts"
+    # number of finished items, and number of all items
     done: int
     total: int
-    seconds_left: float | None = None  # estimated wall time of the remaining parts [s]; None where there is no estimate
+    seconds_left: float | None = None  # estimated wall time of the remaining items [s]; None without an estimate
 
     def __str__(self) -> str:
         left = f", about {duration(self.seconds_left)} left" if self.seconds_left and self.done < self.total else ""
@@ -40,7 +40,7 @@ _callback: ContextVar[ProgressCallback | None] = ContextVar("progress", default=
 
 
 def report_progress(step: str, done: int, total: int, seconds_left: float | None = None) -> None:
-    """Report the state of a step to the callback of the enclosing `progress_to`, if there is one."""
+    """Report the state of a step to the callback of the enclosing `progress_to`, if any."""
     callback = _callback.get()
     if callback is not None:
         callback(Progress(step, done, total, seconds_left))

@@ -1,6 +1,6 @@
-"""The one table of quantities: name, symbol, SI unit, display unit, label and definition, from `data/quantities.csv`.
+"""Quantities of the program: name, symbol, SI unit, display unit, label and definition, from `data/quantities.csv`.
 
-Table heads, plot axes, units in files and the page docs/nomenclature.md are made from it.
+Table heads, plot axes, units in files and the page docs/nomenclature.md use them.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ class Quantity:
     Parameters
     ----------
     name : str
-        As in files and results; a dotted one belongs to the table named before the dot.
+        Name in files and results; the part before a dot is the name of its table.
     symbol : str
-        Of the field's literature; empty where there is none.
+        Symbol in the literature; empty if there is none.
     unit : str
-        SI unit in the program and its files, e.g. ``"Pa*s"``; empty for a number without dimension or a text.
+        SI unit in the program and its files, e.g. ``"Pa*s"``; empty for a dimensionless number or a text.
     display : str
-        Unit shown to a reader, a key of `ehl.common.units.UNITS`, ``unit`` itself, or empty.
+        Unit in tables and figures: a key of `ehl.common.units.UNITS`, ``unit`` itself, or empty.
     label : str
-        Words for axes and table heads.
+        Text for axes and table heads.
     definition : str
-        What exactly is meant.
+        Definition.
     digits : int
         Significant digits shown.
 
@@ -78,7 +78,7 @@ class Quantity:
 
     @property
     def axis_label(self) -> str:
-        """Label and symbol with the display unit as it is typeset, for the axis of a figure."""
+        """Label with the typeset display unit, for the axis of a figure."""
         return f"{self.label} [{typeset_unit(self.display) or '-'}]"
 
     def text(self, value: float, digits: int = 0) -> str:
@@ -86,13 +86,13 @@ class Quantity:
         return f"{_brief(self.to_display(value), digits or self.digits)} {printed_unit(self.display)}".strip()
 
     def span(self, low: float, high: float, digits: int = 3) -> str:
-        """Two SI values in the display unit, with that unit once."""
+        """Range between two SI values in the display unit."""
         ends = (_brief(self.to_display(end), digits) for end in (low, high))
         return f"{' to '.join(ends)} {printed_unit(self.display)}".strip()
 
 
 def format_number(value: float, digits: int = 4) -> str:
-    """A number with so many significant digits; digits before the point are never cut, a dash where there is none.
+    """A number with the given significant digits, at least all digits before the point; a dash for a non-finite number.
 
     Examples
     --------
@@ -112,7 +112,7 @@ def format_number(value: float, digits: int = 4) -> str:
 
 
 def _brief(value: float, digits: int) -> str:
-    """The same for a sentence, without zeros at the end."""
+    """A number for a sentence, without trailing zeros."""
     mantissa, mark, exponent = format_number(value, digits).partition("e")
     return (mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa) + mark + exponent
 
@@ -123,7 +123,7 @@ def printed_unit(unit: str) -> str:
 
 
 def typeset_unit(unit: str) -> str:
-    """A unit as a figure or page shows it: ``µm``, ``°C``, ``m²/s``."""
+    """A unit as typeset in figures and pages: ``µm``, ``°C``, ``m²/s``."""
     for plain, typeset in _TYPOGRAPHY.items():
         unit = unit.replace(plain, typeset)
     return unit
@@ -133,7 +133,7 @@ _UNITS_SAID = re.compile(r"(?<=\d) (degC|um|%|N m|rpm|[GM]Pa|[num]?m|arc(?:sec|m
 
 
 def typeset_units(text: str) -> str:
-    """A sentence as a page shows it: units typeset, and on the line of their number."""
+    """A sentence with typeset units, with no line break between number and unit."""
 
     def joined(found: re.Match[str]) -> str:
         return "\N{NO-BREAK SPACE}" + typeset_unit(found[1]).replace(" ", "\N{NO-BREAK SPACE}")
@@ -171,7 +171,7 @@ def quantity(name: str) -> Quantity:
     Parameters
     ----------
     name : str
-        As in results and files.
+        Name in results and files.
 
     Returns
     -------
@@ -180,7 +180,7 @@ def quantity(name: str) -> Quantity:
     Raises
     ------
     KeyError
-        There is none.
+        There is no quantity of this name.
 
     Examples
     --------
@@ -191,7 +191,7 @@ def quantity(name: str) -> Quantity:
 
 
 def si_unit(name: str) -> str:
-    """SI unit of a quantity as files write it, e.g. ``"Pa*s"``; empty for a number without dimension."""
+    """SI unit of a quantity in files, e.g. ``"Pa*s"``; empty for a dimensionless number."""
     return quantities()[name].unit
 
 
@@ -216,9 +216,9 @@ def nomenclature() -> str:
         "# Nomenclature",
         "",
         "Names of TOML keys, result fields, dataset columns and JSON keys (`data/quantities.csv`). Files and results",
-        "are in SI units unless a text carries its own unit; tables and figures show the unit of the third column.",
-        "x is normal to the contact line, y along it. Where authors differ by a factor, the definition here is the one",
-        "used. A name with a dot belongs to the table named before the dot.",
+        'are in SI units unless a text has a unit; tables and figures show the unit of the column "shown in".',
+        "x is normal to the contact line, y along it. If authors differ by a factor, the program uses the definition",
+        "given here. The part of a name before a dot is the name of its table.",
     ]
     for title, text, rows in _sections():
         lines += ["", f"## {title}", ""] + ([text, ""] if text else [])

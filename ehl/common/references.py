@@ -1,4 +1,4 @@
-"""References of a result: the entries of `data/references.toml` that its laws, formulas and standards use."""
+"""References of a result: entries of `data/references.toml` for its laws, formulas and standards."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Citation:
     Parameters
     ----------
     entries : dict
-        Key to the fields of the entry, `type` and `uses` included.
+        Key to the fields of the entry, including `type` and `uses`.
 
     Examples
     --------
@@ -43,7 +43,7 @@ class Citation:
 
     @property
     def text(self) -> str:
-        """Numbered list, one entry a line."""
+        """Numbered list with one entry per line."""
         return "\n".join(f"[{number}] {line(entry)}" for number, entry in enumerate(self.entries.values(), 1))
 
     @property

@@ -1,8 +1,8 @@
 """Parallel work: tasks are computed in this process, in worker processes, or on a dask cluster.
 
-`run_tasks` is the one entry: it returns one row per task, in the order of the tasks. With a journal, tasks whose row is
-known are not computed again. A worker that crashes is replaced; the task that crashed it is found by computing the
-suspects one by one, each alone in a fresh worker.
+`run_tasks` returns one row per task, in the order of the tasks. With a journal, tasks with a stored row are not
+computed again. Workers that crash are replaced. The task that caused a crash is found by computing the suspects one by
+one, each in a new worker.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ from ehl.common.threads import single_thread
 if TYPE_CHECKING:
     from ehl.common.journal import Journal
 
-# after so many crashes in a row without a finished task, the tasks are not the cause
+# number of successive crashes without a finished task after which the tasks are not the cause
 MAX_CRASHES = 5
-MAX_JOBS = 1024  # processors of one machine
-MIN_MOST_JOBS = 32  # worker processes that every machine may start; a worker takes about 0.2 GB
+MAX_JOBS = 1024  # upper limit of processors of one machine
+MIN_MOST_JOBS = 32  # worker processes that every machine may start; a worker needs about 0.2 GB
 # processor time after which a worker process is ended: the time cap times the first, plus the second [s]
 CPU_LIMIT = (1.5, 30.0)
 _in_worker_process = False
@@ -46,21 +46,21 @@ class WorkersCrashed(Exception):
 
 
 class AllWorkersCrashed(MixedEhlError):
-    """Every worker crashes, whatever it computes."""
+    """Every worker crashes, independent of its task."""
 
     exit_code = 1
 
 
 def granted_workers() -> int:
-    """Processors that affinity, cgroup quotas, scheduler (Slurm) and OMP_THREAD_LIMIT grant together.
+    """Number of processors permitted by affinity, cgroup quotas, scheduler (Slurm) and OMP_THREAD_LIMIT.
 
-    1 in a worker, and where the machine has no semaphores, which worker processes need.
+    It is 1 in a worker, and on machines without semaphores, which worker processes need.
     """
     if _in_worker_process or _no_semaphores():
         return 1
     from joblib.externals.loky import cpu_count
 
-    # loky sees the quota of the outermost group alone
+    # loky reads the quota of the outermost group only
     granted = [int(cpu_count()), *_quotas(Path("/proc/self/cgroup"), Path("/sys/fs/cgroup"))]
     for name in ("SLURM_CPUS_PER_TASK", "SLURM_CPUS_ON_NODE", "OMP_THREAD_LIMIT"):
         value = os.environ.get(name, "")
@@ -70,7 +70,7 @@ def granted_workers() -> int:
 
 
 def _quotas(groups: Path, root: Path) -> Iterator[int]:
-    """Processors of the quotas (cgroup v2) of this process' group and those it lies in, rounded up."""
+    """Processors permitted by the quotas (cgroup v2) of the group of this process and its parents, rounded up."""
     try:
         own = next(line[3:] for line in groups.read_text().splitlines() if line.startswith("0::"))
     except (OSError, StopIteration):
@@ -87,7 +87,7 @@ def _quotas(groups: Path, root: Path) -> Iterator[int]:
 
 @cache
 def _no_semaphores() -> bool:
-    """Whether no named semaphore can be made (no /dev/shm, or forbidden): joblib then has no processes."""
+    """Whether named semaphores are not available (no /dev/shm, or forbidden), so that joblib has no processes."""
     try:
         from _multiprocessing import SemLock  # type: ignore[import-not-found]
 
@@ -100,9 +100,9 @@ def _no_semaphores() -> bool:
 
 
 def checked_jobs(jobs: int | None) -> int:
-    """Number of worker processes: `granted_workers` where None is given, and never more than those.
+    """Number of worker processes, at most and by default `granted_workers`.
 
-    Raises `InputError`: below 1, or so many that they would fill the memory and only wait for each other.
+    Raises `InputError`: the number is below 1, or so large that the workers would fill the memory.
     """
     granted = 1 if jobs == 1 else granted_workers()
     most = max(MIN_MOST_JOBS, 4 * granted)
@@ -113,7 +113,7 @@ def checked_jobs(jobs: int | None) -> int:
 
 
 class Executor(Protocol):
-    """Where tasks are computed."""
+    """Interface of the classes that compute tasks."""
 
     def results(
         self, tasks: Iterator[Numbered], function: Callable[[Any], Any], time_cap: float | None = None
@@ -153,7 +153,7 @@ class LocalProcesses:
 
         calls = (delayed(_in_worker)(os.getpid(), task, function, time_cap) for task in tasks)
         with parallel_config(backend="loky", inner_max_num_threads=1):
-            # one task waits at each worker: the longest tasks come first and the last ones must not queue
+            # only one task waits per worker, so that the last tasks are not queued behind a long one
             parallel = Parallel(
                 n_jobs=self.jobs, return_as="generator_unordered", batch_size=1, pre_dispatch=2 * self.jobs
             )
@@ -164,7 +164,7 @@ class LocalProcesses:
                 raise WorkersCrashed from None
             finally:
                 with warnings.catch_warnings():
-                    # a run that is stopped leaves tasks unused, on purpose
+                    # a run that is stopped leaves unused tasks
                     warnings.simplefilter("ignore", UserWarning)
                     found.close()
 
@@ -176,7 +176,7 @@ def _in_worker(parent: int, task: Numbered, function: Callable[[Any], Any], time
 
 
 def local_executor(jobs: int) -> Executor:
-    """This process for one job, worker processes for more."""
+    """This process for one job, otherwise worker processes."""
     return ThisProcess() if jobs == 1 else LocalProcesses(jobs)
 
 
@@ -202,15 +202,16 @@ def run_tasks(
 ) -> Iterator[Row]:
     """Rows of tasks, in the order of the tasks.
 
-    tasks: tasks that pickle; with a journal each has a `key` (str), and of those with one key one is computed.
-    function: row of a task; it pickles, and a failure that concerns one task is part of its row. With a journal the row
-        is a mapping of JSON values.
+    tasks: picklable tasks; with a journal each has a `key` (str), and only one of several tasks with one key is
+        computed.
+    function: picklable function that returns the row of a task, including failures of this task. With a journal the
+        row is a mapping of JSON values.
     jobs: worker processes of one thread each; by default `granted_workers`.
     journal: rows found there are not computed again; new rows are appended as soon as they are finished.
     progress: called with a `Progress` after each finished task.
-    step: what `progress` counts, as "contacts"; empty for no progress of the tasks.
-    executor: where to compute in place of local processes, as of `cluster`.
-    crashed: row of a task that crashed its worker; by default that is an error.
+    step: name of the tasks in `progress`, such as "contacts"; empty for no progress of the tasks.
+    executor: result of `cluster`, which replaces local processes.
+    crashed: row of a task that crashed its worker; by default a crash is an error.
     Raises `AllWorkersCrashed`: all workers crash, or one crashed and `crashed` is not given.
     """
     keys: Sequence[Any] = range(len(tasks)) if journal is None else [task.key for task in tasks]
@@ -250,12 +251,11 @@ def _crash_is_an_error(task: Any) -> Any:
 class TaskRun:
     """Computes tasks and replaces crashed workers; iterating gives number and row of each task as it is finished.
 
-    tasks: tasks that pickle; taken when a worker is free.
-    function: row of a task.
-    executor: where to compute.
-    crashed: row of a task that crashed its worker.
-    time_cap: wall time of a task [s]: a process that exceeds it by far (`CPU_LIMIT`) is ended by the system.
-    restarts: how often workers crashed and were replaced.
+    tasks: picklable tasks; taken when a worker is free.
+    function: returns the row of a task.
+    crashed: returns the row of a task that crashed its worker.
+    time_cap: wall time of a task [s]; the system ends a process that exceeds it by far (`CPU_LIMIT`).
+    restarts: number of crashes after which workers were replaced.
     """
 
     def __init__(
@@ -273,7 +273,7 @@ class TaskRun:
         self.restarts = 0
 
     def _taken(self) -> Iterator[Numbered]:
-        """The tasks that were not taken yet; executors may take them from a thread of their own."""
+        """The remaining tasks; executors may take them from another thread."""
         while True:
             with self._lock:
                 entry = next(self._numbered, None)
@@ -302,7 +302,7 @@ class TaskRun:
         while True:
             try:
                 for result in self._results(self._taken()):
-                    # other tasks are finished, so those that crashed are the cause
+                    # other tasks are finished, so that those that crashed are the cause
                     yield from known_as_crashed()
                     yield result
                 if not self._in_flight:
@@ -310,7 +310,7 @@ class TaskRun:
                     return
             except WorkersCrashed:
                 self.restarts += 1
-            # one of these crashed its worker: alone in a fresh worker each, they show which
+            # one of these crashed its worker; each is computed alone in a new worker to find it
             for number, task in list(self._in_flight.items()):
                 try:
                     for result in self._results(iter([(number, task)])):
@@ -322,16 +322,16 @@ class TaskRun:
                     if len(crashed) >= MAX_CRASHES:
                         raise AllWorkersCrashed(
                             f"all workers crash: the last {len(crashed)} cases each crashed their worker, and none was "
-                            "finished. Check the memory, and run `mixed-ehl doctor` where the workers run. "
+                            "finished. Check the memory, and run `mixed-ehl doctor` in the environment of the workers. "
                             "Finished cases are on disk; the same command resumes."
                         ) from None
 
 
 @contextmanager
 def cpu_limit(seconds: float | None) -> Iterator[None]:
-    """Let the system end this process where a block exceeds its time cap by far.
+    """Let the system end this process if a block exceeds its time cap by far.
 
-    A compiled loop that never returns receives no exception; the timer counts processor time, not waiting.
+    A compiled loop that does not return receives no exception. The timer counts processor time without waiting.
     """
     if seconds is None or not hasattr(signal, "setitimer"):
         yield
@@ -345,16 +345,16 @@ def cpu_limit(seconds: float | None) -> Iterator[None]:
 
 @cache
 def init_worker(parent: int) -> None:
-    """Set up a worker process, once: it ignores Ctrl-C, and ends when its parent has ended."""
+    """Set up a worker process once: it ignores Ctrl-C and ends with its parent."""
     global _in_worker_process
     _in_worker_process = True
-    # Ctrl-C reaches the whole process group; the parent alone decides what it means
+    # Ctrl-C is sent to the whole process group, but only the parent handles it
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def watch() -> None:
         while os.getppid() == parent:
             time.sleep(1.0)
-        # a killed parent cannot end its workers; idle ones would stay for minutes
+        # a killed parent cannot end its workers, and idle workers would remain for minutes
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()

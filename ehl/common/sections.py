@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Medium = Literal["page", "terminal", "files"]
-"""Where sections go: an HTML page; a terminal; workbook and CSV files, which take the tables alone."""
+"""Target of sections: HTML page, terminal, or files (workbook and CSV, tables only)."""
 
 
 @dataclass(frozen=True)
 class Head:
-    """Title of a page or workbook, the case it is about, and remarks for the foot of the page."""
+    """Title of a page or workbook, its case, and remarks for the foot of the page."""
 
     title: str
     subtitle: str = ""
@@ -50,7 +50,7 @@ class Picture:
 
     draw: Callable[[], Figure | Axes]  # returns a matplotlib figure, or axes of it
     caption: str
-    name: str = ""  # of its file; a picture without name is part of the page alone
+    name: str = ""  # name of its file; a picture without name is only part of the page
     kind = "picture"
 
     def figure(self) -> Figure:
@@ -61,7 +61,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Row:
-    """Items side by side where the page is wide enough."""
+    """Items next to each other if the page is wide enough."""
 
     items: Sequence[Item]
     kind = "row"
@@ -71,15 +71,15 @@ class Row:
 class MainResult:
     """The main result of a page."""
 
-    value: str  # with its unit
-    label: str  # what it is
-    known: Sequence[tuple[str, str]] = ()  # its uncertainty: an interval or an error, and the source of it
+    value: str  # value with unit
+    label: str  # description
+    known: Sequence[tuple[str, str]] = ()  # interval or error, and its source
     kind = "main_result"
 
 
 @dataclass(frozen=True)
 class KeyFigures:
-    """The most important numbers: (value, what it is)."""
+    """The most important numbers: (value, description)."""
 
     figures: Sequence[tuple[str, str]]
     kind = "key_figures"
@@ -90,15 +90,15 @@ class Notes:
     """Notes, the most severe first; a page shows three of them and folds the others."""
 
     notes: Sequence[Note]
-    cases: int = 1  # number of cases they are about
-    none: str = "Nothing to note: no limit of the model is touched."  # sentence where there are none
+    cases: int = 1  # number of cases
+    none: str = "No notes: no limit of the model is reached."  # sentence if there are no notes
     kind = "notes"
     shown = 3
 
 
 @dataclass(frozen=True)
 class Folded:
-    """Items that a page shows on demand, and on paper."""
+    """Items that a page shows on demand and in print."""
 
     title: str
     items: Sequence[Item]

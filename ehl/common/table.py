@@ -1,7 +1,7 @@
-"""One table, and how it looks in a terminal, on a page, in CSV and XLSX files and as JSON.
+"""Tables and their output to terminal, page, CSV, XLSX and JSON.
 
-Rows hold SI numbers and words; columns are named after `ehl.common.quantities`. Terminal, page and
-workbook show display units; CSV, JSON and data frames are SI. Words of a user stay words in every one of them.
+Rows contain SI numbers and texts; columns are named after `ehl.common.quantities`. Terminal, page and workbook show
+display units; CSV, JSON and data frames are SI. Texts given by users are escaped in all of them.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 Cell = float | int | str | bool | None
 
-NOTHING = "–"  # shown where there is no value
+NOTHING = "–"  # shown for a missing value
 _GAP = 2  # between the columns of a terminal
-_NARROWEST = 12  # a column of words may be folded down to this width
-_PIPE_WIDTH = 10_000  # of an output that is no terminal
-_DENSE, _DENSEST = 9, 13  # more columns than this are set smaller on a page
+_NARROWEST = 12  # smallest width of a folded column of texts
+_PIPE_WIDTH = 10_000  # width of an output that is not a terminal
+_DENSE, _DENSEST = 9, 13  # number of columns above which a page uses a smaller font
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
 
 
@@ -38,10 +38,10 @@ class Column:
     """A column of a table."""
 
     name: str  # key of the column in CSV, JSON and data frames
-    # name of the quantity it holds where that is not `name`; a column of neither holds plain numbers or words
+    # name of the quantity if different from `name`; without a quantity the column has plain numbers or texts
     of: str = ""
-    label: str = ""  # words in the head in place of the quantity's own
-    digits: int = 0  # significant digits in place of the quantity's own
+    label: str = ""  # label in the head, in place of that of the quantity
+    digits: int = 0  # significant digits, in place of those of the quantity
 
     @property
     def quantity(self) -> Quantity:
@@ -51,11 +51,11 @@ class Column:
 
     @property
     def head_label(self) -> str:
-        """Words of its head, without unit."""
+        """Label of its head without unit."""
         return self.label or self.quantity.label
 
     def text(self, value: Cell) -> str:
-        """A cell as a reader sees it, in the display unit."""
+        """Text of a cell in the display unit."""
         if value is None:
             return NOTHING
         if isinstance(value, bool):
@@ -66,31 +66,31 @@ class Column:
         return str(shown) if isinstance(shown, int) else format_number(shown, self.digits or self.quantity.digits)
 
     def shown(self, value: Cell) -> Cell:
-        """A cell in the display unit."""
+        """Value of a cell in the display unit."""
         return value if value is None or isinstance(value, str | bool) else self.quantity.to_display(value)
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of SI numbers and words under columns that say what they are.
+    """Rows of SI numbers and texts with named columns.
 
     Parameters
     ----------
     columns : sequence of Column or str
-        A string stands for `Column` of that name.
+        A string is short for `Column` of that name.
     rows : sequence of sequences
-        Numbers in SI (also of numpy), words, truth values, None; what is not finite counts as None.
+        Numbers in SI (also of numpy), texts, truth values, None; non-finite numbers become None.
     title : str
         Head of the table.
     notes : sequence of str
         Remarks below the table.
     name : str
-        Of the sheet or CSV file; the title where not given.
+        Name of the sheet or CSV file; by default the title.
     highlight : int
         Row that is emphasised on a page.
     vertical : bool
-        Whether a reader sees one line for each column: quantity, values, unit. Where the first column holds words,
-        they are the heads of the values.
+        Whether the table is shown with one line per column: quantity, values, unit. Texts in the first column become
+        the heads of the values.
 
     Examples
     --------
@@ -119,12 +119,12 @@ class Table:
 
     @classmethod
     def from_columns(cls, columns: Mapping[Any, Iterable[Any]], **others: Any) -> Table:
-        """A table from columns of equal length; `others` as of `Table`."""
+        """A table from columns of equal length; `others` are parameters of `Table`."""
         return cls(tuple(columns), tuple(zip(*columns.values(), strict=True)), **others)
 
     @classmethod
     def from_records(cls, records: Sequence[Mapping[str, Any]], **others: Any) -> Table:
-        """A table from rows that name their columns; a row may lack some; `others` as of `Table`."""
+        """A table from rows by column names, some of which may be missing; `others` are parameters of `Table`."""
         names = tuple(dict.fromkeys(name for record in sorted(records, key=len, reverse=True) for name in record))
         return cls(names, tuple(tuple(record.get(name) for name in names) for record in records), **others)
 
@@ -137,18 +137,18 @@ class Table:
         object.__setattr__(self, "rows", rows)
 
     def records(self) -> list[dict[str, Cell]]:
-        """Rows by the names of their columns, SI, as JSON holds them."""
+        """Rows by the names of their columns, SI, for JSON."""
         names = [column.name for column in self._columns]
         return [dict(zip(names, row, strict=True)) for row in self.rows]
 
     def to_frame(self) -> pd.DataFrame:
-        """The same as a pandas data frame."""
+        """The table as a pandas data frame."""
         import pandas as pd
 
         return pd.DataFrame(self.records(), columns=[column.name for column in self._columns])
 
     def csv(self) -> str:
-        """CSV text, SI, units in the head; words a spreadsheet would compute get an apostrophe."""
+        """CSV text, SI, with units in the head; texts that a spreadsheet would evaluate get an apostrophe."""
         file = io.StringIO()
         writer = csv.writer(file, lineterminator="\n")
         head, rows = self.grid(display=False)
@@ -179,7 +179,7 @@ class Table:
     _repr_html_ = html
 
     def print(self) -> None:
-        """Print the table; columns that do not fit into a narrow terminal are left out and named."""
+        """Print the table; columns that do not fit into a narrow terminal are omitted and listed below."""
         from rich.console import Console
 
         console = Console()
@@ -203,11 +203,11 @@ class Table:
             printed.add_column(Text(_plain(head[i])), justify=justify, width=width, overflow="fold")
         for row in rows:
             printed.add_row(*(Text(_plain(row[i])) for i in widths))
-        if not rows:  # a head over nothing says nothing
+        if not rows:  # no head without rows
             yield from [title] if title else []
         elif sum(widths.values()) + _GAP * (len(widths) - 1) <= options.max_width:
             yield printed
-        else:  # not even two columns fit
+        else:  # less than two columns fit
             yield title or ""
             yield from (Text(_plain(f"{head[i]}: {row[i]}")) for row in rows for i in widths)
         missing = [head[i] for i in range(len(head)) if i not in widths]
@@ -221,7 +221,7 @@ class Table:
         return self.columns  # type: ignore[return-value]
 
     def grid(self, *, display: bool) -> tuple[list[str], list[list[Cell]]]:
-        """Head and cells of a file: names and SI numbers, or names and numbers in display units."""
+        """Head and cells of a file, with numbers in SI or display units."""
 
         def unit(column: Column) -> str:
             return printed_unit(column.quantity.display if display else column.quantity.unit)
@@ -236,7 +236,7 @@ class Table:
         return head, [[c.name, *(value(c, x) for x in cells), unit(c)] for c, cells in values]
 
     def _texts(self, *, typeset: bool) -> tuple[list[str], list[list[str]]]:
-        """Head and cells as a reader sees them."""
+        """Head and cells as shown."""
         written = typeset_unit if typeset else printed_unit
 
         def unit(column: Column) -> str:
@@ -252,7 +252,7 @@ class Table:
         return enumerate(self._columns)
 
     def _numeric(self, column: int) -> bool:
-        """Whether a column holds a number, or nothing at all."""
+        """Whether a column has a number or is empty."""
         cells = [row[column] for row in self.rows if row[column] is not None]
         return not cells or any(not isinstance(x, str) for x in cells)
 
@@ -263,11 +263,11 @@ class Table:
         return ["quantity", *heads, "unit"], [(c, [row[i] for row in self.rows]) for i, c in columns]
 
     def _left(self, rows: Sequence[Sequence[str]]) -> list[bool]:
-        """Which columns a reader sees hold words and stand left."""
+        """Whether each shown column has texts, which are left-aligned."""
         like = [[bool(_LIKE_NUMBER.fullmatch(row[i])) for row in rows] for i in self._texts_width]
         if not self.vertical:
             return [not all(cells) for cells in like]
-        # words among the values of a vertical table stand right as the numbers do
+        # texts among the values of a vertical table are right-aligned like numbers
         return [True, *(not any(cells) for cells in like[1:-1]), True]
 
     @property
@@ -277,7 +277,7 @@ class Table:
     def _fitting(
         self, head: Sequence[str], rows: Sequence[Sequence[str]], left: Sequence[bool], limit: int
     ) -> dict[int, int]:
-        """Columns that fit and their widths; the first two, and the unit of a vertical table, always stay."""
+        """Columns that fit and their widths; the first two, and the unit of a vertical table, are always included."""
         from rich.cells import cell_len
 
         least, full = [], []
@@ -297,12 +297,12 @@ class Table:
         return widths
 
 
-# a cell that stands right: a number, an interval, a percentage, a dash
+# right-aligned cells: numbers, intervals, percentages, dashes
 _LIKE_NUMBER = re.compile(r"|[–-]|[<>~±]?\s*[+-]?\d[\d.,e+-]*(\s*%)?(\s*(to|±|/)\s*[+-]?\d[\d.,e+-]*(\s*%)?)?|yes|no")
 
 
 def cell(value: Any) -> Cell:
-    """A value as a table holds it: numbers of numpy become those of Python, None where there is none."""
+    """A value for a table: numpy numbers become Python numbers, and non-finite numbers None."""
     if hasattr(value, "item"):
         value = value.item()
     if isinstance(value, float):
@@ -315,5 +315,5 @@ def _with_unit(text: str, unit: str) -> str:
 
 
 def _plain(text: str) -> str:
-    """Text without the control characters a terminal would obey."""
+    """Text without control characters."""
     return _CONTROL.sub(" ", text)

@@ -1,7 +1,7 @@
 """One thread for the linear algebra of every public computation.
 
-Matrices are small here: threads of the BLAS would wait for each other, next to a busy process for seconds. Parallel
-work is by processes.
+The matrices are small, so that threads of the BLAS would wait for each other, up to seconds on a busy machine. Parallel
+work uses processes.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from typing import Any, ParamSpec, TypeVar
 P = ParamSpec("P")
 R = TypeVar("R")
 
-# read by a BLAS, or OpenMP, that is loaded inside of a computation
+# read by a BLAS or OpenMP that is loaded during a computation
 _VARIABLES = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "BLIS_NUM_THREADS")
-# packages that bring a library with threads of its own
+# packages with libraries that use threads
 _LIBRARIES = ("numpy", "scipy.linalg", "sklearn.utils._openmp_helpers")
 
 
 class _Limit:
-    """The limit of this process: set by the first computation that begins, lifted by the last that ends."""
+    """The limit of this process, set by the first computation that begins and removed by the last one that ends."""
 
     def __init__(self) -> None:
         self._lock, self._running = threading.RLock(), 0
@@ -34,7 +34,7 @@ class _Limit:
         self._variables: dict[str, str | None] = {}
 
     def begin(self) -> None:
-        """One more computation."""
+        """Count the beginning of a computation."""
         with self._lock:
             self._running += 1
             if self._running == 1:
@@ -43,7 +43,7 @@ class _Limit:
                 self._set = self._loaded().limit(limits=1)
 
     def end(self) -> None:
-        """One computation less."""
+        """Count the end of a computation."""
         with self._lock:
             self._running -= 1
             if self._running:
@@ -56,7 +56,7 @@ class _Limit:
             before = self._libraries
             self._set.restore_original_limits()
             if self._loaded() is not before:
-                # a library that was loaded meanwhile has the threads that it would have had
+                # a library that was loaded meanwhile gets its default number of threads
                 usual = max((part.num_threads for part in before.lib_controllers), default=1)
                 known = {part.filepath for part in before.lib_controllers}
                 for part in self._libraries.lib_controllers:
@@ -64,7 +64,7 @@ class _Limit:
                         part.set_num_threads(usual)
 
     def _loaded(self) -> Any:
-        """The libraries; they are looked for again where a package with one has been loaded."""
+        """The loaded libraries; the list is renewed after the import of a package with a library."""
         known = tuple(name in sys.modules for name in _LIBRARIES)
         if known != self._known:
             from threadpoolctl import ThreadpoolController
@@ -78,7 +78,7 @@ _limit = _Limit()
 
 @contextmanager
 def single_thread() -> Iterator[None]:
-    """A block in which the linear algebra of this process has one thread; blocks may be inside of each other."""
+    """A block in which the linear algebra of this process has one thread; blocks may be nested."""
     _limit.begin()
     try:
         yield
@@ -87,7 +87,7 @@ def single_thread() -> Iterator[None]:
 
 
 def one_thread(function: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a public computation: as `single_thread`."""
+    """Decorator that runs a function with `single_thread`."""
 
     @wraps(function)
     def run(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -102,5 +102,5 @@ def one_thread(function: Callable[P, R]) -> Callable[P, R]:
 
 @cache
 def keep_one_thread() -> None:
-    """One thread for all that this process will compute: of a worker."""
+    """One thread for all computations of this process, for workers."""
     _limit.begin()

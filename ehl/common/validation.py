@@ -1,4 +1,4 @@
-"""Input files: TOML text to a validated model, with errors a user can act on."""
+"""Validation of input files against models, with errors that name field, value, allowed range and remedy."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ def _name(text: str) -> str:
     return text
 
 
-# goes into titles, names of files, comments of exported code and columns of tables
+# used in titles, file names, comments of exported code and columns of tables
 Name = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(_name)]
 
 
 def in_any_case(folder: str) -> AfterValidator:
-    """Validator of a field that holds the name of a shipped file of one data folder, or something else."""
+    """Validator of a field with the name of a shipped file of one data folder or another value."""
     return AfterValidator(lambda name: same_name(name, data_names(folder)) if isinstance(name, str) else name)
 
 
 class InputModel(BaseModel):
-    """Base of all input models: frozen, numbers finite, an unknown key is an error, words in any case."""
+    """Base of all input models: frozen, finite numbers, no unknown keys, words in any case."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, defer_build=True, allow_inf_nan=False)
 
@@ -59,7 +59,7 @@ Model = TypeVar("Model", bound=BaseModel)
 
 
 def _with_words(value: Any, choices: dict[str, tuple[str, ...]]) -> Any:
-    """A table with the words that choose the member of a union as its members write them."""
+    """A table with the words that select the member of a union in their exact case."""
     if not isinstance(value, dict):
         return value
     words = {key: same_name(value[key], known) for key, known in choices.items() if isinstance(value.get(key), str)}
@@ -68,7 +68,7 @@ def _with_words(value: Any, choices: dict[str, tuple[str, ...]]) -> Any:
 
 @cache
 def _choices(model: type[BaseModel]) -> dict[str, tuple[str, ...] | dict[str, tuple[str, ...]]]:
-    """Words of each field that takes some, and for a union of tables the words of their keys."""
+    """Allowed words of each field, and for a union of tables the words of their keys."""
     found: dict[str, tuple[str, ...] | dict[str, tuple[str, ...]]] = {}
     for name, info in model.model_fields.items():
         annotation, _ = _bare(info.annotation, ())
@@ -90,9 +90,8 @@ def _choices(model: type[BaseModel]) -> dict[str, tuple[str, ...] | dict[str, tu
 def read_toml(path: str | Path, kind: str = "") -> dict[str, Any]:
     """Read a TOML file.
 
-    kind: which of `ehl.common.file_kinds.KINDS` is wanted; empty where any will do.
-    Raises `InputError`: the file does not exist, cannot be read, is not TOML, or is of another kind, which the message
-    names.
+    kind: expected key of `ehl.common.file_kinds.KINDS`; empty for any kind.
+    Raises `InputError`: the file does not exist, cannot be read, is not TOML, or is of another kind.
     """
     text = read_text(path, "file", "an existing TOML file")
     try:
@@ -104,11 +103,10 @@ def read_toml(path: str | Path, kind: str = "") -> dict[str, Any]:
 
 
 def validate(model: type[Model], content: dict[str, Any], where: str = "") -> Model:
-    """Build a model, turning pydantic's complaints into one `InputError` that tells all of them.
+    """Build a pydantic model; all validation errors are combined into one `InputError`.
 
-    model: the pydantic model.
-    content: what the file holds.
-    where: name put before the field (file name or table).
+    content: content of the file.
+    where: prefix of the field names (file name or table).
     """
     try:
         return model.model_validate(content)
@@ -117,11 +115,11 @@ def validate(model: type[Model], content: dict[str, Any], where: str = "") -> Mo
 
 
 def input_error(error: ValidationError, model: type[BaseModel], where: str = "") -> InputError:
-    """The `InputError` that says the same as pydantic's complaints, each place once."""
+    """The `InputError` for the errors of pydantic, one per place."""
     found: list[tuple[str, InputError]] = []
     for complaint in error.errors(include_url=False):
         problem = _problem(complaint, model, where)
-        # the members of a union complain each, of the place itself and of what is in it
+        # every member of a union reports errors, for the place itself and for its content
         places = (".".join(filter(None, (where, *locate_field(model, complaint["loc"]).path))), problem.field)
         if not any(_nested(place, told) for place in places for told, _ in found):
             found.append((places[0], problem))
@@ -135,7 +133,7 @@ def _nested(one: str, other: str) -> bool:
 
 
 def _meant(problem: InputError) -> str:
-    """The key that a misspelt one stands for: that it is missing need not be told as well."""
+    """The correct spelling of a misspelt key, which is not reported as missing."""
     _, asked, rest = problem.hint.partition("Did you mean '")
     parent, _, _ = problem.field.rpartition(".")
     return ".".join(filter(None, (parent, rest.partition("'")[0]))) if asked else ""
@@ -178,7 +176,7 @@ def _keys(owner: type[BaseModel]) -> set[str]:
 
 
 def _tags(annotation: Any, key: str) -> str:
-    """Values of the key that chooses between the members of a union."""
+    """Values of the key that selects the member of a union."""
     members = (part for part in get_args(annotation) if isinstance(part, type) and issubclass(part, BaseModel))
     return "one of " + ", ".join(
         repr(tag) for member in members for tag in get_args(member.model_fields[key].annotation)
@@ -190,13 +188,13 @@ class FieldLocation:
     """A place in the tree of input models."""
 
     path: tuple[str, ...]  # keys as the user wrote them
-    owner: type[BaseModel]  # the innermost model on the way
+    owner: type[BaseModel]  # the innermost model that contains the place
     annotation: Any  # type of what belongs there; None where nothing does
-    metadata: tuple[Any, ...] = ()  # units and bounds of it
+    metadata: tuple[Any, ...] = ()  # its units and bounds
 
 
 def locate_field(model: type[BaseModel], loc: Sequence[int | str]) -> FieldLocation:
-    """The place pydantic's `loc` names, without what pydantic puts in for the members of unions."""
+    """The place of `loc` of pydantic, without its entries for members of unions."""
     owner, annotation, metadata = model, model, ()  # type: type[BaseModel], Any, tuple[Any, ...]
     path: list[str] = []
     for part in map(str, loc):
@@ -222,10 +220,10 @@ def value_range_of(model: type[BaseModel], name: str) -> ValueRange:
 
 
 def expected_input(place: FieldLocation, table: str) -> str:
-    """What the place takes, in words; empty where that is not known.
+    """Allowed values of the place in words; empty if unknown.
 
-    place: from `locate_field`.
-    table: what the place is called if it is a table.
+    place: result of `locate_field`.
+    table: name of the place if it is a table.
     """
     for part in place.metadata:
         if isinstance(part, ValueRange):
@@ -260,7 +258,7 @@ def _bounds(metadata: tuple[Any, ...]) -> str:
 
 
 def _bare(annotation: Any, metadata: tuple[Any, ...]) -> tuple[Any, tuple[Any, ...]]:
-    """The type inside ``Annotated[...]`` and ``... | None``, and what was noted at it."""
+    """The type inside ``Annotated[...]`` and ``... | None``, and its annotations."""
     while True:
         if get_origin(annotation) is Annotated:
             notes = (n.metadata if isinstance(n, FieldInfo) else [n] for n in annotation.__metadata__)
@@ -291,7 +289,7 @@ def _field(model: type[BaseModel], key: str) -> FieldInfo | None:
 
 
 def _member(union: Any, label: str) -> Any:
-    """The member of a union that pydantic calls by its tag or its name."""
+    """The member of a union with a tag or name of pydantic."""
     for member in get_args(union):
         bare, notes = _bare(member, ())
         if label in (getattr(bare, "__name__", ""), *(note.tag for note in notes if isinstance(note, Tag))):
@@ -308,7 +306,7 @@ def _literals(model: type[BaseModel]) -> Iterator[Any]:
 
 
 def _item(annotation: Any, key: str) -> Any:
-    """Type of an entry of a table of any keys or of a list."""
+    """Type of the entries of a list or of a table with arbitrary keys."""
     arguments = get_args(annotation)
     if not arguments:
         return None

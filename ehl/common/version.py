@@ -1,5 +1,5 @@
-"""Version of the program, and of the solver that stored results name."""
+"""Version of the program, and version of the solver in stored results."""
 
 __version__ = "0.1.0"
-# goes up where the numbers of a contact change by more than rounding
+# increased if the results of a contact change by more than rounding
 SOLVER = f"ehl {__version__}, engine 5"

@@ -1,11 +1,11 @@
-"""What "alpha" means: four definitions of one pressure-viscosity coefficient, for every law, and back.
+"""Four definitions of the pressure-viscosity coefficient for every law, and constants of laws from coefficients.
 
 With L(p) = ln(eta(p)/eta0): the slope L'(0); the secant L(0.2 GPa)/0.2 GPa (FVA 400, Gold's formula); the reciprocal
 isoviscous pressure alpha*, 1/alpha* = int_0^inf exp(-L) dp (Blok); and alpha_film = (1 - e^-3)/int_0^(3/alpha*) exp(-L)
-dp, which a Newtonian film formula asks for (Bair, Liu & Wang 2006). For Barus all are alpha.
+dp for Newtonian film formulas (Bair, Liu & Wang 2006). For the Barus law all are equal to alpha.
 
-The integral to infinity follows the law up to 3 GPa and its tangent beyond: laws whose L tends to a limit have no
-finite one. That tail is below 1e-3 of the whole for the oils of `data/oils`.
+The integral to infinity follows the law up to 3 GPa and its tangent beyond, since it is not finite for laws whose L
+tends to a limit. The part beyond 3 GPa is below 1e-3 of the integral for the oils of `data/oils`.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def alpha_star(law: PressureLaw) -> FloatArray:
     nodes = (_PIECES[:-1, None] + half * (1.0 + _NODES)).ravel()[:, None]
     weights = (half * _WEIGHTS).ravel()
     top = _PIECES[-1:, None]
-    # beyond a law's pole or largest pressure exp(-L) is nothing or goes on
+    # beyond a pole of the law exp(-L) is 0; beyond its largest pressure it is extrapolated
     tail = np.exp(-law.log_ratio(top)) / np.maximum(law.by_pressure(top), 1e-12)
     return np.asarray(1.0 / (weights @ np.exp(-law.log_ratio(nodes)) + tail[0]))
 
@@ -71,7 +71,7 @@ _ALPHAS: dict[AlphaDefinition, Callable[[PressureLaw], FloatArray]] = {
 def alpha_of(law: PressureLaw, definition: AlphaDefinition) -> Any:
     """The coefficient of a law by one of the four definitions.
 
-    law: of `ehl.fluid.viscosity` or `Lubricant.pressure_law`; its inlet temperature may be an array.
+    law: law of `ehl.fluid.viscosity` or `Lubricant.pressure_law`; its inlet temperature may be an array.
     Returns: [1/Pa]; a float for one inlet temperature.
 
     Examples
@@ -88,12 +88,12 @@ def alpha_of(law: PressureLaw, definition: AlphaDefinition) -> Any:
 def solve_constant(
     law_of: Callable[[Any], PressureLaw], stated: ArrayLike, definition: AlphaDefinition, start: ArrayLike
 ) -> Any:
-    """The free constant with which a law has the stated coefficient, to 1e-13.
+    """The free constant for which a law has the stated coefficient, to 1e-13.
 
-    law_of: the law at a value of its free constant: alpha of Roelands and Barus, a factor on L of the others.
-    stated: [1/Pa].
-    start: the constant to start from.
-    Raises `InputError`: no constant of the law has this coefficient.
+    law_of: returns the law for a free constant: alpha for Roelands and Barus, a factor on L for the others.
+    stated: coefficient [1/Pa].
+    start: initial value of the constant.
+    Raises `InputError`: the law cannot have this coefficient.
     """
     wanted = np.log(np.atleast_1d(np.asarray(stated, dtype=float)))
     x = np.broadcast_to(np.log(np.asarray(start, dtype=float)), wanted.shape).copy()
@@ -109,7 +109,7 @@ def solve_constant(
         step = np.clip(-value / slope, -1.0, 1.0)
         new = error(x + step)
         change = (new - value) / np.where(step == 0.0, 1.0, step)
-        # near rounding the difference says nothing
+        # slopes of the order of rounding errors are ignored
         slope = np.where((np.abs(step) > 1e-7) & (change > 0.1), change, slope)
         x, value = x + step, new
     if not np.all(np.abs(value) < 1e-11):
@@ -139,14 +139,14 @@ def roelands_slope(secant: Any, viscosity: Any) -> Any:
 
 @dataclass(frozen=True)
 class TemperatureFit:
-    """ln of a positive function of temperature by polynomials, in arithmetic that can be recorded as code."""
+    """ln of a positive function of temperature by polynomials, in operations that can be exported as code."""
 
     # (lowest, highest temperature [K], coefficients of the powers of t, -1 to 1) of each piece, from cold to warm
     pieces: tuple[tuple[float, float, tuple[float, ...]], ...]
     error: float  # largest relative error of the function at four times as many temperatures [-]
 
     def __call__(self, temperature: Any) -> Any:
-        """The function at temperatures [K]; beyond the ends the end pieces go on."""
+        """The function at temperatures [K]; the end pieces are extrapolated."""
         values = [self._piece(temperature, *piece) for piece in self.pieces]
         found = values[-1]
         for (_, high, _), value in zip(reversed(self.pieces[:-1]), reversed(values[:-1]), strict=True):
@@ -172,7 +172,7 @@ _NEGLIGIBLE, _DIGITS = 1e-14, 15
 def temperature_fit(
     function: Callable[[FloatArray], FloatArray], ends: tuple[float, ...], degree: int = 20
 ) -> TemperatureFit:
-    """A `TemperatureFit` between temperatures [K]; inner ends are kinks of the function, others are looked for."""
+    """A `TemperatureFit` between temperatures [K]; inner ends are known kinks of the function, others are searched."""
     pieces, error = [], 0.0
     spot = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
     left = list(itertools.pairwise(ends))[::-1]

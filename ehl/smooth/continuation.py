@@ -1,4 +1,4 @@
-"""Ways to a first solution: a path from an easy contact, or from a neighbouring result."""
+"""First solution of a contact: by continuation from an easy contact, or from a neighbouring result."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PATH_NODES, HARD_NODES = 65, 97
 
 @dataclass
 class PathReport:
-    """Work spent on the way."""
+    """Work of the continuation."""
 
     iterations: int = 0
 
@@ -37,13 +37,13 @@ def grid_for(features: Features, nodes: int) -> NodeGrid:
 
 
 def transfer(level: Level, grid: NodeGrid) -> Unknowns:
-    """Unknowns of a level carried to another grid (monotone cubic interpolation)."""
+    """Unknowns of a level interpolated to another grid (monotone cubic)."""
     stretch = (level.x[-1] - grid.grading.x_in) / (grid.grading.x_exit - grid.grading.x_in)
     x = grid.grading.x_in + stretch * (grid.nodes - grid.grading.x_in)
     pressure = _kernels.monotone_cubic(level.x, level.unknowns.pressure, x)[0]
     before = x < level.x[0]
     pressure[before] *= (level.x[0] / x[before]) ** 3
-    # The film constant contains ln(stretch) of each grid's own scale.
+    # the film constant contains ln(stretch) of its grid
     h00 = level.unknowns.h00 + 0.5 * math.log(stretch / level.unknowns.stretch)
     return Unknowns(pressure, h00, level.unknowns.flow, stretch)
 
@@ -54,7 +54,7 @@ def features_of_level(level: Level) -> Features:
 
 
 def easy_start(scaled: ScaledContact, nodes: int, report: PathReport) -> tuple[Level, ScaledContact]:
-    """The easy end of the path: nearly constant viscosity, moderate load; converges from the Hertz pressure."""
+    """Start of the path with nearly constant viscosity and moderate load; it converges from the Hertz pressure."""
     load = min(max(scaled.moes_load, EASY_LOADS[0]), EASY_LOADS[1])
     lam = 3.0 * math.pi**2 / (8.0 * load**2)
     stiffness = min(1.0, EASY_LOG_VISCOSITY / max(scaled.log_viscosity, 1e-12))
@@ -84,8 +84,8 @@ def _easy_grid(nodes: int) -> NodeGrid:
 def between(easy: ScaledContact, scaled: ScaledContact, t: float) -> ScaledContact:
     """Scaled contact at a fraction of the path, straight in (ln lambda, viscosity exponent, ln gamma).
 
-    Towards thick films (lambda rising) the pressure falls on the way: lambda comes first, so that the viscosity is
-    raised only where the pressure is already low.
+    Towards thick films (increasing lambda) the pressure decreases along the path. Lambda then changes first, so that
+    the viscosity increases at low pressure only.
     """
     if t >= 1.0:
         return scaled
@@ -108,7 +108,7 @@ def _predicted(now: Unknowns, before: Unknowns, factor: float) -> Unknowns:
 def cold_path(scaled: ScaledContact, nodes: int, report: PathReport) -> Level:
     """Solution on a coarse grid by continuation from the easy contact.
 
-    Raises `NewtonFailure`: "path_stalled" where the step shrinks to nothing, "path_limit" after too many iterations.
+    Raises `NewtonFailure`: "path_stalled" if the step becomes too small, "path_limit" after too many iterations.
     """
     spent = report.iterations
     level, easy = easy_start(scaled, nodes, report)
@@ -147,7 +147,7 @@ def cold_path(scaled: ScaledContact, nodes: int, report: PathReport) -> Level:
 
 
 def from_neighbour(neighbour: Level, scaled: ScaledContact, report: PathReport) -> Level:
-    """Solution on the grid of a neighbouring contact, straight from its unknowns."""
+    """Solution on the grid of a neighbouring contact, with its unknowns as the initial guess."""
     try:
         level = solve_level(neighbour.grid, scaled, neighbour.unknowns, tolerance=1e-4, max_iterations=12)
     except NewtonFailure as failure:

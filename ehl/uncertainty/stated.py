@@ -1,6 +1,6 @@
-"""Slopes of ln mu against inputs that a friction formula does not hold, over the film ratio (ours, solved contacts).
+"""Slopes of ln mu for inputs that a friction formula does not contain, over the film ratio (own work).
 
-`validation/input_sensitivities.py` made the table: means over contacts spread over what gears see.
+The table was computed by `validation/input_sensitivities.py`: means over solved contacts in the range of gears.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ FILM_RATIOS = (0.1, 0.2, 0.4, 0.8, 1.6, 3.2)
 
 @cache
 def _slopes() -> dict[str, tuple[FloatArray, FloatArray, FloatArray]]:
-    """Of each input: ln of the film ratios, slopes of ln mu below and above the value."""
+    """For each input: ln of the film ratios, slopes of ln mu below and above the value."""
     rows: dict[str, list[tuple[float, ...]]] = {}
     with data_path(FILE).open(encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file):
@@ -38,7 +38,8 @@ def stated_change(
 ) -> tuple[FloatArray, FloatArray] | None:
     """Change of ln mu with an input `score` standard deviations below and above; None for an input without a table.
 
-    Linear in ln(film ratio) between the entries, the nearest entry beyond them; smooth surfaces feel the bodies alone.
+    Linear in ln(film ratio) between the entries and constant beyond them. For smooth surfaces only the properties of
+    the bodies have an effect.
     """
     if name not in _slopes():
         return None

@@ -167,7 +167,7 @@ def test_files_that_are_no_formula(tmp_path: Path, change: Any, field: str) -> N
 
 
 def test_a_folder_is_no_formula(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="is a folder, and no readable file"):
+    with pytest.raises(InputError, match="is a folder, not a file"):
         Formula.load(tmp_path)
     with pytest.raises(InputError, match="writable"):
         FORMULAS["xu"].save(tmp_path)
