@@ -1,4 +1,4 @@
-"""What the command lines of the three packages share: options in errors, progress bars, files, JSON.
+"""Common parts of the command lines of the three packages: options in errors, progress bars, files, JSON.
 
 The one module beside the public names that a command line imports.
 """
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
-# keyword or quantity of the Python interface -> option, where they are not the same word
+# keyword or quantity of the Python interface -> option of a different name
 _OPTIONS = {
     "density_15": "density",
     "folder": "output",
@@ -73,16 +73,16 @@ def _longest(param: Any) -> str:
 
 
 def _behind(option: str, typed: list[str]) -> str | None:
-    """The last value given to an option, as typed."""
+    """The last value of an option as typed."""
     split = [part for text in typed for part in (text.split("=", 1) if text.startswith("--") else [text])]
     return next((after for name, after in reversed(list(pairwise(split))) if name == option), None)
 
 
 class Command(typer.core.TyperCommand):
-    """A command whose errors name the option where the Python interface names its keyword."""
+    """A command whose errors name the options instead of the keywords of the Python interface."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the options; what cannot be read is refused in the words of all other errors."""
+        """Read the options; errors of the parser become `InputError`."""
         typed = list(args)
         try:
             rest = super().parse_args(ctx, args)
@@ -94,13 +94,13 @@ class Command(typer.core.TyperCommand):
         names = {name: param for param in self.params for name in param.opts if name.startswith("-")}
         for name, param in names.items():
             value = _behind(name, typed)
-            # nothing behind it, as of an unset shell variable: this folder, or one named as an option, would be filled
+            # an empty value, for example of an unset shell variable, would be the current folder
             if value in ("", *names) and isinstance(ctx.params.get(param.name), Path):
                 raise InputError(name, value, "a file or folder", "'.' is the folder you are in.")
         return rest
 
     def _refused(self, ctx: Any, error: Any, typed: list[str]) -> InputError | None:
-        """What the parser found, as an `InputError`; its classes are told apart by name, as they have moved."""
+        """The error of the parser as an `InputError`; its classes are identified by name, as they have moved."""
         see, kind = f"See `{ctx.command_path} --help`.", type(error).__name__
         if kind == "NoSuchOption":
             known = sorted(_longest(param) for param in self.params if param.param_type_name == "option")
@@ -114,7 +114,7 @@ class Command(typer.core.TyperCommand):
             return InputError(_longest(param), None, what, see)
         if found := re.search(r"unexpected extra argument\S* \((.*)\)", error.message):
             taken = [_longest(param) for param in self.params if param.param_type_name == "argument"]
-            allowed = f"no more than {' '.join(taken)}" if taken else "options alone"
+            allowed = f"no more than {' '.join(taken)}" if taken else "options only"
             return InputError("argument", found[1], allowed, see)
         if isinstance(error, typer.BadParameter):
             option = max(getattr(error.param, "opts", None) or [""], key=len)
@@ -131,13 +131,13 @@ class Command(typer.core.TyperCommand):
             raise error.changed(lambda problem: self._as_typed(ctx, problem)) from None
 
     def _as_typed(self, ctx: Any, problem: InputError) -> InputError:
-        """The problem of the option as typed, and where to look if it does not say what to do."""
+        """The problem with the option as typed; without a hint it refers to the help."""
         field = ", ".join(self._option(ctx, part, problem.value) for part in problem.field.split(", "))
         hint = problem.hint or f"See `{ctx.command_path} --help`."
         return InputError(field, problem.value, problem.allowed, hint)
 
     def _option(self, ctx: Any, field: str, value: object) -> str:
-        """The option of a field, if it was given or nothing was; else the value comes from a file."""
+        """The option of a field, if it was given or the value is missing; otherwise the value is from a file."""
         for name in (field, _OPTIONS.get(field, field)):
             for param in self.params:
                 if param.param_type_name != "option" or (name != param.name and f"--{name}" not in param.opts):
@@ -150,7 +150,7 @@ class Command(typer.core.TyperCommand):
 
 @contextmanager
 def output_folder(folder: Path) -> Iterator[None]:
-    """A folder to work in; taken away again, empty as it is, where an input is refused."""
+    """A working folder; if an input is refused, the empty folder is removed."""
     made = [path for path in (folder, *folder.parents) if not os.path.exists(path)]
     make_folder(folder, "output")
     try:
@@ -163,7 +163,7 @@ def output_folder(folder: Path) -> Iterator[None]:
 
 
 def _kind(message: str) -> str:
-    """What an option takes, of the sentence of the parser: old and new versions of it word that in two ways."""
+    """Allowed values of an option from the message of the parser, whose wording depends on its version."""
     if found := re.search(r"is not in the range (.+?)\.?$", message):
         return f"a number x with {found[1]}"
     if found := re.search(r"(greater|less) than or equal to (\S+)", message):
@@ -173,7 +173,7 @@ def _kind(message: str) -> str:
 
 # panels of the commands in `mixed-ehl --help`, in the order of the work
 CONTACT, FORMULA, GEAR, PROGRAM = "Contact", "Friction formula", "Gear pair", "Program"
-ADVANCED = "Advanced"  # panel of the options of a command that few need; at most ten are outside of it
+ADVANCED = "Advanced"  # panel of rarely used options; a command has at most ten others
 advanced: Any = partial(typer.Option, rich_help_panel=ADVANCED)
 """`typer.Option` in the advanced panel."""
 
@@ -182,18 +182,18 @@ class App(typer.Typer):
     """An application, or a group of commands, of `Command`."""
 
     def command(self, name: str | None = None, **settings: Any) -> Callable[[_Function], _Function]:
-        """As of `typer.Typer`."""
+        """See `typer.Typer`."""
         return super().command(name, cls=Command, **settings)
 
 
-STOPPED = 130  # exit code where the user stopped it, as of a shell
-SOFTWARE_FAULT = 70  # exit code of a fault of the program, EX_SOFTWARE of sysexits.h
+STOPPED = 130  # exit code after a stop by the user, as in shells
+SOFTWARE_FAULT = 70  # exit code of a program error, EX_SOFTWARE of sysexits.h
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EPIPE)
-OUTPUT_FAULT = 74  # exit code where standard output takes no more, EX_IOERR
+OUTPUT_FAULT = 74  # exit code if standard output cannot be written, EX_IOERR
 
 
 def run(command: Callable[[], object]) -> None:
-    """Run a command to its exit code: whatever goes wrong becomes one sentence.
+    """Run a command and exit with its code; every error is printed as one sentence.
 
     Parameters
     ----------
@@ -203,8 +203,8 @@ def run(command: Callable[[], object]) -> None:
     Raises
     ------
     SystemExit
-        0; 1 where something has no answer; 2 for an input that cannot be used; 70 for a fault of the program, which a
-        log file describes; 74 where standard output takes no more; 130 where the user stopped it.
+        0; 1 if a result is missing or not converged; 2 for an invalid input; 70 for a program error with a log file;
+        74 if standard output cannot be written; 130 after a stop by the user.
     """
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a terminal without Greek letters shows question marks
@@ -234,7 +234,7 @@ def run(command: Callable[[], object]) -> None:
 
 
 def _flush() -> None:
-    """Put on standard output what waits for it; a full disk shows here."""
+    """Flush standard output, which raises an error if the disk is full."""
     try:
         sys.stdout.flush()
     except OSError as error:
@@ -242,20 +242,20 @@ def _flush() -> None:
 
 
 def _stop_output(error: OSError) -> NoReturn:
-    """Leave standard output as it is, say why, and exit."""
+    """Report an error of standard output and exit."""
     with contextlib.suppress(OSError, ValueError):
-        # the interpreter would try again when it ends, and complain
+        # prevents a second attempt and message at the end of the interpreter
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    if isinstance(error, BrokenPipeError):  # `| head` has seen enough
+    if isinstance(error, BrokenPipeError):  # for example `| head`
         sys.exit(1)
     print(f"mixed-ehl: standard output cannot be written: {error.strerror}.", file=sys.stderr)
     sys.exit(OUTPUT_FAULT)
 
 
 def _last_resort(error: Exception) -> NoReturn:
-    """One sentence, and a log file with the rest."""
+    """Print one sentence and write a log file with the details."""
     where = _write_log()
-    print(f"mixed-ehl: fault of the program ({_in_a_line(error)}). {where}", file=sys.stderr)
+    print(f"mixed-ehl: program error ({_in_a_line(error)}). {where}", file=sys.stderr)
     sys.exit(SOFTWARE_FAULT)
 
 
@@ -265,13 +265,13 @@ def _in_a_line(error: Exception) -> str:
 
 
 def _write_log() -> str:
-    """Write what is known of the fault at hand into a file; the sentence that names it."""
+    """Write the details of the current error into a file; returns the sentence with its path."""
     lines = [f"mixed-ehl {__version__}, Python {platform.python_version()}, {platform.platform()}"]
     lines += [f"arguments: {sys.argv[1:]!r}", f"folder: {os.getcwd()}", "", traceback.format_exc()]
     start = f"mixed-ehl-fault-{time.strftime('%Y%m%d-%H%M%S')}-"
     for folder in (tempfile.gettempdir, os.getcwd):
         with contextlib.suppress(OSError, InputError):
-            handle, path = tempfile.mkstemp(".log", start, folder())  # readable for this user alone
+            handle, path = tempfile.mkstemp(".log", start, folder())  # readable for this user only
             os.close(handle)
             write_file(Path(path), "\n".join(lines).encode("utf-8", "backslashreplace"))
             return f"Details: {path}. Please send this file with your input."
@@ -283,16 +283,16 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object 
 ProfileArgument = Annotated[
     Path, typer.Argument(metavar="FILE", help="Trace or map: text, or a file of an instrument.")
 ]
-UnitXOption = Annotated[str, typer.Option(help="Unit of the positions where the file has none.")]
-UnitHeightOption = Annotated[str, typer.Option(help="Unit of the heights where the file has none.")]
+UnitXOption = Annotated[str, typer.Option(help="Unit of the positions if the file has none.")]
+UnitHeightOption = Annotated[str, typer.Option(help="Unit of the heights if the file has none.")]
 DetrendOption = Annotated[int, typer.Option(help="Order of the polynomial that is removed as form.")]
 CutoffLongOption = Annotated[str | None, typer.Option(help="lambda_c, e.g. '0.8 mm'; by ISO 4288 if not given.")]
 CutoffShortOption = Annotated[str | None, typer.Option(help="lambda_s, e.g. '2.5 um'.")]
-ProfilePlotOption = Annotated[Path | None, typer.Option(help="Write a figure: as read, form, and the profile used.")]
+ProfilePlotOption = Annotated[Path | None, typer.Option(help="Write a figure of the trace, its form, and the profile.")]
 
 
 def names_of(kind: str) -> Callable[[], list[str]]:
-    """What the shell completes an argument to: the shipped names of a kind, as of `ehl.shipped`."""
+    """Completion of an argument in the shell: the shipped names of a kind (see `ehl.shipped`)."""
     return lambda: list(shipped(kind))
 
 
@@ -307,7 +307,7 @@ def is_list(text: str) -> bool:
 
 
 def pairs(field: str, texts: list[str] | None) -> dict[str, str]:
-    """Texts ``NAME=VALUE`` as a mapping; `InputError` naming `field` where one is something else."""
+    """Texts ``NAME=VALUE`` as a mapping; `InputError` for `field` if one has another form."""
     found = {}
     for text in texts or ():
         name, equals, value = (part.strip() for part in text.partition("="))
@@ -321,7 +321,7 @@ _SUFFIXES = {"report": PAGE, "plot": FIGURE, "xlsx": (".xlsx",)}
 
 
 def check_suffix(path: Path, field: str, suffix: str = "") -> None:
-    """Refuse a file of another kind than will be written; suffixes of pages, figures and workbooks are known."""
+    """Refuse a file name with the wrong suffix; suffixes of pages, figures and workbooks are known."""
     suffixes = (suffix,) if suffix else _SUFFIXES[field]
     if path.suffix.lower() not in suffixes:
         raise InputError(field, str(path), "a file name ending in " + " or ".join(suffixes))
@@ -330,15 +330,15 @@ def check_suffix(path: Path, field: str, suffix: str = "") -> None:
 def check_outputs(outputs: Mapping[str, Path | None], **suffixes: str) -> None:
     """Refuse files that cannot be written, before anything is computed.
 
-    outputs: option to file; None where the option was not given.
+    outputs: option to file; None if the option was not given.
     **suffixes: suffix of an option; those of pages, figures and workbooks are known.
-    Raises `InputError`: naming option and file; or two options name the same file.
+    Raises `InputError`: a file cannot be written, or two options have the same file.
     """
     files = given(outputs)
     for field, path in files.items():
         if field in suffixes or field in _SUFFIXES:
             check_suffix(path, field, suffixes.get(field, ""))
-        if os.path.isdir(path):  # and not Path.is_dir, which raises where the name is too long
+        if os.path.isdir(path):  # Path.is_dir raises an error if the name is too long
             raise InputError(field, str(path), "a file", "This is a folder.")
         folder = path.parent
         if not os.path.isdir(folder):
@@ -354,7 +354,7 @@ def check_outputs(outputs: Mapping[str, Path | None], **suffixes: str) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write the file of ``--output``; `InputError` where that is not possible."""
+    """Write the file of ``--output``; `InputError` if that is not possible."""
     write_file(path, text, "output", folder=True)
 
 
@@ -371,26 +371,25 @@ def print_json(content: dict[str, Any]) -> None:
 
 
 def fail_unless_converged(status: str, reason: str) -> None:
-    """Exit code 1 with the reason on standard error where a result is not what was asked for."""
+    """Exit code 1 with the reason on standard error if a result is not converged."""
     if status != "converged":
         if reason:
             typer.echo(f"not converged: {reason}", err=True)
         raise typer.Exit(1)
 
 
-FIRST_DISPLAY, LINE_EVERY = 3.0, 30.0  # when progress is first shown, and the interval of lines in a log [s]
-NOTHING_KEPT = "nothing of it is kept; the same command begins again"
+FIRST_DISPLAY, LINE_EVERY = 3.0, 30.0  # time of the first display, interval of lines in a log [s]
+NOTHING_KEPT = "no results are stored; the same command starts again"
 
 
 class ProgressDisplay:
-    """Shows on a stream the elapsed time of a computation, its progress and the estimated time left.
+    """Display of the elapsed time of a computation, its progress and the estimated time left.
 
-    A terminal has one line with a bar (rich) that is renewed; elsewhere a line is written after `FIRST_DISPLAY` and
-    then every `LINE_EVERY`.
+    A terminal has one line with a bar (rich) that is updated; other streams get a line after `FIRST_DISPLAY` and then
+    every `LINE_EVERY`.
 
-    what: the computation.
-    stream: where it is shown.
-    clock: seconds.
+    what: name of the computation.
+    clock: returns the time [s].
     """
 
     def __init__(self, what: str, stream: IO[str], clock: Callable[[], float] = time.monotonic) -> None:
@@ -402,10 +401,10 @@ class ProgressDisplay:
         self._bar: Any = None
 
     def update(self, state: Progress) -> None:
-        """Take the state that the computation reports."""
+        """Receive the reported state of the computation."""
         if state.done == 0:
             self.begins[state.step] = self.clock()
-        # steps within each other alternate: each has its own pace
+        # nested steps alternate and have separate rates
         self.begins.setdefault(state.step, self.clock() if self.begins else self.begin)
         self.state = state
 
@@ -424,7 +423,7 @@ class ProgressDisplay:
         return ", ".join(parts)
 
     def refresh(self) -> None:
-        """Show the state where it is time to."""
+        """Show the state if the interval has passed."""
         if self.clock() < self.next:
             return
         if self.stream.isatty():
@@ -458,8 +457,8 @@ class ProgressDisplay:
 def working(what: str, kept: str = NOTHING_KEPT) -> Iterator[ProgressDisplay]:
     """Show the progress of a computation on standard error; Ctrl-C states what is kept.
 
-    what: the computation, as "comparison".
-    kept: what remains of it where the user stops it, and how to go on.
+    what: name of the computation, such as "comparison".
+    kept: stored results after a stop by the user, and how to continue.
     """
     display, over = ProgressDisplay(what, sys.stderr), threading.Event()
 
