@@ -164,9 +164,9 @@ class Lubricant:
     def shear_law(self) -> ShearLaw:
         """Shear stress over shear rate, with its limit."""
         carreau = self.rheology == "carreau"
-        law = (self.carreau_stress, self.carreau_exponent) if carreau else (self.eyring_stress, 1.0)
+        stress, exponent = (self.carreau_stress, self.carreau_exponent) if carreau else (self.eyring_stress, 1.0)
         limit = (self.limiting_shear_coefficient, self.limiting_shear_ambient, self.limiting_shear)
-        return ShearLaw(self.rheology, *law, *limit)
+        return ShearLaw(self.rheology, stress, exponent, *limit)
 
     @property
     def pressure_law(self) -> PressureLaw:
