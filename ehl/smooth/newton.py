@@ -132,8 +132,8 @@ def solve_level(
     factors.known = end == _kernels.CONVERGED
     if end != _kernels.CONVERGED:
         raise NewtonFailure(_ENDS[end], iterations)
-    rows = (state[row] for row in (_kernels.X, _kernels.FILM, _kernels.RHO, _kernels.LOG_ETA))
-    return Level(grid, scaled, Unknowns(u[:n], *u[n:].tolist()), *rows, iterations, residual)
+    x, film, rho, log_eta = (state[row] for row in (_kernels.X, _kernels.FILM, _kernels.RHO, _kernels.LOG_ETA))
+    return Level(grid, scaled, Unknowns(u[:n], *u[n:].tolist()), x, film, rho, log_eta, iterations, residual)
 
 
 _ENDS = {

@@ -35,10 +35,11 @@ class ContactGroup:
 
     def only(self, wanted: NDArray[np.bool_]) -> ContactGroup:
         """The contacts of selected rows; `wanted` is a mask over all rows of the measurement."""
-        rows, contacts, temperatures = (
-            tuple(compress(values, wanted[list(self.rows)])) for values in (self.rows, self.contacts, self.temperatures)
+        kept = wanted[list(self.rows)].tolist()
+        temperatures = tuple(compress(self.temperatures, kept))
+        return ContactGroup(
+            tuple(compress(self.rows, kept)), tuple(compress(self.contacts, kept)), temperatures, self.surface
         )
-        return ContactGroup(rows, contacts, temperatures, self.surface)
 
 
 def line_pressure(measurement: Measurement, setup: CalibrationSetup) -> FloatArray:

@@ -55,9 +55,9 @@ def determination_of(fit: Fit, target: Target, noise: Noise, labels: tuple[str, 
     added = (scaled @ covariance) ** 2
     share = added / np.maximum(added.sum(axis=0), 1e-300)
     rows = np.flatnonzero(target.rows)[share.argmax(axis=0)]
-    main = (tuple(int(row) for row in rows), share.max(axis=0))
+    chosen = tuple(int(row) for row in rows)
     alone = np.minimum(widening * alone, 1e6)
-    return Determination(fit.names, widening * errors, alone, correlation, *main, widening)
+    return Determination(fit.names, widening * errors, alone, correlation, chosen, share.max(axis=0), widening)
 
 
 def least_identifiable(fit: Fit, found: Determination, width: FloatArray) -> str | None:

@@ -132,9 +132,10 @@ def minimise(
         return np.asarray((surrogate.jacobian(place(x))[:, free] / target.sigma[:, None])[target.rows] / scale)
 
     inside = np.clip(start[free], low + 1e-9, high - 1e-9)
-    huber = {"loss": "huber", "f_scale": robust.TUNING}
-    tolerances = {"xtol": 1e-5, "ftol": 1e-7, "gtol": 1e-7, "max_nfev": 30}
-    found = least_squares(standardised, inside, slopes, bounds=(low, high), **huber, **tolerances)
+    found = least_squares(
+        standardised, inside, slopes, bounds=(low, high), loss="huber", f_scale=robust.TUNING,
+        xtol=1e-5, ftol=1e-7, gtol=1e-7, max_nfev=30,
+    )  # fmt: skip
     return place(np.asarray(found.x))
 
 

@@ -140,8 +140,10 @@ def _nonlinear_fit(
         start = np.array(family.start)
         # the level follows from the median residual of ln mu, which is linear in its logarithm
         start[0] = np.clip(start[0] * np.exp(-np.median(residual(start)[: target.size])), lower[0], upper[0])
-    scales = {"f_scale": _OUTLIER, "x_scale": np.maximum(np.abs(start), 0.05)}
-    solution = least_squares(residual, start, bounds=(lower, upper), loss="soft_l1", max_nfev=1000, **scales)
+    solution = least_squares(
+        residual, start, bounds=(lower, upper), loss="soft_l1", f_scale=_OUTLIER,
+        x_scale=np.maximum(np.abs(start), 0.05), max_nfev=1000,
+    )  # fmt: skip
     if solution.status <= 0:
         raise ConvergenceError("fit", f"family {family.name} after {solution.nfev} evaluations")
     x, jacobian = solution.x, np.asarray(solution.jac)

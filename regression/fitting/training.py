@@ -151,7 +151,8 @@ class _Problem:
         for (rows, columns), size in zip(self.shapes, (1.0, 1.0, 0.1), strict=True):
             layer = random.standard_normal((rows, columns)) * size / np.sqrt(columns - 1)
             start.append(layer.ravel())
-        options = {"maxiter": _STEPS, "maxcor": 20}
-        found = minimize(self.loss, np.concatenate(start), jac=True, method="L-BFGS-B", options=options)
+        found = minimize(
+            self.loss, np.concatenate(start), jac=True, method="L-BFGS-B", options={"maxiter": _STEPS, "maxcor": 20}
+        )
         rounded = np.rint(np.asarray(found.x) * 10.0**DIGITS).astype(int)
         return tuple(tuple(map(int, row)) for layer in self.layers(rounded) for row in layer)
