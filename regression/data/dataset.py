@@ -405,8 +405,8 @@ class RunStatus(TableResult):
             (case.reason, case.key[:12], case.attempts, *(case.conditions[name] for name in symbols), case.seconds)
             for case in self.failed
         ]
-        columns = ("reason", "key", "attempts", *shown, Column("seconds", label="t"))
-        return Table(columns, rows, title=f"{len(self.failed)} failed cases")
+        title = f"{len(self.failed)} failed cases"
+        return Table(("reason", "key", "attempts", *shown, Column("seconds", label="t")), rows, title=title)
 
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
         """Result files and failed cases."""

@@ -118,8 +118,8 @@ class _Problem:
         # derivatives by the logit and by the logarithm of the film part
         asperity_slope, film_slope = asperity * (1.0 - share), -FILM_POWER * share * film
         scale = self.mu * self.deviation
-        slopes = (asperity_slope + film_slope) / mu / self.deviation, film / mu / self.deviation
-        terms = [(np.log(mu / self.mu) / self.deviation, *slopes)]
+        total = (asperity_slope + film_slope) / mu / self.deviation
+        terms = [(np.log(mu / self.mu) / self.deviation, total, film / mu / self.deviation)]
         if self.computed is not None:
             found, sheared = self.computed
             weight = _PARTS_WEIGHT / scale

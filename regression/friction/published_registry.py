@@ -94,8 +94,10 @@ class PublishedFriction(FrictionModel):
 
 
 def _xu(c: Conditions, base: str) -> Array:
-    names = ("pressure_hertz", "slide_to_roll_total", "speed_entrainment", "viscosity_inlet", "radius_equivalent")
-    return p.xu_kahraman_2007(*(c[name] for name in names), c["roughness_rms"])
+    return p.xu_kahraman_2007(
+        c["pressure_hertz"], c["slide_to_roll_total"], c["speed_entrainment"], c["viscosity_inlet"],
+        c["radius_equivalent"], c["roughness_rms"],
+    )  # fmt: skip
 
 
 def _benedict_kelley(c: Conditions, base: str) -> Array:
