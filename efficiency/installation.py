@@ -1,4 +1,4 @@
-"""Check of the installation (`mixed-ehl doctor`), and compilation of kernels in advance (`mixed-ehl warmup`)."""
+"""Check of the installation (`mixed-ehl doctor`) and compilation of kernels in advance (`mixed-ehl warmup`)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ PACKAGES = ("ehl", "regression", "efficiency")
 
 @dataclass(frozen=True)
 class Check:
-    """One line of the doctor's report."""
+    """One line of the report."""
 
     name: str
     passed: bool
@@ -28,10 +28,10 @@ class Check:
 
 
 def check_one_installation() -> Check:
-    """All three packages must come from one folder and carry one version.
+    """Check that all three packages are in one folder and have the same version.
 
-    `regression` and `efficiency` are also names of other distributions, and a folder of that name in the working
-    directory shadows ours under ``python -c``.
+    `regression` and `efficiency` are also names of other distributions, and with ``python -c`` a folder of that name in
+    the working directory takes precedence.
     """
     modules: dict[str, ModuleType] = {name: importlib.import_module(name) for name in PACKAGES}
     homes = {name: Path(module.__file__ or "").parent.parent for name, module in modules.items()}
@@ -40,11 +40,11 @@ def check_one_installation() -> Check:
     if passed:
         return Check("one installation", True, f"version {versions['ehl']} in {homes['ehl']}")
     found = ", ".join(f"{name} {versions[name]} in {homes[name]}" for name in PACKAGES)
-    return Check("one installation", False, f"the packages do not belong together: {found}")
+    return Check("one installation", False, f"the packages are of different installations: {found}")
 
 
 def _python() -> Check:
-    return Check("Python", sys.version_info >= (3, 11), f"{sys.version.split()[0]} (3.11 or newer is needed)")
+    return Check("Python", sys.version_info >= (3, 11), f"{sys.version.split()[0]} (required: 3.11 or newer)")
 
 
 def _dependencies() -> list[Check]:
@@ -54,7 +54,7 @@ def _dependencies() -> list[Check]:
     try:
         lines = importlib.metadata.requires("mixed-ehl") or []
     except importlib.metadata.PackageNotFoundError:
-        return [Check("dependencies", False, "mixed-ehl is not installed, its files alone are here: pip install it")]
+        return [Check("dependencies", False, "mixed-ehl is not installed, only its files exist: pip install it")]
     for line in lines:
         requirement = Requirement(line)
         if requirement.marker is not None and not requirement.marker.evaluate({"extra": ""}):
@@ -62,9 +62,9 @@ def _dependencies() -> list[Check]:
         try:
             version = importlib.metadata.version(requirement.name)
             passed = version in requirement.specifier
-            checks.append(Check(requirement.name, passed, f"{version} (needed: {requirement.specifier})"))
+            checks.append(Check(requirement.name, passed, f"{version} (required: {requirement.specifier})"))
         except importlib.metadata.PackageNotFoundError:
-            checks.append(Check(requirement.name, False, f"not installed (needed: {requirement.specifier})"))
+            checks.append(Check(requirement.name, False, f"not installed (required: {requirement.specifier})"))
     return checks
 
 
@@ -84,7 +84,7 @@ def _cache() -> Check:
     try:
         return Check("compile cache", True, f"{kernel_folder()} belongs to this user alone")
     except OSError as error:
-        return Check("compile cache", True, f"none, each process compiles its own kernels: {error}")
+        return Check("compile cache", True, f"no cache, each process compiles its own kernels: {error}")
 
 
 def _kernels() -> Check:
@@ -92,8 +92,8 @@ def _kernels() -> Check:
 
     reason = why_not()
     if reason is None:
-        return Check("compiled kernels", True, f"carried, for processors of level {LEVEL}")
-    return Check("compiled kernels", True, f"compiled on this machine at their first use: {reason}")
+        return Check("compiled kernels", True, f"included, for processors of level {LEVEL}")
+    return Check("compiled kernels", True, f"compiled on this machine at first use: {reason}")
 
 
 def _solver() -> Check:
@@ -120,12 +120,12 @@ def examine(*, installation_only: bool = False) -> list[Check]:
     Parameters
     ----------
     installation_only : bool
-        Only whether the three packages belong together; an `InputError` where they do not.
+        Only check whether the three packages belong together; raises an `InputError` if they do not.
 
     Returns
     -------
     list of Check
-        An exception inside one is its failure.
+        Checks; an exception inside a check is reported as its failure.
 
     Examples
     --------
@@ -138,7 +138,7 @@ def examine(*, installation_only: bool = False) -> list[Check]:
         raise InputError(
             "installation",
             together.detail,
-            "ehl, regression and efficiency of one mixed-ehl version in one place",
+            "ehl, regression and efficiency of the same mixed-ehl version in one place",
             "Install mixed-ehl in an environment of its own, and run the mixed-ehl script.",
         )
     if installation_only:
@@ -147,18 +147,18 @@ def examine(*, installation_only: bool = False) -> list[Check]:
     for check in (_data, _cache, _kernels, _solver):
         try:
             checks.append(check())
-        except Exception as error:  # the doctor reports what is broken, whatever it is
+        except Exception as error:  # any exception is reported as a failed check
             checks.append(Check(check.__name__.strip("_"), False, f"{type(error).__name__}: {error}"))
     return checks
 
 
 def warm_up(kind: str = "gear") -> Warmup:
-    """Compile the kernels that are not on disk yet, by solving a small contact of each kind.
+    """Compile the kernels that are not on disk, by solving a small contact of each kind.
 
     Parameters
     ----------
     kind : str
-        ``smooth``, ``rough`` (smooth too), or ``gear``: what a gear pair needs, both.
+        ``smooth``, ``rough`` (includes smooth), or ``gear`` (both).
 
     Returns
     -------
@@ -167,7 +167,7 @@ def warm_up(kind: str = "gear") -> Warmup:
     Raises
     ------
     InputError
-        Another kind.
+        An unknown kind.
 
     Examples
     --------

@@ -1,6 +1,6 @@
-"""One flank pair in mesh, and the same under load: geometry, contact lines, elastic teeth, forces, efficiency.
+"""One flank pair in mesh, without and with load: geometry, contact lines, elastic teeth, forces, efficiency.
 
-Each stage is computed once and kept: a second torque costs only its load, a second speed only its friction.
+Each stage is computed once: another torque requires only its load, another speed only its friction.
 """
 
 from __future__ import annotations
@@ -63,15 +63,15 @@ from regression.friction.models import COLEMAN_FRICTION, FrictionModel
 from regression.friction.uncertainty import friction_of
 
 POSITIONS, POINTS_PER_LINE = 24, 31
-# next to the formulas shipped for the oil in use
+# models of a comparison in addition to the formulas shipped for the oil
 DEFAULT_MODELS = ("xu_kahraman_2007", "benedict_kelley_1961", "schlenk_1994", "arana_2019", "ehl:smooth", "ehl")
-# where the design does not say, as a share of the mean transverse module: deburred or tumbled teeth (our choice)
+# default edge radius as a fraction of the mean transverse module: deburred or tumbled teeth (ours)
 EDGE_ROUNDING = 0.05
-# of the mesh that finds the deflection of the shafts before the full one does
+# size of the coarse mesh for the first solution of the shaft deflection
 _FEW_POSITIONS, _FEW_POINTS = 8, 15
-# of many operating points: contact points that stand for one in the bulk temperature (ours)
+# for many operating points: every n-th contact point is used for the bulk temperature (ours)
 _EVERY = 4
-_KEPT_TORQUES = 4  # meshes of deflected shafts
+_KEPT_TORQUES = 4  # maximum number of stored meshes with deflected shafts
 
 ElasticTeeth = tuple[SolidTooth, SolidTooth]
 """Teeth of pinion and gear as elastic bodies."""
@@ -84,19 +84,19 @@ class Mesh:
     Parameters
     ----------
     design : PairDesign
-        The pair, misalignments included.
+        The pair with its misalignments.
     side : {"drive", "coast"}
-        Which flanks are in contact.
+        Flanks in contact.
     flanks : FlankPair, optional
-        Geometry of the flanks; None of a cylindrical pair, whose flanks are involutes.
+        Geometry of the flanks; None for a cylindrical pair with its involute flanks.
     grids : MeshGrids
         Contact lines on two grids and compliance of the teeth.
     pitch : PitchGeometry
         Data for the closed forms.
     roots : list
-        Of pinion and gear, filled when they are asked for (`root_teeth`); meshes of one pair share it.
+        Roots of pinion and gear, computed by `root_teeth` and shared by all meshes of a pair.
     keep : bool
-        Whether geometry, bodies and roots are kept on disk (`efficiency.design.kept`).
+        Whether geometry, bodies and roots are stored on disk (`efficiency.design.kept`).
     """
 
     design: PairDesign
@@ -124,15 +124,15 @@ class Mesh:
         Parameters
         ----------
         design : Design
-            The pair, misalignments included.
+            The pair with its misalignments.
         side : {"drive", "coast"}
-            Which flanks are in contact.
+            Flanks in contact.
         positions, points_per_line : int
             Pinion angles in a pitch (even) and points on each contact line.
         bodies : ElasticTeeth, optional
-            From `elastic_bodies`, where they are known: misalignments do not change them.
+            Bodies from an earlier call of `elastic_bodies`; misalignments do not change them.
         keep : bool
-            Keep geometry, bodies and roots on disk, and take them from there.
+            Store geometry, bodies and roots on disk, and read stored ones.
         """
         flanks = design.flanks()
         pinion, gear = (flank.mean_angles() for flank in flanks.mating(side))
@@ -179,10 +179,10 @@ class Mesh:
 
     @property
     def bevel(self) -> Design:
-        """The design of a bevel or hypoid pair; `InputError` of a cylindrical one."""
+        """The design of a bevel or hypoid pair; `InputError` for a cylindrical one."""
         if isinstance(self.design, Design):
             return self.design
-        raise InputError("design", self.design.name, "a bevel or hypoid pair", "Its design is of a cylindrical pair.")
+        raise InputError("design", self.design.name, "a bevel or hypoid pair", "The design is of a cylindrical pair.")
 
     @one_thread
     def load(self, torque: Value | None = None) -> LoadedMesh:
@@ -191,7 +191,7 @@ class Mesh:
         Parameters
         ----------
         torque : float or str, optional
-            At the pinion shaft [N m]; the design's if not given.
+            Torque at the pinion shaft [N m]; default: that of the design.
 
         Returns
         -------
@@ -216,7 +216,7 @@ class Mesh:
 
     @one_thread
     def root_teeth(self) -> tuple[RootTooth | str, RootTooth | str]:
-        """Root sections of pinion and gear, computed once; a text says why there is none."""
+        """Root sections of pinion and gear, computed once; a text states why a root has none."""
         if not self.roots:
             found = kept_of_design("roots", self.bevel, (self.side,), self._roots) if self.keep else self._roots()
             self.roots.extend(found)
@@ -235,18 +235,18 @@ class Mesh:
 
     @one_thread
     def load_from(self, path: Path | str, torque: Value | None = None) -> LoadedMesh:
-        """Load distribution of another program (CSV, `efficiency.ltca.external_load`) in place of the own one.
+        """Load distribution of another program (CSV, `efficiency.ltca.external_load`) in place of the computed one.
 
         Parameters
         ----------
         path : Path or str
             CSV file.
         torque : float or str, optional
-            Has to be that of the file [N m].
+            Pinion torque, which must be that of the file [N m].
         """
         given = None if torque is None else checked("torque", torque)
         if self.flanks is None:
-            raise InputError("load_from", str(path), "nothing for a cylindrical pair")
+            raise InputError("load_from", str(path), "no load distribution for a cylindrical pair")
         grids = read_load(Path(path), self.flanks, self.grids.teeth, given)
         return LoadedMesh(self, grids.fine.torque, grids, Path(path))
 
@@ -267,7 +267,7 @@ class Mesh:
         friction, progress, strength, interval : optional
             As in `GearPair.over`.
         **conditions : value or sequence
-            As there, of those that do not change the geometry.
+            As in `GearPair.over`, without those that change the geometry.
 
         Returns
         -------
@@ -301,11 +301,10 @@ class Mesh:
         every_point: bool = False,
         **conditions: Unpack[HeldValues],
     ) -> Grid:
-        """Map over torque, speed and temperature, in this order; what is not given is the design's.
+        """Map over torque, speed and temperature, in this order; the default values are those of the design.
 
-        An axis of ten values and more is interpolated between seven of them
-        (`efficiency.conditions.interpolation`); interpolated points have their figures and their error, but no
-        `EfficiencyResult`.
+        An axis with ten or more values is interpolated between seven of them (`efficiency.conditions.interpolation`).
+        Interpolated points have figures with their error, but no `EfficiencyResult`.
 
         Parameters
         ----------
@@ -318,7 +317,7 @@ class Mesh:
         every_point : bool
             Solve every point.
         **conditions : value
-            What holds for all points, as in `over`.
+            Conditions of all points, as in `over`.
         """
         own = self.design.operation
         given = {"torque": torque, "speed": speed, "temperature": temperature}
@@ -342,13 +341,13 @@ class LoadedMesh:
     Parameters
     ----------
     mesh : Mesh
-        Without load.
+        The unloaded mesh.
     torque : float
-        Of the pinion [N m].
+        Pinion torque [N m].
     grids : LoadedGrids
         Load distribution on both grids.
     external_load : Path, optional
-        File the load distribution was read from.
+        File from which the load distribution was read.
 
     Examples
     --------
@@ -365,12 +364,12 @@ class LoadedMesh:
 
     @property
     def design(self) -> PairDesign:
-        """The design of the pair, misalignments included."""
+        """The design of the pair with its misalignments."""
         return self.mesh.design
 
     @property
     def has_strength(self) -> bool:
-        """Whether the strength of the teeth can be rated: of bevel and hypoid pairs."""
+        """Whether the strength of the teeth can be rated: for bevel and hypoid pairs."""
         return isinstance(self.mesh.design, Design)
 
     @one_thread
@@ -382,13 +381,13 @@ class LoadedMesh:
         Parameters
         ----------
         friction : FrictionModel or str, optional
-            Friction model or its name: formula file, ``constant:0.05``, a published formula, ``ehl``...; by default the
+            Friction model or its name: formula file, ``constant:0.05``, a published formula, ``ehl``...; default: the
             formula of the oil.
         many : bool
-            One of many points: faster, with a larger stated error of the torque balance.
+            For one of many points: faster, with a larger stated error of the torque balance.
         **conditions : float or str
-            What differs from the design, by the names of `efficiency.conditions.conditions.Conditions`: `speed` of the
-            pinion [rad/s], oil `temperature` [K], `oil`, `driver`, `roughness_rms_each` (Rq of both flanks) or
+            Values that differ from the design, by names of `efficiency.conditions.conditions.Conditions`: pinion
+            `speed` [rad/s], oil `temperature` [K], `oil`, `driver`, `roughness_rms_each` (Rq of both flanks) or
             `roughness_rms_pinion` and `roughness_rms_gear` [m], `correlation_length` [m], `peklenik_number` [-],
             `load_balance`, `bulk`.
 
@@ -399,7 +398,7 @@ class LoadedMesh:
         Raises
         ------
         InputError
-            A value that cannot be used.
+            An invalid value.
         """
         model, chosen = self._chosen(friction, conditions)
         design = self.mesh.design
@@ -410,12 +409,12 @@ class LoadedMesh:
 
     @one_thread
     def compare(self, frictions: Iterable[Friction] | None = None, **conditions: Unpack[ConditionValues]) -> Comparison:
-        """Several friction models, a constant fitted to the best of them, and the closed forms.
+        """Several friction models, a constant fitted to the reference model, and the closed forms.
 
         Parameters
         ----------
         frictions : iterable of FrictionModel or str, optional
-            By default the formulas shipped for the oil and `DEFAULT_MODELS`.
+            Default: the formulas shipped for the oil and `DEFAULT_MODELS`.
         **conditions : float or str
             As in `efficiency`.
 
@@ -428,7 +427,7 @@ class LoadedMesh:
         names = (*shipped_formulas(oil.name), *DEFAULT_MODELS) if frictions is None else frictions
         models = [resolve_friction(friction, design) for friction in names]
         balance, operation = self._balance_of(chosen.load_balance), chosen.operation(design)
-        if chosen.bulk != "oil":  # one temperature for all, so that models are compared and not temperatures
+        if chosen.bulk != "oil":  # the same bulk temperature for all models
             operation = self._warm(models[0], operation, oil)
         return compare_models(self.grids, models, oil, operation, self.mesh.pitch, balance)
 
@@ -463,15 +462,15 @@ class LoadedMesh:
         return hypoid_factor(*spirals, pitch.pressure_angle, effective)
 
     def write_load(self, path: Path | str, result: EfficiencyResult | None = None) -> None:
-        """Write the load distribution as CSV, as `Mesh.load_from` reads it.
+        """Write the load distribution as CSV in the format of `Mesh.load_from`.
 
         Parameters
         ----------
         path : Path or str
-            The file.
+            Output file.
         result : EfficiencyResult, optional
-            Whose forces are written: with its friction in the torque balance, so that the file gives its loss. Without
-            it those of the normal forces alone.
+            Result whose forces are written. They include friction in the torque balance, so that the file reproduces
+            the loss. Default: the normal forces alone.
         """
         if result is None or result.load_balance == "frictionless":
             return write_load(self.grids.fine, self.grids.thermal, Path(path))
@@ -495,7 +494,7 @@ class LoadedMesh:
         *,
         many: bool = False,
     ) -> EfficiencyResult:
-        """As `efficiency`, of a model at an operation; `many` as in `efficiency.loss.efficiency.solve_balanced`."""
+        """Efficiency of a friction model at an operation; `many` as in `efficiency.loss.efficiency.solve_balanced`."""
         result = solve_balanced(self.grids, model, oil, operation, self._balance_of(load_balance), many=many)
         return replace(result, source=self)
 
@@ -506,22 +505,20 @@ class LoadedMesh:
         if self.external_load is None:
             return load_balance or "frictional"
         if load_balance == "frictional":
-            raise InputError("load_balance", load_balance, "frictionless: forces of a file are taken as they are")
+            raise InputError("load_balance", load_balance, "frictionless, because the forces of a file are not changed")
         return "frictionless"
 
     def _warm(self, model: FrictionModel, operation: Operation, oil: Oil, *, many: bool = False) -> Operation:
-        """The operation with the teeth as warm as the loss of the normal forces makes them.
+        """The operation with bulk temperatures from the loss of the normal forces.
 
-        One of many operating points: friction at a quarter of the contact points; the rise moves by less than 1 %.
+        For many operating points friction is computed at a quarter of the contact points; this changes the rise by less
+        than 1 %.
         """
-        asked = stand_in(model, oil)[0] if model.solves_contacts else model
+        formula = stand_in(model, oil)[0] if model.solves_contacts else model
         load, modulus = self.grids.thermal, self.grids.mesh.teeth.effective_modulus
-
-        smooth: dict[str, Any] = {}
-        if getattr(model, "smooth", False):
-            smooth = {"roughness_rms_pinion": 0.0, "roughness_rms_gear": 0.0}
-
-        points = loaded_points(load, modulus, replace(operation, **smooth))
+        smooth: dict[str, Any] = dict.fromkeys(("roughness_rms_pinion", "roughness_rms_gear"), 0.0)
+        rough = not getattr(model, "smooth", False)
+        points = loaded_points(load, modulus, operation if rough else replace(operation, **smooth))
         some = slice(None, None, _EVERY if many else 1)
         sliding = points.force * points.speed_sliding
         power = sliding[some] * (sliding.sum() / max(sliding[some].sum(), 1e-300) / len(load.positions))
@@ -530,7 +527,7 @@ class LoadedMesh:
         def loss(at: Operation) -> float:
             oil_in, bulk_1, bulk_2 = (np.full_like(power, value) for value in (at.inlet, *at.bulk))
             warm = replace(state, temperature_oil=oil_in, temperature_bulk_1=bulk_1, temperature_bulk_2=bulk_2)
-            mu = friction_of(asked, warm, oil)
+            mu = friction_of(formula, warm, oil)
             return float(np.sum(np.where(np.isfinite(mu), mu, COLEMAN_FRICTION) * power))
 
         pitch, design = self.mesh.pitch, self.mesh.design
@@ -545,7 +542,7 @@ class LoadedMesh:
 
 @dataclass(eq=False)
 class _CycleMaker:
-    """Makes mesh cycles of a flank pair; the lines of all positions are traced once."""
+    """Mesh cycles of a flank pair; the contact lines of all positions are traced once."""
 
     pair: FlankPair
     _lines: tuple[int, CycleLines] | None = field(default=None, repr=False)
@@ -558,7 +555,7 @@ class _CycleMaker:
 
 @dataclass(eq=False)
 class _UnderTorque:
-    """The mesh of a design whose shafts and bearings give way, by the pinion torque."""
+    """The mesh of a design with deflected shafts and bearings as a function of the pinion torque."""
 
     design: Design
     side: Side
@@ -592,7 +589,7 @@ class _UnderTorque:
 
 
 def elastic_bodies(design: Design, side: Side, keep: bool = False) -> ElasticTeeth:
-    """Teeth of pinion and gear as elastic bodies; `keep`: on disk as well."""
+    """Teeth of pinion and gear as elastic bodies; with `keep` they are stored on disk."""
 
     def make() -> ElasticTeeth:
         return elastic_teeth(design.flanks(), design.tooth_bodies(), side)

@@ -1,4 +1,4 @@
-"""A gear pair: the object of the public interface that everything is computed from.
+"""A gear pair: the central object of the public interface.
 
 pair (design)  ->  mesh (geometry, contact lines, elastic teeth)  ->  loaded mesh (forces)  ->  efficiency
 """
@@ -69,7 +69,7 @@ class GearPair:
     design : Design, str or Path
         A design, the name of a shipped one, or a design file.
     keep : bool
-        Keep elastic bodies, roots and geometry on disk for later processes, as pairs of `load` do.
+        Store elastic bodies, roots and geometry on disk for later processes, as pairs from `load` do.
 
     Attributes
     ----------
@@ -88,21 +88,21 @@ class GearPair:
         self._keep = keep
         self.design = design if isinstance(design, Design) else load_design(design)
         self._meshes = lru_cache(maxsize=_KEPT_MESHES)(self._mesh)
-        # misalignments change neither the bodies nor their roots
+        # misalignments change neither the elastic bodies nor their roots
         self._bodies = lru_cache(maxsize=2)(lambda side: elastic_bodies(self.design, side, keep))
         self._roots: dict[Side, list[RootTooth | str]] = {"drive": [], "coast": []}
 
     def __getstate__(self) -> dict[str, Any]:
-        # what was computed is computed again where the pair is unpickled, or taken from disk
+        # results are computed again after unpickling, or read from disk
         return {"design": self.design, "keep": self._keep}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         GearPair.__init__(self, **state)
 
     def sharing_bodies(self, design: Design) -> GearPair:
-        """The pair of another design on the same blanks, with elastic bodies and root sections of this one.
+        """The pair of another design on the same blanks, with the elastic bodies and root sections of this pair.
 
-        Their flanks differ by ease-off: micrometres change neither.
+        The flanks differ by the ease-off (micrometres), which does not change them noticeably.
         """
         other = GearPair(design)
         other._bodies, other._roots = self._bodies, self._roots
@@ -125,9 +125,9 @@ class GearPair:
         Parameters
         ----------
         side : {"drive", "coast"}
-            Which flanks carry the load.
+            Loaded flanks.
         positions, points_per_line : int
-            Pinion angles in a pitch (even) and points on each contact line; results state the error.
+            Pinion angles in a pitch (even) and points on each contact line; results state the numerical error.
         **misalignment : float or str
             `E`, `P`, `G` [m] and `shaft_angle_error` [rad] in place of those of the design.
 
@@ -138,7 +138,7 @@ class GearPair:
         Raises
         ------
         InputError
-            An impossible number of positions or points, or a misalignment out of range.
+            An invalid number of positions or points, or a misalignment out of range.
         ConvergenceError
             The flanks do not exist or do not mesh.
         """
@@ -161,7 +161,7 @@ class GearPair:
         return own | {name: checked(name, value) for name, value in given.items()}
 
     def check(self, frictions: Iterable[Friction | None] = (), **conditions: Unpack[PairAxes]) -> list[FrictionModel]:
-        """Friction models; models and conditions that cannot be used are refused before anything is computed.
+        """Validate friction models and conditions before the computation; returns the friction models.
 
         Parameters
         ----------
@@ -173,7 +173,7 @@ class GearPair:
         Raises
         ------
         InputError
-            Naming what cannot be used.
+            An invalid friction model or condition.
         """
         split_axes(conditions)
         return [resolve_friction(friction, self.design, conditions.get("oil")) for friction in frictions]
@@ -183,7 +183,7 @@ class GearPair:
         return GearPair(self.design.with_misalignment(**self._placed(misalignment)), keep=self._keep)
 
     def finished(self, finish: str, state: State = "run_in") -> GearPair:
-        """The pair with both flanks of a finish of `ehl.shipped("finishes")`, "new" or "run_in", with its Rq."""
+        """The pair with a finish of `ehl.shipped("finishes")` on both flanks, "new" or "run_in", with its Rq."""
         return self.sharing_bodies(self.design.with_finish(finish, state))
 
     @one_thread
@@ -202,13 +202,13 @@ class GearPair:
         friction, grid : optional
             As in `over`.
         many : bool
-            One of many points: faster, with a larger stated error of the torque balance.
+            For one of many points: faster, with a larger stated error of the torque balance.
         **condition : float or str
-            `side`, `torque`, misalignments, and as in `LoadedMesh.efficiency`.
+            `side`, `torque`, misalignments, and the conditions of `LoadedMesh.efficiency`.
         """
         here: dict[str, Any] = dict(condition)
         placed = {name: here.pop(name) for name in ("side", *MISALIGNMENTS) if name in here}
-        # a wrong name is refused before anything is computed
+        # an invalid name is rejected before the computation
         friction = resolve_friction(friction, self.design, here.get("oil"))
         mesh = self.mesh(placed.pop("side", "drive"), *(grid or ()), **placed)
         return mesh.load(here.pop("torque", None)).efficiency(friction, many=many, **here)
@@ -241,21 +241,21 @@ class GearPair:
         Parameters
         ----------
         friction : FrictionModel or str, optional
-            Friction model or its name; by default the formula of the oil.
+            Friction model or its name; default: the formula of the oil.
         grid : (int, int), optional
             Mesh positions and points per contact line.
         progress : callable, optional
             Called with a `Progress` after each point.
         strength : bool
-            Columns of strength: worst grade, safety factors, integral temperature, specific film (0.1 s a point).
+            Add strength: most severe grade, safety factors, integral temperature, specific film (0.1 s per point).
         interval : bool
-            Columns of the 90 % interval by uncertain inputs (0.05 s a point).
+            Add the 90 % interval from uncertain inputs (0.05 s per point).
         **conditions : value or sequence
             `torque`, `speed`, `temperature`, `oil`, `driver`, `roughness_rms_each`, `roughness_rms_pinion`,
             `roughness_rms_gear`, `correlation_length`, `peklenik_number`, `E`, `P`, `G`, `shaft_angle_error`, `side`,
-            `design`: numbers in SI units, texts with a unit. Several values, as a sequence or as one text
-            (``"100, 200 N m"``), are an axis of the grid; one value holds for all points. ``design`` takes pairs,
-            designs, names or files. `load_balance` and `bulk` of `LoadedMesh.efficiency`.
+            `design`, and `load_balance` and `bulk` of `LoadedMesh.efficiency`. Numbers are in SI units, texts have a
+            unit. Several values, as a sequence or as one text (``"100, 200 N m"``), are an axis of the grid; a single
+            value applies to all points. ``design`` accepts pairs, designs, names or files.
 
         Returns
         -------
@@ -293,21 +293,21 @@ class GearPair:
         progress: ProgressCallback | None = None,
         **conditions: Unpack[HeldValues],
     ) -> DutyCycle:
-        """Efficiency at every operating point of a duty cycle, and the energies of all.
+        """Efficiency at every operating point of a duty cycle, and the total energies.
 
         Parameters
         ----------
         file : Path, str or sequence of DutyRow
-            CSV or XLSX file with the columns torque, speed, temperature and hours, each with its unit, or the recording
-            of a vehicle (`efficiency.conditions.duty.read_duty`).
+            CSV or XLSX file with the columns torque, speed, temperature and hours, each with its unit, or recorded
+            vehicle data (`efficiency.conditions.duty.read_duty`).
         friction, grid : optional
             As in `over`.
         tyre_radius, ratio, temperature : float or str, optional
-            As of `read_duty`; the ratio is that of the pair, the temperature that of the design where not given.
+            As in `read_duty`; default: ratio of the pair, temperature of the design.
         progress : callable, optional
             As in `over`.
         **conditions : float or str
-            What differs from the design at all points, as in `LoadedMesh.efficiency`.
+            Conditions of all points that differ from the design, as in `LoadedMesh.efficiency`.
         """
         if isinstance(file, Path | str):
             own = self.design.gear.blank.teeth / self.design.pinion.blank.teeth
@@ -338,23 +338,23 @@ class GearPair:
         Parameters
         ----------
         torque : float, str or sequence
-            Of the pinion: numbers in SI units, a list ``"a, b, c unit"`` or a range ``"from:to:number unit"``. Torques
-            below zero are coast: the coast flanks carry them and the gear drives.
+            Pinion torques: numbers in SI units, a list ``"a, b, c unit"`` or a range ``"from:to:number unit"``. For
+            negative torques the coast flanks are loaded and the gear drives.
         speed : float, str or sequence
-            Of the pinion, likewise.
+            Pinion speeds in the same format.
         friction : FrictionModel or str, optional
             As in `over`.
         temperature : float or str, optional
-            Of the oil; that of the design if not given.
+            Oil temperature; default: that of the design.
         axle : mapping, Path, str or AxleLosses, optional
-            Losses other than those of the mesh: ``{"drag": "2 N m", "load_share": 0.005}`` (constant torque and share
-            of the pinion torque) or a table file with the columns torque, speed, torque_loss; none if not given.
+            Losses outside the mesh: ``{"drag": "2 N m", "load_share": 0.005}`` (constant torque and fraction of the
+            pinion torque) or a table file with the columns torque, speed, torque_loss; default: none.
         grid, progress : optional
             As in `over`.
         interval : bool
             Columns of the 90 % interval by uncertain inputs (0.05 s a point).
         **conditions : float or str
-            What differs from the design at all points, as in `LoadedMesh.efficiency`.
+            Conditions of all points that differ from the design, as in `LoadedMesh.efficiency`.
 
         Raises
         ------
@@ -390,9 +390,9 @@ class GearPair:
         friction, temperature : optional
             As in `loss_map`.
         torque_max : float or str, optional
-            Greatest output torque of the axle [N m]; test points above are left out.
+            Largest output torque of the axle [N m]; test points above it are omitted.
         revolutions_per_mile : float
-            Of the smallest tyre, 100 to 2000.
+            Revolutions of the smallest tyre per mile, 100 to 2000.
         axle, grid, progress : optional
             As in `loss_map`.
         **conditions : float or str
@@ -405,9 +405,8 @@ class GearPair:
         """
         ratio = 1.0 / self.design.ratio
         limit = OPERATION_LIMITS["torque"]
-        most = (
-            None if torque_max is None else limit.check(torque_max, "torque_max", bare=not isinstance(torque_max, str))
-        )
+        bare = not isinstance(torque_max, str)
+        most = None if torque_max is None else limit.check(torque_max, "torque_max", bare=bare)
         points, losses = axle_test_points(application, revolutions_per_mile, most), resolve_axle(axle)
         places: tuple[Any, Any] = points.pinion_torques(ratio), points.pinion_speeds(ratio)
         at: dict[str, Any] = {"temperature": temperature, "grid": grid, "progress": progress, **conditions}
@@ -420,13 +419,13 @@ class GearPair:
     ) -> list[WeightedPoints]:
         """Contact points at every operating point of a duty cycle, for the plan of a sweep.
 
-        The weight of a point is force times sliding speed times duration: with friction that does not change along
-        the flank it is the work lost there.
+        The weight of a point is force times sliding speed times duration. With a constant friction coefficient it is
+        proportional to the energy loss.
 
         Raises
         ------
         ConvergenceError
-            The flanks do not exist or do not mesh, or the load does not settle.
+            The flanks do not exist or do not mesh, or the load distribution does not converge.
         """
         from regression.plan.operating_range import WeightedPoints
 
@@ -462,9 +461,9 @@ class GearPair:
         Parameters
         ----------
         side : {"drive", "coast", "both"}
-            Which flanks.
+            Flank pair.
         marking : float or str, optional
-            Thickness of the marking compound [m], by default 6.35 um.
+            Thickness of the marking compound [m]; default: 6.35 um.
         """
         from efficiency.geometry.pair_geometry import chosen_sides, marking_thickness, pair_geometry
 
@@ -490,19 +489,19 @@ class GearPair:
         Parameters
         ----------
         E, P, G, shaft_angle_error : float, str or sequence, optional
-            Values of each misalignment [m], [rad]; zero where not given.
+            Values of each misalignment [m], [rad]; default: zero.
         side : {"drive", "coast", "both"}
-            Which flanks; one study for each.
+            Flank pairs, with one study for each.
         marking : float or str, optional
-            Thickness of the marking compound [m], by default 6.35 um.
+            Thickness of the marking compound [m]; default: 6.35 um.
         torque : float or str, optional
-            Pinion torque [N m]: every state with its load, pressure, edges and loss as well.
+            Pinion torque [N m] at which load, pressure, edge load and loss of every state are computed.
         friction : str or model, optional
-            Of the loss; by default the formula shipped for the oil, without one a published one.
+            Friction model of the loss; default: the formula shipped for the oil, or else one for all oils.
         progress : callable, optional
             Called with a `Progress` after each state of a side.
         **conditions : float or str
-            With a torque, what differs from the design, as in `LoadedMesh.efficiency`.
+            With a torque: conditions that differ from the design, as in `LoadedMesh.efficiency`.
         """
         from efficiency.geometry.misalignment import MisalignmentGrid, misalignment_study
         from efficiency.geometry.pair_geometry import chosen_sides, marking_thickness
@@ -519,7 +518,7 @@ class GearPair:
         loading: dict[str, Any] = {**({} if friction is None else {"friction": friction}), **conditions}
         if torque is None and loading:
             name, value = next(iter(loading.items()))
-            raise InputError(name, value, "no value without a torque", "Without a load nothing depends on it.")
+            raise InputError(name, value, "no value without a torque", "It affects only the loaded contact.")
         carried = None if torque is None else checked("torque", torque)
         [model] = self.check([friction], **conditions)
 
@@ -543,7 +542,7 @@ class GearPair:
     def plot_contact(
         self, side: Side = "drive", member: Literal["pinion", "gear"] = "gear", ax: Axes | None = None
     ) -> Axes:
-        """Draw the contact pattern without load on a flank."""
+        """Plot the unloaded contact pattern on a flank."""
         from efficiency.output.plots_geometry import contact_pattern_figure
 
         found = self.geometry(side)
@@ -572,30 +571,30 @@ class GearPair:
         Parameters
         ----------
         folder : Path or str
-            Where to.
+            Output folder.
         what : iterable of {"tooth", "member", "step", "grid", "ease_off", "summary"}
             Tooth space and whole member (STL), whole member (STEP, extra ``cad``), flank points, maps of the ease-off,
             machine summary.
         members : iterable of {"pinion", "gear"}
-            Which members.
+            Members to export.
         rows, columns : int
             Points from root to tip and from heel to toe, 5 to 200.
         margin : float
-            Share of face and depth that grids keep off the edges, 0 to 0.3.
+            Distance of the grids from the edges as a fraction of face width and depth, 0 to 0.3.
         rim, bore : float or str, optional
-            Solids: rim below the root [m]; diameter of the bore [m], 0 for none.
+            Solids: rim thickness below the root [m]; diameter of the bore [m], 0 for no bore.
         units : {"metric", "inch"}
-            Of the summary.
+            Units of the summary.
 
         Returns
         -------
         list of str
-            What was written, a line each.
+            Written files, one line each.
 
         Raises
         ------
         InputError
-            A value out of range, a folder that cannot be written.
+            A value out of range, or a folder that cannot be written.
         """
         from efficiency.output.files import export_design
 

@@ -1,4 +1,4 @@
-"""Gear pairs from files and from data; a cylindrical pair has the meshes, results and pages of a bevel pair."""
+"""Gear pairs from files and from data; a cylindrical pair provides meshes, results and pages like a bevel pair."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from ehl.common.errors import InputError
 from ehl.common.threads import one_thread
 from ehl.common.validation import read_toml, validate
 
-NO_MISALIGNMENT = "nothing: cylindrical pairs are computed aligned"
+NO_MISALIGNMENT = "no misalignment, because cylindrical pairs are computed aligned"
 
 
 class CylindricalKeywords(TypedDict, total=False):
-    """Keywords of `cylindrical`; of a pair of values the first is of the pinion."""
+    """Keywords of `cylindrical`; the first of two values is that of the pinion."""
 
     name: str
     pressure_angle_normal: Value
@@ -59,7 +59,7 @@ _OF_OPERATION = ("torque", "speed", "temperature", "oil", "driver")
 
 
 def load(name: str | Path) -> GearPair:
-    """A gear pair from a design file, or a shipped one by its name.
+    """A gear pair from a design file or the name of a shipped design.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def load(name: str | Path) -> GearPair:
     Raises
     ------
     InputError
-        Naming field, value and allowed range.
+        An invalid field.
 
     Examples
     --------
@@ -96,12 +96,12 @@ def cylindrical(
     Parameters
     ----------
     teeth : (int, int)
-        Of pinion and gear.
+        Number of teeth of pinion and gear.
     module : float or str
         Normal module [m].
     face_width : float or str
-        [m].
-    **given : value, or one each for pinion and gear
+        Face width [m].
+    **given : value, or one value each for pinion and gear
         Fields of `efficiency.cylindrical_gears.design.CylindricalDesign`, of its members and of its operating point:
         `profile_shift`, `helix_angle`, `centre_distance`, `tip_relief`, `finish`, `torque`, `speed`, `oil`...
 
@@ -112,7 +112,7 @@ def cylindrical(
     Raises
     ------
     InputError
-        Naming field, value and allowed range.
+        An invalid field.
 
     Examples
     --------
@@ -143,7 +143,7 @@ def cylindrical(
 class CylindricalPair(GearPair):
     """A spur or helical pair: its design and operating point.
 
-    What belongs to bevel gears alone (machine settings, misalignment, ease-off, strength of the teeth) is refused.
+    Methods for bevel gears only (machine settings, misalignment, ease-off, strength) raise an `InputError`.
 
     design: content of the design file.
     """
@@ -163,7 +163,7 @@ class CylindricalPair(GearPair):
     @one_thread
     def _mesh(self, side: Side, positions: int, points: int, misalignment: tuple[tuple[str, float], ...]) -> Mesh:
         design, pair = self.design, self.design.involute
-        # the lines are as long as the flanks: no load needs others
+        # the lines span the whole flanks, so that they do not depend on the load
         fine, coarse = both_cycles(
             lambda count, line, reach=None, /: mesh_cycle(pair, count, line, design.relief), positions, points
         )
@@ -192,11 +192,11 @@ class CylindricalPair(GearPair):
         return self
 
     def finished(self, finish: str, state: Any = "run_in") -> CylindricalPair:
-        """The pair with both flanks of a finish of `ehl.shipped("finishes")`, "new" or "run_in", with its Rq."""
+        """The pair with a finish of `ehl.shipped("finishes")` on both flanks, "new" or "run_in", with its Rq."""
         return CylindricalPair(self.design.with_finish(finish, state))
 
     def _bevel_only(self, *_args: Any, **_given: Any) -> NoReturn:
-        raise InputError("design", self.design.name, "a bevel or hypoid pair", "Its design is of a cylindrical pair.")
+        raise InputError("design", self.design.name, "a bevel or hypoid pair", "The design is of a cylindrical pair.")
 
     geometry = misalignment = plot_contact = export = sharing_bodies = _bevel_only
 

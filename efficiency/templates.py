@@ -1,8 +1,8 @@
-"""Input files to begin with: commented texts that work as they are, from a few answers.
+"""Templates of input files: complete commented texts, adapted by a few answers.
 
-The texts are the templates of ``data/templates``. Lines ``#? word = default | text`` of a template are its questions,
-``#? word -> key = ...`` where the template does not show the key that the answer becomes. ``<word>`` in the text stands
-for the answer; a line whose answer is empty is left out.
+The texts are in ``data/templates``. Lines ``#? word = default | text`` of a template are its questions; ``#? word ->
+key = ...`` names the key of an answer that the template does not contain literally. ``<word>`` in the text is replaced
+by the answer; a line with an empty answer is omitted.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _QUESTION = re.compile(r"#\? (\w+)(?: -> (\w+))? = (.*?) *\| (.*)")
 
 @dataclass(frozen=True)
 class _Template:
-    """Questions with their default answers, the key of the file that each word becomes, and the text."""
+    """Questions with their default answers, the key of the file for each word, and the text."""
 
     questions: dict[str, tuple[str, str]]
     keys: dict[str, str]
@@ -46,22 +46,22 @@ def _template(kind: str) -> _Template:
 
 
 def new_questions(kind: str) -> dict[str, tuple[str, str]]:
-    """What `new_file` can be told for a kind of file.
+    """Keywords of `new_file` for a kind of file.
 
     Parameters
     ----------
     kind : {"oil", "contact", "plan", "design", "targets", "axle", "duty"}
-        Of file.
+        Kind of file.
 
     Returns
     -------
     dict of str to (str, str)
-        Keyword to what is asked and the answer taken where none is given.
+        Explanation and default answer of each keyword.
 
     Raises
     ------
     InputError
-        There is no such kind.
+        An unknown kind.
 
     Examples
     --------
@@ -73,16 +73,16 @@ def new_questions(kind: str) -> dict[str, tuple[str, str]]:
 
 
 def new_file(kind: str, name: str = "", **answers: float | str) -> str:
-    """Text of a commented input file that works as it is.
+    """Text of a complete commented input file.
 
     Parameters
     ----------
     kind : {"oil", "contact", "plan", "design", "targets", "axle", "duty"}
-        Of file: TOML, for "duty" CSV.
+        Kind of file: TOML, for "duty" CSV.
     name : str
-        Of oil, plan, design, targets or axle; ``my_`` and the kind where not given.
+        Name of the oil, plan, design, targets or axle; default: ``my_`` and the kind.
     **answers : float or str
-        Keywords of `new_questions`, texts with their unit.
+        Keywords of `new_questions`; texts have a unit.
 
     Returns
     -------
@@ -91,7 +91,7 @@ def new_file(kind: str, name: str = "", **answers: float | str) -> str:
     Raises
     ------
     InputError
-        Naming keyword, value and what is allowed.
+        An unknown keyword or an invalid value.
 
     Examples
     --------
@@ -117,23 +117,23 @@ def new_file(kind: str, name: str = "", **answers: float | str) -> str:
 
 
 def _of_answer(words: Mapping[str, str], problem: InputError) -> InputError:
-    """The problem of the file as one of the answer that went into it."""
+    """The problem of the file, related to the answer that caused it."""
     field = problem.field.rpartition(".")[2]
     return InputError(words.get(field, field), problem.value, problem.allowed, problem.hint)
 
 
 def _value(text: str) -> str:
-    """A number as it is, anything else as a text of TOML."""
+    """A number, or any other value as a TOML string."""
     if re.fullmatch(r"[+-]?\d+(\.\d+)?([eE][+-]?\d+)?", text):
         return text if not re.fullmatch(r"[+-]?0\d+.*", text) else str(float(text))
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
 def _filled(text: str, name: str, answers: Mapping[str, str]) -> str:
-    """A template with its ``<answer>`` replaced; what a user typed must be one printable line."""
+    """A template with its ``<answer>`` replaced; each answer must be one printable line."""
     for word, answer in {"name": name, **answers}.items():
         if not answer.isprintable() or len(answer) > 200:
-            raise InputError(word, answer, "one line of at most 200 signs without control characters")
+            raise InputError(word, answer, "one line of at most 200 characters without control characters")
         if not answer:
             text = re.sub(rf"^.*<{word}>.*\n", "", text, flags=re.M)
         text = text.replace(f"<{word}>", _value(answer) if word != "name" else '"' + _value(answer).strip('"') + '"')
@@ -146,7 +146,7 @@ def _oil(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, s
 
     viscosities = {"nu40", "nu100"} & set(given)
     if viscosities and "vg" in given:
-        raise InputError("vg", given["vg"], "either vg, or nu40 and nu100", "Leave one of them out.")
+        raise InputError("vg", given["vg"], "either vg, or nu40 and nu100", "Omit one of them.")
     if len(viscosities) == 1:
         missing = "nu100" if "nu40" in viscosities else "nu40"
         raise InputError(missing, None, "the viscosities at 40 and 100 degC, or vg alone")
@@ -159,7 +159,7 @@ def _oil(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, s
     head = text.replace("FILE", f"{name}.toml").replace("<name>", name).removeprefix("# ").rstrip()
     made = card_text(card, head)
     for key, value in (("40", card.viscosity_kinematic_40), ("100", card.viscosity_kinematic_100)):
-        # as a data sheet has it
+        # in the unit of a data sheet
         made = made.replace(
             f"viscosity_kinematic_{key} = {value!r}", f'viscosity_kinematic_{key} = "{value * 1e6:.6g} cSt"'
         )
@@ -189,7 +189,7 @@ def _design(text: str, name: str, answers: Mapping[str, str], given: Mapping[str
     like = answers["like"]
     head, begin, operation = text.replace("<like>", like).partition("[operation]\n")
     shipped = _shipped("designs", like)
-    # what is not answered stays as in the design
+    # keys without an answer keep the value of the design
     kept = {word: str(value) for word, value in tomllib.loads(shipped)["operation"].items()}
     made = re.sub(r"^name = .*$", lambda _: "name = <name>", shipped, count=1, flags=re.M)
     block = f"{begin}{operation}\n"
@@ -233,7 +233,7 @@ def _targets(text: str, name: str, answers: Mapping[str, str], given: Mapping[st
     width = parse_quantity(answers["face_width"], "m", field="face_width")
     values = {**answers, **process.usual, **given} | {
         "method": "2" if offset > 0.0 else "0",
-        # ours: 40 um for a face of 26 to 30 mm, in proportion, a third of it over the depth
+        # ours: 40 um for a face width of 26 to 30 mm, in proportion to it; profile crowning is a third of it
         "crowning": f"{min(max(40.0 * width / 0.028, 5.0), 200.0):.0f} um",
         "relief": f"{min(max(12.0 * width / 0.028, 2.0), 60.0):.0f} um",
     }
@@ -242,7 +242,7 @@ def _targets(text: str, name: str, answers: Mapping[str, str], given: Mapping[st
     return text
 
 
-# share of the time, of the torque and of the speed; ours, to be replaced by what was measured
+# fractions of the time, of the torque and of the speed; ours, to be replaced by measured data
 _CYCLE = (
     (0.30, 0.10, 0.35), (0.25, 0.20, 0.50), (0.20, 0.30, 0.65), (0.10, 0.45, 0.50),
     (0.05, 0.70, 0.35), (0.02, 1.00, 0.20), (0.08, -0.10, 0.60),
@@ -260,10 +260,10 @@ def _duty(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, 
     )
     for word, value in (("torque", torque), ("speed", speed), ("hours", duration)):
         if value <= 0.0:
-            raise InputError(word, answers[word], "above 0", "Coast is in the last row, with a torque below zero.")
+            raise InputError(word, answers[word], "above 0", "The last row of the file is coast with negative torque.")
     lines = [text.rstrip()]
     for share, of_torque, of_speed in _CYCLE:
-        note = "coast flanks: torque below zero" if of_torque < 0.0 else f"{100 * of_torque:.0f} % of the torque"
+        note = "coast flanks: negative torque" if of_torque < 0.0 else f"{100 * of_torque:.0f} % of the torque"
         numbers = (of_torque * torque, of_speed * speed * 30.0 / 3.141592653589793, temperature - KELVIN)
         lines.append(",".join(f"{number:.6g}" for number in (*numbers, share * duration)) + f",{note}")
     return "\n".join(lines) + "\n"

@@ -1,1 +1,1 @@
-"""Efficiency over conditions: grids, loss maps, duty cycles, parameter studies."""
+"""Efficiency over conditions: grids, duty cycles and maps."""

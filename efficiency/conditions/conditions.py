@@ -1,4 +1,4 @@
-"""Operating conditions of a gear pair: their names, units and ranges, and the friction model they are computed with."""
+"""Operating conditions of a gear pair: names, units and ranges, and the friction model."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from regression.formula import ANY_OIL, friction_model, shipped_formulas
 from regression.friction.models import FrictionModel
 
 MISALIGNMENTS = tuple(Misalignment.model_fields)
-# from the one that costs most to change to the one that costs least
+# sorted by the computing time of a change, the largest first
 GEOMETRY_AXES = ("design", "side", *MISALIGNMENTS)
 AXES = (
     *(*GEOMETRY_AXES, "torque", "oil", "speed", "temperature", "driver"),
@@ -66,7 +66,7 @@ class ConditionValues(HeldValues, total=False):
 
 
 class PairConditionValues(ConditionValues, total=False):
-    """Keywords of one condition of a gear pair: flanks, torque and misalignment as well."""
+    """Keywords of one condition of a gear pair, including flanks, torque and misalignment."""
 
     side: Side
     torque: Value
@@ -77,7 +77,7 @@ class PairConditionValues(ConditionValues, total=False):
 
 
 class MeshAxes(TypedDict, total=False):
-    """Keywords of conditions of a mesh, each one value or several."""
+    """Keywords of conditions of a mesh, each with one or several values."""
 
     torque: Values
     speed: Values
@@ -94,7 +94,7 @@ class MeshAxes(TypedDict, total=False):
 
 
 class PairAxes(MeshAxes, total=False):
-    """Keywords of conditions of a gear pair, each one value or several."""
+    """Keywords of conditions of a gear pair, each with one or several values."""
 
     design: Any
     side: Side | Sequence[Side]
@@ -106,27 +106,27 @@ class PairAxes(MeshAxes, total=False):
 
 @dataclass(frozen=True)
 class Conditions:
-    """Operating conditions of a loaded mesh, SI units; None leaves a condition to the design.
+    """Operating conditions of a loaded mesh, SI units; None means the value of the design.
 
     Parameters
     ----------
     speed : float, optional
-        Of the pinion [rad/s].
+        Speed of the pinion [rad/s].
     temperature : float, optional
-        Of the oil [K].
+        Oil temperature [K].
     oil : str or Oil, optional
-        Name of a card, or the card.
+        Name of an oil card, or the card.
     driver : {"pinion", "gear"}, optional
-        Member the power comes from.
+        Driving member.
     roughness_rms_pinion, roughness_rms_gear : float, optional
         Rq of the flanks [m].
     correlation_length, peklenik_number : float, optional
         Texture of the flanks [m], [-].
     load_balance : {"frictional", "frictionless"}, optional
-        Whether friction helps to carry the torque (default), or the normal forces carry it alone, as in the paper.
-        Forces of a file are taken as they are.
+        Forces in the torque balance: normal and friction forces (default), or the normal forces alone. Forces read from
+        a file are not changed.
     bulk : {"estimate", "oil"}, optional
-        Bulk temperature of the teeth: estimated from the loss (default), or that of the oil.
+        Bulk temperature of the teeth: estimated from the loss (default), or the oil temperature.
     """
 
     speed: float | None = None
@@ -147,7 +147,7 @@ class Conditions:
         Raises
         ------
         InputError
-            An unknown name, or a value that cannot be used.
+            An unknown name or an invalid value.
         """
         known = [*(f.name for f in fields(cls)), "roughness_rms_each"]
         values: dict[str, Any] = {}
@@ -167,7 +167,7 @@ class Conditions:
         return oil if isinstance(oil, Oil) else Oil.load(oil)
 
     def operation(self, design: PairDesign) -> Operation:
-        """How a design runs under them."""
+        """Operation of a design under these conditions."""
         own = design.running(design.operation.speed, design.operation.temperature, design.operation.driver)
         names = [f.name for f in fields(self) if f.name not in ("oil", "load_balance", "bulk")]
         return replace(own, **{name: getattr(self, name) for name in names if getattr(self, name) is not None})
@@ -179,7 +179,7 @@ def checked(name: str, value: Any) -> Any:
     Raises
     ------
     InputError
-        A text without its unit, a value out of range, an unknown word.
+        A text without its unit, a value out of range, or an unknown option.
     """
     if name in QUANTITIES:
         return QUANTITIES[name].check(value, name, bare=not isinstance(value, str))
@@ -203,7 +203,7 @@ def axis_values(name: str, values: Any) -> list[Any]:
     Raises
     ------
     InputError
-        None of these, or a value out of range.
+        An invalid format or a value out of range.
     """
     refuse_composite(name, values)
     if name in QUANTITIES and isinstance(values, str):
@@ -212,12 +212,12 @@ def axis_values(name: str, values: Any) -> list[Any]:
 
 
 def split_axes(given: Mapping[str, Any], allowed: Sequence[str] = AXES) -> tuple[dict[str, list[Any]], dict[str, Any]]:
-    """Axes, which have a list of values, and conditions with one value; all in SI units.
+    """Axes with lists of values, and conditions with one value; all in SI units.
 
     Raises
     ------
     InputError
-        An unknown axis, a value that cannot be used.
+        An unknown axis or an invalid value.
     """
     axes: dict[str, list[Any]] = {}
     held: dict[str, Any] = {}
@@ -232,7 +232,7 @@ def split_axes(given: Mapping[str, Any], allowed: Sequence[str] = AXES) -> tuple
         else:
             held[name] = checked(name, value)
     if "roughness_rms_each" in given and {"roughness_rms_pinion", "roughness_rms_gear"} & given.keys():
-        raise InputError("roughness_rms_each", given["roughness_rms_each"], "not with that of pinion or gear")
+        raise InputError("roughness_rms_each", given["roughness_rms_each"], "not together with that of one member")
     return axes, held
 
 
@@ -243,30 +243,30 @@ def _several(name: str, value: Any) -> bool:
 
 
 def refuse_composite(name: str, value: Any) -> None:
-    """`InputError` for `roughness_rms`: the composite Rq of a contact, where gears need that of each flank."""
+    """Raise an `InputError` for `roughness_rms`, the composite Rq; gears need the Rq of each flank."""
     if name == "roughness_rms":
         allowed = "roughness_rms_each (Rq of both flanks), or roughness_rms_pinion and roughness_rms_gear"
         raise InputError(name, value, allowed, "roughness_rms is the composite Rq of two surfaces.")
 
 
 def default_friction(oil: str) -> str:
-    """The formula shipped for an oil, else the one fitted to all shipped oils."""
+    """The formula shipped for an oil; otherwise the one fitted to all shipped oils."""
     shipped = shipped_formulas(oil)
     return shipped[0] if shipped else ANY_OIL
 
 
 def resolve_friction(friction: Friction | None, design: PairDesign, oil: Any = None) -> FrictionModel:
-    """A friction model, a fitted formula, or the model of that name.
+    """Friction model from a model, a fitted formula, or a name.
 
     Parameters
     ----------
     friction : FrictionModel or str, optional
-        Solved contacts (``ehl``, ``ehl:smooth``...) or any name of `regression.friction_model`; `default_friction` of
-        the oil if not given.
+        Solved contacts (``ehl``, ``ehl:smooth``...) or any name of `regression.friction_model`; default:
+        `default_friction` of the oil.
     design : PairDesign
-        Gives the materials of both members and the oil.
+        Design with the materials of both members and the oil.
     oil : Oil or str, or a list of them, optional
-        In place of that of the design; the first of several.
+        Oil in place of that of the design; the first one of a list.
     """
     if friction is None:
         first = design.operation.oil if oil is None else oil

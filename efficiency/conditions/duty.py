@@ -1,4 +1,4 @@
-"""Duty cycle of a pair: operating points of a file, and the energy into, out of and lost in the mesh over them."""
+"""Duty cycle of a pair: operating points from a file, and the energy input, output and loss of the mesh."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 HOUR = 3600.0
 _MAX_TORQUE, _MAX_SPEED = (float(OPERATION_LIMITS[name].le or 1e6) for name in ("torque", "speed"))
 SIGNED = {
-    "torque": ValueRange("N*m", ge=-_MAX_TORQUE, le=_MAX_TORQUE, hint="Below zero on the coast side."),
-    "speed": ValueRange("rad/s", ge=-_MAX_SPEED, le=_MAX_SPEED, hint="Below zero in reverse."),
+    "torque": ValueRange("N*m", ge=-_MAX_TORQUE, le=_MAX_TORQUE, hint="Negative on the coast side."),
+    "speed": ValueRange("rad/s", ge=-_MAX_SPEED, le=_MAX_SPEED, hint="Negative in reverse."),
 }
 COLUMNS: dict[str, ValueRange | None] = {
     **SIGNED,
@@ -51,14 +51,14 @@ RATIO = ValueRange("", gt=0.0, le=200.0, hint="Revolutions of the pinion per rev
 class DutyRow:
     """One operating point of a duty cycle."""
 
-    torque: float  # of the pinion [N m]; below zero the coast flanks carry it
-    speed: float  # of the pinion [rad/s]; below zero in reverse
-    temperature: float  # [K]
-    hours: float  # how long it lasts [h]
+    torque: float  # pinion torque [N m]; negative if the coast flanks carry it
+    speed: float  # pinion speed [rad/s]; negative in reverse
+    temperature: float  # oil temperature [K]
+    hours: float  # duration [h]
 
     @property
     def condition(self) -> dict[str, Any]:
-        """The operating point by the names of `efficiency.conditions.grid.AXES`."""
+        """The operating point by names of `efficiency.conditions.grid.AXES`."""
         return {
             "side": self.side,
             "torque": abs(self.torque),
@@ -69,12 +69,12 @@ class DutyRow:
 
     @property
     def side(self) -> Side:
-        """Flanks that carry the torque."""
+        """Loaded flanks."""
         return "drive" if self.torque > 0.0 else "coast"
 
     @property
     def driver(self) -> Driver:
-        """Member the power comes from: the pinion where its torque acts in the direction it turns."""
+        """Driving member: the pinion if its torque acts in the direction of rotation."""
         return "pinion" if self.torque * self.speed > 0.0 else "gear"
 
 
@@ -86,17 +86,17 @@ def read_duty(
     temperature: float | str | None = None,
     unloaded: bool = False,
 ) -> tuple[DutyRow, ...]:
-    """A duty cycle: CSV or XLSX with the columns torque, speed, temperature and hours, each with its unit.
+    """Read a duty cycle: CSV or XLSX with the columns torque, speed, temperature and hours, each with its unit.
 
-    A recording of a vehicle is read as well: `time` of each row in place of hours, `vehicle_speed` in place of the
-    speed of the pinion, `wheel_torque` (both wheels) in place of its torque. Rows without torque, speed or duration
-    count for nothing.
+    Recorded vehicle data are read as well: `time` of each row in place of hours, `vehicle_speed` in place of the pinion
+    speed, `wheel_torque` (both wheels) in place of the pinion torque. Rows without torque, speed or duration are
+    ignored.
 
     tyre_radius: rolling radius of the tyres, for `vehicle_speed` [m].
-    ratio: Revolutions of the pinion per revolution of the wheels, for `vehicle_speed` and `wheel_torque`.
-    temperature: of the oil where the file has none [K].
-    unloaded: keep rows without torque, in which an axle drags.
-    Raises `InputError`: naming row and column; or nothing of the duty is left.
+    ratio: revolutions of the pinion per revolution of the wheels, for `vehicle_speed` and `wheel_torque`.
+    temperature: oil temperature if the file has none [K].
+    unloaded: keep rows without torque, in which an axle has drag losses.
+    Raises `InputError` with row and column, or if no row remains.
     """
     path = Path(path)
     columns = {
@@ -113,7 +113,7 @@ def read_duty(
         if own not in columns and recorded in columns:
             if ratio is None or (own == "speed" and tyre_radius is None):
                 needed = "tyre_radius" if own == "speed" and tyre_radius is None else "ratio"
-                raise InputError(needed, None, f"given where the file has {recorded}")
+                raise InputError(needed, None, f"required, because the file has {recorded}")
             turns = RATIO.check(ratio, "ratio")
             factor = 1.0 / turns if own == "torque" else turns / TYRE_RADIUS.check(tyre_radius, "tyre_radius")
             columns[own] = factor * columns[recorded]
@@ -128,30 +128,30 @@ def read_duty(
 
 
 def _durations(path: Path, time: FloatArray) -> FloatArray:
-    """Hours each row of a recording lasts: until the next one, the last as long as the median."""
+    """Duration of each row of a recording in hours: the time to the next row; the last one has the median."""
     steps = np.diff(time)
     if not len(steps) or not np.all(steps > 0.0):
-        hint = "Durations have the column hours, such as 'hours [s]'."
-        raise InputError(f"{path.name}, column time", float(time[0]), "times of a recording, which rise", hint)
+        hint = "Durations are given in the column hours, such as 'hours [s]'."
+        raise InputError(f"{path.name}, column time", float(time[0]), "increasing times of a recording", hint)
     return np.append(steps, np.median(steps)) / HOUR
 
 
 @dataclass(frozen=True)
 class DutyEnergy:
-    """One operating point of the duty cycle."""
+    """Energies at one operating point of the duty cycle."""
 
-    # flanks in contact and the member the power comes from
+    # flanks in contact and driving member
     side: str
     driver: Driver
-    # magnitudes [N m], [rad/s]; [K]
+    # torque [N m] and speed [rad/s], absolute values; oil temperature [K]
     torque: float
     speed: float
     temperature: float
     hours: float  # duration [h]
-    # [-]
+    # efficiency and its numerical error [-]
     efficiency: float
     efficiency_error: float
-    # [J]; the rolling loss is not in `energy_loss`
+    # energies [J]; the rolling loss is not part of `energy_loss`
     energy_input: float
     energy_output: float
     energy_loss: float
@@ -168,11 +168,11 @@ class DutyCycle(Reportable):
     Parameters
     ----------
     design, friction_model, oil : str
-        What was computed.
+        Design, friction model and oil card.
     rows : tuple of DutyEnergy
-        In the order of the file.
+        Rows in the order of the file.
     points : tuple of GridPoint
-        Of the rows, with their results; not in `to_dict`.
+        Points of the rows with their results; not in `to_dict`.
 
     Examples
     --------
@@ -198,22 +198,22 @@ class DutyCycle(Reportable):
         return tuple(point.result for point in self.points if point.result is not None)
 
     def total(self, name: str) -> float:
-        """Sum over all rows: of energy_input, energy_output, energy_loss, energy_loss_rolling [J] or hours [h]."""
+        """Sum over all rows of energy_input, energy_output, energy_loss, energy_loss_rolling [J] or hours [h]."""
         return math.fsum(getattr(row, name) for row in self.rows)
 
     @property
     def efficiency(self) -> float:
-        """Energy out over energy in, all rows together [-]; nan if a row failed."""
+        """Total energy output over total energy input [-]; nan if a row failed."""
         return self.total("energy_output") / self.total("energy_input")
 
     @property
     def inputs(self) -> InputUncertainty:
-        """Interval of that efficiency by uncertain inputs: each is wrong the same way in all rows."""
+        """Interval of that efficiency from uncertain inputs, with fully correlated errors of all rows."""
         return cycle_uncertainty(self.rows, [point.result for point in self.points], self.efficiency)
 
     @property
     def efficiency_error(self) -> float:
-        """Error of the solution of the efficiency, all rows off the same way [-]."""
+        """Numerical error of the efficiency, with fully correlated errors of all rows [-]."""
         return math.fsum(row.efficiency_error * row.energy_input for row in self.rows) / self.total("energy_input")
 
     @property
@@ -223,7 +223,7 @@ class DutyCycle(Reportable):
 
     @property
     def reason(self) -> str:
-        """How many rows failed for which reason."""
+        """Number of failed rows by reason."""
         return count_reasons([row.reason for row in self.rows], "rows")
 
     @property
@@ -232,7 +232,7 @@ class DutyCycle(Reportable):
         return tuple(dict.fromkeys(note for point in self.points for note in point.notes))
 
     def to_frame(self) -> pandas.DataFrame:
-        """One row per operating point: energies [J] and single values, SI units."""
+        """One row per operating point: energies [J] and scalar values, SI units."""
         import pandas
 
         notes = ["; ".join(point.notes) for point in self.points]
@@ -270,10 +270,10 @@ class DutyCycle(Reportable):
 def cycle_uncertainty(
     rows: Sequence[DutyEnergy], results: Sequence[EfficiencyResult | None], efficiency: float
 ) -> InputUncertainty:
-    """Interval of the efficiency of all rows together, each input moved in all of them at once.
+    """Interval of the efficiency of all rows together; each input is changed in all rows at once.
 
     rows, results: energies and results of the rows.
-    efficiency: energy out over energy in [-].
+    efficiency: energy output over energy input [-].
     """
     known = [result for result in results if result is not None and not result.reason]
     if len(known) < len(rows) or not 0.0 < efficiency < 1.0:
@@ -296,7 +296,7 @@ def cycle_uncertainty(
     ]
     notes = tuple(dict.fromkeys(note for result in known for note in result.inputs.notes))
     squares = [float(end) for end in combined(changes)]
-    # how much of the squares is left of each row when its inputs move at once
+    # ratio of the combined change to the root sum of squares, for each row
     shares = np.array([_share_of_squares(result.inputs) for result in known])
     left = np.average(shares, axis=0, weights=[row.energy_loss for row in rows])
     ends = [float(end * share) for end, share in zip(squares, left, strict=True)]
@@ -309,7 +309,7 @@ def _with_loss(efficiency: float, log_change: float) -> float:
 
 
 def _share_of_squares(found: InputUncertainty) -> tuple[float, float]:
-    """Both ends of ln(loss), of all inputs at once, over the roots of the squares of each alone."""
+    """Both ends of ln(loss) for all inputs together, over the root sum of squares of the single changes."""
     value = 1.0 - found.value
     alone = [
         Change(one.name, one.group, one.sd, math.log((1.0 - one.below) / value), math.log((1.0 - one.above) / value))
@@ -323,7 +323,7 @@ def _share_of_squares(found: InputUncertainty) -> tuple[float, float]:
 def duty_cycle(
     duty: Sequence[DutyRow], points: Sequence[GridPoint], design: str, friction_model: str, oil: str
 ) -> DutyCycle:
-    """Energies of the rows of a duty cycle from the efficiency at each (`efficiency.conditions.grid.solve_points`)."""
+    """Energies of the rows of a duty cycle from the efficiencies of `efficiency.conditions.grid.solve_points`."""
     rows = tuple(_energy(row, point) for row, point in zip(duty, points, strict=True))
     return DutyCycle(design, friction_model, oil, rows, tuple(points))
 

@@ -1,4 +1,4 @@
-"""Efficiency at many conditions: the one loop behind grids, parameter studies and duty cycles."""
+"""Efficiency at many conditions, for grids, parameter studies and duty cycles."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 Condition = Mapping[str, Any]
 Solve = Callable[[Condition], EfficiencyResult]
 Place = tuple[int, ...]
-"""Number of the value of each axis."""
+"""Index of the value of each axis."""
 
 
 @dataclass(frozen=True)
@@ -34,16 +34,16 @@ class GridPoint:
     """One point of a grid."""
 
     condition: dict[str, Any]  # value of each axis, SI units
-    # None where geometry or load could not be computed, and where the point is interpolated
+    # None if geometry or load could not be computed, or if the point is interpolated
     result: EfficiencyResult | None = field(repr=False)
-    reason: str = ""  # why the point failed; empty where it did not
-    detail: str = ""  # the same in words, where there is no result
-    # interval by uncertain inputs, worst grade and safety factors, where they were requested
+    reason: str = ""  # reason of failure; empty otherwise
+    detail: str = ""  # explanation of the reason, if there is no result
+    # interval from uncertain inputs, most severe grade and safety factors, if requested
     requested: dict[str, str | float] = field(default_factory=dict)
-    interpolated: dict[str, float] = field(default_factory=dict)  # figures of a point between solved ones
+    interpolated: dict[str, float] = field(default_factory=dict)  # figures of an interpolated point
 
     def figure(self, name: str) -> Any:
-        """A figure of the point; nan where the point failed, or where that figure is not interpolated."""
+        """A figure of the point; nan if the point failed or the figure is not interpolated."""
         if name in self.requested:
             return self.requested[name]
         if self.reason or self.result is None:
@@ -52,18 +52,18 @@ class GridPoint:
 
     @property
     def status(self) -> Literal["converged", "failed"]:
-        """``failed`` where there is a reason."""
+        """``failed`` if there is a reason."""
         return "failed" if self.reason else "converged"
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes of the result, or why there is none."""
+        """Notes of the result, or the reason of failure."""
         if self.result is None:
             return (f"{self.reason}: {self.detail}",) if self.reason else ()
         return self.result.notes
 
     def row(self) -> dict[str, Any]:
-        """Condition, single values of the result, what else was requested, and notes."""
+        """Condition, scalar values of the result, requested values, and notes."""
         values = self.interpolated if self.result is None else self.result.scalars()
         named = {name: getattr(value, "name", value) for name, value in self.condition.items()}
         last = {"interpolated": bool(self.interpolated), "status": self.status, "reason": self.reason}
@@ -72,16 +72,16 @@ class GridPoint:
 
 @dataclass(frozen=True, repr=False)
 class Grid(Tabular, Reportable):
-    """Efficiencies at all combinations of some axes; a failed point keeps its reason.
+    """Efficiencies at all combinations of several axes; a failed point keeps its reason.
 
     Parameters
     ----------
     axes : dict
-        Values of each axis, SI units; a design by its name.
+        Values of each axis, SI units; designs by name.
     points : tuple of GridPoint
-        First axis outermost.
+        Points with the first axis outermost.
     interpolation_error : float
-        Stated error of ln(loss) at interpolated points, which is part of their `efficiency_error` [-].
+        Stated error of ln(loss) at interpolated points, included in their `efficiency_error` [-].
 
     Examples
     --------
@@ -105,11 +105,11 @@ class Grid(Tabular, Reportable):
 
     @property
     def results(self) -> tuple[EfficiencyResult, ...]:
-        """Results of the points that were solved."""
+        """Results of the solved points."""
         return tuple(point.result for point in self.points if point.result is not None)
 
     def values(self, name: str = "efficiency") -> FloatArray:
-        """One figure of all points in the shape of the grid; nan where a point has none (`GridPoint.figure`)."""
+        """One figure of all points in the shape of the grid; nan if unavailable (`GridPoint.figure`)."""
         found = [point.figure(name) for point in self.points]
         return np.array(found, dtype=np.float64).reshape(self.shape)
 
@@ -120,17 +120,17 @@ class Grid(Tabular, Reportable):
 
     @property
     def reason(self) -> str:
-        """How many points failed for which reason."""
+        """Number of failed points by reason."""
         return count_reasons([point.reason for point in self.points], "points")
 
     @property
     def notes(self) -> dict[str, int]:
-        """Each note, and how many solved points have it."""
+        """Each note with the number of its points."""
         return dict(Counter(note for point in self.points for note in point.notes))
 
     @property
     def interpolation(self) -> str:
-        """How many points are interpolated and how well, in words; empty where all are solved."""
+        """Number of interpolated points and their error in words; empty if all are solved."""
         count = sum(bool(point.interpolated) for point in self.points)
         if not count:
             return ""
@@ -164,7 +164,7 @@ class Grid(Tabular, Reportable):
 
 
 def count_reasons(reasons: Iterable[str], what: str) -> str:
-    """How many of all failed for which reason: ``"2 of 9 points no_contact"``; an empty reason is no failure."""
+    """Number of failures by reason, such as ``"2 of 9 points no_contact"``; an empty reason is no failure."""
     every = list(reasons)
     counts = Counter(reason for reason in every if reason)
     return ", ".join(f"{count} of {len(every)} {what} {reason}" for reason, count in counts.items())
@@ -177,13 +177,13 @@ def solve_points(
     strength: bool = False,
     interval: bool = False,
 ) -> list[GridPoint]:
-    """Efficiency at each condition, in their order; what has no geometry or load is a point with its reason.
+    """Efficiency at each condition in the given order; a failed condition becomes a point with its reason.
 
-    conditions: by names of `AXES`.
+    conditions: conditions by names of `AXES`.
     solve: efficiency at a condition; it keeps geometry and load of the last conditions.
     progress: called with a `Progress` after each point.
-    strength: whether the points have grades and safety factors: 0.1 s each.
-    interval: whether they have the interval of the efficiency by uncertain inputs.
+    strength: add grades and safety factors: 0.1 s each.
+    interval: add the interval of the efficiency from uncertain inputs.
     """
     points = []
     with progress_to(progress):
@@ -209,11 +209,11 @@ def solve_grid(
     strength: bool = False,
     interval: bool = False,
 ) -> Grid:
-    """Efficiency at every combination of the axes; geometry and load once each, whatever the order of the axes.
+    """Efficiency at every combination of the axes; geometry and load are computed once each for any order of axes.
 
-    axes: names of `AXES` to values in SI units.
+    axes: names of `AXES` with values in SI units.
     solve, progress, strength, interval: as in `solve_points`.
-    Raises `InputError`: an axis without values, or a value that a single computation refuses.
+    Raises `InputError` for an axis without values, or an invalid value.
     """
     for name, values in axes.items():
         if not len(values):
@@ -224,7 +224,7 @@ def solve_grid(
 
 
 def named_axes(axes: Mapping[str, Sequence[Any]]) -> dict[str, tuple[Any, ...]]:
-    """Values of each axis; designs and oils by their names."""
+    """Values of each axis; designs and oils by name."""
     return {name: tuple(getattr(v, "name", v) for v in values) for name, values in axes.items()}
 
 
@@ -236,7 +236,7 @@ def solve_places(
     strength: bool = False,
     interval: bool = False,
 ) -> dict[Place, GridPoint]:
-    """Efficiency at some combinations of the axes, those that share geometry and load one after the other."""
+    """Efficiency at given combinations of the axes, sorted so that geometry and load are shared."""
     cost = [list(axes).index(name) for name in AXES if name in axes]
     order = sorted(places, key=lambda place: [place[axis] for axis in cost])
     conditions = [

@@ -1,8 +1,8 @@
 """Maps over many torques, speeds and temperatures from few solved points.
 
-The loss is a smooth function of each axis: ln(loss) is interpolated by cubic splines over ln(torque), ln(speed) and
-ln(temperature), whose nodes are the values of an axis nearest to its Chebyshev-Lobatto points. Points between the nodes
-are solved as well and compared; what they differ by enters the error of the efficiency of all interpolated points.
+The loss is a smooth function of each axis. ln(loss) is interpolated by cubic splines over ln(torque), ln(speed) and
+ln(temperature); the nodes are the values nearest to the Chebyshev-Lobatto points of the axis. Points between the nodes
+are solved for comparison; the difference is added to the error of the efficiency of all interpolated points.
 """
 
 from __future__ import annotations
@@ -24,27 +24,27 @@ Rule = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 """Values (..., m) at places (m,) from nodes (n,) and values (..., n)."""
 
 AXES = ("torque", "speed", "temperature")
-# solved values of an axis, and the number of values from which on it is interpolated (ours)
+# number of solved values of an axis, and the least number of values of an interpolated axis (ours)
 NODES, FEWEST = 7, 10
 # stated error over the largest difference at the points of the comparison (ours; eight maps of 20 x 20 of four pairs:
 # it covers 97 % of the points)
 SAFETY = 3.0
-# largest difference of ln(loss) up to which a map is interpolated, if it is not within the error of the solution
+# largest difference of ln(loss) for which a map is interpolated, unless it is within the numerical error
 WORST = 2e-3
 _SMOOTH = ("power_loss", "power_loss_rolling")
-# with kinks in the torque; figures of the edges, which begin to carry at some torque, are not interpolated
+# piecewise linear figures; figures of edges, which begin to carry at some torque, are not interpolated
 _LINEAR = ("pressure_max", "outside_range_share", "transmission_error_loaded")
 
 
 def solve_map(
     axes: Mapping[str, Sequence[Any]], solve: Solve, progress: ProgressCallback | None = None, *, interval: bool = False
 ) -> Grid:
-    """Efficiency at every combination of the axes, interpolated where an axis has many values.
+    """Efficiency at every combination of the axes, interpolated for axes with many values.
 
-    Where a node has no answer, or the interpolation misses the solved points between the nodes by more than their own
-    error and more than `WORST`, every point is solved.
+    Every point is solved if a node has no result, or if the error of the interpolation at solved points between the
+    nodes exceeds both their own error and `WORST`.
 
-    axes: names of `efficiency.conditions.conditions.AXES` to values in SI units.
+    axes: names of `efficiency.conditions.conditions.AXES` with values in SI units.
     solve, progress, interval: as in `efficiency.conditions.grid.solve_points`.
     """
     nodes = [_nodes(values) if name in AXES else range(len(values)) for name, values in axes.items()]
@@ -68,7 +68,7 @@ def solve_map(
 
 
 def _nodes(values: Sequence[float]) -> Sequence[int]:
-    """Numbers of the values to solve: those nearest to the Chebyshev-Lobatto points of their logarithm."""
+    """Indices of the values to solve: those nearest to the Chebyshev-Lobatto points of their logarithm."""
     x = np.log(values)
     if len(values) < FEWEST or np.unique(x).size < len(values):
         return range(len(values))
@@ -77,7 +77,7 @@ def _nodes(values: Sequence[float]) -> Sequence[int]:
 
 
 def _between(nodes: Sequence[int], values: Sequence[Any]) -> list[int]:
-    """Numbers of two values between nodes, in the first gap and in the widest; of an axis of nodes the middle one."""
+    """Indices of two values between nodes, in the first and the widest gap; of a fully solved axis the middle one."""
     if len(nodes) == len(values):
         return [len(values) // 2]
     x = np.log(values)
@@ -89,14 +89,14 @@ def _between(nodes: Sequence[int], values: Sequence[Any]) -> list[int]:
 
 
 def _own_error(point: GridPoint) -> float:
-    """Error of the solution of a point, as a share of its loss."""
+    """Numerical error of a point relative to its loss."""
     return float(point.figure("efficiency_error") / (1.0 - point.figure("efficiency")))
 
 
 def _interpolated(
     axes: Mapping[str, Sequence[Any]], nodes: Sequence[Sequence[int]], solved: Mapping[Place, GridPoint]
 ) -> dict[str, FloatArray] | None:
-    """Figures at all points from those at the nodes; None where the loss of a node is no positive number."""
+    """Figures at all points from those at the nodes; None if the loss at a node is not positive."""
     first = next(point.result for point in solved.values() if point.result is not None)
     shape = tuple(len(some) for some in nodes)
 
@@ -150,7 +150,7 @@ def _linear(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
 
 
 def _largest(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
-    """The greater value of both nodes next to each place."""
+    """The larger value of both neighbouring nodes at each position."""
     above = np.clip(np.searchsorted(x, at), 1, x.size - 1)
     return np.maximum(y[..., above - 1], y[..., above])
 

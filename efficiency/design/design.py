@@ -41,25 +41,24 @@ from ehl.uncertainty.spread import UncertaintyInput
 Surface = Literal["base", "toe", "heel"]
 Modulus = Annotated[float, ValueRange("Pa", gt=0.0, le=1e15)]
 
-# rim over whole depth where the design does not say: from this backup ratio on AGMA 2001 (from memory) counts no rim
-# as thin
+# default rim thickness over whole depth: above this backup ratio AGMA 2001 (from memory) does not count a rim as thin
 BACKUP_RATIO = 1.2
-# at most this share of the way from the root to the axis, so that a slender pinion keeps a core
+# largest fractions of the distance from the root to the axis, for the default rim and a given one
 _TO_AXIS, _MAX_TO_AXIS = 0.5, 0.9
 
 
 class BodyInput(InputModel):
-    """Body under the teeth: from the root cone down to its base, between the end faces of the teeth.
+    """Body under the teeth: from the root cone to its base, between the end faces of the teeth.
 
     The base is the seat of a ring gear, the bore or core of a pinion.
     """
 
-    # distance of the base from the root cone, square to the pitch cone [m]; by default 1.2 whole depths, at most half
-    # the way to the axis
+    # distance of the base from the root cone, normal to the pitch cone [m]; default: 1.2 whole depths, at most half the
+    # distance to the axis
     rim_thickness: Length | None = None
-    held: Annotated[tuple[Surface, ...], Field(min_length=1)] = ("base",)  # surfaces that do not move against the shaft
-    # of the body [Pa]; that of the teeth by default. A very large one makes the body rigid, a small one stands for a
-    # web.
+    held: Annotated[tuple[Surface, ...], Field(min_length=1)] = ("base",)  # surfaces fixed to the shaft
+    # Young's modulus of the body [Pa]; default: that of the teeth. A very large one makes the body rigid, a small one
+    # represents a web.
     youngs_modulus: Modulus | None = None
 
     def thickness(self, blank: Blank) -> float:
@@ -78,12 +77,12 @@ class BodyInput(InputModel):
 
 
 class FlankSurfaceInput(InputModel):
-    """Table [surface]: texture that both flanks have in common, as [surface] of a contact file."""
+    """Table [surface]: common texture of both flanks, as [surface] of a contact file."""
 
-    # across the contact line [m]; of the finishes of the members, else 40 Rq, where not given
+    # correlation length across the contact line [m]; default: from the finishes of the members, without a finish 40 Rq
     correlation_length: TextureLength | None = None
-    # correlation length along the contact line over that across it [-]; from the angle between marks and contact line
-    # where a finish is named, else 1
+    # correlation length along the contact line over that across it [-]; default: from the angle between lay and contact
+    # line, without a finish 1
     peklenik_number: PeklenikNumber | None = None
 
 
@@ -98,7 +97,7 @@ Rms = Annotated[float, ValueRange("m", ge=0.0, le=2e-5)]
 
 
 class MemberSurface(InputModel):
-    """What members of all kinds of pairs have: a material and a finish."""
+    """Common inputs of members of all kinds of pairs: material and finish."""
 
     if TYPE_CHECKING:
         material: str
@@ -114,7 +113,7 @@ class MemberSurface(InputModel):
         return self
 
     def surface_finish(self) -> Finish | None:
-        """Finish of the flanks, where one is named."""
+        """Finish of the flanks, or None."""
         return None if self.finish is None else Finish.load(self.finish, self.finish_state)
 
     def elastic_material(self) -> Material:
@@ -123,7 +122,7 @@ class MemberSurface(InputModel):
 
 
 class PairDesign(InputModel):
-    """What designs of all kinds of pairs have: members with a finish, oil, operating point."""
+    """Common inputs of designs of all kinds of pairs: members with a finish, oil, operating point."""
 
     if TYPE_CHECKING:
         name: Name
@@ -141,17 +140,17 @@ class PairDesign(InputModel):
 
         @property
         def common_face_width(self) -> float:
-            """Face width that both members have [m]."""
+            """Common face width of both members [m]."""
 
     def with_finish(self, finish: str, state: State = "run_in") -> Self:
-        """The same pair with both flanks of a shipped finish: its Rq and waves in place of those of the design."""
+        """The pair with a shipped finish on both flanks, with its Rq and correlation lengths."""
         rms = Finish.load(finish, state).roughness_rms.value
         made = {"finish": finish, "finish_state": state, "roughness_rms": rms}
         members: dict[str, Any] = {name: getattr(self, name).model_copy(update=made) for name in MEMBERS}
         return self.model_copy(update={**members, "surface": FlankSurfaceInput()})
 
     def surface_skewness(self) -> float:
-        """Skewness of the heights of both flanks together, of members without a finish `FLANK_SKEWNESS` [-]."""
+        """Skewness of the heights of both flanks together [-]; `FLANK_SKEWNESS` for members without a finish."""
         members = [getattr(self, name) for name in MEMBERS]
         if not any(member.roughness_rms for member in members):
             return FLANK_SKEWNESS
@@ -161,7 +160,7 @@ class PairDesign(InputModel):
         return float(np.average(each, weights=weights))
 
     def running(self, speed: float, temperature: float, driver: Driver = "pinion") -> Operation:
-        """The flanks at a pinion speed [rad/s] and an oil temperature [K]."""
+        """Operation at a pinion speed [rad/s] and an oil temperature [K]."""
         return Operation(
             speed,
             temperature,
@@ -176,7 +175,7 @@ class PairDesign(InputModel):
         )
 
     def spreads(self) -> UncertaintyInput:
-        """How well the inputs are known: as stated, else by the finish where both members have the same."""
+        """Spreads of the inputs: as stated, or from the finish if both members have the same."""
         one, two = self.pinion, self.gear
         if one.finish is None or (one.finish, one.finish_state) != (two.finish, two.finish_state):
             return self.uncertainty
@@ -186,8 +185,8 @@ class PairDesign(InputModel):
 class MemberInput(MemberSurface):
     """One member: blank, both flanks, material and surface.
 
-    Tables `cutter` and `machine` beside `concave` and `convex` hold what both flanks share (completing, spread blade);
-    the tables of a flank add to them or override them.
+    Tables `cutter` and `machine` on the level of `concave` and `convex` hold common values of both flanks (completing,
+    spread blade); the tables of a flank add to them or override them.
     """
 
     blank: BlankInput  # cones and teeth
@@ -195,12 +194,12 @@ class MemberInput(MemberSurface):
     concave: FlankInput
     convex: FlankInput
     material: str = "steel"  # name of a material card
-    finish: str | None = None  # how the flanks were made: ground, lapped, honed, superfinished, milled
+    finish: str | None = None  # finish of the flanks: ground, lapped, honed, superfinished, milled
     finish_state: State = "run_in"  # state of that finish
-    roughness_rms: Rms = 0.0  # Rq of the flanks [m]; that of the finish where not given, without one 0
-    # radius of the tip, toe and heel edges [m]; by default 0.05 of the mean transverse module
+    roughness_rms: Rms = 0.0  # Rq of the flanks [m]; default: that of the finish, without a finish 0
+    # radius of the tip, toe and heel edges [m]; default: 0.05 of the mean transverse module
     edge_rounding: EdgeRounding | None = None
-    edge_relief: MemberRelief = MemberRelief()  # relief of the flanks next to tip, toe and heel
+    edge_relief: MemberRelief = MemberRelief()  # relief of the flanks at tip, toe and heel
     body: BodyInput = BodyInput()  # body under the teeth
 
     @model_validator(mode="before")
@@ -212,7 +211,7 @@ class MemberInput(MemberSurface):
         for part in ("cutter", "machine"):
             shared = own.pop(part, {})
             if not isinstance(shared, dict):
-                raise InputError(part, shared, f"a table [{part}] of what both flanks share")
+                raise InputError(part, shared, f"a table [{part}] with the common values of both flanks")
             for side in ("concave", "convex"):
                 flank = own.get(side, {})
                 if not isinstance(flank, dict) or not isinstance(flank.get(part, {}), dict):
@@ -238,7 +237,7 @@ class MemberInput(MemberSurface):
         return isinstance(one, CutFlankInput) and isinstance(other, CutFlankInput) and one.machine == other.machine
 
     def flank(self, side: FlankSide) -> Flank:
-        """One of the two flanks; `Design.flank` knows those as well that follow from the mate."""
+        """One of the two flanks; `Design.flank` also returns those that follow from the mate."""
         given: FlankTable = getattr(self, side)
         return _flank(given, side, self.blank, given.version)
 
@@ -250,23 +249,23 @@ class MemberInput(MemberSurface):
 
 @lru_cache(maxsize=32)
 def _flank(given: FlankTable, side: FlankSide, blank: BlankInput, _version: int) -> Flank:
-    """The same flank serves both flank pairs and the teeth: it keeps where its points begin."""
+    """The flank, shared by both flank pairs and the teeth, because it stores starting values of its points."""
     return given.flank(side, blank)
 
 
 class Misalignment(InputModel):
     """Displacement of the members from their nominal position."""
 
-    E: Error = 0.0  # along the offset [m]
-    P: Error = 0.0  # along the pinion axis [m]
-    G: Error = 0.0  # along the gear axis [m]
-    shaft_angle_error: ShaftAngleError = 0.0  # added to the shaft angle [rad]; files may call it `alpha`
+    E: Error = 0.0  # displacement along the offset [m]
+    P: Error = 0.0  # displacement along the pinion axis [m]
+    G: Error = 0.0  # displacement along the gear axis [m]
+    shaft_angle_error: ShaftAngleError = 0.0  # added to the shaft angle [rad]; alias in files: `alpha`
 
 
 class Deflection(Misalignment):
     """Displacements of shafts, bearings and housing under load, in the axes of the misalignment."""
 
-    # pinion torque at which they are reached; they grow in proportion to it [N m]
+    # pinion torque of these displacements, which are proportional to the torque [N m]
     torque: Annotated[float, ValueRange("N*m", gt=0.0, le=1e6)] | None = None
 
     @model_validator(mode="after")
@@ -277,7 +276,7 @@ class Deflection(Misalignment):
 
     @property
     def moves(self) -> bool:
-        """Whether there is any."""
+        """Whether any displacement is nonzero."""
         return any((self.E, self.P, self.G, self.shaft_angle_error))
 
 
@@ -287,11 +286,11 @@ class AssemblyInput(InputModel):
     shaft_angle: Annotated[float, ValueRange("rad", ge=0.5, le=2.6)]  # angle of the axes [rad]
     # distance of the axes [m]; 0 for a spiral bevel pair
     hypoid_offset: Annotated[float, ValueRange("m", ge=0.0, le=0.5)] = 0.0
-    drive_flank_pinion: FlankSide = "concave"  # pinion flank that carries on the drive side
-    normal_backlash: Depth = 0.0  # along the normal [m]
-    misalignment: Misalignment = Misalignment()  # without load
-    deflection: Deflection = Deflection()  # under load, as stated
-    # shafts, bearings and housing that give way under load, solved with the contact
+    drive_flank_pinion: FlankSide = "concave"  # loaded pinion flank on the drive side
+    normal_backlash: Depth = 0.0  # backlash along the normal [m]
+    misalignment: Misalignment = Misalignment()  # misalignment without load
+    deflection: Deflection = Deflection()  # stated displacements under load
+    # shafts, bearings and housing whose deflection is solved together with the contact
     stiffness: StiffnessInput = StiffnessInput()
 
 
@@ -307,16 +306,16 @@ class Design(PairDesign):
     0.0001
     """
 
-    # what it is called and where it comes from
+    # name and origin
     name: Name
     source: str = ""
     assembly: AssemblyInput
     pinion: MemberInput
     gear: MemberInput
     operation: OperatingPoint  # default operating point
-    cooling: CoolingInput = CoolingInput()  # how the teeth are lubricated
+    cooling: CoolingInput = CoolingInput()  # lubrication of the teeth
     surface: FlankSurfaceInput = FlankSurfaceInput()  # texture of the flanks
-    uncertainty: UncertaintyInput = UncertaintyInput()  # how well inputs are known, in place of oil card and defaults
+    uncertainty: UncertaintyInput = UncertaintyInput()  # spreads in place of those of the oil card and the defaults
 
     @model_validator(mode="after")
     def _pair(self) -> Self:
@@ -332,7 +331,7 @@ class Design(PairDesign):
         return self
 
     def with_misalignment(self, **misalignment: float) -> Design:
-        """The same pair, misaligned by `E`, `P`, `G` [m] and `shaft_angle_error` [rad], zero where not given."""
+        """The pair misaligned by `E`, `P`, `G` [m] and `shaft_angle_error` [rad]; default: zero."""
         moved = validate(Misalignment, misalignment, "assembly.misalignment")
         assembly = self.assembly.model_copy(update={"misalignment": moved})
         return self.model_copy(update={"assembly": assembly})
@@ -348,12 +347,12 @@ class Design(PairDesign):
         )
 
     def without_deflection(self) -> Design:
-        """The same pair on shafts and bearings that do not give way."""
+        """The pair with rigid shafts and bearings."""
         rigid = {"deflection": Deflection(), "stiffness": StiffnessInput()}
         return self.model_copy(update={"assembly": self.assembly.model_copy(update=rigid)})
 
     def with_axes(self, axes: DisplacedAxes) -> Design:
-        """The same pair, misaligned as the axes of `placement` have been displaced."""
+        """The pair with the misalignments of the displaced axes of `placement`."""
         try:
             return self.with_misalignment(
                 E=self.mirror * axes.E, P=axes.P, G=axes.G, shaft_angle_error=axes.shaft_angle_error
@@ -365,11 +364,11 @@ class Design(PairDesign):
 
     @property
     def mirror(self) -> float:
-        """Sign of offset and E in the mesh frame: that of a left-hand pinion; a right-hand one is its mirror image."""
+        """Sign of offset and E in the mesh frame, which is that of a left-hand pinion; a right-hand one is mirrored."""
         return 1.0 if self.pinion.blank.hand == "left" else -1.0
 
     def placement(self) -> Assembly:
-        """Position of the members, misalignments included."""
+        """Position of the members with their misalignments."""
         a = self.assembly
         mirror = self.mirror
         return Assembly(
@@ -392,7 +391,7 @@ class Design(PairDesign):
         return given.conjugate(mate, self.pinion.blank, self.with_misalignment().placement())
 
     def flanks(self) -> GearFlanks:
-        """The four flanks in the assembly, misalignments included."""
+        """The four flanks in the assembly with its misalignments."""
         pinion, gear = ({side: self.flank(member, side) for side in FLANK_SIDES} for member in MEMBERS)
         given = self.assembly
         relief = PairRelief(self.pinion.edge_relief, self.gear.edge_relief)
@@ -407,7 +406,7 @@ class Design(PairDesign):
 
     @property
     def common_face_width(self) -> float:
-        """Face width that both members have [m]."""
+        """Common face width of both members [m]."""
         return min(self.pinion.blank.face_width, self.gear.blank.face_width)
 
     def tooth_bodies(self) -> Bodies:
@@ -423,10 +422,10 @@ def bevel_names() -> list[str]:
 
 
 def load_design(name: str | Path) -> Design:
-    """Read and check a design file, or a shipped design by its name.
+    """Read and validate a design file or a shipped design.
 
     name: name of a shipped design, or path of a TOML file.
-    Returns: with paths of point files counted from the folder of the file.
+    Returns: the design; paths of point files are relative to the folder of the file.
 
     Examples
     --------

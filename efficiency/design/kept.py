@@ -1,4 +1,4 @@
-"""Elastic bodies, roots and geometry of a design, kept on disk by the content of the design."""
+"""Storage of elastic bodies, roots and geometry on disk, identified by the content of the design."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ T = TypeVar("T")
 Kind = Literal["bodies", "roots", "mesh"]
 
 _PACKAGE = Path(__file__).resolve().parents[1]
-# sources that the results follow from
+# sources that affect the results
 _SOURCES = ("blanks", "contact", "cutting", "design", "geometry", "ltca", "strength")
 _FOLDER = "designs"
 
 
 def kept_of_design(kind: Kind, design: Design, what: tuple[object, ...], make: Callable[[], T]) -> T:
-    """A result of a design from disk; computed, and kept there, where it is not found.
+    """A result of a design from disk; if it is not found, it is computed and stored.
 
-    kind: bodies and roots follow from the members alone, the mesh from their position as well.
-    design: the pair; files that its flanks come from count with their content.
-    what: what else the result follows from: side, positions...
-    make: computes the result.
+    kind: bodies and roots depend on the members, the mesh also on their position.
+    design: the pair, including the content of files of its flanks.
+    what: further inputs of the result: side, positions...
+    make: function that computes the result.
     """
     try:
         key = _key(kind, design, what)
@@ -57,7 +57,7 @@ def _key(kind: Kind, design: Design, what: tuple[object, ...]) -> str:
 
 @cache
 def _version() -> bytes:
-    """Hash of the program's sources, and of NumPy with the instructions it uses: they decide last digits."""
+    """Hash of the sources, of the NumPy version and of its instruction sets, which affect the last digits."""
     used = np.show_config(mode="dicts")["SIMD Extensions"]["found"]
     digest = hashlib.sha256(repr((__version__, np.__version__, used)).encode())
     files = [file for name in _SOURCES for file in sorted((_PACKAGE / name).glob("*.py"))]

@@ -20,13 +20,13 @@ SpringRate = Annotated[float, ValueRange("N/m", ge=0.0, le=1e14)]
 Diameter = Annotated[float, ValueRange("m", gt=0.0, le=2.0)]
 Row = Annotated[tuple[float, ...], Field(min_length=6, max_length=6)]
 
-# what printing with few digits leaves, as a share of the diagonal
+# asymmetry by rounding of printed values, as a fraction of the diagonal
 _ASYMMETRY = 1e-3
-# smallest eigenvalue of the matrix with a diagonal of ones
+# smallest eigenvalue of the matrix scaled to a unit diagonal
 _SINGULAR = 1e-9
 _REMEDY = (
-    "Give the stiffness of the member as it is held, in N/m, N and N m (inverse of the compliance at the reference "
-    "point); where nothing holds the rotation about the own axis put the stiffness of the shaft against twisting."
+    "Give the stiffness of the supported member in N/m, N and N m (inverse of the compliance at the reference point). "
+    "If the rotation about the own axis is free, enter the torsional stiffness of the shaft."
 )
 
 
@@ -42,16 +42,16 @@ class BearingInput(InputModel):
 class MemberStiffnessInput(InputModel):
     """Shaft, bearings and housing of one member."""
 
-    # point of the axis the matrix is for, and where the shaft takes up the mesh force: distance from the crossing point
-    # [m], positive towards the teeth
+    # reference point of the matrix on the axis, where the mesh force acts on the shaft: distance from the crossing
+    # point [m], positive towards the teeth
     reference_point: Place
     # force [N] and moment [N m] by displacement [m] and rotation [rad] along x, y, z, six rows of six: N/m, N, N m
     matrix: Annotated[tuple[Row, ...], Field(min_length=6, max_length=6)] | None = None
-    bearings: tuple[BearingInput, ...] = ()  # in place of the matrix: at least two, apart
-    # with bearings [m]
+    bearings: tuple[BearingInput, ...] = ()  # in place of the matrix: at least two at different positions
+    # diameters of a shaft with bearings [m]
     shaft_diameter: Diameter | None = None
     shaft_bore: Annotated[float, ValueRange("m", ge=0.0, le=2.0)] = 0.0
-    material: str = "steel"  # of the shaft
+    material: str = "steel"  # material of the shaft
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -64,9 +64,9 @@ class MemberStiffnessInput(InputModel):
             return self
         places = {bearing.position for bearing in self.bearings}
         if len(places) < 2:
-            raise InputError("bearings", f"{len(places)} place", "at least two bearings at different positions")
+            raise InputError("bearings", f"{len(places)} position", "at least two bearings at different positions")
         if not any(bearing.axial for bearing in self.bearings):
-            raise InputError("bearings", "axial = 0 for all", "an axial stiffness above 0 N/m of one bearing at least")
+            raise InputError("bearings", "axial = 0 for all", "an axial stiffness above 0 N/m of at least one bearing")
         if self.shaft_diameter is None:
             raise InputError("shaft_diameter", None, "the diameter of the shaft, such as '40 mm'")
         if self.shaft_bore >= self.shaft_diameter:
@@ -84,30 +84,24 @@ class MemberStiffnessInput(InputModel):
             return MemberCompliance(scaled * np.outer(size, size), self.reference_point)
         steel = Material.load(self.material)
         bearings = [(b.position, b.radial, b.axial) for b in self.bearings]
-        matrix = shaft_compliance(
-            self.reference_point,
-            bearings,
-            self.shaft_diameter or math.nan,
-            self.shaft_bore,
-            steel.youngs_modulus,
-            steel.poisson_ratio,
-        )
+        shaft = self.reference_point, bearings, self.shaft_diameter or math.nan, self.shaft_bore
+        matrix = shaft_compliance(*shaft, steel.youngs_modulus, steel.poisson_ratio)
         return MemberCompliance(matrix, self.reference_point)
 
 
 class StiffnessInput(InputModel):
-    """Shafts, bearings and housing of both members; a member left out does not give way."""
+    """Shafts, bearings and housing of both members; a member without input is rigid."""
 
     pinion: MemberStiffnessInput | None = None
     gear: MemberStiffnessInput | None = None
 
     @property
     def given(self) -> bool:
-        """Whether any member gives way."""
+        """Whether any member deflects."""
         return self.pinion is not None or self.gear is not None
 
     def compliances(self) -> tuple[MemberCompliance | None, MemberCompliance | None]:
-        """Of pinion and gear."""
+        """Compliances of pinion and gear."""
         pinion, gear = (None if given is None else given.compliance() for given in (self.pinion, self.gear))
         return pinion, gear
 
@@ -124,7 +118,7 @@ def _require_stiffness(matrix: FloatArray) -> None:
     if skew.max() > _ASYMMETRY:
         i, j = np.unravel_index(int(skew.argmax()), skew.shape)
         value = f"{matrix[i, j]:.6g} in row {i + 1}, column {j + 1}, {matrix[j, i]:.6g} in row {j + 1}, column {i + 1}"
-        raise InputError("matrix", value, allowed, "Both have to agree: force and moment work on each other's ways.")
+        raise InputError("matrix", value, allowed, "Both must be equal by reciprocity of force and displacement.")
     smallest = float(np.linalg.eigvalsh(0.5 * (scaled + scaled.T)).min())
     if smallest < _SINGULAR:
-        raise InputError("matrix", f"an eigenvalue of {smallest:.3g} at a diagonal of ones", allowed, _REMEDY)
+        raise InputError("matrix", f"smallest eigenvalue {smallest:.3g} at a unit diagonal", allowed, _REMEDY)

@@ -1,9 +1,7 @@
-"""Closed forms for the mesh efficiency of a whole bevel or hypoid pair with one constant friction
-coefficient.
+"""Closed-form mesh efficiency of a bevel or hypoid pair with a constant friction coefficient.
 
-The printed formulas of Coleman and of Buckingham were not at hand. Both expressions below are our own
-derivations of the same two ideas (sliding averaged over the line of action; worm-like loss plus bevel loss)
-and are named so.
+The printed formulas of Coleman and of Buckingham were not available. Both expressions are our own derivations of the
+same two ideas: sliding averaged over the line of action, and worm-type loss plus bevel loss.
 """
 
 from __future__ import annotations
@@ -20,7 +18,7 @@ from ehl.common.errors import InputError
 class PitchGeometry:
     """Pitch-point data of a bevel or hypoid pair, pinion driving.
 
-    Raises `InputError`: if a length or the contact ratio is not positive, or an angle is outside 0..90 degrees.
+    Raises `InputError` if a length or the contact ratio is not positive, or an angle is outside 0 to 90 degrees.
     """
 
     pressure_angle: float  # generated normal pressure angle of the drive side [rad]
@@ -61,13 +59,7 @@ class PitchGeometry:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0.0):
                 raise InputError(name, value, "a finite number above 0")
-        for name in (
-            "pressure_angle",
-            "spiral_angle_pinion",
-            "spiral_angle_gear",
-            "pitch_angle_pinion",
-            "pitch_angle_gear",
-        ):
+        for name in ("pressure_angle", *(f"{a}_angle_{m}" for a in ("spiral", "pitch") for m in ("pinion", "gear"))):
             value = getattr(self, name)
             if not (math.isfinite(value) and 0.0 <= value < 0.5 * math.pi):
                 raise InputError(name, value, "an angle from 0 to below pi/2 rad")
@@ -79,19 +71,19 @@ class PitchGeometry:
 
     @property
     def profile_measure(self) -> float:
-        """Greatest profile sliding per normal velocity, k [-] (offset 0: k/2 is its mean over the action)."""
+        """Maximum profile sliding per normal velocity, k [-]; without offset its mean over the action is k/2."""
         cos_n = math.cos(self.pressure_angle)
         mean_spiral = 0.5 * (self.spiral_angle_pinion + self.spiral_angle_gear)
         cos_base = math.sqrt(1.0 - (math.sin(mean_spiral) * cos_n) ** 2)
-        curvature = math.cos(self.pitch_angle_pinion) / (
-            self.radius_pinion * math.cos(self.spiral_angle_pinion)
-        ) + math.cos(self.pitch_angle_gear) / (self.radius_gear * math.cos(self.spiral_angle_gear))
+        along_1, along_2 = math.cos(self.spiral_angle_pinion), math.cos(self.spiral_angle_gear)
+        curvature = math.cos(self.pitch_angle_pinion) / (self.radius_pinion * along_1)
+        curvature += math.cos(self.pitch_angle_gear) / (self.radius_gear * along_2)
         half_action = 0.5 * self.contact_ratio_profile * math.pi * self.module_normal
         return half_action * cos_n / cos_base * curvature
 
     @property
     def mean_sliding(self) -> float:
-        """Mean of the length of the sliding vector (a, k t), t uniform in 0..1 [-]."""
+        """Mean length of the sliding vector (a, k t) for t uniform in 0..1 [-]."""
         a, k = self.lengthwise_measure, self.profile_measure
         tail = 0.0 if a == 0.0 else a * a / k * math.asinh(k / a)
         return 0.5 * (math.hypot(a, k) + tail)
@@ -111,14 +103,13 @@ def _check_friction(friction_coefficient: float) -> None:
 def coleman_type(pair: PitchGeometry, friction_coefficient: float = 0.05, driver: Driver = "pinion") -> float:
     """Mesh efficiency by averaged sliding, "Coleman-type, our derivation" [-].
 
-    ``eta = 1 - mu S/(cos a_n + mu C tan b1)`` with S the mean sliding and C the mean lengthwise share: the
-    normal force follows from the pinion's torque balance with the lengthwise friction in it. With the gear driving
-    friction pulls the other way: ``eta = 1/(1 + mu S/(cos a_n - mu C tan b1))``.
+    ``eta = 1 - mu S/(cos a_n + mu C tan b1)`` with the mean sliding S and the mean lengthwise share C. The normal force
+    follows from the torque balance of the pinion with lengthwise friction. If the gear drives, the friction force is
+    reversed: ``eta = 1/(1 + mu S/(cos a_n - mu C tan b1))``.
 
     pair: pitch-point data of the pair.
-    friction_coefficient: constant friction coefficient; 0.05 is the value of Coleman (as cited by Kolivand, Li &
-        Kahraman 2010).
-    driver: member the power comes from.
+    friction_coefficient: constant friction coefficient; Coleman used 0.05 (as cited by Kolivand, Li & Kahraman 2010).
+    driver: driving member.
     """
     _check_friction(friction_coefficient)
     mu, way = friction_coefficient, 1.0 if driver == "pinion" else -1.0
@@ -128,15 +119,15 @@ def coleman_type(pair: PitchGeometry, friction_coefficient: float = 0.05, driver
 
 
 def buckingham_type(pair: PitchGeometry, friction_coefficient: float = 0.05, driver: Driver = "pinion") -> float:
-    """Mesh efficiency as worm-like loss plus bevel loss, "Buckingham-type, our derivation" [-].
+    """Mesh efficiency as worm-type loss plus bevel loss, "Buckingham-type, our derivation" [-].
 
-    ``eta = (cos a_n + mu tan b2)/(cos a_n + mu tan b1) - mu k/(2 cos a_n)``. The first term is exact at the
-    pitch point for a pinion with the larger spiral angle; the second is the profile sliding of the spiral
-    bevel pair. With the gear driving the first becomes ``(cos a_n - mu tan b1)/(cos a_n - mu tan b2)``.
+    ``eta = (cos a_n + mu tan b2)/(cos a_n + mu tan b1) - mu k/(2 cos a_n)``. The first term is exact at the pitch point
+    for a pinion with the larger spiral angle; the second is the profile sliding of the spiral bevel pair. If the gear
+    drives, the first term is ``(cos a_n - mu tan b1)/(cos a_n - mu tan b2)``.
 
     pair: pitch-point data of the pair.
     friction_coefficient: constant friction coefficient.
-    driver: member the power comes from.
+    driver: driving member.
     """
     _check_friction(friction_coefficient)
     mu, cos_n = friction_coefficient, math.cos(pair.pressure_angle)
@@ -155,17 +146,17 @@ def lengthwise_sliding(
     friction_in_equilibrium: bool = False,
     driver: Driver = "pinion",
 ) -> float:
-    """Mesh efficiency of the sliding along the teeth alone, exact at the pitch point [-].
+    """Mesh efficiency with lengthwise sliding only, exact at the pitch point [-].
 
-    Loads from frictionless equilibrium: ``1 - mu |tan b1 - tan b2|/cos a_n``, as the loss of the mesh model with teeth
-    of vanishing height. With friction in the equilibrium ``(cos a_n + m tan b2)/(cos a_n + m tan b1)``, m = mu towards
-    the larger spiral angle; with the gear driving friction pulls the other way. Profile sliding comes on top. No loss
-    without offset.
+    With loads from frictionless equilibrium ``1 - mu |tan b1 - tan b2|/cos a_n``: the limit of the mesh model for teeth
+    of vanishing height. With friction in the equilibrium ``(cos a_n + m tan b2)/(cos a_n + m tan b1)``, where m is mu
+    with the sign of tan b1 - tan b2; if the gear drives, the friction force is reversed. Profile sliding is neglected,
+    so there is no loss without offset.
 
     pair: pitch-point data of the pair.
     friction_coefficient: constant friction coefficient.
-    friction_in_equilibrium: whether friction helps to carry the torque.
-    driver: member the power comes from.
+    friction_in_equilibrium: whether the friction force contributes to the torque balance.
+    driver: driving member.
     """
     _check_friction(friction_coefficient)
     cos_n = math.cos(pair.pressure_angle)
@@ -184,18 +175,18 @@ def spiral_bevel_loss_factor(pair: PitchGeometry, path_before: float, path_after
 
     Ohlendorf's ``H_v = pi (1/z_v1 + 1/z_v2)/cos b_b (1 - e + e1^2 + e2^2)`` as in ISO/TR 14179-2 (from memory), with
     the virtual tooth numbers ``z/cos d`` of the pair; e1, e2 are the parts of the profile contact ratio before and
-    after the pitch point. Made for cylindrical gears: it knows no sliding along the teeth and applies without offset.
+    after the pitch point. The formula is for cylindrical gears without lengthwise sliding and applies without offset.
 
     pair: pitch-point data of the pair.
     path_before, path_after: e1 and e2 [-].
-    Raises `InputError`: the pair has an offset.
+    Raises `InputError` if the pair has an offset.
     """
     if pair.lengthwise_measure > 0.02:
         raise InputError(
             "spiral angles",
             f"tangents apart by {pair.lengthwise_measure:.3g}",
             "equal spiral angles, a pair without offset",
-            "The formula of cylindrical gears has no sliding along the teeth.",
+            "The formula is for cylindrical gears without lengthwise sliding.",
         )
     teeth = [
         2.0 * radius * math.cos(spiral) / (pair.module_normal * math.cos(pitch))
@@ -214,9 +205,9 @@ def spiral_bevel_loss_factor(pair: PitchGeometry, path_before: float, path_after
 def profile_contact_ratio(pinion: Blank, gear: Blank, spiral_angle: float, pressure_angle: float) -> float:
     """Profile contact ratio of the virtual cylindrical pair in the mean transverse section [-].
 
-    Virtual radii ``r/cos d`` and mean addenda as in ISO 10300-1 (from memory). It gives the 1.165 of ISO/TR 10300-30
-    sample 1; with an offset it is rough (for the blanks of samples 2 and 3 the shipped flanks give 0.96 and 1.10 on the
-    drive side, 0.87 and 0.92 on the coast side; the samples have 1.010 and 1.176).
+    Virtual radii ``r/cos d`` and mean addenda as in ISO 10300-1 (from memory). The result for ISO/TR 10300-30 sample 1
+    is 1.165, as printed. With an offset the formula is approximate: for the blanks of samples 2 and 3 it differs from
+    the printed 1.010 and 1.176; the shipped flanks give 0.96 and 1.10 (drive side), 0.87 and 0.92 (coast side).
 
     pinion, gear: blanks.
     spiral_angle, pressure_angle: mean spiral angle of both members and normal pressure angle [rad].

@@ -1,10 +1,10 @@
-"""The same loaded mesh with several friction models, and the closed forms beside them."""
+"""Comparison of several friction models on the same loaded mesh, and with closed forms."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from typing import TYPE_CHECKING, Any, Literal
 
 from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type
@@ -22,35 +22,35 @@ if TYPE_CHECKING:
     import pandas
 
 COLEMAN_FRICTION = 0.05
-# what the fitted constant is fitted to, best first; else the first fitted formula, else the first model
+# references of the fitted constant in order of priority; then the first fitted formula, then the first model
 REFERENCES = ("ehl:all", "ehl")
 
 
 @dataclass(frozen=True)
 class ComparisonRow:
-    """One way to the efficiency of the pair."""
+    """One result of a comparison."""
 
     name: str  # friction model, or name of the closed form
     kind: Literal["mesh", "closed form"]  # load distribution and local friction, or one formula for the whole pair
-    # [-]; nan where the way has none
-    efficiency: float
-    efficiency_lower: float
-    efficiency_upper: float
-    efficiency_error: float
-    power_loss: float  # [W]
-    friction_coefficient_mean: float  # [-]
-    outside_range_share: float  # share of the sliding power outside the model's stated range [-]
-    status: str
-    reason: str
-    seconds: float  # run time of friction and loss; load and geometry are shared
-    efficiency_with_rolling: float  # [-]
+    efficiency: float  # [-]
+    # [-]; nan for a closed form
+    efficiency_lower: float = math.nan
+    efficiency_upper: float = math.nan
+    efficiency_error: float = math.nan
+    power_loss: float = math.nan  # [W]
+    friction_coefficient_mean: float = math.nan  # [-]
+    outside_range_share: float = 0.0  # share of the sliding power outside the stated range of the model [-]
+    status: str = "converged"
+    reason: str = ""
+    seconds: float = 0.0  # run time of friction and loss; load and geometry are shared
+    efficiency_with_rolling: float = math.nan  # [-]
     # share of the sliding loss by thirds of the gear flank, rows root, middle, tip, columns toe, middle, heel; empty
     # for a closed form
-    loss_regions: tuple[tuple[float, ...], ...]
+    loss_regions: tuple[tuple[float, ...], ...] = ()
 
     @property
     def label(self) -> str:
-        """What figures and pages call it."""
+        """Name in figures and on pages."""
         return model_label(self.name) if self.kind == "mesh" else self.name
 
 
@@ -67,10 +67,10 @@ class Comparison(Reportable):
     torque: float
     speed: float
     temperature: float
-    rows: tuple[ComparisonRow, ...]  # in the order asked for; closed forms last
-    # of the rows of kind "mesh", in their order; not in `to_dict`
+    rows: tuple[ComparisonRow, ...]  # in the given order; closed forms last
+    # results of the rows of kind "mesh", in their order; not in `to_dict`
     results: tuple[EfficiencyResult, ...] = field(repr=False, compare=False)
-    reference: str = ""  # friction model that the fitted constant has the same loss as; empty where none was fitted
+    reference: str = ""  # friction model with the same loss as the fitted constant; empty without a fitted constant
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -84,11 +84,11 @@ class Comparison(Reportable):
 
     @property
     def reason(self) -> str:
-        """Which rows failed, and why."""
+        """Failed rows with their reasons."""
         return ", ".join(f"{row.label} ({row.reason})" for row in self.rows if row.status == "failed")
 
     def to_frame(self) -> pandas.DataFrame:
-        """One row per way to the efficiency, SI units."""
+        """One row per result, SI units."""
         import pandas
 
         return pandas.DataFrame([asdict(row) for row in self.rows]).drop(columns="loss_regions")
@@ -102,7 +102,7 @@ class Comparison(Reportable):
         return str(self.to_frame()[[*names, "status", "reason"]].to_html(index=False))
 
     def to_dict(self) -> dict[str, Any]:
-        """For JSON; not-a-number becomes None."""
+        """Content for JSON; not-a-number becomes None."""
         names = ("design", "side", "oil", "torque", "speed", "temperature", "status", "reference")
         head = {name: getattr(self, name) for name in names}
         return head | {"notes": list(self.notes), "rows": finite_or_none(self.rows)}
@@ -116,14 +116,13 @@ def compare_models(
     pitch: PitchGeometry | None = None,
     load_balance: LoadBalance = "frictional",
 ) -> Comparison:
-    """Efficiency of a loaded mesh with each friction model, a constant fitted to the best of them, and closed forms.
+    """Efficiency of a loaded mesh with each friction model, with a fitted constant, and by closed forms.
 
-    The fitted constant is the `friction_coefficient_mean` of the reference at this operating point: without friction in
-    the balance it has the same loss, with it nearly so. What a constant misses shows along the mesh and at other
-    operating points. The closed forms, given where ``pitch`` is, take Coleman's constant 0.05 and the fitted one.
+    The fitted constant is the `friction_coefficient_mean` of the reference at this operating point. It gives the same
+    loss as the reference without friction in the balance, and nearly the same with it. The closed forms need ``pitch``
+    and use Coleman's constant 0.05 and the fitted one.
 
     loaded: geometry and load, the same for all models.
-    models: friction models.
     operation: speed, oil temperature, roughness.
     pitch: pitch-point data of the pair.
     """
@@ -156,7 +155,7 @@ def compare_models(
 
 
 def _reference(results: Sequence[EfficiencyResult]) -> EfficiencyResult | None:
-    """What a constant is fitted to; None where nothing but constants was asked for, or nothing converged."""
+    """Reference of the fitted constant; None if all models are constants or none has converged."""
     able = [
         result
         for result in results
@@ -173,39 +172,11 @@ def _reference(results: Sequence[EfficiencyResult]) -> EfficiencyResult | None:
 
 
 def _mesh_row(name: str, result: EfficiencyResult) -> ComparisonRow:
-    return ComparisonRow(
-        name=name,
-        kind="mesh",
-        efficiency=result.efficiency,
-        efficiency_lower=result.efficiency_lower,
-        efficiency_upper=result.efficiency_upper,
-        efficiency_error=result.efficiency_error,
-        power_loss=result.power_loss,
-        friction_coefficient_mean=result.friction_coefficient_mean,
-        outside_range_share=result.outside_range_share,
-        status=result.status,
-        reason=result.reason,
-        seconds=result.seconds,
-        efficiency_with_rolling=result.efficiency_with_rolling,
-        loss_regions=tuple(tuple(map(float, row)) for row in loss_by_region(result)),
-    )
+    own = {f.name: getattr(result, f.name) for f in fields(ComparisonRow) if hasattr(result, f.name)}
+    regions = tuple(tuple(map(float, row)) for row in loss_by_region(result))
+    return ComparisonRow(name, "mesh", loss_regions=regions, **own)
 
 
 def _closed_row(name: str, mu: float, efficiency: float, operation: Operation, power: float) -> ComparisonRow:
     loss = (1.0 - efficiency) * (power if operation.driver == "pinion" else power / efficiency)
-    return ComparisonRow(
-        name=name,
-        kind="closed form",
-        efficiency=efficiency,
-        efficiency_lower=math.nan,
-        efficiency_upper=math.nan,
-        efficiency_error=math.nan,
-        power_loss=loss,
-        friction_coefficient_mean=mu,
-        outside_range_share=0.0,
-        status="converged",
-        reason="",
-        seconds=0.0,
-        efficiency_with_rolling=math.nan,
-        loss_regions=(),
-    )
+    return ComparisonRow(name, "closed form", efficiency, power_loss=loss, friction_coefficient_mean=mu)

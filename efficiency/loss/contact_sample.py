@@ -1,7 +1,7 @@
-"""Which contacts of a mesh are solved, and what they say of all its points, with the error of it.
+"""Selection of the contacts of a mesh that are solved, and prediction of friction at all points with its error.
 
-Friction over a mesh is a smooth function of few local conditions. Contacts are solved where these are spread widest; a
-thin-plate spline by them gives all points, and what it misses shows where each contact is predicted by the others.
+Friction over a mesh is a smooth function of few local conditions. Contacts are selected so that they spread widely over
+these conditions. A thin-plate spline predicts all points; leave-one-out prediction of each contact gives its error.
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ import numpy as np
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.state import ContactState
 
-# share of the sliding power that the most lightly loaded points hold together, of which none is solved
+# share of the sliding power of the most lightly loaded points, which are not solved
 LIGHT_SHARE = 1e-3
 # slide-to-roll ratio below which friction is nearly proportional to it
 _LINEAR_SLIDING = 0.05
-# contacts beyond the terms of the plane that a prediction takes
+# least number of contacts in excess of the terms of the plane
 _SPARE = 8
-# how far a spline may pass by contacts that scatter: from through all of them to nearly a plane
+# smoothing of the spline: from interpolation of all contacts to nearly a plane
 _SMOOTHING = (0.0, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1, 1.0)
 
 
 def coordinates(state: ContactState) -> FloatArray:
-    """What friction depends on, scaled to a range of 1 each; what is the same at all points is left out."""
+    """Variables of friction, each scaled to a range of 1; variables that are constant over the mesh are omitted."""
     columns = np.column_stack(
         [
             np.log(state.pressure_hertz),
@@ -48,9 +48,9 @@ def coordinates(state: ContactState) -> FloatArray:
 
 
 def worth_solving(state: ContactState, power: FloatArray) -> IntArray:
-    """All points but the most lightly loaded, which hold `LIGHT_SHARE` of the sliding power.
+    """All points except the most lightly loaded ones, which hold `LIGHT_SHARE` of the sliding power.
 
-    Ends of contact lines narrower than the waves of the roughness: hard to solve, and nothing depends on them.
+    The excluded ends of contact lines are narrower than the waves of the roughness: hard to solve and insignificant.
     """
     order = np.argsort(state.load_per_length, kind="stable")
     light = np.cumsum(power[order]) <= LIGHT_SHARE * power.sum()
@@ -58,7 +58,7 @@ def worth_solving(state: ContactState, power: FloatArray) -> IntArray:
 
 
 def spread(place: FloatArray, power: FloatArray, count: int) -> IntArray:
-    """Points one by one as far from all earlier ones as possible, sooner where there is more sliding power."""
+    """Points selected one by one, each as far as possible from the earlier ones, weighted with the sliding power."""
     favour = _favour(power)
     chosen = [int(np.argmin(np.sum((place - place.mean(axis=0)) ** 2, axis=1)))]
     distance = np.sum((place - place[chosen[0]]) ** 2, axis=1)
@@ -71,17 +71,17 @@ def spread(place: FloatArray, power: FloatArray, count: int) -> IntArray:
 def divide(
     place: FloatArray, power: FloatArray, able: IntArray, contacts: IntArray, parts: FloatArray, count: int
 ) -> IntArray:
-    """Further points, one by one where the loss is least certain: far from all contacts, next to one of large part.
+    """Further points, selected one by one: far from all contacts and near a contact with a large error of the loss.
 
-    place, power: of all points.
-    able, contacts: points that may be solved, and those that were.
-    parts: what each contact adds to the uncertainty of the loss.
-    count: most points.
+    place, power: coordinates and sliding power of all points.
+    able, contacts: points that may be solved, and solved points.
+    parts: contribution of each contact to the uncertainty of the loss.
+    count: maximum number of points.
     """
     left = np.setdiff1d(able, contacts)
     square = _square_distance(place[left], place[contacts])
     distance = square.min(axis=1)
-    # a point that was added answers for its neighbourhood: nothing is known of it yet
+    # the weight around an added point becomes zero, because its error is not yet available
     worth = parts[square.argmin(axis=1)] * _favour(power)[left]
     chosen: list[int] = []
     while len(chosen) < count and (distance * worth).max(initial=0.0) > 0.0:
@@ -94,17 +94,17 @@ def divide(
 
 
 def _favour(power: FloatArray) -> FloatArray:
-    """Points without power, which matter only to plots, are kept at a few of the lot by the fourth root."""
+    """Weight of a point by its sliding power; the fourth root retains a few points without power, for plots."""
     return np.asarray(np.maximum(power / max(float(power.max()), 1e-300), 1e-6) ** 0.25)
 
 
 def nearest(place: FloatArray, contacts: FloatArray) -> IntArray:
-    """Number of the contact next to each point."""
+    """Index of the contact nearest to each point."""
     return np.asarray(np.argmin(_square_distance(place, contacts), axis=1))
 
 
 def remoteness(place: FloatArray, contacts: FloatArray) -> FloatArray:
-    """Distance of each point to the next contact, over the largest one of a contact to its next; at least 1."""
+    """Distance of each point to the nearest contact over the largest distance between neighbours, at least 1 [-]."""
     between = _square_distance(contacts, contacts)
     np.fill_diagonal(between, np.inf)
     square = _square_distance(place, contacts).min(axis=1) / between.min(axis=1).max()
@@ -113,11 +113,11 @@ def remoteness(place: FloatArray, contacts: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class Prediction:
-    """Values at all points from those of the contacts."""
+    """Predicted values at all points."""
 
-    values: FloatArray  # within the range of the contacts' own; the first, friction, down to 0
-    weights: FloatArray  # of each contact in the value of a point
-    missed: FloatArray  # first value of each contact less what the others predict there
+    values: FloatArray  # within the range of the contacts; the first value, friction, may decrease to 0
+    weights: FloatArray  # weight of each contact in the value of each point
+    missed: FloatArray  # leave-one-out error of the first value of each contact
 
 
 def fewest(dimensions: int) -> int:
@@ -126,18 +126,18 @@ def fewest(dimensions: int) -> int:
 
 
 def predict(place: FloatArray, contacts: FloatArray, found: FloatArray, weight: FloatArray) -> Prediction | None:
-    """Thin-plate spline by the contacts, as smooth as predicts them best from each other; None where they are too few.
+    """Thin-plate spline through the contacts with cross-validated smoothing; None if there are too few contacts.
 
     place (n, d): coordinates of all points.
     contacts (m, d): coordinates of the contacts.
-    found (k, m): their values; the first decides on the smoothness.
-    weight (m,): what an error of each contact counts.
+    found (k, m): their values; the first one determines the smoothing.
+    weight (m,): weight of the error of each contact.
 
     Notes
     -----
-    With the matrix A of kernel and plane, smoothing on its diagonal, the coefficients of the kernel are c = A^-1 f, and
-    the contact i left out is missed by c_i/(A^-1)_ii (Rippa 1999, Adv. Comput. Math. 11, from memory, without smoothing
-    and plane; with them the same block elimination holds).
+    With the matrix A of kernel and plane, and the smoothing on its diagonal, the coefficients of the kernel are
+    c = A^-1 f. The leave-one-out error of contact i is c_i/(A^-1)_ii (Rippa 1999, Adv. Comput. Math. 11, from memory,
+    without smoothing and plane; with them the same block elimination holds).
     """
     count, dimensions = contacts.shape
     if count < fewest(dimensions):
@@ -149,7 +149,7 @@ def predict(place: FloatArray, contacts: FloatArray, found: FloatArray, weight: 
     best, least = None, np.inf
     for smoothing in _SMOOTHING:
         matrix[:count, :count] = kernel + smoothing * np.eye(count)
-        # contacts on a plane of less dimensions leave terms of it open: the least ones are taken
+        # contacts in a subspace do not determine all terms of the plane: the minimum-norm solution is used
         inverse = np.linalg.pinv(matrix, rcond=1e-13, hermitian=True)[:, :count]
         missed = (inverse[:count] @ found[0]) / np.diag(inverse[:count])
         error = float(np.average(missed**2, weights=weight if weight.any() else None))

@@ -1,10 +1,10 @@
-"""Efficiency of a gear pair, the method on one screen.
+"""Efficiency of a gear pair: summary of the method.
 
 geometry  ->  mesh cycle  ->  load distribution  ->  local conditions  ->  friction  ->  power loss  ->  efficiency
 
-Normal and friction forces carry the torque together (`efficiency.loss.friction_equilibrium`): few solutions of the load
-per torque serve every friction model, speed and temperature. Without friction in the balance one load serves all, and
-the loss is linear in a constant friction coefficient.
+Normal and friction forces carry the torque together (`efficiency.loss.friction_equilibrium`): a few solutions of the
+load per torque are used for every friction model, speed and temperature. Without friction in the balance one load
+distribution is used for all, and the loss is linear in a constant friction coefficient.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import asdict, replace
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,13 +41,16 @@ SHAFTS = "shafts, bearings and gear-body deformation outside the tooth model"
 SKIPPED = (SHAFTS, "churning, windage and bearing losses")
 FRICTIONLESS = "friction in the torque balance"
 AS_WARM_AS_THE_OIL = "tooth temperature: the teeth are as warm as the oil"
-# the change on halving a grid can be small by chance, as line ends and the edge of the loaded part move past points
+# the change on halving a grid can be small by chance, as line ends and the edge of the loaded area move past points
 SAFETY = 2.0
-# what a failed result has not
-_UNKNOWN = (
-    *("efficiency", "efficiency_with_rolling", "efficiency_error", "efficiency_error_positions"),
-    *("efficiency_error_points", "efficiency_error_contacts", "efficiency_error_balance"),
-    *("power_loss", "power_loss_rolling", "power_input", "power_output", "friction_coefficient_mean"),
+# results that are nan after a failure
+_UNKNOWN = dict.fromkeys(
+    (
+        *("efficiency", "efficiency_with_rolling", "efficiency_error", "efficiency_error_positions"),
+        *("efficiency_error_points", "efficiency_error_contacts", "efficiency_error_balance"),
+        *("power_loss", "power_loss_rolling", "power_input", "power_output", "friction_coefficient_mean"),
+    ),
+    math.nan,
 )
 RANGES = (
     "pressure_hertz",
@@ -66,11 +69,11 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
     """Friction, power loss and efficiency of a loaded mesh.
 
     loaded: from `load_grids`, or from `balance_friction` for the same friction and operation.
-    friction: a model of contacts that are solved is asked once: those of the fine grid serve the coarse one.
+    friction: friction model; solved contacts of the fine grid are also used for the coarse grid.
     operation: speed, oil temperature and roughness.
-    Returns: status ``failed`` where the load did not converge, where the pressure exceeds the hardness of the softer
-    member, and where the friction model has no value at a loaded point: efficiency and loss are nan then, load and
-    pressure those of elastic teeth.
+    Returns: status ``failed`` if the load did not converge, if the pressure exceeds the hardness of the softer member,
+    or if the friction model has no value at a loaded point. Then efficiency and loss are nan, while load and pressure
+    are those of elastic teeth.
     """
     clock = time.perf_counter()
     mesh, count = loaded.mesh, len(loaded.mesh.fine)
@@ -159,7 +162,7 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
         points_loaded=fine.force.size,
         status="failed" if reason else "converged",
         reason=reason,
-        deflection=_deflection(mesh),
+        deflection={} if mesh.deflection is None else asdict(mesh.deflection),
         skipped=_skipped(loaded.balance is None, operation, mesh.deflection is not None),
         notes=_notes(loaded, friction, estimate, fine, oil),
         seconds=time.perf_counter() - clock,
@@ -175,11 +178,7 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
         operation=operation,
         card=oil,
     )
-    return replace(found, **_unknown()) if reason else found
-
-
-def _unknown() -> dict[str, Any]:
-    return dict.fromkeys(_UNKNOWN, math.nan)
+    return replace(found, **_UNKNOWN) if reason else found
 
 
 def solve_balanced(
@@ -191,13 +190,13 @@ def solve_balanced(
     *,
     many: bool = False,
 ) -> EfficiencyResult:
-    """Efficiency of a mesh whose normal and friction forces carry the torque together, or its normal forces alone.
+    """Efficiency of a mesh with friction in the torque balance, or with the normal forces alone.
 
     loaded: from `load_grids`.
     friction, oil, operation: as in `mesh_efficiency`.
-    load_balance: what carries the torque.
-    many: one of many points, such as of a map: faster, with a larger stated error of the balance.
-    Returns: status ``failed``, ``self_locking``, and an efficiency of nan where friction takes the whole torque.
+    load_balance: whether friction is included in the torque balance.
+    many: for one of many points, such as of a map: faster, with a larger stated error of the balance.
+    Returns: status ``failed``, reason ``self_locking`` and an efficiency of nan if friction exceeds the torque.
     """
     if load_balance == "frictionless" or loaded.coarse.reason:
         return mesh_efficiency(loaded, friction, oil, operation)
@@ -206,7 +205,7 @@ def solve_balanced(
     except ConvergenceError as error:
         reason = cast("Reason", error.reason)
         without = mesh_efficiency(loaded, ConstantFriction(0.0), oil, operation)
-        note = f"{error.detail}: there is no state of uniform motion in which this torque is carried"
+        note = f"{error.detail}: no state of uniform motion exists at this torque"
         return replace(
             without,
             friction_model=friction.name,
@@ -215,7 +214,7 @@ def solve_balanced(
             reason=reason,
             notes=(*without.notes, note),
             model=friction,
-            **_unknown(),
+            **_UNKNOWN,
         )
     return mesh_efficiency(balanced, friction, oil, operation)
 
@@ -223,21 +222,17 @@ def solve_balanced(
 def _friction(
     model: FrictionModel, loaded: LoadedGrids, fine: LoadedPoints, coarse: LoadedPoints, oil: Oil, table: Conditions
 ) -> tuple[FrictionEstimate, FrictionEstimate]:
-    """Friction on both grids; where contacts are solved, those of the fine grid serve the coarse one.
+    """Friction on both grids; solved contacts of the fine grid are interpolated to the coarse grid.
 
-    The coarse grid, which is for the error alone, needs no interval and no guard of the range.
+    The coarse grid serves only the error estimate, so it needs no interval and no check of the range.
     """
-    if model.solves_contacts:
-        estimate = model.evaluate(table, oil)
-        grids = (loaded.fine, fine), (loaded.coarse, coarse)
-        mu = _values_on_lines(estimate.mu, *grids)
-        flag = np.where(np.isfinite(mu), FrictionFlag.OK, FrictionFlag.NOT_CONVERGED).astype(np.int8)
-        return estimate, FrictionEstimate(mu, mu, mu, flag)
     estimate = model.evaluate(table, oil)
-    mu = model.coefficient(conditions_of(coarse.state, oil), oil)
-    unknown = np.full_like(mu, np.nan)
-    flag = np.where(np.isfinite(mu), FrictionFlag.OK, FrictionFlag.UNDEFINED).astype(np.int8)
-    return estimate, FrictionEstimate(mu, unknown, unknown, flag)
+    if model.solves_contacts:
+        mu, without = _values_on_lines(estimate.mu, (loaded.fine, fine), (loaded.coarse, coarse)), "NOT_CONVERGED"
+    else:
+        mu, without = model.coefficient(conditions_of(coarse.state, oil), oil), "UNDEFINED"
+    flag = np.where(np.isfinite(mu), FrictionFlag.OK, FrictionFlag[without]).astype(np.int8)
+    return estimate, FrictionEstimate(mu, mu, mu, flag)
 
 
 def _reason(loaded: LoadedGrids, *frictions: FrictionEstimate) -> Reason:
@@ -258,10 +253,6 @@ def _missing(friction: FrictionEstimate) -> NDArray[np.bool_]:
     return (friction.flag >= FrictionFlag.NOT_CONVERGED) | ~np.isfinite(friction.mu)
 
 
-def _deflection(mesh: MeshGrids) -> dict[str, float]:
-    return {} if mesh.deflection is None else asdict(mesh.deflection)
-
-
 def _skipped(frictionless: bool, operation: Operation, on_springs: bool) -> tuple[str, ...]:
     cold = operation.temperature_bulk_pinion is None and operation.temperature_bulk_gear is None
     skipped = SKIPPED[on_springs:]
@@ -276,7 +267,7 @@ def _notes(
     if moved := loaded.mesh.deflection:
         ways = ", ".join(f"{way} {getattr(moved, way) * 1e6:.4g} um" for way in ("E", "P", "G"))
         angle = quantity("deflection.shaft_angle_error").to_display(moved.shaft_angle_error)
-        notes += (f"shafts and bearings give way: {ways}, shaft angle {angle:.4g} arcmin, after {moved.rounds} rounds",)
+        notes += (f"shafts and bearings deflect: {ways}, shaft angle {angle:.4g} arcmin, after {moved.rounds} rounds",)
     if isinstance(model, Formula) and (other := model.oil_note(oil)):
         notes += (other,)
     if model.name in PUBLISHED and PUBLISHED[model.name].mark:
@@ -287,16 +278,16 @@ def _notes(
     if isinstance(friction, SolvedFriction) and friction.failed:
         reasons = ", ".join(f"{reason} {count}" for reason, count in sorted(friction.failed.items()))
         share = _flag_shares(points, friction)[FrictionFlag.PREDICTED.name.lower()]
-        how = f"predicted by the others, {100.0 * share:.2g} % of the loss" if share > 0.0 else "left out"
+        how = f"predicted by the others, {100.0 * share:.2g} % of the loss" if share > 0.0 else "omitted"
         notes += (f"{sum(friction.failed.values())} of {friction.contacts} contacts not solved ({reasons}): {how}",)
     blind = not model.uses_texture and not isinstance(model, ConstantFriction)
     if blind and np.any(points.state.peklenik_number != 1.0):
-        notes += ("the friction model takes the roughness as isotropic: the Peklenik number has no effect",)
+        notes += ("the friction model assumes isotropic roughness: the Peklenik number has no effect",)
     return notes
 
 
 def _flag_shares(points: LoadedPoints, estimate: FrictionEstimate) -> dict[str, float]:
-    """Share of the loss at points of each flag; points without friction count with the mean friction of the others."""
+    """Share of the loss by flag; points without friction are weighted with the mean friction of the others."""
     known = np.isfinite(estimate.mu)
     typical = float(estimate.mu[known].mean()) if known.any() else 1.0
     power = np.where(known, estimate.mu, typical) * points.force * points.speed_sliding
@@ -305,14 +296,14 @@ def _flag_shares(points: LoadedPoints, estimate: FrictionEstimate) -> dict[str, 
 
 
 def _edge_loss(load: LoadDistribution, points: LoadedPoints, mu: FloatArray) -> float:
-    """Share of the loss where the contact reaches an edge; nan where friction is not known everywhere."""
+    """Share of the loss at points where the contact reaches an edge; nan if friction is not available everywhere."""
     power = mu * points.force * points.speed_sliding
     total = float(power.sum())
     return float(power[load.loaded["at_edge"].astype(bool)].sum()) / total if total != 0.0 else 0.0
 
 
 def _outside_range(points: LoadedPoints, estimate: FrictionEstimate) -> float:
-    """Share of the sliding power at points outside the model's range, those without any value among them."""
+    """Share of the sliding power at points outside the range of the model, including points without a value."""
     outside = (estimate.flag == FrictionFlag.OUTSIDE_RANGE) | (estimate.flag == FrictionFlag.UNDEFINED)
     power = points.force * points.speed_sliding
     total = float(power.sum())
@@ -324,17 +315,17 @@ def _values_on_lines(
 ) -> FloatArray:
     """Values at the loaded points of the wanted grid, from those of another grid of the same positions and lines.
 
-    Linear interpolation along each contact line; beyond its known points the value of the last one. A line without a
-    known point (it carries next to nothing on one of both grids) takes the mean of its position.
+    Linear interpolation along each contact line, constant beyond its last known point. A line without a known point
+    (it carries a negligible load on one of the grids) has the mean of its position.
     """
     lines, places = _lines(*known)
     wanted_lines, wanted_places = _lines(*wanted)
     result = np.empty(wanted[1].force.size)
     for position in np.unique(wanted[1].position):
         here = known[1].position == position
-        asked = wanted[1].position == position
-        for line in np.unique(wanted_lines[asked]):
-            target = np.flatnonzero(asked & (wanted_lines == line))
+        target_points = wanted[1].position == position
+        for line in np.unique(wanted_lines[target_points]):
+            target = np.flatnonzero(target_points & (wanted_lines == line))
             source = np.flatnonzero(here & (lines == line))
             if source.size == 0:
                 result[target] = values[here].mean()
@@ -350,7 +341,7 @@ def _values_on_lines(
 
 
 def _lines(load: LoadDistribution, points: LoadedPoints) -> tuple[IntArray, FloatArray]:
-    """Number of the line (or edge) and place in the mesh frame of each loaded point."""
+    """Number of the line (or edge) and position in the mesh frame of each loaded point."""
     line = np.empty(points.force.size, np.int64)
     place = np.empty((points.force.size, 3))
     for number, position in enumerate(load.cycle):

@@ -1,4 +1,4 @@
-"""What the efficiency of a pair gave: figures, error estimates, ranges, and the arrays behind them."""
+"""Result of the efficiency of a pair: figures, error estimates, ranges, and arrays."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 
 LoadBalance = Literal["frictional", "frictionless"]
+"""Forces in the torque balance: normal and friction forces, or normal forces alone."""
 Bulk = Literal["estimate", "oil"]
-"""What carries the pinion torque: normal and friction forces together, or the normal forces alone."""
 Reason = Literal[
     "",
     "load_newton_limit",
@@ -47,11 +47,11 @@ _ARRAYS_KEPT_OUT = ("load", "points", "friction", "lubrication", "model", "opera
 
 
 class ResultSource(Protocol):
-    """The loaded mesh a result comes from, which answers further questions about the same operating point."""
+    """The loaded mesh of a result, which computes further results at the same operating point."""
 
     @property
     def design(self) -> Any:
-        """The design of the pair, misalignments included."""
+        """The design of the pair, including misalignments."""
 
     @property
     def has_strength(self) -> bool:
@@ -60,7 +60,7 @@ class ResultSource(Protocol):
     def solve(
         self, model: FrictionModel, operation: Operation, oil: Oil, load_balance: LoadBalance | None = None
     ) -> EfficiencyResult:
-        """The same at another operation or with another friction model."""
+        """Result at another operation or with another friction model."""
 
     def strength_of(self, result: EfficiencyResult) -> Strength:
         """Strength of the teeth."""
@@ -73,97 +73,97 @@ class EfficiencyResult(Reportable):
     Parameters
     ----------
     design, side, friction_model : str
-        What was computed.
+        Design, flank pair and friction model.
     load_balance : {"frictional", "frictionless"}
-        What carries the pinion torque: normal and friction forces together, or the normal forces alone.
+        Forces in the torque balance: normal and friction forces, or normal forces alone.
     driver : {"pinion", "gear"}
-        Member the power comes from.
+        Driving member.
     oil : str
         Name of the oil card.
     torque, speed, temperature : float
-        At the pinion shaft [N m], [rad/s], [K].
+        Torque [N m] and speed [rad/s] at the pinion shaft, oil temperature [K].
     temperature_inlet : float
-        Of the oil as it enters the contacts [K].
+        Temperature of the oil at the inlet of the contacts [K].
     temperature_bulk_1, temperature_bulk_2 : float
-        Of pinion and gear teeth [K].
+        Bulk temperature of pinion and gear teeth [K].
     roughness_rms_1, roughness_rms_2 : float
         Rq of pinion and gear flanks [m].
     correlation_length, peklenik_number : float
-        Of the roughness across the contact line [m], [-]; the median of the points.
+        Correlation length of the roughness across the contact line [m] and Peklenik number [-], median of the points.
     efficiency : float
-        power_output/power_input, friction of sliding alone [-].
+        power_output/power_input, with sliding friction only [-].
     efficiency_with_rolling : float
-        With the rolling loss in it too [-].
+        Efficiency including the rolling loss [-].
     efficiency_error : float
-        Estimate of the error of the solution: sum of the next four.
+        Estimated numerical error: sum of the next four [-].
     efficiency_error_positions, efficiency_error_points : float
-        Twice the change when the positions, and when the points per contact line, are halved [-].
+        Twice the change if the positions, or the points per contact line, are halved [-].
     efficiency_error_contacts : float
-        By the error of the mean friction of solved contacts; 0 where a formula gave it [-].
+        Error from the mean friction of solved contacts; 0 for a formula [-].
     efficiency_error_balance : float
-        Of the shortcut to the forces that carry the torque together with friction
+        Error of the approximate balance of normal and friction forces
         (`efficiency.loss.friction_equilibrium.balance_error`) [-].
     power_loss : float
-        Sliding friction, mean over the mesh cycle [W].
+        Loss by sliding friction, mean over the mesh cycle [W].
     power_loss_rolling : float
-        Pressure-driven flow in the contacts, mean over the mesh cycle [W]; not in `power_loss` and `efficiency`.
+        Loss by pressure-driven flow in the contacts, mean over the cycle [W]; not in `power_loss` and `efficiency`.
     power_input, power_output : float
-        Of the driving and from the driven member, apart by `power_loss`; torque times speed at the pinion [W].
+        Power of the driving and of the driven member, which differ by `power_loss` [W].
     friction_coefficient_mean : float
-        Weighted with the sliding power density: ``power_loss/sum(F |v_s|)`` [-]; nan without sliding.
+        Mean weighted with the sliding power density: ``power_loss/sum(F |v_s|)`` [-]; nan without sliding.
     pressure_max : float
-        Greatest Hertz pressure of the flanks in the cycle [Pa].
+        Maximum Hertz pressure of the flanks in the cycle [Pa].
     pressure_edge, pressure_edge_lower, pressure_edge_upper : float
-        Greatest elastic pressure at a tip, toe or heel edge, and that of edges with twice and half its radius [Pa].
+        Maximum elastic pressure at a tip, toe or heel edge, and with twice and half the edge radius [Pa].
     edge_load_share, edge_loss_share : float
         Share of the torque and of the loss where the contact reaches an edge [-].
     transmission_error_loaded, transmission_error_unloaded : float
-        Peak to peak over the cycle [rad of the gear].
+        Peak-to-peak values over the cycle, as gear angle [rad].
     ranges : dict
-        Least and greatest value over the loaded points of each local variable of the friction formula.
+        Smallest and largest value over the loaded points of each local variable of the friction formula.
     outside_range_share : float
-        Share of the sliding power at points outside the friction model's stated range [-].
+        Share of the sliding power at points outside the stated range of the friction model [-].
     flags, flag_shares : dict
-        Number of loaded points by the friction model's flag, and their share of the loss [-].
+        Number of loaded points by the flag of the friction model, and their share of the loss [-].
     contacts : int
-        Contacts solved for the friction, failed ones among them; 0 where a formula gave it.
+        Number of solved contacts including failed ones; 0 for a formula.
     contacts_failed : dict
-        How many of them failed, by reason.
+        Number of failed contacts by reason.
     torque_residual, compatibility_residual : float
-        Worst relative residuals of the load distribution [-].
+        Largest relative residuals of the load distribution [-].
     positions, points_per_line, points_loaded : int
         Size of the computation.
     status, reason : str
-        ``converged`` or ``failed``, and why.
+        ``converged`` or ``failed``, and the reason of failure.
     deflection : dict
-        Misalignment E, P, G [m], shaft_angle_error [rad] that the load adds by shafts, bearings and housing, where
-        the design states their stiffness; `rounds` of the solution and the last `change` [m]. Else empty.
+        Misalignment E, P, G [m] and shaft_angle_error [rad] caused by the load through shafts, bearings and housing,
+        if the design states their stiffness; `rounds` of the solution and the last `change` [m]. Otherwise empty.
     skipped : tuple of str
-        What the model leaves out.
+        Effects that the model neglects.
     notes : tuple of str
+        Limits of the model that this case exceeds, with their place.
         Limits of the model this case touches, and where.
-    seconds : float
-        Wall time of loss and friction; geometry and load are shared between results.
+        Wall time of loss and friction; geometry and load are shared between results [s].
     pinion_angle, power_loss_positions, power_loss_rolling_positions, transmission_error_positions : arrays
-        Over the mesh cycle [rad], [W], [W], [rad].
+        Values over the mesh cycle [rad], [W], [W], [rad].
     load : LoadDistribution
-        For plots, as the next three; not in `to_dict`.
+        Load distribution; this field and the following ones are not in `to_dict`.
     points : LoadedPoints
         Loaded points of the cycle.
     friction : FrictionEstimate
-        At these points.
+        Friction at these points.
     lubrication : LocalLubrication
-        Film and temperatures at them.
+        Films and temperatures at these points.
     model : FrictionModel
-        The result was computed with, as the next two; not in `to_dict`.
+        Friction model.
     operation : Operation
         Operating point.
     card : Oil
         Oil card.
     source : ResultSource, optional
-        The loaded mesh it comes from; not in `to_dict`.
+        Loaded mesh of the result.
     asked : InputUncertainty, optional
-        In place of the interval by the formula and the usual spreads; see `with_inputs`.
+        Input uncertainty that replaces the default one; see `with_inputs`.
 
     Examples
     --------
@@ -245,14 +245,14 @@ class EfficiencyResult(Reportable):
 
     @cached_property
     def inputs(self) -> InputUncertainty:
-        """What each uncertain input makes of the interval, computed when asked for; see also `uncertainty`."""
+        """Contribution of each uncertain input to the interval, computed on first access; see also `uncertainty`."""
         if not math.isfinite(self.efficiency):
             return InputUncertainty.of("efficiency", math.nan, (), lambda ln: math.nan)
         return self.asked or self.uncertainty()
 
     @property
     def efficiency_lower(self) -> float:
-        """Lower end of the 90 % interval by uncertain inputs [-]; the error of the solution is not in it."""
+        """Lower end of the 90 % interval from uncertain inputs, without the numerical error [-]."""
         return self.inputs.low
 
     @property
@@ -264,17 +264,17 @@ class EfficiencyResult(Reportable):
     def uncertainty(
         self, spreads: UncertaintyInput | None = None, level: float = 0.90, *, solved: bool = False
     ) -> InputUncertainty:
-        """Interval of the efficiency by what is not known of the inputs, with other spreads or another level.
+        """Interval of the efficiency from uncertain inputs, with other spreads or another level.
 
         Parameters
         ----------
         spreads : UncertaintyInput, optional
-            In place of those of the design file, the oil card and the defaults.
+            Spreads that replace those of the design file, the oil card and the defaults.
         level : float
-            Share of cases the interval is to hold [-].
+            Probability of the interval [-].
         solved : bool
-            Where contacts were solved for the friction: solve some anew at both ends of every input (minutes), in
-            place of asking a formula of the oil.
+            For solved contacts: solve some of them at both ends of every input (minutes) instead of using a formula of
+            the oil.
 
         Returns
         -------
@@ -283,7 +283,7 @@ class EfficiencyResult(Reportable):
         Raises
         ------
         InputError
-            The level is no share between 0 and 1.
+            The level is not between 0 and 1.
         """
         from efficiency.loss.uncertainty import efficiency_uncertainty
 
@@ -291,17 +291,17 @@ class EfficiencyResult(Reportable):
         return efficiency_uncertainty(self.model, *at, self.power_loss, self.torque, spreads, level, solved=solved)
 
     def with_inputs(self, inputs: InputUncertainty) -> EfficiencyResult:
-        """The same with another input uncertainty, as of `uncertainty`."""
+        """The result with another input uncertainty from `uncertainty`."""
         return replace(self, asked=inputs)
 
     @property
     def has_strength(self) -> bool:
-        """Whether the strength of the teeth can be rated: of bevel pairs, with their mesh."""
+        """Whether the strength of the teeth can be rated; this requires a bevel pair and its mesh."""
         return self.source is not None and self.source.has_strength
 
     @cached_property
     def strength(self) -> Strength:
-        """Grades of pressure, root stress, safety factors, scuffing and micropitting; computed when asked for."""
+        """Pressure, root stress, safety factors, scuffing and micropitting with grades; computed on first access."""
         return self._source("strength").strength_of(self)
 
     def references(self) -> set[str]:
@@ -314,17 +314,17 @@ class EfficiencyResult(Reportable):
         return found | ({"strength"} if "strength" in vars(self) else set())
 
     def scalars(self) -> dict[str, Any]:
-        """The single values by their names, SI units, without the interval by uncertain inputs (the cells of a map)."""
+        """Scalar values by name, SI units, without the interval from uncertain inputs (the cells of a map)."""
         kept = (str, bool, int, float)
         return {name: value for name in self._names() if isinstance(value := getattr(self, name), kept)}
 
     def to_dict(self, *, strength: bool = False) -> dict[str, Any]:
-        """Everything but the point arrays, for JSON; not-a-number and infinity become None.
+        """Content without the point arrays, for JSON; not-a-number and infinity become None.
 
         Parameters
         ----------
         strength : bool
-            With the strength of the teeth.
+            Include the strength of the teeth.
         """
         plain = {name: _plain(getattr(self, name)) for name in self._names()}
         interval = {name: _plain(value) for name, value in self._interval().items()}
@@ -332,7 +332,7 @@ class EfficiencyResult(Reportable):
         return plain | interval | {"uncertainty": self.inputs.to_dict()} | graded
 
     def to_frame(self) -> pandas.DataFrame:
-        """One row: the single values by their names, SI units."""
+        """One row: the scalar values by name, SI units."""
         import pandas
 
         return pandas.DataFrame([self.scalars() | self._interval() | {"notes": "; ".join(self.notes)}])
@@ -380,10 +380,10 @@ def _plain(value: Any) -> Any:
 
 
 GEAR_NOTES: tuple[NoteKind, ...] = (
-    # before the limits that its sentence names too
+    # listed before the limits that its sentence also names
     NoteKind("edges carry", "warning"),
     NoteKind("not converged:", "fault"),
-    NoteKind("no answer:", "fault"),
+    NoteKind("no result:", "fault"),
     NoteKind("above shakedown", "fault"),
     NoteKind("the teeth would yield", "fault"),
     NoteKind("the two flanks do not match", "fault"),
@@ -391,7 +391,7 @@ GEAR_NOTES: tuple[NoteKind, ...] = (
     NoteKind("no state of uniform motion", "fault"),
     NoteKind("contacts not solved", "warning"),
     NoteKind("was fitted to", "warning"),
-    NoteKind("has other figures now", "warning"),
+    NoteKind("has been changed since", "warning"),
     NoteKind("of the sliding power lies outside the range", "warning"),
     NoteKind("above first yield", "warning"),
     NoteKind("above the contact endurance", "warning"),
@@ -411,11 +411,11 @@ GEAR_NOTES: tuple[NoteKind, ...] = (
     NoteKind("error of that surface", "for information"),
     NoteKind("by the uncertainty of the measured flanks", "for information"),
     NoteKind("is approximate at some pinion angles", "for information"),
-    NoteKind("shafts and bearings give way", "for information"),
+    NoteKind("shafts and bearings deflect", "for information"),
 )
 """Kinds of notes on a pair; others count as warnings."""
 
 
 def pair_notes(said: Iterable[tuple[str, str]]) -> list[Note]:
-    """Notes on a pair, each with its case, one for each kind and the gravest first."""
+    """Notes on a pair with their cases, one for each kind, the most severe first."""
     return group_notes(said, GEAR_NOTES)

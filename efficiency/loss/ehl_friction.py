@@ -1,7 +1,7 @@
-"""Friction by solving the lubricated contact itself, at every point of the mesh or at enough to predict the others.
+"""Friction by solving the lubricated contact, at every point of the mesh or at enough points to predict the others.
 
-A few contacts are solved first; more follow where the loss is least certain, until what they leave open of it is as
-small as asked. A contact that cannot be solved is predicted by the others, as wrong as the worst of them would be.
+A few contacts are solved first. More are added where the loss is least certain, until the random error is below the
+tolerance. A failed contact is predicted by the others with their largest error.
 """
 
 from __future__ import annotations
@@ -46,32 +46,32 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Scene = tuple[LineContact, Lubricant, SurfaceInput, tuple[float, float]]
 
-# most contacts solved for a mesh, those solved first, and those added at once; `:sampled` solves so many at most
+# maximum number of contacts of a mesh, of contacts solved first, of contacts added at once; maximum for `:sampled`
 POINTS, FIRST, MORE, SAMPLED = 320, 24, 8, 80
-# what chance may leave open of the mean friction: with rough contacts, each with its profile, and without roughness
+# tolerance of the random error of the mean friction, with rough contacts (each has its own profile) and smooth ones
 TOLERANCE, TOLERANCE_SMOOTH = 0.03, 0.002
-# work below which a worker process does not pay: it takes two or three seconds to start [s]
+# minimum work of a worker process, which takes two or three seconds to start [s]
 MIN_SECONDS = 3.0
-# share of the sliding power next to contacts that failed, from which there is no friction
+# share of the sliding power near failed contacts above which these points have no friction
 MAX_FAILED = 0.1
-# interval of the prediction, in RMS errors of the contacts predicted by the others
+# half width of the prediction interval in RMS leave-one-out errors
 _WIDTH = 2.0
-# what is kept of each solution beside its errors
+# results kept of each solution, in addition to its errors
 _KEPT = ("friction_coefficient", "film_central", "film_ratio", "temperature_flash", "rolling_traction")
 
 
 @dataclass(frozen=True)
 class Solved:
-    """Contacts of a mesh as they were solved.
+    """Solved contacts of a mesh.
 
     Attributes
     ----------
     values : (5, n) array
-        `_KEPT`, the film ratio as its inverse, which is finite; nan where a contact failed.
+        `_KEPT`, with the inverse of the film ratio, which is finite; nan for a failed contact.
     scatter, bias : (n,) arrays
-        Error of mu by chance (the interval of its mean over time) and of the method [-].
+        Random error of mu (interval of its time mean) and error of the method [-].
     reasons : tuple of str
-        Why a contact failed; empty where it did not.
+        Reason of failure; empty for a solved contact.
     """
 
     values: FloatArray
@@ -80,7 +80,7 @@ class Solved:
     reasons: tuple[str, ...]
 
     def __add__(self, more: Solved) -> Solved:
-        """These and further ones."""
+        """These and further contacts."""
         return Solved(
             np.concatenate([self.values, more.values], axis=1),
             np.concatenate([self.scatter, more.scatter]),
@@ -96,29 +96,29 @@ class EhlFriction(FrictionModel):
     Parameters
     ----------
     name : str
-        What the user asked for.
+        Name as given by the user.
     smooth : bool
-        Leave the roughness out.
+        Neglect the roughness.
     points : int or None
-        Most contacts that are solved; None solves every point.
+        Maximum number of solved contacts; None solves every point.
     tolerance : float
-        What chance may leave open of the mean friction, over it (two standard deviations): contacts are added until it
-        is met, or there are `points`. With 0 there are `points` at once.
+        Relative random error of the mean friction (two standard deviations). Contacts are added until it is reached or
+        there are `points` contacts. With 0 all `points` are solved at once.
     jobs : int or None
-        Worker processes; None takes one per core.
+        Worker processes; None uses one per core.
     bodies : tuple of Material
         Pinion and gear.
     model : ModelInput
         Physics and accuracy of each contact.
     boundary_friction : float, optional
-        mu_b of asperity contacts [-]; that of extreme-pressure additives where not given.
+        mu_b of asperity contacts [-]; default: that of extreme-pressure additives.
     skewness : float
-        Of the heights of both flanks [-].
+        Skewness of the heights of both flanks [-].
     boundary_film : float, optional
-        Gap at which asperities touch [m]; from the roughness where not given.
+        Gap at which asperities touch [m]; default: from the roughness.
     seed : int
-        Of the roughness of the first contact; the next ones count on. Each contact meets its own stretch of the flanks,
-        so that what one profile does by chance averages out over a mesh.
+        Seed of the roughness of the first contact, increased by one for each further contact. Each contact has its own
+        section of the flanks, so that random effects of single profiles average out over a mesh.
     """
 
     name: str
@@ -135,23 +135,22 @@ class EhlFriction(FrictionModel):
 
     @property
     def solves_contacts(self) -> bool:
-        """Each value is costly: nobody should ask for more of them than needed."""
+        """True: each value is expensive to compute."""
         return True
 
     @property
     def uses_texture(self) -> bool:
-        """Whether the Peklenik number has an effect: it steers the oil between rolling asperities."""
+        """Whether the Peklenik number has an effect; it does with roughness."""
         return not self.smooth
 
     def evaluate(self, conditions: Conditions, oil: Oil) -> SolvedFriction:
         """Friction at every point.
 
-        `lower` and `upper` are two RMS errors of contacts predicted by the others away, weighted with their sliding
-        power, and the solver's own error that is no chance; where all points are solved, the solver's own error. A
-        contact that does not converge is predicted by the others, and the interval of the points next to it is the
-        largest error of such a prediction, in proportion to the distance where no contact is near; they are flagged.
-        Where those points hold more than a tenth of the sliding power, or too few contacts are left to predict with,
-        they have no friction. A contact that is only unsettled counts with its error.
+        `lower` and `upper` differ by two RMS leave-one-out errors, weighted with the sliding power, and the numerical
+        error of the solver. If all points are solved, only the error of the solver counts. A failed contact is
+        predicted by the others. The points nearest to it are flagged; their interval is the largest prediction error,
+        scaled with the distance to the contacts. If these points hold more than a tenth of the sliding power, or too
+        few contacts remain, they have no friction. A contact that has not fully settled counts with its error.
         """
         state = state_of(conditions)
         place = coordinates(state)
@@ -175,14 +174,14 @@ class EhlFriction(FrictionModel):
             more = divide(place, power, able, chosen, parts, min(MORE, most - chosen.size))
             if not more.size:
                 break
-            # chance falls with the root of their number
+            # the random error decreases with the square root of the number of contacts
             wanted = chosen.size * min((error / self.tolerance) ** 2, float(most))
             solved += self._solve(state, oil, more, chosen.size, min(most, max(math.ceil(wanted), chosen.size + MORE)))
             chosen = np.concatenate([chosen, more])
         return _friction(place, power, chosen, solved)
 
     def _solve(self, state: ContactState, oil: Oil, chosen: IntArray, done: int, total: int) -> Solved:
-        """The chosen points; so many were solved before, and so many will be in all."""
+        """Solve the chosen points; `done` were solved before, `total` is the expected final number."""
         scenes = [self._contact(state, oil, int(at), self.seed + done + k) for k, at in enumerate(chosen)]
         each = float(self._seconds(state, oil, chosen).mean())
         worth = int(each * (done + chosen.size) / MIN_SECONDS)
@@ -192,7 +191,7 @@ class EhlFriction(FrictionModel):
         found = []
         if jobs > 1:
             prepare_workers(rough=not self.smooth)
-        # each contact by itself: the same whatever the number of processes
+        # contacts are independent, so the result does not depend on the number of processes
         for one in run_tasks(scenes, partial(_solve_one, model=self.model, bodies=self.bodies), jobs=jobs):
             found.append(one)
             report_progress("contacts", done + len(found), total)
@@ -227,10 +226,10 @@ class EhlFriction(FrictionModel):
 def _solve_one(
     scene: Scene, model: ModelInput, bodies: tuple[Material, Material]
 ) -> tuple[list[float], tuple[float, float], str]:
-    """What `Solved` holds of one contact.
+    """Values, errors and reason of failure of one contact, as in `Solved`.
 
-    None starts from its neighbour: with heat that saved nothing (0.93 to 1.06 of the time of the smooth solution over
-    80 contacts of two meshes), and a rough one spends a tenth of its time there.
+    Contacts do not start from the solution of a neighbour. With heat this saved no time (0.93 to 1.06 of the time of
+    the smooth solution over 80 contacts of two meshes), and a rough contact spends a tenth of its time there.
     """
     line, lubricant, surface, bulk = scene
     result = solve_contact(line, lubricant, surface, model, bodies, bulk)
@@ -242,7 +241,7 @@ def _solve_one(
 
 
 def _left_open(place: FloatArray, power: FloatArray, chosen: IntArray, solved: Solved) -> tuple[float, FloatArray]:
-    """What chance leaves open of the mean friction, over it, and the part of each contact in that."""
+    """Relative random error of the mean friction, and the contribution of each contact."""
     known = np.isfinite(solved.values[0])
     share = power / power.sum() if power.any() else np.full(power.size, 1.0 / power.size)
     contacts = chosen[known]
@@ -250,7 +249,7 @@ def _left_open(place: FloatArray, power: FloatArray, chosen: IntArray, solved: S
     if prediction is None:
         return math.inf, np.ones(chosen.size)
     missed = np.abs((share @ prediction.weights) * prediction.missed)
-    # nothing is known around one that failed: as uncertain as the most uncertain one
+    # the error around a failed contact is the largest error of the others
     parts = np.full(chosen.size, missed.max())
     parts[known] = missed
     mean = float(share @ prediction.values[0])
@@ -263,7 +262,7 @@ def _friction(place: FloatArray, power: FloatArray, chosen: IntArray, solved: So
     known = np.isfinite(solved.values[0])
     doubtful = ~known[nearest(place, place[chosen])]
     total = float(power.sum())
-    # where nothing slides all points count alike
+    # without sliding all points have equal weight
     share = power / total if total > 0.0 else np.full(size, 1.0 / size)
 
     values, half, chance = np.full((len(_KEPT), size), np.nan), np.full(size, np.nan), 0.0
@@ -276,7 +275,7 @@ def _friction(place: FloatArray, power: FloatArray, chosen: IntArray, solved: So
         reach = _WIDTH * math.sqrt(float(np.average(square, weights=weight if weight.any() else None)))
         worst = max(reach, math.sqrt(square.max())) * remoteness(place, place[chosen[known]])
         values, half = prediction.values, np.where(doubtful, worst, reach)
-        # what the contacts miss by chance is independent of each other
+        # random errors of different contacts are independent
         chance = _WIDTH * float(np.linalg.norm((share @ prediction.weights) * prediction.missed))
     if every:
         values, half = np.where(known, solved.values, values), np.where(known, solved.scatter, half)
@@ -311,28 +310,28 @@ def _friction(place: FloatArray, power: FloatArray, chosen: IntArray, solved: So
 def ehl_friction(
     spec: str, bodies: tuple[Material, Material] | None = None, skewness: float = FLANK_SKEWNESS
 ) -> EhlFriction:
-    """The model of a name: ``ehl`` (the rough surfaces rolled through) or ``ehl:smooth``.
+    """Friction model by its name: ``ehl`` (transient solution with moving rough surfaces) or ``ehl:smooth``.
 
-    They solve contacts until chance leaves at most 3 % of the mean friction open, 0.2 % the second, 320 at most, and
-    interpolate the others. ``:5%`` at the end asks for another share, ``:sampled`` solves 80 at most, ``:all`` every
-    point.
+    Contacts are solved until the random error of the mean friction is below 3 % (``ehl``) or 0.2 % (``ehl:smooth``),
+    at most 320. The other points are interpolated. Suffixes: ``:5%`` sets another error, ``:sampled`` solves at most
+    80 contacts, ``:all`` solves every point.
 
     Raises
     ------
     InputError
-        Another word after the colon, or two that exclude each other.
+        An unknown suffix, or two suffixes that exclude each other.
     """
     words = spec.split(":")
-    asked = [word for word in words[1:] if word.endswith("%")]
-    wanted = set(words[1:]) - set(asked)
-    clash = len(wanted & {"all", "sampled"}) + len(asked) > 1
+    shares = [word for word in words[1:] if word.endswith("%")]
+    wanted = set(words[1:]) - set(shares)
+    clash = len(wanted & {"all", "sampled"}) + len(shares) > 1
     if words[0] != "ehl" or clash or not wanted <= {"smooth", "all", "sampled"}:
-        allowed = "ehl or ehl:smooth, with :all, :sampled or a share as :5% at the end"
+        allowed = "ehl or ehl:smooth, optionally with :all, :sampled or a share such as :5%"
         raise InputError("friction model", spec, allowed)
     steel = Material.load("steel")
     tolerance = TOLERANCE_SMOOTH if "smooth" in wanted else TOLERANCE
-    if asked:
-        tolerance = 0.01 * ValueRange("", gt=0.0, le=100.0).check(asked[0][:-1], "friction model")
+    if shares:
+        tolerance = 0.01 * ValueRange("", gt=0.0, le=100.0).check(shares[0][:-1], "friction model")
     points = None if "all" in wanted else SAMPLED if "sampled" in wanted else POINTS
     return EhlFriction(spec, "smooth" in wanted, points, tolerance, bodies=bodies or (steel, steel), skewness=skewness)
 

@@ -1,8 +1,8 @@
-"""Friction in the torque balance: the normal forces that carry the pinion torque together with the friction forces.
+"""Torque balance with friction: normal forces that carry the pinion torque together with the friction forces.
 
-Friction at the forces of a guess, the torque both carry, corrected normal forces, friction at these: one correction is
-often enough, because friction changes little with the load. The loss is the sum of mu F |v_s|; the last forces are
-scaled so that torque, and with it energy, is in balance to rounding (`efficiency.loss.efficiency`).
+Friction is computed at estimated forces, then the torque of both, corrected normal forces, and friction at these. One
+correction is often sufficient, because friction changes little with the load. The loss is the sum of mu F |v_s|. The
+final forces are scaled so that torque and energy are in balance to rounding (`efficiency.loss.efficiency`).
 """
 
 from __future__ import annotations
@@ -24,34 +24,34 @@ from regression.friction.uncertainty import friction_of
 FloatArray = NDArray[np.float64]
 
 ROUNDS = 40
-# stated error of the efficiency that is worth another round, for one point and for one of many
+# stated error of the efficiency that requires another round, for one point and for one of many
 WORTH, WORTH_MANY = 1e-7, 2e-6
-# change of ln(mu) by ln(normal force): as expected for the next round, and as the bound in the stated error (ours;
-# up to 0.52 measured, along the mesh of a hypoid with a fitted formula)
+# change of ln(mu) by ln(normal force): estimate for the next round, and bound in the stated error (ours; up to 0.52
+# measured along the mesh of a hypoid with a fitted formula)
 EXPECTED, BOUND = 0.1, 0.7
-# error of the loss by the square of the way of a tangent, as a share (ours; up to 0.15 measured with 6 x 15 points)
+# relative error of the loss over the square of the step of a tangent (ours; up to 0.15 measured with 6 x 15 points)
 TANGENT = 0.3
 
 
 def balance_friction(
     loaded: LoadedGrids, friction: FrictionModel, oil: Oil, operation: Operation, *, many: bool = False
 ) -> LoadedGrids:
-    """Load over the cycle when normal and friction forces together carry the pinion torque.
+    """Load over the cycle with normal and friction forces that carry the pinion torque together.
 
-    Where the model solves contacts the forces are those of a formula of the same oil, and the contacts are solved once.
+    For a model with solved contacts the forces are those of a formula of the same oil; the contacts are solved once.
 
     Parameters
     ----------
     loaded : LoadedGrids
         The mesh under that torque without friction, with the axes of both members.
     friction : FrictionModel
-        Evaluated anew in each round.
+        Friction model, evaluated in each round.
     oil : Oil
         Oil card.
     operation : Operation
         Speed, oil temperature, roughness.
     many : bool
-        One of many points: fewer solutions of the load serve all of them, and friction is asked at the points of the
+        For one of many points: fewer solutions of the load are shared by all points, and friction is evaluated on the
         coarse grid; the stated error is larger.
 
     Returns
@@ -64,11 +64,11 @@ def balance_friction(
     InputError
         The mesh has no axes.
     ConvergenceError
-        ``self_locking`` where friction takes the whole torque, ``load_balance_limit`` where the torques do not settle.
+        ``self_locking`` if friction exceeds the torque, ``load_balance_limit`` if the iteration does not converge.
     """
     model = stand_in(friction, oil)[0] if friction.solves_contacts else friction
     torque, modulus = loaded.coarse.torque, loaded.mesh.teeth.effective_modulus
-    # where the gear drives, everything slides the other way
+    # if the gear drives, all sliding velocities are reversed
     way = 1.0 if operation.driver == "pinion" else -1.0
     fine, coarse = loaded.tangents(way)
     ratio = np.exp(-way * COLEMAN_FRICTION * coarse.arm_ratio)
@@ -78,11 +78,11 @@ def balance_friction(
         load = grid.at(torque * ratio)
         points = loaded_points(load, modulus, operation)
         mu = friction_of(model, points.state, oil)
-        # what has no friction is told by the loss
+        # missing friction is reported with the loss
         mu = np.where(np.isfinite(mu), mu, COLEMAN_FRICTION)
         share = carried_share(load, points.force, mu, way)
         if np.any(share <= 0.0):
-            raise ConvergenceError("self_locking", "friction takes the whole pinion torque")
+            raise ConvergenceError("self_locking", "friction exceeds the pinion torque")
         ratio = ratio / share
         moved = float(np.abs(np.log(share)).mean())
         lost = float(np.sum(mu * points.force * points.speed_sliding)) / power
@@ -91,7 +91,7 @@ def balance_friction(
             balance = FrictionBalance(way, rounds)
             loads = (grid.at(torque * ratio, longest) for grid in (fine, coarse))
             return LoadedGrids(loaded.mesh, next(loads), next(loads), balance)
-    raise ConvergenceError("load_balance_limit", f"torque off by {moved:.2g} after {ROUNDS} rounds")
+    raise ConvergenceError("load_balance_limit", f"torque imbalance of {moved:.2g} after {ROUNDS} rounds")
 
 
 def carried_share(load: TangentLoad, force: FloatArray, mu: FloatArray, way: float) -> FloatArray:
@@ -103,9 +103,10 @@ def carried_share(load: TangentLoad, force: FloatArray, mu: FloatArray, way: flo
 
 
 def closed(load: TangentLoad, mu: FloatArray, way: float) -> tuple[TangentLoad, float]:
-    """Forces of each position scaled into balance with friction, and their mean change, as a share.
+    """Forces of each position scaled into balance with friction, and their mean relative change.
 
-    Unchanged where friction is not known everywhere; infinity where it takes the whole torque.
+    The forces are unchanged if friction is not available everywhere; the change is infinite if friction exceeds the
+    torque.
     """
     share = carried_share(load, load.loaded["force"], mu, way)
     if not np.all(np.isfinite(share)):
@@ -119,15 +120,15 @@ def closed(load: TangentLoad, mu: FloatArray, way: float) -> tuple[TangentLoad, 
 
 
 def balance_error(loss: float, moved: float, distance: float) -> float:
-    """Error of the efficiency by forces that friction was not computed at, and by their tangents [-].
+    """Error of the efficiency from the change of forces since friction was computed, and from their tangents [-].
 
     Parameters
     ----------
     loss : float
         Loss over the power at the pinion [-].
     moved : float
-        Mean change of the forces since friction was computed, as a share.
+        Mean relative change of the forces since friction was computed [-].
     distance : float
-        Way of the tangents, as a share of the torque.
+        Step of the tangents relative to the torque [-].
     """
     return loss * (BOUND * moved + TANGENT * distance**2)

@@ -1,4 +1,4 @@
-"""Stage 4, first half: from loaded contact points and speed to the local conditions of lubrication."""
+"""Local conditions of lubrication at the loaded contact points."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ TEXTURE = {name: value_range_of(SurfaceInput, name) for name in ("correlation_le
 class OperatingPoint(InputModel):
     """Default operating point."""
 
-    # at the pinion shaft [N m]
+    # torque at the pinion shaft [N m]
     torque: Annotated[float, ValueRange("N*m", gt=0.0, le=1e6, hint="The torque of the pinion, a positive number.")]
-    speed: Annotated[float, ValueRange("rad/s", gt=0.0, le=5000.0)]  # of the pinion [rad/s]
-    temperature: Temperature  # of the oil [K]
+    speed: Annotated[float, ValueRange("rad/s", gt=0.0, le=5000.0)]  # speed of the pinion [rad/s]
+    temperature: Temperature  # oil temperature [K]
     oil: Annotated[str, in_any_case("oils")]  # name of an oil card
-    driver: Driver = "pinion"  # member the power comes from
+    driver: Driver = "pinion"  # driving member
 
     @model_validator(mode="after")
     def _known(self) -> Self:
@@ -44,7 +44,7 @@ class OperatingPoint(InputModel):
         return self
 
 
-# units and ranges of an operating point that does not come from the design file
+# units and ranges of an operating point given outside the design file
 OPERATION_LIMITS: dict[str, ValueRange] = {
     name: value_range_of(OperatingPoint, name) for name in ("torque", "speed", "temperature")
 }
@@ -52,34 +52,34 @@ OPERATION_LIMITS: dict[str, ValueRange] = {
 
 @dataclass(frozen=True)
 class Operation:
-    """How a pair runs.
+    """Operating conditions of a pair.
 
-    Raises `InputError`: a speed that is not above 0, a temperature outside the range of oils, an impossible roughness,
-    an unknown member.
+    Raises `InputError` for a speed that is not above 0, a temperature outside the range of oils, an invalid roughness,
+    or an unknown member.
     """
 
     speed: float  # angular speed [rad/s]
-    temperature: float  # oil temperature [K], that of the inlet of every contact unless `temperature_inlet` is given
+    temperature: float  # oil temperature [K], also at the inlet of the contacts unless `temperature_inlet` is given
     # Rq of the flanks [m]
     roughness_rms_pinion: float = 0.0
     roughness_rms_gear: float = 0.0
-    # member the power comes from. The same flanks touch at the same points; all velocities are reversed, and with them
-    # the friction force.
+    # driving member; with the gear driving, all velocities and the friction forces are reversed at the same points
     driver: Driver = "pinion"
-    # bulk temperatures of the teeth [K]; the oil's where not given
+    # bulk temperatures of the teeth [K]; default: oil temperature
     temperature_bulk_pinion: float | None = None
     temperature_bulk_gear: float | None = None
-    # temperature of the oil as it enters the contacts [K], where the teeth have warmed it
+    # oil temperature at the inlet of the contacts [K], if the teeth heat the oil
     temperature_inlet: float | None = None
-    # of the roughness of either flank, across the contact line [m]; of the finishes, else 40 Rq, where not given
+    # correlation length of the roughness of either flank across the contact line [m]; default: from the finishes,
+    # without a finish 40 Rq
     correlation_length: float | None = None
-    # correlation length along the contact line over that across it [-]; where not given that of the finishes and of the
-    # angle between their marks and the contact line at every point, 1 without a finish
+    # correlation length along the contact line over that across it [-]; default: from the finishes and the angle
+    # between their lay and the contact line at every point, without a finish 1
     peklenik_number: float | None = None
-    # how the flanks were made
+    # surface finish of the flanks
     finish_pinion: Finish | None = None
     finish_gear: Finish | None = None
-    uncertainty: UncertaintyInput = DEFAULT  # how well inputs are known
+    uncertainty: UncertaintyInput = DEFAULT  # spreads of the inputs
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.speed) and self.speed > 0.0):
@@ -107,10 +107,10 @@ class Operation:
     def texture(self, lay_pinion: FloatArray, lay_gear: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Correlation length across the contact line [m] and Peklenik number of both flanks together.
 
-        Waves of each flank in both directions by `ehl.surface.finish.lay_seen`; 1/l^2 of the flanks is averaged with
-        the squares of their Rq, as their slopes add.
+        Correlation lengths of each flank in both directions are from `ehl.surface.finish.lay_seen`; 1/l^2 of the flanks
+        is averaged with weights Rq^2, because their slopes add.
 
-        lay_pinion, lay_gear: angle between the marks of each flank and the contact line [rad].
+        lay_pinion, lay_gear: angle between the lay of each flank and the contact line [rad].
         """
         flanks = (
             (self.roughness_rms_pinion, self.finish_pinion, lay_pinion),
@@ -137,7 +137,7 @@ class Operation:
 
     @property
     def inlet(self) -> float:
-        """Temperature of the oil as it enters the contacts [K]."""
+        """Oil temperature at the inlet of the contacts [K]."""
         return self.temperature if self.temperature_inlet is None else self.temperature_inlet
 
     @property
@@ -149,20 +149,20 @@ class Operation:
 
 @dataclass(frozen=True)
 class LoadedPoints:
-    """The points that carry load, of all positions of a mesh cycle, one after the other."""
+    """Loaded points of all positions of a mesh cycle, concatenated."""
 
     state: ContactState  # local conditions; surface 1 is the pinion
     force: FloatArray  # normal force [N]
     speed_sliding: FloatArray  # length of the sliding vector [m/s]
-    position: IntArray  # index of the position each point belongs to
+    position: IntArray  # index of the position of each point
     index: IntArray  # index of the point in that position
 
 
 def loaded_points(load: LoadDistribution, effective_modulus: float, operation: Operation) -> LoadedPoints:
-    """Local conditions at every point that carries load.
+    """Local conditions at every loaded point.
 
-    Only the ratio of sliding across the line to entrainment has a sign that matters; x is turned so that
-    the entrainment is positive.
+    Only the sign of the ratio of sliding across the line to entrainment matters; x is directed so that the entrainment
+    is positive.
 
     load: forces over the cycle.
     effective_modulus: E' [Pa].
@@ -192,7 +192,7 @@ def loaded_points(load: LoadDistribution, effective_modulus: float, operation: O
 
 
 def join_states(*states: ContactState) -> ContactState:
-    """One state with the points of several, one after the other."""
+    """One state with the points of several states, concatenated."""
     return ContactState(
         **{f.name: np.concatenate([getattr(state, f.name) for state in states]) for f in fields(ContactState)}
     )

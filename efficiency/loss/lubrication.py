@@ -1,6 +1,6 @@
-"""Film, film ratio, flash temperature and rolling traction at each contact point, beside the friction coefficient.
+"""Film thickness, film ratio, flash temperature and rolling traction at each contact point.
 
-Where a friction model solved the contacts these are its own; elsewhere published formulas give them.
+With solved contacts the values are those of the solution, otherwise those of published formulas.
 """
 
 from __future__ import annotations
@@ -24,30 +24,30 @@ BLEND = 10.0
 
 @dataclass(frozen=True)
 class SolvedFriction(FrictionEstimate):
-    """Friction of solved contacts, with what else the solution says of each."""
+    """Friction of solved contacts with further results of the solution."""
 
-    # [m], and of the smooth isothermal film [-]
+    # central film thickness [m], film ratio of the smooth isothermal film [-]
     film_central: FloatArray
     film_ratio: FloatArray
-    temperature_flash: FloatArray  # greatest surface temperature [K]
-    rolling_traction: FloatArray  # of each surface, over the load per length [-]
-    contacts: int = 0  # how many contacts were asked for
-    failed: dict[str, int] = field(default_factory=dict)  # how many of them were not solved, by reason
-    # error of the mean friction coefficient, weighted with the sliding power, over itself [-]: what contacts miss by
-    # chance is independent of each other, what the method and failed contacts leave open is not
+    temperature_flash: FloatArray  # maximum surface temperature [K]
+    rolling_traction: FloatArray  # rolling traction of each surface over the load per length [-]
+    contacts: int = 0  # number of requested contacts
+    failed: dict[str, int] = field(default_factory=dict)  # number of failed contacts by reason
+    # relative error of the mean friction coefficient, weighted with the sliding power [-]: random errors of contacts
+    # are independent; errors of the method and of failed contacts are correlated
     mean_error: float = math.nan
 
 
 @dataclass(frozen=True)
 class LocalLubrication:
-    """What the lubricant does at each loaded point; arrays as in `LoadedPoints`."""
+    """Lubrication at each loaded point; arrays as in `LoadedPoints`."""
 
-    film_central: FloatArray  # central film thickness with its inlet heating [m]
+    film_central: FloatArray  # central film thickness with inlet heating [m]
     film_ratio: FloatArray  # lambda: smooth isothermal film over the composite Rq [-]; infinity for smooth flanks
-    temperature_flash: FloatArray  # greatest surface temperature: bulk temperature plus flash [K]
+    temperature_flash: FloatArray  # maximum surface temperature: bulk temperature plus flash [K]
     rolling_traction: FloatArray  # traction of the pressure gradient on each surface over the load per length [-]
-    # Moes film with the inlet factor of Wilson & Gupta, Blok's flash, rolling traction of Biboulet & Houpert; or the
-    # solutions of the friction model
+    # Moes film with the inlet factor of Wilson & Gupta, flash temperature of Blok, rolling traction of Biboulet &
+    # Houpert; or the solutions of the friction model
     source: Literal["formula", "ehl"]
 
 
@@ -57,8 +57,8 @@ def local_lubrication(
     """Film, flash temperature and rolling traction at the loaded points.
 
     points: loaded points; surface 1 is the pinion.
-    friction: friction at them; a `SolvedFriction` brings the rest along.
-    table: `regression.friction.conditions.conditions_of` the points.
+    friction: friction at them; a `SolvedFriction` contains the results of solved contacts.
+    table: conditions of the points from `regression.friction.conditions.conditions_of`.
     bodies: pinion and gear.
     """
     if isinstance(friction, SolvedFriction):
@@ -85,10 +85,10 @@ def local_lubrication(
 def biboulet_houpert_2010(speed: FloatArray, load: FloatArray) -> FloatArray:
     """Rolling traction of each surface of a line contact over the load per length [-].
 
-    ``T = 1.42 sqrt(U W)`` of rigid surfaces and ``T = 1.47 U^0.75`` of elastic ones, the smaller one with a blend of
-    power 10; T is the force per length over E'R, U = 2 eta0 u_r/(E'R), W = w'/(E'R). Biboulet & Houpert 2010, Proc.
-    IMechE J 224, as given by a public secondary source. Isothermal, flooded. Against the smooth solver of this program
-    it gives 0.82 to 1.03 of its rolling traction (0.1 to 1.8 GPa, 1 and 10 m/s, 75W-90 and FVA3).
+    ``T = 1.42 sqrt(U W)`` of rigid surfaces and ``T = 1.47 U^0.75`` of elastic ones; the smaller one is used, with a
+    smooth transition of power 10. T is the force per length over E'R, U = 2 eta0 u_r/(E'R), W = w'/(E'R). Biboulet &
+    Houpert 2010, Proc. IMechE J 224, as given by a public secondary source. Isothermal, flooded. The result is 0.82 to
+    1.03 times that of the smooth solver of this program (0.1 to 1.8 GPa, 1 and 10 m/s, 75W-90 and FVA3).
 
     speed, load: U and W [-].
     """
@@ -98,10 +98,10 @@ def biboulet_houpert_2010(speed: FloatArray, load: FloatArray) -> FloatArray:
 
 
 def blok_flash(state: ContactState, friction_coefficient: FloatArray, bodies: tuple[Material, Material]) -> FloatArray:
-    """Greatest rise of the surface temperature in the contact [K].
+    """Maximum rise of the surface temperature in the contact [K].
 
     ``1.11 mu w' |v_s|/(sqrt(2 b) (B1 sqrt(u1) + B2 sqrt(u2)))``, B = sqrt(k rho c): Hertz distribution of the heat,
-    both surfaces fast (Peclet numbers well above 2) and of one temperature in the contact (Blok 1937).
+    both surfaces fast (Peclet numbers well above 2) and at the same temperature in the contact (Blok 1937).
 
     state: local conditions.
     friction_coefficient: mu [-].
@@ -113,7 +113,7 @@ def blok_flash(state: ContactState, friction_coefficient: FloatArray, bodies: tu
 
 
 def heat_share(state: ContactState, bodies: tuple[Material, Material]) -> FloatArray:
-    """Share of the friction heat that goes into body 1, B1 sqrt(u1)/(B1 sqrt(u1) + B2 sqrt(u2)) [-] (Blok)."""
+    """Share of the friction heat into body 1, B1 sqrt(u1)/(B1 sqrt(u1) + B2 sqrt(u2)) [-] (Blok)."""
     one, two = _carrying(state, bodies)
     return np.asarray(one / (one + two))
 
@@ -121,7 +121,7 @@ def heat_share(state: ContactState, bodies: tuple[Material, Material]) -> FloatA
 def surface_temperature(
     state: ContactState, friction_coefficient: FloatArray, bodies: tuple[Material, Material]
 ) -> FloatArray:
-    """Greatest temperature of the surfaces in the contact [K]: bulk as both bodies carry it in, plus Blok's flash."""
+    """Maximum surface temperature in the contact [K]: convected bulk temperature of both bodies plus Blok's flash."""
     share = heat_share(state, bodies)
     bulk = share * state.temperature_bulk_1 + (1.0 - share) * state.temperature_bulk_2
     return np.asarray(bulk + blok_flash(state, friction_coefficient, bodies))

@@ -1,4 +1,4 @@
-"""Stage 4, second half: friction against the sliding, summed over the contact lines and averaged over the cycle."""
+"""Power loss: friction times sliding, summed over the contact lines and averaged over the cycle."""
 
 from __future__ import annotations
 
@@ -25,45 +25,42 @@ def position_losses(points: LoadedPoints, friction_coefficient: FloatArray, posi
     friction_coefficient (n,): mu at each of them.
     positions: number of positions in the cycle.
     """
-    power = friction_coefficient * points.force * points.speed_sliding
-    losses = np.zeros(positions)
-    np.add.at(losses, points.position, power)
-    return losses
+    return _by_position(points, friction_coefficient * points.force * points.speed_sliding, positions)
 
 
 def rolling_losses(points: LoadedPoints, rolling_traction: FloatArray, positions: int) -> FloatArray:
     """Power lost to the pressure-driven flow at each position, sum of 2 F t_r u_r [W].
 
-    The work on both surfaces, ``u_r integral(h dp)``, is what that flow dissipates; ``t_r`` is ``integral(h/2 dp)/w'``.
+    The loss is the work on both surfaces, ``u_r integral(h dp)``; ``t_r`` is ``integral(h/2 dp)/w'``.
 
     points: loaded points of the cycle.
-    rolling_traction (n,): of each surface over the load [-].
+    rolling_traction (n,): traction of each surface over the load [-].
     positions: number of positions in the cycle.
     """
-    power = 2.0 * rolling_traction * points.force * points.state.speed_entrainment
-    losses = np.zeros(positions)
-    np.add.at(losses, points.position, power)
-    return losses
+    return _by_position(points, 2.0 * rolling_traction * points.force * points.state.speed_entrainment, positions)
+
+
+def _by_position(points: LoadedPoints, power: FloatArray, positions: int) -> FloatArray:
+    return np.asarray(np.bincount(points.position, power, positions), dtype=np.float64)
 
 
 def efficiency_of(power_loss: float, torque: float, speed: float, driver: Driver = "pinion") -> float:
-    """Mesh efficiency, power out over power in [-].
+    """Mesh efficiency, output power over input power [-].
 
-    The torque is that at the pinion shaft: with the pinion driving ``1 - loss/(T1 omega1)``, with the gear driving
-    ``T1 omega1/(T1 omega1 + loss)``.
+    With the pinion driving ``1 - loss/(T1 omega1)``, with the gear driving ``T1 omega1/(T1 omega1 + loss)``.
 
     power_loss: mean loss [W].
-    torque, speed: [N m], [rad/s].
-    driver: member the power comes from.
+    torque, speed: of the pinion shaft [N m], [rad/s].
+    driver: driving member.
     """
     pinion = torque * speed
     return 1.0 - power_loss / pinion if driver == "pinion" else pinion / (pinion + power_loss)
 
 
 def loss_by_region(result: EfficiencyResult) -> FloatArray:
-    """Share of the sliding loss in nine regions of the gear flank, thirds of its height and of its face width.
+    """Share of the sliding loss in nine regions of the gear flank, thirds of its height and face width, (3, 3).
 
-    Returns: rows root, middle, tip; columns toe, middle, heel of the gear; their sum is 1. nan without any loss.
+    Returns: rows root, middle, tip; columns toe, middle, heel of the gear; their sum is 1; nan without loss.
     """
     points, outline = result.points, result.load.tooth_outline
     face, height = (_at_points(result, name) for name in ("face_gear", "height_gear"))
@@ -78,7 +75,7 @@ def loss_by_region(result: EfficiencyResult) -> FloatArray:
 
 
 def local_height(outline: FloatArray, face: FloatArray) -> FloatArray:
-    """Height of a flank at a distance from the toe [m]: the upper side of its closed outline (2, k)."""
+    """Height of a flank at distances from the toe [m]: the upper side of its closed outline (2, k)."""
     x, y = outline
     inside = np.clip(face, x.min(), x.max())[:, None]
     x0, x1, y0, y1 = x[:-1], x[1:], y[:-1], y[1:]
@@ -97,7 +94,7 @@ def friction_along_mesh(result: EfficiencyResult) -> FloatArray:
 
 
 def _at_points(result: EfficiencyResult, name: str) -> FloatArray:
-    """An array of the mesh positions at the loaded points."""
+    """Values of an array of the mesh positions at the loaded points."""
     points = result.points
     found = np.empty(points.force.size)
     for number, load in enumerate(result.load.positions):

@@ -1,7 +1,7 @@
-"""Bulk temperature of the teeth by the published estimate of ISO/TR 15144-1 (after Oster 1982): hotter with the loss.
+"""Bulk temperature of the teeth as a function of the loss, by ISO/TR 15144-1 (after Oster 1982).
 
-The friction of the estimate is that of the normal forces alone on the coarse grid, with the form of a fitted formula;
-the loss at the temperature found differs from it by less than the scatter of the estimate (ours: 30 % of the rise).
+The friction of the estimate is that of the normal forces alone on the coarse grid, with the form of a fitted formula.
+The loss at the resulting temperature deviates by less than the scatter of the estimate (ours: 30 % of the rise).
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ _CLOSE, _ROUNDS = 0.02, 40  # [K]
 
 
 class CoolingInput(InputModel):
-    """Table [cooling]: how the teeth are lubricated."""
+    """Table [cooling]: lubrication of the teeth."""
 
-    lubrication: Lubrication = "dip"  # factor 1, 1.2 and 0.2 on the rise of their bulk temperature
+    lubrication: Lubrication = "dip"  # factor 1, 1.2 and 0.2 on the rise of the bulk temperature
 
 
 def iso_15144_bulk_rise(power_loss: float, centre_distance: float, face_width: float, factor: float = 1.0) -> float:
-    """Rise of the bulk temperature of both members over the oil [K].
+    """Rise of the bulk temperature of both members above the oil [K].
 
-    ``7400 (P mu_m H_v/(a b))^0.72 X_S/(1.2 X_Ca)``, ISO/TR 15144-1:2014, formula (84), P mu_m H_v the loss in kW, a and
-    b in mm; read in a public transcription. X_Ca, a factor of tip relief of 1 to about 1.5, is taken as 1.
+    ``7400 (P mu_m H_v/(a b))^0.72 X_S/(1.2 X_Ca)``, ISO/TR 15144-1:2014, formula (84), from a public transcription.
+    P mu_m H_v is the loss in kW, a and b are in mm. The factor X_Ca of tip relief (1 to about 1.5) is taken as 1.
 
-    power_loss: sliding friction [W].
-    centre_distance, face_width: [m]; of a bevel or hypoid pair the sum of the mean pitch radii and the smaller face
+    power_loss: sliding loss [W].
+    centre_distance, face_width: [m]; for a bevel or hypoid pair the sum of the mean pitch radii and the smaller face
         width (ours).
     factor: X_S [-].
     """
@@ -46,7 +46,7 @@ def iso_15144_bulk_rise(power_loss: float, centre_distance: float, face_width: f
 
 
 def warmed(operation: Operation, rise: float) -> Operation:
-    """The operation with teeth so much warmer than the oil [K], which enters the contacts as warm as they are."""
+    """The operation with teeth and contact inlets warmer than the oil by `rise` [K]."""
     bulk = min(operation.temperature + rise, TEMPERATURE_RANGE[1])
     return replace(operation, temperature_bulk_pinion=bulk, temperature_bulk_gear=bulk, temperature_inlet=bulk)
 
@@ -54,10 +54,10 @@ def warmed(operation: Operation, rise: float) -> Operation:
 def warm_operation(
     loss: Callable[[Operation], float], operation: Operation, size: tuple[float, float], factor: float
 ) -> Operation:
-    """The operation with the bulk temperature that its own loss makes.
+    """The operation with the bulk temperature that results from its own loss.
 
-    loss: power loss at an operation [W].
-    operation: with cold teeth.
+    loss: power loss as a function of the operation [W].
+    operation: operation with teeth at oil temperature.
     size: centre distance and face width [m].
     factor: X_S [-].
     """
@@ -66,7 +66,7 @@ def warm_operation(
         found = min(iso_15144_bulk_rise(loss(warmed(operation, rise)), *size, factor), most)
         if not np.isfinite(found):
             return operation
-        # the loss changes by about 1 % a kelvin either way: the mean damps what swings
+        # the loss changes by about 1 % per kelvin of either sign: averaging damps oscillations
         step, rise = found - rise, found if abs(found - rise) < 2.0 else 0.5 * (found + rise)
         if abs(step) < _CLOSE:
             break

@@ -1,8 +1,8 @@
 """Uncertainty of an efficiency from its inputs: oil, roughness, boundary film and friction, bulk, formula.
 
-Each input is one number for the whole flank, moved to both ends of its interval by itself; the loss is summed anew with
-the friction there. Load and sliding stay as they are. What the solver leaves open (mesh, number of contacts) is the
-`efficiency_error` of the result and not in the interval.
+Each input has one value for the whole flank and is set to both ends of its interval, one at a time. The loss is summed
+again with the friction there, at the same load and sliding. The numerical error (mesh, number of contacts) is the
+`efficiency_error` of the result and not part of the interval.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from regression.formula import ANY_OIL, Formula, shipped_formulas
 from regression.friction.models import FrictionEstimate, FrictionModel
 from regression.friction.uncertainty import FORMULA, Case, FrictionChanges, friction_changes, friction_of, missing
 
-# contact points that answer for all of a mesh
+# maximum number of contact points that represent a mesh
 POINTS = 400
-# contacts of a mesh that are solved at both ends of every input
+# number of contacts of a mesh that are solved at both ends of every input
 CONTACTS = 8
 
 
 @dataclass(frozen=True)
 class LossSample:
-    """Points of a mesh that stand for all of them."""
+    """Points that represent a mesh."""
 
     state: ContactState
     friction: FrictionEstimate
@@ -42,20 +42,20 @@ class LossSample:
 
     @classmethod
     def of(cls, points: LoadedPoints, friction: FrictionEstimate, most: int = POINTS) -> LossSample:
-        """Every so manieth point, so that there are at most as many."""
+        """Every n-th point, with n such that there are at most `most` points."""
         at = slice(None, None, max(1, math.ceil(points.force.size / most)))
         state = ContactState(**{f.name: getattr(points.state, f.name)[at] for f in fields(ContactState)})
         estimate = FrictionEstimate(friction.mu[at], friction.lower[at], friction.upper[at], friction.flag[at])
         return cls(state, estimate, (points.force * points.speed_sliding)[at])
 
     def mean(self, log_change: FloatArray) -> float:
-        """Change of ln(loss) from that of ln mu at each point."""
+        """Change of ln(loss) for changes of ln mu at each point."""
         loss = np.where(np.isfinite(self.friction.mu), self.friction.mu, 0.0) * self.power
         total = float(loss.sum())
         return math.log(float(np.sum(loss * np.exp(log_change))) / total) if total > 0.0 else 0.0
 
     def changes(self, found: FrictionChanges, note: str = "", *, formula: bool = True) -> LossChanges:
-        """Changes of ln(loss) by each input and by all of them at once; `formula`: with the formula's own error."""
+        """Changes of ln(loss) by each input and by all together; `formula`: include the error of the formula."""
         each = []
         for change in found.each:
             below, above = self.mean(change.below), self.mean(change.above)
@@ -66,14 +66,14 @@ class LossSample:
 
 @dataclass(frozen=True)
 class LossChanges:
-    """Changes of ln(loss): with each input at the ends of its interval, and with inputs moved at once."""
+    """Changes of ln(loss): with each input at the ends of its interval, and with several inputs changed together."""
 
     each: list[Change]
     together: Together
 
 
 def stand_in(model: FrictionModel, oil: Oil) -> tuple[FrictionModel, str]:
-    """The formula that says how friction of solved contacts answers, and what is to be said of it."""
+    """Formula that represents the friction of solved contacts, and the note on it."""
     name = (*shipped_formulas(oil.name), ANY_OIL)[0]
     found = Formula.load(name, boundary_friction=getattr(model, "boundary_friction", None))
     other = "" if shipped_formulas(oil.name) else ", of another oil"
@@ -111,10 +111,10 @@ def solved_changes(
     warm_inlet: bool = False,
     contacts: int = CONTACTS,
 ) -> LossChanges:
-    """The same by solving contacts at both ends of every input: where the mesh loses most, with the same roughness.
+    """Changes of ln(loss) by solving contacts at both ends of every input, with the same roughness.
 
-    model: solves the contacts.
-    contacts: how many stand for the mesh, each for the loss of the points next to it.
+    model: friction model with solved contacts.
+    contacts: number of contacts, spread over the mesh; each represents the loss of its neighbourhood.
     """
     changed: Any = model
     place, power = coordinates(points.state), points.force * points.speed_sliding
@@ -153,15 +153,14 @@ def efficiency_uncertainty(
     *,
     solved: bool = False,
 ) -> InputUncertainty:
-    """Interval of the efficiency by what is not known of the inputs.
+    """Interval of the efficiency from the uncertainty of the inputs.
 
-    model, points, friction, oil, operation: friction model, loaded points and their friction, oil card, how the pair
-        runs.
+    model, points, friction, oil, operation: friction model, loaded points and their friction, oil card, operation.
     power_loss, torque: [W], [N m].
-    spreads: in place of those of the operation.
-    level: share of cases the interval is to hold [-].
-    solved: of a model that solves contacts: solve some at both ends of every input, in place of asking a formula.
-    Raises `InputError`: the level is no share.
+    spreads: spreads that replace those of the operation.
+    level: probability of the interval [-].
+    solved: for a model with solved contacts: solve some at both ends of every input instead of using a formula.
+    Raises `InputError` if the level is not between 0 and 1.
     """
     warm, spreads = operation.temperature_inlet is not None, spreads or operation.uncertainty
     if solved and model.solves_contacts:

@@ -1,7 +1,7 @@
-"""Points on the full mesh with their own bodies in all states, and the errors of the search at them.
+"""Check of points on the full mesh with their own elastic bodies in all states, and correction of the search.
 
-The search has a coarse mesh and, where only the ease-off is varied, the bodies of the start. Its best points are
-checked on the way, and their errors correct the figures of the points near them.
+The search uses a coarse mesh and, where only the ease-off is varied, the bodies of the start. Its best points are
+checked during the search, and their errors correct the figures of neighbouring points.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ Evaluate = Callable[[list[EvaluationTask]], list[Evaluation]]
 
 CHECK_GRID = (POSITIONS, POINTS_PER_LINE)
 """Positions and points per line of a check."""
-# the search keeps so far below limits for what is not known of its errors, before and after points were checked (ours)
+# relative margin of the search below the limits, before and after points were checked (ours)
 _MARGIN, _MARGIN_CHECKED = 0.015, 0.0075
-# times that points are checked until one keeps the limits
+# maximum number of checks until a point is within the limits
 _ROUNDS = 3
-# the most a figure is corrected; a smaller correction is not worth a note
+# largest correction of a figure; smallest correction with a note
 _MOST, _WORTH_A_NOTE = 0.1, 5e-4
-# squared distance in the cube of the variables below which points count as one
+# squared distance in the cube of the variables below which points are equal
 _SAME = 1e-9
 
 
@@ -39,10 +39,11 @@ _SAME = 1e-9
 class Correction:
     """Errors of the limited figures of the search, from the points that were checked.
 
-    The logarithm of exact over computed figure, each over its limit; between checked points their mean weighed by the
-    inverse square of the distance in the cube of the variables (Shepard, Proc. 23rd ACM Nat. Conf. (1968) 517).
+    The error is the logarithm of exact over computed figure, each relative to its limit. Between checked points it is
+    the mean weighted by the inverse square of the distance in the cube of the variables (Shepard, Proc. 23rd ACM Nat.
+    Conf. (1968) 517).
 
-    `allowed` are the limits on the mesh of the search; `known` has place and errors of each checked point, by its key.
+    `allowed` are the limits on the mesh of the search; `known` has position and errors of each checked point, by key.
     """
 
     problem: SearchProblem
@@ -50,7 +51,7 @@ class Correction:
     known: Mapping[str, tuple[FloatArray, FloatArray]] = field(default_factory=dict)
 
     def __call__(self, point: Evaluation) -> Evaluation:
-        """The point with what its figures would be on the full mesh."""
+        """The point with its figures corrected to the full mesh."""
         if not self.known or point.reason:
             return point
         places, errors = (np.array(part) for part in zip(*self.known.values(), strict=True))
@@ -61,18 +62,18 @@ class Correction:
 
     @property
     def limits(self) -> dict[str, float]:
-        """Limits as the search keeps them, with a margin."""
+        """Limits of the search, with a margin."""
         margin = _MARGIN_CHECKED if self.known else _MARGIN
         return {name: value * (1.0 - margin) for name, value in self.allowed.items()}
 
     def learnt(self, point: Evaluation, exact: Evaluation, limited: Mapping[str, float]) -> Correction:
-        """With another checked point; `limited` are the limits of the check."""
+        """The correction with another checked point; `limited` are the limits of the check."""
         errors = np.array([self._error(name, point, exact, limited) for name in self.allowed])
         (place,) = self.problem.places_of([point.variables])
         return replace(self, known={**self.known, point.key: (place, errors)})
 
     def _error(self, name: str, point: Evaluation, exact: Evaluation, limited: Mapping[str, float]) -> float:
-        """Zero for edge loads, which may vanish."""
+        """Error of one figure; zero for edge loads, which may vanish."""
         old, new = (e.figures[name] / limit for e, limit in ((point, self.allowed[name]), (exact, limited[name])))
         if name == "edge_load_share" or not (0.0 < old < math.inf and 0.0 < new < math.inf):
             return 0.0
@@ -80,17 +81,16 @@ class Correction:
 
     @property
     def notes(self) -> list[str]:
-        """Figures that the search underestimated; none where the errors are small."""
+        """Figures that the search underestimated; empty if the errors are small."""
         if not self.known:
             return []
         worst = np.expm1(np.max([errors for _, errors in self.known.values()], axis=0))
-        told = [
+        low = ", ".join(
             f"{quantities()[name].label} {100.0 * share:.1f} %"
             for name, share in zip(self.allowed, worst, strict=True)
             if share > _WORTH_A_NOTE
-        ]
-        text = f"underestimated by the coarse search mesh, corrected near the best points: {', '.join(told)}"
-        return [text] if told else []
+        )
+        return [f"underestimated by the coarse search mesh, corrected near the best points: {low}"] if low else []
 
 
 def exact_task(task: EvaluationTask) -> EvaluationTask:
@@ -101,7 +101,7 @@ def exact_task(task: EvaluationTask) -> EvaluationTask:
 def check_best(
     task: EvaluationTask, points: Sequence[Evaluation], correction: Correction, evaluate: Evaluate
 ) -> Correction:
-    """The correction by start and best point so far; as it was where none keeps the limits or the check fails."""
+    """The correction by start and best point so far; unchanged if no point is within the limits or the check fails."""
     start, *others = points
     within = [p for p in others if correction(p).feasible(correction.limits)]
     if not within:
@@ -118,10 +118,10 @@ def check_best(
 def check_front(
     task: EvaluationTask, points: Sequence[Evaluation], correction: Correction, count: int, evaluate: Evaluate
 ) -> tuple[tuple[Candidate, ...], str]:
-    """Points of the front checked, and others where none of them keeps the limits; why none was."""
+    """Checked points of the front, or of others if none of them is within the limits; the reason if there is none."""
     problem, allowed, exact = task.problem, correction.allowed, exact_task(task)
     if not front_of(points[1:], problem.objectives, allowed):
-        return (), "no point of the search keeps all limits"
+        return (), "no point of the search is within all limits"
     (start,) = evaluate([exact])
     if start.reason:
         return (), f"the start on the full mesh: {start.reason}"
@@ -129,8 +129,8 @@ def check_front(
     candidates: dict[str, Candidate] = {}
     for _ in range(_ROUNDS):
         left = [p for p in points[1:] if p.key not in candidates]
-        told = [correction(p) for p in left]
-        tried = ((told, correction.limits), (told, allowed), (left, allowed))
+        corrected = [correction(p) for p in left]
+        tried = ((corrected, correction.limits), (corrected, allowed), (left, allowed))
         chosen = next((found for near, limits in tried if (found := _chosen(problem, near, limits, count))), [])
         found = evaluate([replace(exact, values=p.variables) for p in chosen])
         for seen, checked in zip(chosen, found, strict=True):
@@ -147,7 +147,7 @@ def check_front(
 def _chosen(
     problem: SearchProblem, points: Sequence[Evaluation], allowed: Mapping[str, float], count: int
 ) -> list[Evaluation]:
-    """Points to check: spread over the front; the next best in the first objective where the front is short."""
+    """Points to check: spread over the front; if the front is short, also the next best in the first objective."""
     front = front_of(points, problem.objectives, allowed)
     if len(front) >= count:
         values = np.array([[p.figures[name] for name in problem.objectives] for p in front])
@@ -161,13 +161,13 @@ def _chosen(
 def check_solved(
     task: EvaluationTask, candidates: tuple[Candidate, ...], solved: str, journal: Journal
 ) -> tuple[tuple[Candidate, ...], str]:
-    """The best candidate, and the start, with a friction model that solves contacts; why not."""
+    """The best candidate and the start computed with a friction model that solves contacts; the reason of failure."""
     held = [c for c in candidates if c.holds]
     if not held:
         return candidates, ""
     best = min(held, key=lambda c: c.exact.figures[task.problem.objectives[0]])
     exact = replace(exact_task(task), interval=False, solved=solved)
-    # solved contacts have their own processes
+    # solved contacts start their own processes
     before, after = evaluate_all([replace(exact, values=v) for v in ({}, best.point.variables)], ThisProcess(), journal)
     if before.reason or after.reason:
         return candidates, f"check with {solved}: {before.reason or after.reason}"

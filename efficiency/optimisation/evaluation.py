@@ -1,4 +1,4 @@
-"""One evaluation: ease-off -> machine settings -> loaded contact in every state -> figures, or the reason for none."""
+"""One evaluation: ease-off, machine settings, loaded contact in every state, and figures or the reason of failure."""
 
 from __future__ import annotations
 
@@ -43,21 +43,21 @@ _LOSS = "power_loss"
 class Evaluation:
     """One point of the search."""
 
-    key: str  # hash of all it depends on
+    key: str  # hash of all inputs
     variables: dict[str, float]  # values of the variables, SI
-    figures: dict[str, float] = field(default_factory=dict)  # figures over duty and states, SI; nan where there is none
-    reason: str = ""  # why it has no figures, or cannot be made; empty where neither
-    notes: tuple[str, ...] = ()  # of the settings
+    figures: dict[str, float] = field(default_factory=dict)  # figures over duty and states, SI; nan if unavailable
+    reason: str = ""  # reason of failure; empty otherwise
+    notes: tuple[str, ...] = ()  # notes of the machine settings
     seconds: float = 0.0  # wall time
-    # of an exact evaluation: loss of the aligned pair over the duty with each uncertain input of the friction at the
-    # lower and the upper end of its interval [W]; under ``"interval"`` both ends of the loss with all of them, under
-    # ``"aligned"`` the loss and the error of its solution
+    # of an exact evaluation: loss of the aligned pair over the duty with each uncertain input of friction at the lower
+    # and the upper end of its interval [W]; ``"interval"`` holds both ends of the loss with all of them,
+    # ``"aligned"`` the loss and its numerical error
     losses: dict[str, tuple[float, float]] = field(default_factory=dict)
-    # loss of the aligned pair with another friction model and its error [W]; empty where none was asked for
+    # loss of the aligned pair with the friction model of the check and its error [W]; empty without a check
     solved: tuple[float, ...] = ()
 
     def excess(self, allowed: Mapping[str, float]) -> dict[str, float]:
-        """How far figures are above what is allowed, in shares of it; met limits are left out."""
+        """Relative excess of each figure above its limit; figures within their limits are omitted."""
         found = {}
         for name, limit in allowed.items():
             value = self.figures.get(name, math.nan)
@@ -66,26 +66,26 @@ class Evaluation:
         return found
 
     def feasible(self, allowed: Mapping[str, float]) -> bool:
-        """Whether it can be made and keeps all limits."""
+        """Whether the point has a result within all limits."""
         return not self.reason and not self.excess(allowed)
 
 
 @dataclass(frozen=True)
 class EvaluationTask:
-    """A point to be evaluated."""
+    """Inputs of an evaluation."""
 
     problem: SearchProblem
-    values: dict[str, float]  # of the variables; empty for the start itself
-    states: tuple[dict[str, float], ...]  # misalignments and errors of the ease-off
+    values: dict[str, float]  # values of the variables; empty for the start
+    states: tuple[dict[str, float], ...]  # misalignments and manufacturing errors of the ease-off
     grid: tuple[int, int]  # positions and points per line
-    bodies: str = ""  # design (JSON) whose elastic bodies and roots are taken; empty for the own ones
-    accepted: str = "converged"  # status of the settings that is accepted besides ``converged``: that of the start
-    solved: str = ""  # friction model the loss of the aligned pair is checked with; empty for none
-    interval: bool = False  # whether the loss has its interval
+    bodies: str = ""  # design (JSON) that provides elastic bodies and roots; empty for those of the point
+    accepted: str = "converged"  # status of the settings of the start, accepted in addition to ``converged``
+    solved: str = ""  # friction model that checks the loss of the aligned pair; empty for no check
+    interval: bool = False  # whether the interval of the loss is computed
 
     @property
     def key(self) -> str:
-        """Hash of all that the figures depend on, the version of the program included."""
+        """Hash of all inputs of the figures, including the version of the program."""
         p = self.problem
         content = (
             *(__version__, p.start.model_dump_json(), p.flanks, p.figures, [asdict(row) for row in p.duty], p.over),
@@ -96,12 +96,12 @@ class EvaluationTask:
         return hashlib.sha256(repr(content).encode()).hexdigest()[:24]
 
     def pair(self, design: Design) -> GearPair:
-        """A pair with the bodies of the task, or its own."""
+        """A pair with the elastic bodies of the task, or with its own."""
         return _reference(self.bodies).sharing_bodies(design) if self.bodies else GearPair(design)
 
 
 def _content(folder: str, name: str, suffix: str) -> str:
-    """A file of the user or a shipped one by what it holds; else the name."""
+    """Hash of the content of a user's or shipped file; else the name."""
     for path in (Path(name), data_path(folder, f"{name}{suffix}")):
         if path.is_file():
             return hashlib.sha256(path.read_bytes()).hexdigest()
@@ -109,17 +109,17 @@ def _content(folder: str, name: str, suffix: str) -> str:
 
 
 def targets_of(problem: SearchProblem, values: Mapping[str, float], name: str = "") -> SettingsInput:
-    """Targets of the start with variables at these values."""
+    """Initial targets with the variables at these values."""
     return with_values(problem.start, values, problem.flanks, name)
 
 
 def settings_of(problem: SearchProblem, values: Mapping[str, float], name: str = "") -> SettingsResult:
-    """Machine settings of the start with variables at these values."""
+    """Machine settings of the initial targets with the variables at these values."""
     return machine_settings(targets_of(problem, values, name), transmission=False)
 
 
 def evaluate(task: EvaluationTask) -> Evaluation:
-    """Figures of a point; what cannot be computed or made keeps its reason."""
+    """Figures of a point, or the reason of failure."""
     clock = time.perf_counter()
     found = Evaluation(task.key, task.values)
     try:
@@ -134,7 +134,7 @@ def evaluate(task: EvaluationTask) -> Evaluation:
             [state_figures(p, task.problem, s, task.grid) for p, s in _made(task, pair)], task.problem
         )
         missing = [name for name, value in figures.items() if not math.isfinite(value)]
-        if missing and task.values:  # what the start lacks is told there
+        if missing and task.values:  # for the start the caller reports missing figures
             reason = f"no_data: no {', '.join(missing)}{missing_roots(pair, task.problem)}"
             return replace(found, reason=reason, seconds=time.perf_counter() - clock)
         losses = loss_interval(pair, task) if task.interval else {}
@@ -147,12 +147,12 @@ def evaluate(task: EvaluationTask) -> Evaluation:
 
 @lru_cache(maxsize=2)
 def _reference(design: str) -> GearPair:
-    """The pair whose bodies are shared; computed once in each process."""
+    """The pair whose elastic bodies are shared; computed once per process."""
     return GearPair(Design.model_validate_json(design))
 
 
 def _made(task: EvaluationTask, pair: GearPair) -> Iterator[tuple[GearPair, dict[str, float]]]:
-    """The pair as it is made in each state: as designed, or with machine settings for the ease-off and its errors."""
+    """The pair in each state: as designed, or with machine settings for the ease-off with manufacturing errors."""
     designed = targets_of(task.problem, task.values)
     for state in task.states:
         inputs = as_made(designed, state, task.problem.flanks)
@@ -166,13 +166,13 @@ def _made(task: EvaluationTask, pair: GearPair) -> Iterator[tuple[GearPair, dict
 
 
 def missing_roots(pair: GearPair, problem: SearchProblem) -> str:
-    """Why teeth have no root stress; empty where they have."""
+    """Why teeth have no root stress; empty if they have one."""
     roots = pair.mesh(problem.duty[0].side, 4, 9).root_teeth()
     return "".join(f": {root}" for root in roots if isinstance(root, str))
 
 
 def over_states(found: list[dict[str, float]], problem: SearchProblem) -> dict[str, float]:
-    """Figures over the states from those of each: the loss [W] mean or worst, all else the worst."""
+    """Figures over all states from those of each: mean or maximum of the loss [W], worst of the others."""
     loss = np.mean if problem.over == "mean" else np.max
     return {name: float((loss if name == _LOSS else np.max)([figures[name] for figures in found])) for name in found[0]}
 
@@ -180,7 +180,7 @@ def over_states(found: list[dict[str, float]], problem: SearchProblem) -> dict[s
 def state_figures(
     pair: GearPair, problem: SearchProblem, state: Mapping[str, float], grid: tuple[int, int]
 ) -> dict[str, float]:
-    """Figures of a pair over the duty in one state: the mean loss [W], all else the worst."""
+    """Figures of a pair over the duty in one state: mean loss [W], worst of the others."""
     results = duty_results(pair, problem, state, grid)
     names = [name for name in problem.figures if name != _LOSS]
     hours = [row.hours for row in problem.duty]
@@ -195,7 +195,7 @@ def duty_results(
     grid: tuple[int, int],
     friction: str | None = None,
 ) -> list[EfficiencyResult]:
-    """Results of all operating points in one state; a point without one raises `ConvergenceError`."""
+    """Results of all operating points in one state; raises `ConvergenceError` if one has no result."""
     model = resolve_friction(friction or problem.friction, pair.design)
     own = pair.design.assembly.misalignment.model_dump()
     shifted = {name: own[name] + value for name, value in misalignment_of(state).items()}
@@ -233,7 +233,7 @@ def _moved(result: EfficiencyResult, name: str, end: str) -> float:
 
 
 def _loss_at(result: EfficiencyResult, efficiency: float) -> float:
-    """Loss at another efficiency; the power at the pinion is given [W]."""
+    """Loss at another efficiency with the same power at the pinion [W]."""
     power = result.torque * result.speed
     return power * (1.0 - efficiency) if result.driver == "pinion" else power * (1.0 / efficiency - 1.0)
 
@@ -260,18 +260,12 @@ def _figure(result: EfficiencyResult, name: str) -> float:
 
 
 def allowed_of(problem: SearchProblem, start: Evaluation) -> dict[str, float]:
-    """What each limited figure may be: a value, or that of the start."""
+    """Upper limit of each limited figure: a value, or the value of the start."""
     allowed = {}
     for name, limit in problem.limits.items():
         value = start.figures[name] if limit == START else float(limit)
         allowed[name] = max(value, EDGE_FREE) if name == "edge_load_share" and limit == START else value
     return allowed
-
-
-def evaluation_of(row: Mapping[str, Any]) -> Evaluation:
-    """Evaluation of a row of the journal."""
-    losses = {name: tuple(ends) for name, ends in row["losses"].items()}
-    return Evaluation(**{**row, "losses": losses, "notes": tuple(row["notes"]), "solved": tuple(row["solved"])})
 
 
 def _row(task: EvaluationTask) -> dict[str, Any]:
@@ -285,9 +279,11 @@ def _crashed(task: EvaluationTask) -> dict[str, Any]:
 def evaluate_all(
     tasks: list[EvaluationTask], executor: Executor, journal: Journal, done: Callable[[], None] = lambda: None
 ) -> list[Evaluation]:
-    """Evaluations of tasks in their order; those in the journal are read, the rest computed by the executor."""
+    """Evaluations of tasks in their order; those in the journal are read, the others are computed."""
     found = []
     for row in run_tasks(tasks, _row, executor=executor, journal=journal, crashed=_crashed):
-        found.append(evaluation_of(row))
+        losses = {name: tuple(ends) for name, ends in row["losses"].items()}
+        known = {**row, "losses": losses, "notes": tuple(row["notes"]), "solved": tuple(row["solved"])}
+        found.append(Evaluation(**known))
         done()
     return found

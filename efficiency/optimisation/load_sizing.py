@@ -1,8 +1,8 @@
-"""Crowning and edge relief sized for a torque: over a box of misalignments the edges carry next to nothing.
+"""Crowning and edge relief sized for a torque, so that the edge load is small over a box of misalignments.
 
-Starting from the targets, the relief of each edge that carries load grows with its share of the torque, and at toe and
-heel the crowning with it, until the worst state of the box is below the limit. Each step is a new machine setting and a
-loaded contact in every state; tooth bodies are those of the first step.
+The relief of each loaded edge grows with its share of the torque, and the crowning grows with it at toe and heel, until
+the worst state of the box is below the limit. Each step computes new machine settings and the loaded contact in every
+state; the elastic bodies are those of the first step.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from ehl.common.threads import one_thread
 from ehl.common.units import parse_quantity
 
 EDGE_LIMIT = 0.005
-"""Share of the torque that all edges together may carry in the worst state."""
+"""Largest share of the torque on all edges together in the worst state."""
 BOX = {"E": "0.05 mm", "P": "0.05 mm"}
-"""Half widths of the box of misalignments where none is given."""
-# relief where the targets have none: amount and length in mean normal modules, length at the ends in faces (ours)
+"""Default half widths of the box of misalignments."""
+# relief of edges without one: amount and length in mean normal modules, length at the ends in face widths (ours)
 _TIP, _ENDS = (0.004, 0.5), (0.006, 0.12)
-# growth of relief and crowning in one step, and how often (ours)
+# bounds of the growth of relief and exponent of the crowning in one step, maximum number of steps (ours)
 _GROWTH, _CROWNING, _STEPS = (1.15, 1.8), 0.5, 12
 _GRID = 12, 21
 
@@ -43,12 +43,12 @@ class LoadSizing:
     """Targets sized for a torque."""
 
     targets: SettingsInput  # with their crowning and relief
-    shares: tuple[float, ...]  # share of the torque on edges in the worst state at each step [-]
+    shares: tuple[float, ...]  # share of the torque on edges in the worst state after each step [-]
 
     def write_beside(self, design: Path) -> Path:
-        """Write the targets beside the design file that is made from them; returns their file."""
+        """Write the targets to the folder of the design file made from them; returns their file."""
         path = targets_beside(design)
-        write_file(path, targets_text(self.targets, f"Targets that {design.name} was made from."))
+        write_file(path, targets_text(self.targets, f"Targets of {design.name}."))
         return path
 
 
@@ -58,16 +58,16 @@ def sized_for_load(
     torque: float | str | None = None,
     misalignment: Mapping[str, float | str] | None = None,
 ) -> LoadSizing:
-    """Crowning and relief such that the edges carry less than `EDGE_LIMIT` of a torque.
+    """Crowning and relief for which the edges carry less than `EDGE_LIMIT` of a torque.
 
     Parameters
     ----------
     targets : SettingsInput, str or Path
-        Where it starts, a file or the name of shipped targets; their own relief is kept where it is enough.
+        Initial targets, a file or the name of shipped targets; sufficient relief is kept.
     torque : float or str, optional
-        Of the pinion on the drive side [N m]; that of the targets if not given.
+        Pinion torque on the drive side [N m]; default: that of the targets.
     misalignment : mapping, optional
-        Half widths of the box of E, P, G [m]; those of `BOX` where not given.
+        Half widths of the box of E, P, G [m]; default: `BOX`.
 
     Returns
     -------
@@ -95,7 +95,7 @@ def sized_for_load(
         report_progress("load sizing", step, _STEPS)
         made = machine_settings(targets, transmission=False)
         if reference is None:
-            # relief needs the module of the cut pair
+            # the relief depends on the module of the cut pair
             reference = GearPair(made.design)
             targets = _with_relief(targets, reference)
             made = machine_settings(targets, transmission=False)
@@ -116,7 +116,7 @@ def sized_for_load(
         targets = _grown(targets, worst)
     raise ConvergenceError(
         "edges_carry",
-        f"edges still carry {100.0 * shares[-1]:.2g} % of {torque:g} N m after {_STEPS} steps: less torque, larger "
+        f"edges still carry {100.0 * shares[-1]:.2g} % of {torque:g} N m after {_STEPS} steps: use less torque, larger "
         "teeth, or a smaller box of misalignments",
     )
 
@@ -137,7 +137,7 @@ def _with_relief(targets: SettingsInput, pair: GearPair) -> SettingsInput:
 
 
 def _grown(targets: SettingsInput, shares: Mapping[str, float]) -> SettingsInput:
-    """Targets with more relief at the edges that carry, and more crowning where these are toe and heel."""
+    """Targets with more relief at the loaded edges, and more crowning at loaded toe and heel."""
     changed: dict[str, MemberTargets] = {}
     crowning = {"toe": 1.0, "heel": 1.0}
     for name in MEMBERS:
@@ -155,7 +155,7 @@ def _grown(targets: SettingsInput, shares: Mapping[str, float]) -> SettingsInput
 
     def crowned(flank: FlankTarget) -> FlankTarget:
         more = {f"crowning_{end}": getattr(flank, f"crowning_{end}") * factor for end, factor in crowning.items()}
-        if targets.cutting.pinion == "conjugate":  # both ends alike
+        if targets.cutting.pinion == "conjugate":  # equal at both ends
             more = dict.fromkeys(more, math.sqrt(math.prod(more.values())))
         return flank.model_copy(update=more)
 

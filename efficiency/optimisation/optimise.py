@@ -1,7 +1,7 @@
-"""The search: start -> points about it -> batches where improvement is expected -> check of the best on the full mesh.
+"""Optimisation of ease-off and blank: start, initial sample, batches by expected improvement, check on the full mesh.
 
-Each evaluation is written down when it ends, and each batch follows from the evaluations before it and the seed alone:
-a run that was killed goes on where it was and ends with the same front, whatever the number of worker processes.
+Each evaluation is written to the journal when it ends. Each batch depends only on the evaluations before it and on the
+seed, so an interrupted run resumes and ends with the same front for any number of worker processes.
 """
 
 from __future__ import annotations
@@ -57,15 +57,15 @@ from ehl.common.validation import read_toml
 from ehl.fluid.oil import Oil
 
 EVALUATIONS, BATCH, CHECKED = 120, 4, 4
-"""Default numbers: evaluations of a search, points of a batch, points of the front that are checked exactly."""
+"""Default numbers of evaluations, of points in a batch, and of points of the front checked on the full mesh."""
 MAX_EVALUATIONS = 20_000
 SEARCH_GRID = (8, 31)
-"""Positions and points per line of the search; fewer points underestimate the greatest pressure by 3 to 14 %."""
-# spread-out points before the first batch, for each variable; evaluations between two fits of the length scales
+"""Positions and points per line of the search; fewer points underestimate the maximum pressure by 3 to 14 %."""
+# points of the initial sample per variable; evaluations between two fits of the length scales
 _FIRST, _REFIT = 4, 24
-# states of a search: with more of them it takes three
+# largest number of states used in a search; with more states it uses three of them
 _MAX_STATES = 5
-# shares of the evaluations after which the best point so far is checked, to correct the rest
+# fractions of the evaluations after which the best point is checked to correct the remaining points
 _CHECK_AT = 2 / 3, 5 / 6
 
 
@@ -93,54 +93,53 @@ def optimise(
     store: Path | str | None = None,
     progress: ProgressCallback | None = None,
 ) -> Optimisation:
-    """Search ease-off and blank of a pair for less loss within limits of pressure, transmission error, edges and roots.
+    """Optimise ease-off and blank of a pair for low loss within limits of pressure, transmission error and stress.
 
     Parameters
     ----------
     targets : SettingsInput, Path or str
-        Targets of the pair to start from: content, file, or the name of shipped ones.
+        Targets of the initial pair: the object, a file, or the name of shipped targets.
     variables : mapping or sequence, optional
         Names of `efficiency.optimisation.problem.VARIABLES`, with their bounds: two values, ``"from:to unit"``, or None
-        for default ones. ``"ease_off"``, the default, stands for crowning lengthwise and in profile, bias, twist, place
-        of the contact, and relief where the targets have it; ``"blank"`` for spiral angle, offset, cutter radius,
-        pressure angles, addendum and depth factor where the blank states them.
+        for the default bounds. ``"ease_off"``, the default, comprises lengthwise and profile crowning, bias, twist,
+        position of the contact, and the reliefs of the targets. ``"blank"`` comprises spiral angle, cutter radius,
+        pressure angles, addendum factor and depth factor where the blank states them.
     objectives : sequence of str, optional
-        Figures to minimise, the most important first; by default loss, pressure and loaded transmission error.
+        Figures to minimise, the most important first; default: loss, pressure and loaded transmission error.
     limits : mapping, optional
-        Figures and what they may be at most: a value, or ``"start"`` for not more than the start. By default pressure,
-        loaded transmission error, edge load and root stresses of the start.
+        Figures and their upper limits: a value, or ``"start"`` for the value of the start. Default: pressure, loaded
+        transmission error, edge load and root stresses of the start.
     duty : Path, str or sequence of DutyRow, optional
-        Duty cycle, as of `GearPair.duty`; by default the operating point of the targets.
+        Duty cycle, as in `GearPair.duty`; default: the operating point of the targets.
     misalignment : mapping, optional
-        Half widths of the misalignment box: `E`, `P`, `G` [m] and `shaft_angle_error` [rad]; by default 0.05 mm in
-        E and P. Empty for the aligned pair alone.
+        Half widths of the misalignment box: `E`, `P`, `G` [m] and `shaft_angle_error` [rad]; default: 0.05 mm in
+        E and P. An empty mapping means the aligned pair only.
     tolerance : mapping, optional
-        Half widths of variables of the ease-off as it is made, besides the misalignments; at most seven of both.
+        Half widths of manufacturing errors of ease-off variables; at most seven half widths with the misalignments.
     over : {"mean", "worst"}
-        What counts of the losses in the box; of all else the worst counts.
+        Whether the loss is the mean or the maximum over the states; all other figures are the worst.
     flanks : {"drive", "coast", "both"}
-        Whose ease-off is varied.
+        Flanks whose ease-off is varied.
     friction : str, optional
-        Friction formula; by default the one shipped for the oil.
+        Friction formula; default: the formula shipped for the oil.
     oil : str, optional
         Oil card in place of that of the targets.
     evaluations : int
-        Of the search, the start included.
+        Number of evaluations of the search, including the start.
     batch : int
-        Points between two updates of the surrogate; they are computed at the same time.
+        Number of points between two updates of the surrogate; they are computed in parallel.
     check : int
-        Points of the front, and the next best where it has fewer, that are computed again on the full mesh, in all
-        states.
+        Number of points computed again on the full mesh in all states: points of the front, then the next best.
     solved : str, optional
-        Friction model that solves contacts (``ehl``...), to check the gain of the best point with; minutes.
+        Friction model with solved contacts (``ehl``...) that checks the gain of the best point; takes minutes.
     seed : int
-        Of the random numbers.
+        Seed of the random numbers.
     jobs : int, optional
-        Worker processes; by default all cores granted.
+        Worker processes; default: all available cores.
     dask : str or distributed.Client, optional
-        Compute on a dask cluster, as `regression.sweep`; a batch should then be as large as the cluster.
+        Dask cluster, as in `regression.sweep`; choose a batch as large as the cluster.
     store : Path or str, optional
-        File of the evaluations, read and continued.
+        File of the evaluations; an existing file is read and continued.
     progress : callable, optional
         Called with a `Progress` after each evaluation.
 
@@ -151,9 +150,9 @@ def optimise(
     Raises
     ------
     InputError
-        What cannot be used: variables, bounds, an objective without data.
+        Invalid variables or bounds, or an objective without data.
     ConvergenceError
-        The start itself cannot be computed.
+        The start cannot be computed.
 
     Examples
     --------
@@ -173,10 +172,10 @@ def optimise(
     )
     _check_numbers(evaluations, batch, check, len(problem.variables))
     if solved is not None and solved.partition(":")[0] != "ehl":
-        models = "a friction model that solves contacts: ehl, ehl:smooth"
-        raise InputError("check friction", solved, models, "The gain by the formula of the search needs no second one.")
+        models = "a friction model with solved contacts: ehl, ehl:smooth"
+        raise InputError("check friction", solved, models, "The search itself already uses a formula.")
     if solved is not None:
-        ehl_friction(solved)  # refuses words it does not know before the search begins
+        ehl_friction(solved)  # rejects invalid settings before the search begins
     path = None if store is None else Path(store)
     total, done = evaluations + len(problem.states) - 1 + (check + 1 + len(_CHECK_AT) if check else 0), 0
 
@@ -226,27 +225,25 @@ def _at_bounds(found: Optimisation) -> list[str]:
         return []
     values = found.best.point.variables
     names = [f"{v.quantity.label} ({bound})" for v in found.problem.variables if (bound := v.at_bound(values[v.name]))]
-    return (
-        [f"at a bound in the best point: {', '.join(names)}; wider bounds with --vary may find more"] if names else []
-    )
+    return [f"variables of the best point at a bound: {', '.join(names)}; widen it with --vary"] if names else []
 
 
 def load_start(name: Path | str) -> SettingsInput:
-    """Targets to start from; those beside a design file, which alone is refused with what to do."""
+    """Initial targets; for a design file, the targets file that belongs to it."""
     path = named_file("targets", "targets", name)
     content = read_toml(path)
-    if "assembly" in content and "targets" not in content:
-        beside = targets_beside(path)
-        if beside.is_file():
-            return load_targets(beside)
-        raise InputError(
-            "targets",
-            str(name),
-            "a targets file (blank, [cutting], [targets]); a design holds no wanted ease-off",
-            f"Write its blank and ease-off as in data/targets into {beside.name} beside it, or start from shipped "
-            "targets by name.",
-        )
-    return load_targets(path)
+    if "assembly" not in content or "targets" in content:
+        return load_targets(path)
+    own = targets_beside(path)
+    if own.is_file():
+        return load_targets(own)
+    raise InputError(
+        "targets",
+        str(name),
+        "a targets file (blank, [cutting], [targets]); a design file does not contain the intended ease-off",
+        f"Write its blank and ease-off in the format of data/targets to {own.name} in the same folder, or start from "
+        "shipped targets by name.",
+    )
 
 
 def make_problem(
@@ -262,7 +259,7 @@ def make_problem(
     friction: str | None,
     oil: str | None,
 ) -> SearchProblem:
-    """The problem of `optimise`, checked."""
+    """The validated problem of `optimise`."""
     if over not in ("mean", "worst"):
         raise InputError("over", over, "mean or worst")
     if flanks not in ("drive", "coast", "both"):
@@ -308,7 +305,7 @@ def _write_problem(problem: SearchProblem, path: Path, evaluations: int, batch: 
 
 
 def search_task(problem: SearchProblem, start: SettingsResult) -> EvaluationTask:
-    """What the points of a search are like; with the bodies of the start where only the ease-off is varied."""
+    """Template of the tasks of a search; with the elastic bodies of the start where only the ease-off is varied."""
     bodies = "" if problem.varies_blank else start.design.model_dump_json()
     return EvaluationTask(problem, {}, problem.states, SEARCH_GRID, bodies=bodies, accepted=start.status)
 
@@ -316,7 +313,7 @@ def search_task(problem: SearchProblem, start: SettingsResult) -> EvaluationTask
 def _begin(
     problem: SearchProblem, evaluate: Evaluate, *, default: bool
 ) -> tuple[SearchProblem, Evaluation, tuple[dict[str, float], ...], EvaluationTask, list[str]]:
-    """The start in all states; which of them the search takes; the task its points are like."""
+    """The start in all states, the states of the search, the template of its tasks, and notes."""
     made = settings_of(problem, {})
     pair = GearPair(made.design)
     model = resolve_friction(problem.friction, made.design)
@@ -340,8 +337,8 @@ def _begin(
     first = Evaluation(task.key, problem.start_values, figures, notes=made.warnings)
     if len(states) < len(problem.states):
         notes.append(
-            f"search in {len(states)} of {len(problem.states)} states: aligned as designed, and the corners with most "
-            "and least pressure at the start; the check takes all"
+            f"the search uses {len(states)} of {len(problem.states)} states: the aligned pair and the corners with the "
+            "highest and lowest pressure of the start; the check uses all states"
         )
     return problem, first, states, task, notes
 
@@ -349,22 +346,22 @@ def _begin(
 def _with_data(
     problem: SearchProblem, pair: GearPair, start: Evaluation, default: bool
 ) -> tuple[SearchProblem, list[str]]:
-    """The problem without default limits that have no data; an objective or a limit asked for has to have them."""
+    """The problem without the default limits that have no data; explicit objectives and limits must have data."""
     missing = [name for name in problem.figures if not math.isfinite(start.figures[name])]
     notes = []
     for name in missing:
         reason = missing_roots(pair, problem) if name.startswith("root_stress") else ""
         if name in problem.objectives or not default:
             kind = "objective" if name in problem.objectives else "limit"
-            remedy = "give the tooth a root (larger edge radius or slot), or leave it out"
-            raise InputError(kind, name, f"a figure that this pair has{reason}", f"To do: {remedy}.")
-        notes.append(f"{name} is not limited, the start has none{reason}")
+            remedy = "Give the tooth a root (larger edge radius or slot), or omit the figure."
+            raise InputError(kind, name, f"a figure that this pair has{reason}", remedy)
+        notes.append(f"no limit on {name}, because the start has no such value{reason}")
     limits = {name: limit for name, limit in problem.limits.items() if name not in missing}
     return replace(problem, limits=limits), notes
 
 
 def _search_states(problem: SearchProblem, each: Sequence[Evaluation]) -> tuple[dict[str, float], ...]:
-    """The aligned pair and the corners with the greatest and the least pressure, else loss, of the start."""
+    """The aligned pair and the corners with the highest and the lowest pressure of the start; without it, the loss."""
     states = problem.states
     if len(states) <= _MAX_STATES:
         return states
@@ -382,7 +379,7 @@ def _search(
     seed: int,
     evaluate: Evaluate,
 ) -> list[Evaluation]:
-    """The start, the points so far and all further ones, in the order of the batches."""
+    """The given points and all further ones up to `evaluations`, in the order of the batches."""
     problem, bounds = task.problem, correction.limits
     names, dimension = problem.figures, len(problem.variables)
     limits = np.array([transformed(name, np.array([bounds.get(name, math.inf)]))[0] for name in names])

@@ -1,4 +1,4 @@
-"""Figures of a search: loss against the other objectives, parallel coordinates, progress."""
+"""Figures of an optimisation: trade-offs, parallel coordinates, progress."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ if TYPE_CHECKING:
     from efficiency.optimisation.result import Optimisation
 
 _LIGHT = "0.8"
-# points far beyond the start would press the front into a corner
+# axes end at this multiple of the start, so that the front remains visible
 _VIEW = 1.6
 
 
 def optimisation_figures(result: Optimisation) -> list[Picture]:
     """Figures of a search."""
     trade = (
-        "Points of the search: grey beyond a limit, blue within all limits, orange the front; the square is the start. "
-        "Axes in shares of the start, load at edges in % of the torque; dashed the limit."
+        "Points of the search: grey above a limit, blue within all limits, orange the front; the square is the start. "
+        "Figures are relative to the start, the edge load in % of the torque; the dashed line is the limit."
     )
     parallel = (
-        "Parallel coordinates of the front: variables between their bounds, then figures in shares of the start, load "
-        "at edges in % of the torque; a line for each point, dark for little loss."
+        "Parallel coordinates of the front: variables between their bounds, then figures relative to the start, edge "
+        "load in % of the torque; one line for each point, darker for less loss."
     )
-    progress = "Least first objective within the limits over the evaluations."
+    progress = "Lowest first objective within the limits over the evaluations."
     return [
         Picture(partial(trade_figure, result), trade, "trade"),
         Picture(partial(parallel_figure, result), parallel, "parallel"),
@@ -42,7 +42,7 @@ def optimisation_figures(result: Optimisation) -> list[Picture]:
 
 
 def _scale(result: Optimisation, name: str) -> float:
-    """What an axis is divided by: the start's figure; the unit for shares of the torque, which may vanish there."""
+    """Divisor of an axis: the figure of the start; the unit for shares of the torque, which may vanish there."""
     start = result.start.figures[name]
     return start if start > 0.0 and name != "edge_load_share" else float(quantities()[name].to_si(1.0))
 
@@ -55,12 +55,12 @@ def _label(result: Optimisation, name: str) -> str:
     quantity = quantities()[name]
     scale = _scale(result, name)
     if scale == result.start.figures[name]:
-        return f"{quantity.label}\nover that of the start, {quantity.text(scale)} [-]"
+        return f"{quantity.label}\nrelative to the start, {quantity.text(scale)} [-]"
     return quantity.axis_label
 
 
 def trade_figure(result: Optimisation) -> Figure:
-    """First objective against each of the others and the limited figures."""
+    """First objective over each of the others and the limited figures."""
     first, *rest = result.problem.figures
     names = rest[:3] or [first]
     figure = new_figure(1.0 + 3.6 * len(names), 3.8)
@@ -70,7 +70,7 @@ def trade_figure(result: Optimisation) -> Figure:
     beyond = [p for p in computed if not p.feasible(result.allowed)]
     for axes, name in zip(np.atleast_1d(figure.subplots(1, len(names), sharey=True)), names, strict=True):
         for points, style in (
-            (beyond, {"color": _LIGHT, "s": 12, "label": "beyond a limit"}),
+            (beyond, {"color": _LIGHT, "s": 12, "label": "above a limit"}),
             (within, {"color": BLUE, "s": 16, "label": "within the limits"}),
             (front, {"color": ORANGE, "s": 26, "label": "front"}),
             ([result.start], {"color": "k", "s": 40, "marker": "s", "label": "start"}),
@@ -90,7 +90,7 @@ def trade_figure(result: Optimisation) -> Figure:
 
 
 def _window(axes: Axes, across: np.ndarray, up: np.ndarray) -> None:
-    """The part about the start; few far points may fall outside."""
+    """Limit the axes to the points near the start."""
     for values, limits in ((across, axes.set_xlim), (up, axes.set_ylim)):
         near = values[values < _VIEW * max(1.0, float(np.median(values)))]
         low, high = float(near.min()), float(near.max())
@@ -99,7 +99,7 @@ def _window(axes: Axes, across: np.ndarray, up: np.ndarray) -> None:
 
 
 def parallel_figure(result: Optimisation) -> Figure:
-    """A line for each point of the front over variables and figures."""
+    """One line for each point of the front over variables and figures."""
     variables, names = result.problem.variables, result.problem.figures
     front = list(result.front) or [result.start]
     columns = [np.array([v.place(point.variables[v.name]) for point in front]) for v in variables]
@@ -131,7 +131,7 @@ def parallel_figure(result: Optimisation) -> Figure:
         range(len(heads)), heads, **({"rotation": 60, "ha": "right"} if many < 12 else {"rotation": 90}), fontsize=8
     )
     axes.set_yticks([0.0, 1.0], ["low", "high"])
-    axes.set_xlabel("variables between their bounds, figures in shares of the start [-]")
+    axes.set_xlabel("variables between their bounds, figures relative to the start [-]")
     axes.grid(axis="x", alpha=0.4)
     axes.legend(fontsize=8, frameon=False, loc="upper right")
     return figure

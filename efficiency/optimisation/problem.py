@@ -1,4 +1,4 @@
-"""What is optimised: variables of ease-off and blank, figures to minimise or to limit, states they are taken over."""
+"""Optimisation problem: variables of ease-off and blank, figures to minimise or to limit, and states."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Bounds = tuple[float, float]
 
 _AMOUNT = value_range_of(FlankTarget, "crowning_toe")
 _RELIEF, _LEAST_RELIEF = ValueRange("m", gt=0.0, le=1e-3), 1e-8
-# each variable, the keys of a flank target it sets, and what it may be
+# each variable, the keys of a flank target that it sets, and its allowed range
 _TARGETS: dict[str, tuple[tuple[str, ...], ValueRange]] = {
     "lengthwise_crowning": (("crowning_toe", "crowning_heel"), _AMOUNT),
     "profile_crowning": (("relief_root", "relief_tip"), _AMOUNT),
@@ -40,9 +40,9 @@ _TARGETS: dict[str, tuple[tuple[str, ...], ValueRange]] = {
         )
     },
 }
-# edges of both members whose relief a variable sets
+# edges of both members with the relief that a variable sets
 _EDGES = {"tip_relief": ("tip",), "end_relief": ("toe", "heel")}
-# each variable of the blank and the table of the blank file its key stands in
+# each variable of the blank and the table of the blank file that holds its key
 _BLANK: dict[str, str] = {
     "spiral_angle": "",
     "hypoid_offset": "",
@@ -61,16 +61,16 @@ VARIABLES: dict[str, ValueRange] = {
     **{name: value_range_of(DepthTypeTwo, name) for name in ("gear_addendum_factor", "depth_factor")},
 }
 GROUPS = ("ease_off", "blank")
-"""Names that stand for the default variables of the ease-off, and for those of the blank that the pair has."""
-# part of the space that a vehicle gives the pair: varied where it is named, no part of a group
+"""Names of groups: the default variables of the ease-off, and those of the blank that the pair has."""
+# limited by the installation space of the vehicle: varied only if named, not part of a group
 _PACKAGE = ("hypoid_offset",)
 _DEFAULT = ("lengthwise_crowning", "profile_crowning", "bias", "twist", "contact_face", "contact_depth")
 
-# default bounds: amounts in shares of the start's but at least of the floor, slopes and places about the start (ours)
+# default bounds: amounts as multiples of the start with a minimum, slopes and positions about the start (ours)
 _SHARES, _FLOOR, _RELIEF_SHARES = (0.25, 3.5), {"lengthwise_crowning": 20e-6, "profile_crowning": 6e-6}, (0.25, 3.0)
 _BIAS, _PLACE, _MAX_PLACE = 0.8, 0.35, 0.6
 
-# default bounds of the blank about the start (ours): shares of it, or so far to both sides
+# default bounds of the blank (ours): multiples of the start, or a distance to both sides of it
 _BLANK_SHARES = {"hypoid_offset": (0.5, 1.1), "cutter_radius": (0.8, 1.4), "depth_factor": (0.85, 1.05)}
 _BLANK_REACH = {
     "spiral_angle": math.radians(12.0),
@@ -81,7 +81,7 @@ _BLANK_REACH = {
 
 BOX = {"E": 5e-5, "P": 5e-5}
 """Half widths of the default misalignment box [m]: bearings and housings of an axle (ours)."""
-# half widths of a box: more have no design of eight corners
+# most half widths of the fractional design of eight corners
 _MAX_WIDTHS = 7
 _SHIFTS = {name: value_range_of(Misalignment, name) for name in Misalignment.model_fields}
 
@@ -94,11 +94,11 @@ FIGURES = (
     "root_stress_gear",
     "temperature_flash",
 )
-"""What can be an objective or a limit; all are better the smaller they are."""
+"""Possible objectives and limits; all are to be minimised."""
 OBJECTIVES = ("power_loss", "pressure_max", "transmission_error_loaded")
 LIMITS = ("pressure_max", "transmission_error_loaded", "edge_load_share", "root_stress_pinion", "root_stress_gear")
 EDGE_FREE = 1e-3
-"""Share of the torque at edges that counts as none: where the strength begins to note it."""
+"""Share of the torque at edges that is negligible: threshold of the note of the strength."""
 
 START = "start"
 
@@ -113,20 +113,20 @@ class Variable:
 
     @property
     def quantity(self) -> Quantity:
-        """What it is."""
+        """Label and unit."""
         return variable_quantity(self.name)
 
     def at(self, place: float) -> float:
-        """Value at a place from 0 to 1 between the bounds; rounded to what a design file holds."""
+        """Value at a position from 0 to 1 between the bounds, rounded to the digits of a design file."""
         return round(self.low + place * (self.high - self.low), 10)
 
     def at_bound(self, value: float) -> str:
-        """The bound that a value lies at within a hundredth of the range; empty inside."""
+        """The bound within a hundredth of the range of a value; empty inside."""
         share = self.place(value)
         return "lower" if share < 0.01 else "upper" if share > 0.99 else ""
 
     def place(self, value: float) -> float:
-        """The place of a value, the nearest one inside the bounds."""
+        """Position of a value between the bounds, limited to 0 to 1."""
         return min(max((value - self.low) / (self.high - self.low), 0.0), 1.0)
 
 
@@ -141,14 +141,14 @@ def variables_of(
 ) -> list[Variable]:
     """Variables with their bounds, from names of `VARIABLES` or `GROUPS`, or names with bounds.
 
-    Bounds are two values, a text ``"from:to unit"``, or None for the default ones. An `InputError` for an unknown
-    variable, bounds out of range or out of order, or a variable that sets the same as another.
+    Bounds are two values, a text ``"from:to unit"``, or None for the default bounds. Raises an `InputError` for an
+    unknown variable, invalid bounds, or two variables that set the same key.
     """
     named = dict.fromkeys(given) | dict(given if isinstance(given, Mapping) else {}) if given else {"ease_off": None}
     names: dict[str, Any] = {}
     for name, bounds in named.items():
         if name in GROUPS and bounds is not None:
-            raise InputError(name, bounds, "no bounds, as it stands for several variables", "Name each with its own.")
+            raise InputError(name, bounds, "no bounds, because it is a group of variables", "List single variables.")
         ease_off = (*_DEFAULT, *(edge for edge in _EDGES if _reliefs(start, edge)))
         group = (
             ease_off
@@ -174,15 +174,15 @@ def variables_of(
 
 
 def _take(field: str, name: str, taken: dict[str, str]) -> None:
-    """Note the keys a variable sets; an `InputError` where another one sets the same."""
+    """Add the keys that a variable sets; an `InputError` if another variable sets one of them."""
     for key in _TARGETS[name][0] if name in _TARGETS else _EDGES.get(name, (name,)):
         if key in taken:
-            raise InputError(field, name, f"not together with {taken[key]}, which sets {key} too")
+            raise InputError(field, name, f"not together with {taken[key]}, which also sets {key}")
         taken[key] = name
 
 
 def _blank_place(start: SettingsInput, name: str) -> tuple[Any, str]:
-    """The table of the blank a variable stands in, and its key there."""
+    """The table of the blank that holds a variable, and its key there."""
     blank = start.blank
     if name == "spiral_angle":
         return blank, "mean_spiral_angle_pinion" if blank.method == 1 else "mean_spiral_angle_gear"
@@ -192,18 +192,18 @@ def _blank_place(start: SettingsInput, name: str) -> tuple[Any, str]:
 
 
 def _stated(start: SettingsInput, name: str) -> float | None:
-    """Value of a variable in the blank; None or 0 where the blank leaves it to the standard or has none."""
+    """Value of a variable in the blank; None or 0 if the blank does not state it."""
     table, key = _blank_place(start, name)
     return getattr(table, key, None)
 
 
 def _blank_value(start: SettingsInput, name: str) -> float:
-    """Value of a variable in the blank; `InputError` where the blank does not state it."""
+    """Value of a variable in the blank; `InputError` if the blank does not state it."""
     value = _stated(start, name)
     if not value:
         _, key = _blank_place(start, name)
         raise InputError(
-            "variable", name, "a value that the blank states", f"Give {key} in the blank, or leave the variable out."
+            "variable", name, "a value that the blank states", f"Give {key} in the blank, or omit the variable."
         )
     return float(value)
 
@@ -247,7 +247,7 @@ def _default_bounds(start: SettingsInput, name: str, flanks: Flanks) -> Bounds:
             raise InputError(
                 name,
                 None,
-                "its bounds, or relief in the targets to start from",
+                "its bounds, or relief in the initial targets",
                 f"State [pinion.edge_relief] and [gear.edge_relief] with {' and '.join(_EDGES[name])}.",
             )
         return _RELIEF_SHARES[0] * own, min(_RELIEF_SHARES[1] * own, most)
@@ -278,7 +278,7 @@ def _reliefs(start: SettingsInput, name: str) -> list[float]:
 
 
 def start_value(start: SettingsInput, name: str, flanks: Flanks) -> float:
-    """Value of a variable at the start: the mean of what it sets."""
+    """Value of a variable at the start: the mean of the keys that it sets."""
     if name in _BLANK:
         return _blank_value(start, name)
     if name in _EDGES:
@@ -291,7 +291,7 @@ def start_value(start: SettingsInput, name: str, flanks: Flanks) -> float:
 
 
 def with_values(start: SettingsInput, values: Mapping[str, float], flanks: Flanks, name: str = "") -> SettingsInput:
-    """The targets with variables at these values."""
+    """The targets with the variables at these values."""
     targets = start.targets
     own = {key: value for n, value in values.items() if n in _TARGETS for key in _TARGETS[n][0]}
     changed: dict[str, Any] = (
@@ -316,7 +316,7 @@ def _blank_with(start: SettingsInput, values: Mapping[str, float]) -> PairBlankI
 
 
 def _members(start: SettingsInput, values: Mapping[str, float], by: bool = False) -> dict[str, Any]:
-    """Both members with their reliefs at these values, or greater `by` them."""
+    """Both members with the reliefs of these values, or with reliefs increased `by` them."""
     members = {"pinion": start.pinion, "gear": start.gear}
     for name, edges in _EDGES.items():
         if name in values:
@@ -325,7 +325,7 @@ def _members(start: SettingsInput, values: Mapping[str, float], by: bool = False
 
 
 def _relieved(member: MemberTargets, edges: tuple[str, ...], amount: float, by: bool) -> MemberTargets:
-    """A member with another amount of relief, or with one that is greater `by` the amount."""
+    """A member with another relief amount, or with one increased `by` the amount."""
     relief = member.edge_relief
     parts = {}
     for edge in edges:
@@ -338,17 +338,17 @@ def _relieved(member: MemberTargets, edges: tuple[str, ...], amount: float, by: 
 
 @dataclass(frozen=True)
 class SearchProblem:
-    """Everything a search depends on besides the seed."""
+    """All inputs of a search except the seed."""
 
-    start: SettingsInput  # targets the search starts from
+    start: SettingsInput  # initial targets
     variables: tuple[Variable, ...]
-    flanks: Flanks  # whose ease-off is varied
+    flanks: Flanks  # flanks whose ease-off is varied
     objectives: tuple[str, ...]  # of `FIGURES`, the first one the most important
-    limits: dict[str, float | str]  # figures that are not to become greater than a value, or than `START`
+    limits: dict[str, float | str]  # upper limits of figures: a value, or `START` for the value of the start
     duty: tuple[DutyRow, ...]  # operating points
-    # misalignments, and errors of the ease-off as made, added to none; the aligned pair as designed first
+    # misalignments and manufacturing errors of the ease-off, added to those of the design; first the aligned pair
     states: tuple[dict[str, float], ...]
-    over: Over  # whether the loss is the mean over the states or the worst; all else is the worst
+    over: Over  # whether the loss is the mean or the maximum over the states; other figures are the worst
     # friction model and oil card
     friction: str
     oil: str
@@ -360,7 +360,7 @@ class SearchProblem:
 
     @property
     def varies_blank(self) -> bool:
-        """Whether teeth change by more than micrometres."""
+        """Whether the blank is varied, so that the elastic bodies change."""
         return any(variable.name in _BLANK for variable in self.variables)
 
     @property
@@ -369,17 +369,17 @@ class SearchProblem:
         return {v.name: start_value(self.start, v.name, self.flanks) for v in self.variables}
 
     def places_of(self, points: Sequence[Mapping[str, float]]) -> FloatArray:
-        """Places of points in the unit cube between the bounds, (n, d)."""
+        """Positions of points in the unit cube between the bounds, (n, d)."""
         places = [[v.place(point[v.name]) for v in self.variables] for point in points]
         return np.array(places).reshape(len(points), len(self.variables))
 
     def values_at(self, place: FloatArray) -> dict[str, float]:
-        """Variables at a place of the unit cube."""
+        """Variables at a position of the unit cube."""
         return {v.name: v.at(float(z)) for v, z in zip(self.variables, place, strict=True)}
 
 
 def checked_objectives(given: Sequence[str] | None) -> tuple[str, ...]:
-    """Objectives by their names; `InputError` for an unknown one."""
+    """Validated names of the objectives; `InputError` for an unknown one."""
     names = tuple(dict.fromkeys(given or OBJECTIVES))
     for name in names:
         if name not in FIGURES:
@@ -388,7 +388,7 @@ def checked_objectives(given: Sequence[str] | None) -> tuple[str, ...]:
 
 
 def checked_limits(given: Mapping[str, Any] | None) -> dict[str, float | str]:
-    """Limits by their names: a value, or `START` for not more than today; `InputError` for anything else."""
+    """Validated limits: a value, or `START` for the value of the start; `InputError` for anything else."""
     found: dict[str, float | str] = {}
     for name, value in (dict.fromkeys(LIMITS, START) if given is None else given).items():
         if name not in FIGURES:
@@ -397,7 +397,7 @@ def checked_limits(given: Mapping[str, Any] | None) -> dict[str, float | str]:
             found[name] = START
             continue
         unit = quantities()[name].unit
-        example = "Not above the start: the name alone, or 'start'."
+        example = "To keep the value of the start, give the name alone or 'start'."
         bounds = ValueRange(unit, ge=0.0, hint=example)
         found[name] = bounds.check(value, f"limit {name}", bare=not isinstance(value, str))
     return found
@@ -406,11 +406,11 @@ def checked_limits(given: Mapping[str, Any] | None) -> dict[str, float | str]:
 def box_states(
     box: Mapping[str, Any] | None, tolerance: Mapping[str, Any] | None = None
 ) -> tuple[dict[str, float], ...]:
-    """The aligned pair as designed, and corners of a box of misalignments and errors of the ease-off as made.
+    """The aligned pair as designed, and corners of a box of misalignments and manufacturing errors of the ease-off.
 
-    All corners of one and two half widths; of three the half in which the product of their signs is one; of four to
-    seven eight corners (a fractional design of two levels: no two main effects share their sums). `box` has half widths
-    of E, P, G [m] and shaft_angle_error [rad], zero leaves one out; `tolerance` those of variables of the ease-off.
+    With one or two half widths all corners; with three the half in which the product of the signs is one; with four to
+    seven a two-level fractional factorial design of resolution III with eight corners. `box` holds half widths of E, P,
+    G [m] and shaft_angle_error [rad], where zero omits one; `tolerance` holds those of variables of the ease-off.
     """
     widths: dict[str, float] = {}
     for name, value in (BOX if box is None else box).items():
@@ -418,7 +418,7 @@ def box_states(
             raise InputError("misalignment", name, "one of " + ", ".join(_SHIFTS))
         width = _SHIFTS[name].check(value, name, bare=not isinstance(value, str))
         if width < 0.0:
-            raise InputError(name, value, "a half width, zero or above", "The box goes to both sides.")
+            raise InputError(name, value, "a half width, zero or above", "The box extends to both sides.")
         if width > 0.0:
             widths[name] = width
     taken: dict[str, str] = {}
@@ -427,11 +427,11 @@ def box_states(
             raise InputError("tolerance", name, "one of " + ", ".join(n for n in VARIABLES if n not in _BLANK))
         _take("tolerance", name, taken)
         allowed = VARIABLES[name]
-        half = ValueRange(allowed.unit, gt=0.0, le=allowed.le, hint="A half width: the error goes to both sides.")
+        half = ValueRange(allowed.unit, gt=0.0, le=allowed.le, hint="A half width: the error extends to both sides.")
         widths[name] = half.check(value, f"tolerance {name}", bare=not isinstance(value, str))
     if len(widths) > _MAX_WIDTHS:
-        hint = "Leave out the least of them; a misalignment by its option with '0 mm'."
-        raise InputError("tolerance", ", ".join(widths), f"at most {_MAX_WIDTHS} half widths, misalignments too", hint)
+        hint = "Omit the least important ones; set a misalignment to '0 mm' to omit it."
+        raise InputError("tolerance", ", ".join(widths), f"at most {_MAX_WIDTHS} half widths with misalignments", hint)
     corners = [_signs(base, len(widths)) for base in product((-1.0, 1.0), repeat=min(len(widths), 3))] if widths else []
     corners = [signs for signs in corners if len(signs) != 3 or reduce(mul, signs) > 0.0]
     return (
@@ -441,7 +441,7 @@ def box_states(
 
 
 def _signs(base: tuple[float, ...], count: int) -> tuple[float, ...]:
-    """Signs of a corner: those beyond the third are products of the first three."""
+    """Signs of a corner; those beyond the third are products of the first three."""
     if count <= len(base):
         return base
     a, b, c = base
@@ -454,7 +454,7 @@ def misalignment_of(state: Mapping[str, float]) -> dict[str, float]:
 
 
 def as_made(inputs: SettingsInput, state: Mapping[str, float], flanks: Flanks) -> SettingsInput:
-    """Targets with the errors of the ease-off of a state; amounts stay within what they can be."""
+    """Targets with the manufacturing errors of the ease-off of a state, limited to the allowed range."""
     errors = {name: value for name, value in state.items() if value and name not in _SHIFTS}
     if not errors:
         return inputs
@@ -478,7 +478,7 @@ def _within(value: float, allowed: ValueRange) -> float:
 
 
 def state_text(state: Mapping[str, float]) -> str:
-    """A misalignment, and the errors of the ease-off, in words."""
+    """Misalignment and manufacturing errors of the ease-off in words."""
     known = quantities()
 
     def one(name: str, value: float) -> str:

@@ -1,4 +1,4 @@
-"""Sections and design files of a search."""
+"""Report sections and design files of an optimisation."""
 
 from __future__ import annotations
 
@@ -52,12 +52,12 @@ def change_text(share: float) -> str:
 
 
 def _edge_free(best: Candidate, name: str) -> bool:
-    """Whether edges carry so little that it counts as none."""
+    """Whether the edge load is negligible."""
     return name == "edge_load_share" and best.exact.figures[name] <= EDGE_FREE
 
 
 def _figure_change(best: Candidate, name: str) -> str:
-    """Change of a figure; a share of the torque as it is, since that of the start may be next to nothing."""
+    """Change of a figure; the edge load is stated in % of the torque, because that of the start may vanish."""
     if name != "edge_load_share":
         return change_text(best.change(name))
     return f"{100.0 * best.exact.figures[name]:.2g} % ({100.0 * best.start.figures[name]:.2g} % before)"
@@ -79,26 +79,18 @@ def evaluations_table(result: Optimisation) -> Table:
         )
         for number, point in enumerate(result.evaluations)
     ]
-    columns: tuple[Column | str, ...] = (
-        "number",
-        *map(_variable, variables),
-        *names,
-        "status",
-        "front",
-        "reason",
-        "seconds",
-    )
+    columns = ("number", *map(_variable, variables), *names, "status", "front", "reason", "seconds")
     return Table(columns, rows, name="evaluations")
 
 
 def limit_text(point: Evaluation, allowed: dict[str, float]) -> str:
-    """Limits a point exceeds, and by how much."""
-    above = [f"{quantities()[name].label} {change_text(share)}" for name, share in point.excess(allowed).items()]
-    return ", ".join(above)
+    """Limits that a point exceeds, with the relative excess."""
+    excess = point.excess(allowed).items()
+    return ", ".join(f"{quantities()[name].label} {change_text(share)}" for name, share in excess)
 
 
 def front_table(result: Optimisation) -> Table:
-    """The Pareto front of the search, least of the first objective first."""
+    """The Pareto front of the search, in the order of the first objective."""
     variables = [v.name for v in result.problem.variables]
     names = result.problem.figures
     checked = {candidate.point.key: candidate.name for candidate in result.candidates}
@@ -115,13 +107,13 @@ def front_table(result: Optimisation) -> Table:
     return Table(
         (Column("design", label="checked as"), "loss_change", *names, *map(_variable, variables)),
         rows,
-        title="Pareto front of the search, on its coarse mesh: within the limits nothing beats one of these in all.",
+        title="Pareto front of the search on its coarse mesh: no point within the limits is better in all objectives.",
         name="pareto",
     )
 
 
 def candidates_table(result: Optimisation) -> Table:
-    """Start and checked points on the full mesh in all states: a column for each."""
+    """Start and checked points on the full mesh in all states, one column each."""
     names, variables = result.problem.figures, [v.name for v in result.problem.variables]
     rows: list[tuple[object, ...]] = []
     if result.candidates:
@@ -137,18 +129,18 @@ def candidates_table(result: Optimisation) -> Table:
                 "",
             )
         )
-    for c in result.candidates:
-        rows.append(
-            (
-                c.name,
-                c.change("power_loss"),
-                *c.gain_interval,
-                *c.solved_gain,
-                *(c.exact.figures.get(name, math.nan) for name in names),
-                *(c.point.variables[name] for name in variables),
-                c.verdict,
-            )
+    rows += [
+        (
+            c.name,
+            c.change("power_loss"),
+            *c.gain_interval,
+            *c.solved_gain,
+            *(c.exact.figures.get(name, math.nan) for name in names),
+            *(c.point.variables[name] for name in variables),
+            c.verdict,
         )
+        for c in result.candidates
+    ]
     heads = ("loss_change", "gain_lower", "gain_upper", "solved_gain", "solved_gain_error")
     columns = [*map(Column, ("design", *heads, *names)), *map(_variable, variables), Column("verdict")]
     kept = [k for k, c in enumerate(columns) if not c.name.startswith("solved") or any(_known(r[k]) for r in rows)]
@@ -167,7 +159,7 @@ def _known(value: object) -> bool:
 
 
 def headline(result: Optimisation) -> str:
-    """The answer in one sentence."""
+    """The result in one sentence."""
     best = result.best
     if best is None:
         return f"{result.name}: {result.reason}."
@@ -175,21 +167,21 @@ def headline(result: Optimisation) -> str:
     interval = f" (90 % interval {100.0 * low:.1f} to {100.0 * high:.1f} %)" if math.isfinite(low) else ""
     first = quantities()[result.problem.objectives[0]].label
     if result.problem.objectives[0] == "power_loss":
-        return f"{result.name}: {100.0 * best.gain:.1f} % less loss{interval} within all limits, as {best.name}."
+        return f"{result.name}: {100.0 * best.gain:.1f} % less loss{interval} within all limits; design {best.name}."
     change = change_text(best.change(result.problem.objectives[0]))
-    return f"{result.name}: {first} {change}, loss {change_text(best.change('power_loss'))}{interval}, as {best.name}."
+    return f"{result.name}: {first} {change}, loss {change_text(best.change('power_loss'))}{interval}; {best.name}."
 
 
 def timing(result: Optimisation) -> str:
-    """How many evaluations in what time."""
-    again = f", {result.reused} computed before" if result.reused else ""
+    """Status, number of evaluations and wall time."""
+    again = f", {result.reused} from an earlier run" if result.reused else ""
     workers = "process" if result.jobs == 1 else "processes"
     count = len(result.evaluations)
     return f"{result.status}: {count} evaluations{again}, {result.seconds:.0f} s with {result.jobs} {workers}"
 
 
 def optimisation_sections(result: Optimisation, medium: Medium) -> list[Section]:
-    """Sections of a search: gain and its costs, before and after, trade-offs, checked designs."""
+    """Sections of an optimisation: result, comparison with the start, trade-offs, checked designs, search."""
     if medium == "files":
         tables = [front_table(result), candidates_table(result), evaluations_table(result)]
         return [Section("", [Head(headline(result)), *tables])]
@@ -203,14 +195,14 @@ def optimisation_sections(result: Optimisation, medium: Medium) -> list[Section]
     return [
         Section("", [head, *_answer(result)]),
         *_before_after(result),
-        Section("The trade", optimisation_figures(result)),
+        Section("Trade-offs", optimisation_figures(result)),
         Section("Checked designs", [replace(candidates_table(result), title="", notes=())]),
-        Section("How it was searched", _search(result)),
+        Section("Search", _search(result)),
     ]
 
 
 def plot_optimisation(result: Optimisation, ax: Axes | None) -> Axes:
-    """Least first objective within the limits over the evaluations."""
+    """Lowest first objective within the limits over the evaluations."""
     return progress_figure(result, ax)
 
 
@@ -225,14 +217,14 @@ def write_designs(result: Optimisation, folder: Path) -> list[Path]:
         write_file(path, design_head(result, candidate) + result.settings(candidate).text, "output", folder=True)
         GearPair(path).export(folder / candidate.name, ("summary",))
         inputs = targets_of(result.problem, candidate.point.variables, candidate.name)
-        beside = targets_beside(path)
-        write_file(beside, targets_text(inputs, f"Targets that {path.name} was made from."), "output")
-        written += [path, beside]
+        file = targets_beside(path)
+        write_file(file, targets_text(inputs, f"Targets of {path.name}."), "output")
+        written += [path, file]
     return written
 
 
 def duty_text(result: Optimisation) -> str:
-    """The duty in words."""
+    """The operating point or the duty cycle in words."""
     rows, known = result.problem.duty, quantities()
     if len(rows) == 1:
         at = (("torque", rows[0].torque), ("speed", rows[0].speed), ("temperature", rows[0].temperature))
@@ -241,15 +233,15 @@ def duty_text(result: Optimisation) -> str:
 
 
 def design_head(result: Optimisation, candidate: Candidate) -> str:
-    """Comment over a design file: where its ease-off and blank come from and what it does."""
+    """Comment at the top of a design file: its origin and its changes against the start."""
     changes = ", ".join(
         f"{quantities()[name].label} {change_text(candidate.change(name))}" for name in result.problem.figures
     )
     values = ", ".join(f"{name} {candidate.point.variables[name]:.10g}" for name in candidate.point.variables)
     lines = [
         f"Found by `mixed-ehl optimise` from {result.name}, {duty_text(result)}, over",
-        f"{len(result.problem.states)} states: {changes} against the start.",
-        f"Variables, SI units, targets those of the {result.problem.flanks} flanks: {values}.",
+        f"{len(result.problem.states)} states. Changes against the start: {changes}.",
+        f"Variables in SI units, targets of the {result.problem.flanks} flanks: {values}.",
     ]
     return "".join(f"# {line}\n" for line in lines)
 
@@ -259,55 +251,43 @@ def _answer(result: Optimisation) -> list[Item]:
     notes = [Note("warning", note) for note in result.notes]
     if best is None:
         answer = MainResult("no gain", f"{result.name}: {result.reason}")
-        none = "The start is as good as this search finds within its limits."
+        none = "The search found no better point within the limits."
         return [answer, Notes(notes, none=none)]
     known = quantities()
     first = result.problem.objectives[0]
     low, high = best.gain_interval
-    said: list[tuple[str, str]] = []
+    rows: list[tuple[str, str]] = []
     if math.isfinite(low):
         interval = f"{100.0 * low:.1f} to {100.0 * high:.1f} % less loss"
-        said.append(
-            (
-                interval,
-                "90 % interval by oil, surfaces and formula, aligned pair; fully correlated errors before and after",
-            )
-        )
+        rows.append((interval, "90 % interval from oil, surfaces and formula, aligned pair; fully correlated errors"))
         if low <= 0.0:
-            text = "the interval of the gain reaches zero: the gain is smaller than the uncertainty of friction"
+            text = "the interval of the gain includes zero: the gain is smaller than the uncertainty of friction"
             notes.insert(0, Note("warning", text))
     gain, error = best.solved_gain
     if math.isfinite(gain):
-        text = f"less loss with solved contacts, aligned; the formula promises {100.0 * aligned_gain(best):.1f} %"
-        said.append((f"{100.0 * gain:.1f} ±\N{NO-BREAK SPACE}{100.0 * error:.1f} %", text))
+        text = f"less loss with solved contacts, aligned; predicted by the formula: {100.0 * aligned_gain(best):.1f} %"
+        rows.append((f"{100.0 * gain:.1f} ±\N{NO-BREAK SPACE}{100.0 * error:.1f} %", text))
     uncertain = [
         c.name for c in result.candidates if c is not best and c.holds and c.gain > 0.0 and c.gain_interval[0] <= 0.0
     ]
     if uncertain:
-        notes.append(
-            Note("warning", f"others whose gain is smaller than the uncertainty of friction: {', '.join(uncertain)}")
-        )
+        text = f"other designs with a gain smaller than the uncertainty of friction: {', '.join(uncertain)}"
+        notes.append(Note("warning", text))
     worse = [name for name in result.problem.figures if best.change(name) > 0.005]
     costs = [name for name in worse if not _edge_free(best, name)]
     price = ", ".join(f"{known[name].label} {_figure_change(best, name)}" for name in costs)
-    notes.append(
-        Note("warning", f"what it costs: {price}")
-        if price
-        else Note(
-            "for information",
-            "no figure of objectives and limits is worse than before"
-            + (", but the torque at edges, which is below its least limit" if worse else ""),
-        )
-    )
+    if price:
+        notes.append(Note("warning", f"increased figures: {price}"))
+    else:
+        negligible = ", except the edge load, which is negligible" if worse else ""
+        notes.append(Note("for information", f"no objective and no limited figure has increased{negligible}"))
     if math.isfinite(low):
         ends, loss = best.exact.losses["interval"], best.exact.losses["aligned"][0]
-        text = (
-            f"the loss itself is known to {change_text(ends[0] / loss - 1.0)} and {change_text(ends[1] / loss - 1.0)}"
-        )
-        notes.append(Note("for information", text))
+        span = f"{change_text(ends[0] / loss - 1.0)} to {change_text(ends[1] / loss - 1.0)}"
+        notes.append(Note("for information", f"90 % interval of the loss itself: {span}"))
     others = [name for name in result.problem.figures if name != first]
     return [
-        MainResult(change_text(best.change(first)), f"{known[first].label}, {best.name} against the start", said),
+        MainResult(change_text(best.change(first)), f"{known[first].label}, {best.name} against the start", rows),
         KeyFigures([(_figure_change(best, name), known[name].label) for name in others]),
         Notes(sorted(notes, key=lambda note: GRADES.index(note.grade))),
     ]
@@ -319,7 +299,7 @@ def aligned_gain(candidate: Candidate) -> float:
 
 
 def _before_after(result: Optimisation) -> list[Section]:
-    """Pattern, pressure, loss and transmission error of start and best, aligned, at the first operating point."""
+    """Contact pattern, pressure, loss and transmission error of start and best design, aligned, first duty row."""
     best = result.best
     if best is None:
         return []
@@ -327,11 +307,11 @@ def _before_after(result: Optimisation) -> list[Section]:
     both = before, GearPair(result.settings(best).design)
     results: list[EfficiencyResult] = [duty_results(pair, result.problem, {}, CHECK_GRID)[0] for pair in both]
     maps = [FlankMap.of(pair.design.flanks(), found) for pair, found in zip(both, results, strict=True)]
-    names = (f"Start: {result.name}", f"After: {best.name}")
-    # both on one scale, or the eye is misled
+    names = (f"Start: {result.name}", f"Optimised: {best.name}")
+    # both on the same scale for comparison
     pressure, loss = (max(float(np.nanmax(field_values(m, what))) for m in maps) for what in (PRESSURE, LOSS))
     figures: tuple[tuple[str, list[Callable[[], Figure | Axes]]], ...] = (
-        ("pattern under load", [partial(contact_figure, m, top=pressure) for m in maps]),
+        ("contact pattern under load", [partial(contact_figure, m, top=pressure) for m in maps]),
         (PRESSURE.title, [partial(field_figure, m, PRESSURE, top=pressure) for m in maps]),
         (LOSS.title, [partial(field_figure, m, LOSS, top=loss) for m in maps]),
         ("transmission error", _on_one_scale(results)),
@@ -340,11 +320,11 @@ def _before_after(result: Optimisation) -> list[Section]:
         Row([Picture(draw, f"{name}, {what}.") for name, draw in zip(names, drawn, strict=True)])
         for what, drawn in figures
     ]
-    return [Section("Before and after, aligned, at the first operating point", rows)]
+    return [Section("Start and optimised design, aligned, at the first operating point", rows)]
 
 
 def _on_one_scale(results: list[EfficiencyResult]) -> list[Callable[[], Figure | Axes]]:
-    """Transmission errors of both results with the same axis."""
+    """Transmission errors of both results with the same vertical axis."""
     drawn = [plot_transmission_error(found) for found in results]
     low, high = zip(*(axes.get_ylim() for axes in drawn), strict=True)
     for axes in drawn:
@@ -360,21 +340,21 @@ def _search(result: Optimisation) -> list[Item]:
         for name, value in result.allowed.items()
     )
     states = "; ".join(state_text(state) for state in problem.states)
-    loss = "the mean" if problem.over == "mean" else "the worst"
+    loss = "mean" if problem.over == "mean" else "maximum"
     counts = Counter(state_of(point, result.allowed) for point in result.evaluations)
     reasons = Counter(p.reason.partition(":")[0] for p in result.evaluations if p.reason)
     rows = [(reason, count) for reason, count in reasons.most_common(_POINTS_SHOWN)]
     blocks: list[Item] = [
         Text(f"Variables ({problem.flanks} flanks): {spans}."),
-        Text(f"Limits: {allowed or 'none'}. Edge load below {100.0 * EDGE_FREE:g} % of the torque counts as none."),
-        Text(f"States: {states}. The loss is {loss} over them, all else the worst."),
+        Text(f"Limits: {allowed or 'none'}. An edge load below {100.0 * EDGE_FREE:g} % of the torque is negligible."),
+        Text(f"States: {states}. The loss is the {loss} over them; all other figures are the worst."),
         Text(
             f"{len(result.evaluations)} evaluations with seed {result.seed}: {counts['feasible']} within the limits, "
-            f"{counts['limit']} beyond one, {counts['failed']} that cannot be made or computed. All are in "
-            "evaluations.csv, and in points.jsonl with the problem in problem.json; the same command resumes."
+            f"{counts['limit']} above a limit, {counts['failed']} without a design or a result. All are listed in "
+            "evaluations.csv and in points.jsonl; problem.json holds the problem. The same command resumes the search."
         ),
     ]
     if rows:
-        blocks.append(Table(("why a point cannot be made", "points"), rows))
+        blocks.append(Table(("reason of failure", "points"), rows))
     blocks.append(front_table(result))
     return blocks

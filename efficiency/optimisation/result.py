@@ -1,4 +1,4 @@
-"""What a search has found: its points, the front, and the candidates that were checked exactly."""
+"""Result of an optimisation: all points, the Pareto front, and the candidates checked on the full mesh."""
 
 from __future__ import annotations
 
@@ -25,32 +25,32 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Candidate:
-    """A point of the front after its exact check: full mesh, own elastic bodies, all states."""
+    """A point of the front after its check: full mesh, own elastic bodies, all states."""
 
-    name: str  # of its design
-    point: Evaluation  # as the search saw it
-    exact: Evaluation  # exact figures, with the interval of the loss
-    start: Evaluation  # the start, exact as well
-    allowed: dict[str, float]  # limits, with the exact figures of the start
+    name: str  # name of its design
+    point: Evaluation  # result of the search
+    exact: Evaluation  # result on the full mesh, with the interval of the loss
+    start: Evaluation  # the start on the full mesh
+    allowed: dict[str, float]  # limits, with the values of the start on the full mesh
 
     def change(self, name: str) -> float:
-        """Change of a figure against the start, in shares of it; nan where the start has none [-]."""
+        """Relative change of a figure against the start; nan if the start has none [-]."""
         old = self.start.figures.get(name, math.nan)
         return self.exact.figures.get(name, math.nan) / old - 1.0 if old else math.nan
 
     @property
     def holds(self) -> bool:
-        """Whether the exact figures keep all limits."""
+        """Whether the checked figures are within all limits."""
         return self.exact.feasible(self.allowed)
 
     @property
     def gain(self) -> float:
-        """Share of the loss that is saved [-]."""
+        """Relative reduction of the loss [-]."""
         return -self.change("power_loss")
 
     @property
     def gain_interval(self) -> tuple[float, float]:
-        """90 % interval of the gain of the aligned pair: each uncertain input wrong the same way before and after."""
+        """90 % interval of the gain of the aligned pair, with fully correlated errors before and after."""
         if not self.exact.losses or not self.start.losses:
             return math.nan, math.nan
         new, old = self.exact.losses, self.start.losses
@@ -71,7 +71,7 @@ class Candidate:
 
     @property
     def solved_gain(self) -> tuple[float, float]:
-        """Gain of the aligned pair with the friction model of the check, and its error; nan where not asked for."""
+        """Gain of the aligned pair with the friction model of the check, and its error [-]; nan without a check."""
         if not self.exact.solved or not self.start.solved:
             return math.nan, math.nan
         (new, new_error), (old, old_error) = self.exact.solved, self.start.solved
@@ -79,7 +79,7 @@ class Candidate:
 
     @property
     def verdict(self) -> str:
-        """In words: whether the limits hold, and whether the gain is beyond what is not known of the friction."""
+        """Whether the limits are met and whether the gain exceeds the uncertainty of friction, in words."""
         if self.exact.reason:
             return self.exact.reason
         above = [f"{name} {100.0 * share:+.1f} %" for name, share in self.exact.excess(self.allowed).items()]
@@ -91,20 +91,20 @@ class Candidate:
 
 @dataclass(frozen=True, repr=False)
 class Optimisation(Reportable):
-    """What a search for the pair that loses less has found; SI units."""
+    """Result of an optimisation; SI units."""
 
     presenter = "efficiency.optimisation.report:optimisation"
     file_name = "optimise"
 
-    name: str  # of the targets it started from
+    name: str  # name of the initial targets
     problem: SearchProblem  # variables, objectives, limits, duty, states, friction
     start: Evaluation  # the start on the mesh of the search
     allowed: dict[str, float]  # limits on that mesh
     evaluations: tuple[Evaluation, ...]  # all points, the start first
-    candidates: tuple[Candidate, ...]  # points that were checked, in that order
-    search_states: tuple[dict[str, float], ...]  # misalignments of the search; the check takes all of the problem
-    notes: tuple[str, ...]  # what to know of the run
-    # of the random numbers; worker processes; evaluations that an earlier run had computed
+    candidates: tuple[Candidate, ...]  # checked points in their order
+    search_states: tuple[dict[str, float], ...]  # states of the search; the check uses all states of the problem
+    notes: tuple[str, ...]  # notes on the run
+    # seed of the random numbers; worker processes; evaluations read from an earlier run
     seed: int
     jobs: int
     reused: int
@@ -112,12 +112,12 @@ class Optimisation(Reportable):
 
     @property
     def front(self) -> tuple[Evaluation, ...]:
-        """Points that keep all limits and that no other such point dominates, least loss first."""
+        """Non-dominated points within all limits, in the order of the first objective."""
         return front_of(self.evaluations, self.problem.objectives, self.allowed)
 
     @property
     def best(self) -> Candidate | None:
-        """The checked point within all limits that is best in the first objective; None where none beats the start."""
+        """The checked point within all limits with the best first objective; None if none is better than the start."""
         first = self.problem.objectives[0]
         held = [candidate for candidate in self.candidates if candidate.holds]
         better = [c for c in held if c.exact.figures[first] < c.start.figures[first]]
@@ -125,12 +125,12 @@ class Optimisation(Reportable):
 
     @property
     def status(self) -> Literal["converged", "failed"]:
-        """``failed`` where no checked point keeps the limits and is better than the start."""
+        """``failed`` if no checked point is within the limits and better than the start."""
         return "converged" if self.best is not None else "failed"
 
     @property
     def reason(self) -> str:
-        """Why there is none."""
+        """Reason of the failure; empty otherwise."""
         if self.best is not None:
             return ""
         return f"none of {len(self.evaluations) - 1} points is better within the limits"
@@ -151,7 +151,7 @@ class Optimisation(Reportable):
         return evaluations_table(self).to_frame()
 
     def to_dict(self) -> dict[str, Any]:
-        """For JSON; not-a-number becomes None."""
+        """Content for JSON; not-a-number becomes None."""
         best = self.best
         front = {point.key for point in self.front}
         rows = [
@@ -193,11 +193,9 @@ class Optimisation(Reportable):
         return plain
 
     def __repr__(self) -> str:
-        best = self.best
+        best, count = self.best, len(self.evaluations)
         found = self.reason if best is None else f"loss {100.0 * best.change('power_loss'):+.1f} % ({best.name})"
-        return (
-            f"Optimisation({self.name}: {len(self.evaluations)} evaluations, {len(self.front)} on the front, {found})"
-        )
+        return f"Optimisation({self.name}: {count} evaluations, {len(self.front)} on the front, {found})"
 
 
 def state_of(point: Evaluation, allowed: Mapping[str, float]) -> str:
@@ -208,7 +206,7 @@ def state_of(point: Evaluation, allowed: Mapping[str, float]) -> str:
 def front_of(
     points: Sequence[Evaluation], objectives: Sequence[str], allowed: Mapping[str, float]
 ) -> tuple[Evaluation, ...]:
-    """Non-dominated points among those that keep the limits, in the order of the first objective."""
+    """Non-dominated points among those within the limits, in the order of the first objective."""
     kept = list({p.key: p for p in points if p.feasible(allowed)}.values())
     if not kept:
         return ()
@@ -218,7 +216,7 @@ def front_of(
 
 
 def non_dominated(points: FloatArray) -> NDArray[np.bool_]:
-    """Which of n points (n, m) no other one dominates; of equal points the first one counts."""
+    """Mask (n,) of non-dominated points among n points (n, m); of equal points the first one counts."""
     keep = np.ones(len(points), dtype=bool)
     for k, point in enumerate(points):
         as_good = np.all(points <= point, axis=1)
@@ -229,7 +227,7 @@ def non_dominated(points: FloatArray) -> NDArray[np.bool_]:
 
 
 def spread_out(points: FloatArray, count: int) -> list[int]:
-    """Indices of the best point in each figure, then always of the one farthest from those taken (maximin)."""
+    """Indices of the best point in each figure, then of the points farthest from those selected (maximin)."""
     span = np.ptp(points, axis=0)
     scaled = (points - points.min(axis=0)) / np.where(span > 0.0, span, 1.0)
     taken = list(dict.fromkeys(int(np.argmin(points[:, j])) for j in range(points.shape[1])))[:count]

@@ -1,14 +1,14 @@
-"""Where to evaluate next: a Gaussian process of each figure, and the expected improvement of weighted objectives.
+"""Selection of the next points: Gaussian process of each figure, expected improvement of weighted objectives.
 
-Each figure has its own process (scikit-learn, Matern 5/2, a length scale for each variable). A point of a batch looks
-for the greatest expected improvement of an augmented Chebyshev sum
+Each figure has its own process (scikit-learn, Matern 5/2, a length scale for each variable). Each point of a batch
+maximises the expected improvement of an augmented Chebyshev sum
 
     g = max_j w_j f_j + 0.05 sum_j w_j f_j
 
-of the objectives f_j, scaled to 0 and 1 at the ends of the front (Knowles 2006, ParEGO), over a set of normal draws
-that also have to keep the limits; its weights differ from point to point, so that a batch goes after the whole front.
-What a point of the batch is expected to give counts for the next ones. Whether a point can be made is another process,
-over 1 and -1 (least-squares classification, Rasmussen & Williams 2006, section 6.5).
+of the objectives f_j, scaled to 0 and 1 at the ends of the front (Knowles 2006, ParEGO). The expectation is taken over
+normal draws that meet the limits. The weights differ from point to point, so that a batch covers the whole front. The
+predicted figures of a point are used as data for the next points of the batch. A further process over 1 and -1 models
+feasibility (least-squares classification, Rasmussen & Williams 2006, section 6.5).
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from ehl.common.arrays import FloatArray
 
 _AUGMENTED = 0.05
 _DRAWS = 64
-# a point nearer to a known one tells nothing new; an expected improvement below this is none; weights tried then
+# least distance to known points; smallest relevant expected improvement; weights tried below it
 _APART, _NOTHING, _TURNS = 2e-3, 1e-5, 4
 _FIRST_WIDTHS = 0.6, 0.25
-# candidates: anywhere, and about points of the front
+# candidates: anywhere, and near points of the front
 _ANYWHERE, _NEAR, _ROUNDS = 512, 512, 3
 _STEPS = (0.2, 0.06, 0.02)
-# standard deviation of 1 and -1 about what the process of points that can be made tells of them (ours)
+# standard deviation of the values 1 and -1 of the feasibility process (ours)
 _MADE_SD = 0.3
 _NOISE, _SCALES = (1e-8, 1e-1), (0.05, 20.0)
 _MAX_ITERATIONS = 25
@@ -40,7 +40,7 @@ _MAX_ITERATIONS = 25
 
 @dataclass
 class Processes:
-    """Gaussian processes of all figures over the unit cube, and of whether there is a result."""
+    """Gaussian processes of all figures and of feasibility over the unit cube."""
 
     dimension: int
     outputs: int
@@ -50,7 +50,7 @@ class Processes:
     def fit(self, inputs: FloatArray, values: FloatArray, failed: FloatArray, *, scales: bool) -> None:
         """Fit to points with a result (n, d), their transformed figures (n, m) and points without one (k, d).
 
-        Length scales and noise are kept unless `scales`, which fits them again from the last ones.
+        Length scales and noise are fitted only with `scales`, starting from the previous ones.
         """
         last = self._models or [None] * self.outputs
         self._models = [self._process(inputs, values[:, k], last[k], scales=scales) for k in range(self.outputs)]
@@ -82,7 +82,7 @@ class Processes:
         return np.stack([mean for mean, _ in found], axis=1), np.stack([sd for _, sd in found], axis=1)
 
     def success(self, points: FloatArray) -> FloatArray:
-        """Probability of a result."""
+        """Probability of feasibility."""
         if self._made is None:
             return np.ones(len(points))
         mean, sd = self._made.predict(points, return_std=True)
@@ -97,9 +97,9 @@ def _few_steps(objective: Any, start: FloatArray, bounds: Any) -> tuple[FloatArr
 
 
 def first_points(dimension: int, count: int, seed: int, start: FloatArray) -> FloatArray:
-    """Points to begin with, about the start: half of them within 0.6 of the bounds, half within 0.25 (scrambled Sobol).
+    """Initial sample about the start: half within 0.6 of the bounds, half within 0.25 (scrambled Sobol sequence).
 
-    Limits of the start are kept near it if anywhere; farther away the processes lead.
+    The limits refer to the start, so feasible points are most likely near it.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # a count that is no power of two
@@ -109,9 +109,9 @@ def first_points(dimension: int, count: int, seed: int, start: FloatArray) -> Fl
 
 
 def weights_of(objectives: int, number: int, seed: int) -> FloatArray:
-    """Weights of the point of that number: the first objective, which is what is asked for, every other time.
+    """Weights of the point with that number: the first objective alone for every other point.
 
-    Between them the corners of the others and weights drawn from the simplex take turns.
+    The remaining points alternate between each other objective alone and weights drawn from the simplex.
     """
     if number % 2 == 0 or objectives == 1:
         return np.asarray(np.eye(objectives)[0])
@@ -122,7 +122,7 @@ def weights_of(objectives: int, number: int, seed: int) -> FloatArray:
 
 
 def _drawn(objectives: int, number: int, seed: int, turn: int) -> FloatArray:
-    """Weights drawn evenly from the simplex."""
+    """Random weights, uniform over the simplex."""
     drawn = np.random.default_rng([seed, number, turn]).exponential(size=objectives)
     return np.asarray(drawn / drawn.sum())
 
@@ -142,8 +142,8 @@ def next_points(
 ) -> FloatArray:
     """The next batch (count, d); the processes are fitted here.
 
-    Arguments as of `Processes.fit`; the objectives are the first columns of `values`. `limits` (m,) are of transformed
-    figures, infinite where there is none. The `number` of evaluations so far chooses the weights.
+    Arguments as in `Processes.fit`; the objectives are the first columns of `values`. `limits` (m,) are of transformed
+    figures, infinite for figures without a limit. The `number` of evaluations so far determines the weights.
     """
     points, figures = known, values
     rng = np.random.default_rng([seed, number])
@@ -152,7 +152,7 @@ def next_points(
     for k in range(count):
         processes.fit(points, figures, failed, scales=scales and k == 0)
         for turn in range(_TURNS if objectives > 1 else 1):
-            # where no improvement is expected any more, other weights have the turn
+            # without expected improvement, other weights are tried
             weights = (
                 weights_of(objectives, number + k, seed) if turn == 0 else _drawn(objectives, number + k, seed, turn)
             )
@@ -167,7 +167,7 @@ def next_points(
 
 
 def _scaled(figures: FloatArray, within: FloatArray, count: int) -> FloatArray:
-    """Objectives from 0 to 1 between the ends of those that keep the limits."""
+    """Objectives scaled to 0 and 1 at the ends of the points within the limits."""
     low, high = within[:, :count].min(axis=0), within[:, :count].max(axis=0)
     return np.asarray((figures[..., :count] - low) / np.maximum(high - low, 1e-3))
 
@@ -181,7 +181,7 @@ def _within(figures: FloatArray, limits: FloatArray) -> NDArray[np.bool_]:
 
 
 def _centres(points: FloatArray, figures: FloatArray, limits: FloatArray, weights: FloatArray) -> FloatArray:
-    """The points to look about: the best ones by these weights, or the nearest to the limits."""
+    """Centres of the local candidates: the best points by these weights, or those nearest to the limits."""
     kept = _within(figures, limits)
     if kept.any():
         cost = np.where(kept, _sum(_scaled(figures, figures[kept], weights.size), weights), np.inf)
@@ -200,13 +200,13 @@ def _best_candidate(
     rng: np.random.Generator,
     centres: FloatArray,
 ) -> tuple[FloatArray, float]:
-    """The candidate that is expected to improve most, and by how much; known points are kept away from."""
+    """The candidate with the largest expected improvement, and this improvement; known points are excluded."""
     dimension = points.shape[1]
     best: FloatArray | None = None
     top = -np.inf
     for turn in range(_ROUNDS):
         step = _STEPS[turn]
-        # moves of some variables only: figures follow few of them at a time
+        # only some variables are moved, because figures depend on few of them at a time
         base = centres[rng.integers(len(centres), size=_NEAR)]
         moved = rng.random((_NEAR, dimension)) < max(0.35, 1.0 / dimension)
         near = np.clip(base + step * moved * rng.standard_normal((_NEAR, dimension)), 0.0, 1.0)
@@ -231,7 +231,7 @@ def _improvement(
     processes: Processes,
     draws: FloatArray,
 ) -> FloatArray:
-    """Expected improvement of the sum, over draws that keep the limits; of the limits where nothing keeps them yet."""
+    """Expected improvement of the sum over draws within the limits; of the excess if no point is within them yet."""
     mean, sd = processes.predict(candidates)
     drawn = mean[:, None, :] + sd[:, None, :] * draws
     kept = _within(figures, limits)
@@ -243,13 +243,13 @@ def _improvement(
     best = float(_sum(_scaled(figures[kept], figures[kept], count), weights).min())
     gain = np.maximum(best - _sum(_scaled(drawn, figures[kept], count), weights), 0.0)
     expected = np.where(excess <= 0.0, gain, 0.0).mean(axis=1) * processes.success(candidates)
-    # where no draw improves, the mean nearest to it
+    # if no draw improves, the candidate with the nearest mean
     nearest = _sum(_scaled(mean, figures[kept], count), weights) - best
     return np.asarray(np.where(expected > 0.0, expected, -1e-9 * np.maximum(nearest + excess.mean(axis=1), 1e-6)))
 
 
 def transformed(name: str, values: FloatArray) -> FloatArray:
-    """A figure as a process takes it: the logarithm, of shares the root, temperatures as they are."""
+    """A figure transformed for its process: root of shares, scaled temperatures, logarithm of the others."""
     if name == "temperature_flash":
         return np.asarray(values / 100.0)
     if name == "edge_load_share":

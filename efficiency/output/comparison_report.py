@@ -1,4 +1,4 @@
-"""Sections of a comparison of friction models."""
+"""Report sections of a comparison of friction models."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from efficiency.loss.compare import Comparison, ComparisonRow
 
 CAPTION = (
-    "Power loss by friction model, with its 90 % interval by uncertain inputs; closed forms in grey. An arrow: beyond "
-    "the axis, which is that of the others."
+    "Power loss by friction model, with the 90 % interval from uncertain inputs; closed forms in grey. An arrow marks "
+    "a value beyond the axis."
 )
 REGIONS = "Share of the sliding loss in thirds of face width and height of the gear flank; each panel adds up to 100 %."
 
@@ -43,13 +43,13 @@ def comparison_sections(comparison: Comparison, medium: Medium) -> list[Section]
     if medium == "terminal":
         return [Section("", [models_table(comparison), notes])]
     mesh = [row for row in comparison.rows if row.kind == "mesh"]
-    fitted = f"The constant fitted to {model_label(comparison.reference)} has its loss at this operating point. "
+    fitted = f"The fitted constant has the same loss as {model_label(comparison.reference)} at this operating point. "
     shared = (
-        f"{fitted if comparison.reference else ''}Geometry and load are shared; the closed forms take one constant "
-        "friction coefficient for the whole pair. No uncertainty is available for a model without uncertain inputs."
+        f"{fitted if comparison.reference else ''}Geometry and load are shared. The closed forms use one constant "
+        "friction coefficient for the pair. No uncertainty is available for a model without uncertain inputs."
     )
     along = (
-        (plot_friction_along_mesh, "Weighted with the sliding power, of all pairs in mesh."),
+        (plot_friction_along_mesh, "Mean over all tooth pairs in mesh, weighted with the sliding power."),
         (plot_loss_along_mesh, "Power loss at each position of a pinion pitch."),
     )
 
@@ -70,29 +70,28 @@ def comparison_sections(comparison: Comparison, medium: Medium) -> list[Section]
             "Power loss", [picture(plot_comparison, CAPTION), replace(models_table(comparison), title=""), Text(shared)]
         ),
         Section("Along the mesh", [Row([picture(*each) for each in along])]),
-        Section("Where on the tooth", [picture(plot_loss_by_region, REGIONS)]),
+        Section("Loss by region of the flank", [picture(plot_loss_by_region, REGIONS)]),
         Section("Run time", [picture(plot_run_time, "One run each; geometry and load are shared.")]),
     ]
 
 
 def _answer(comparison: Comparison) -> MainResult:
-    """What the choice of the friction model makes of the efficiency."""
+    """Range of the efficiency over the friction models."""
     found = [row for row in comparison.rows if row.kind == "mesh" and math.isfinite(row.efficiency)]
     if not found:
-        return MainResult("no answer", f"of any friction model: {comparison.reason}")
+        return MainResult("no result", f"no friction model has a result: {comparison.reason}")
     best, worst = max(found, key=attrgetter("efficiency")), min(found, key=attrgetter("efficiency"))
-    known = [
-        (f"{percent(row.efficiency, 2)} %", f"{word}, {row.label}") for row, word in ((worst, "least"), (best, "most"))
-    ]
+    ends = ((worst, "lowest"), (best, "highest"))
+    known = [(f"{percent(row.efficiency, 2)} %", f"{word}, {row.label}") for row, word in ends]
     error = 100.0 * max((row.efficiency_error for row in found if math.isfinite(row.efficiency_error)), default=0.0)
-    known.append((f"±\N{NO-BREAK SPACE}{error:.1g} %", "greatest error of the solution of a model"))
+    known.append((f"±\N{NO-BREAK SPACE}{error:.1g} %", "largest numerical error of a model"))
     value = f"{percent(worst.efficiency, 2)} to {percent(best.efficiency, 2)} %"
     return MainResult(value, f"mesh efficiency by {len(found)} friction models", known)
 
 
 def _tile(row: ComparisonRow) -> tuple[str, str]:
     if not math.isfinite(row.efficiency):
-        return "no answer", f"{row.label}: {row.reason}"
+        return "no result", f"{row.label}: {row.reason}"
     low, high = (percent(end, 1) for end in (row.efficiency_lower, row.efficiency_upper))
     known = row.efficiency_lower < row.efficiency_upper
     return f"{percent(row.efficiency, 2)} %", f"{row.label}, {low} to {high} %" if known else row.label

@@ -1,4 +1,4 @@
-"""From a machine summary to a design file."""
+"""Import of a machine summary into a design file."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ def design_from_sheet(sheet: Path, like: str | None = None) -> tuple[str, list[s
     sheet : Path
         File for `efficiency.cutting.summary.read_summary`.
     like : str, optional
-        Design file or name of a shipped design that gives what a sheet does not hold: assembly, operating point,
-        materials, and all of a member that the sheet does not mention. The result is then checked.
+        Design file or name of a shipped design for the data that a sheet does not contain: assembly, operating point,
+        materials, and members without data in the sheet. The resulting design is checked.
 
     Returns
     -------
     text : str
         The design file.
     notes : list of str
-        Lines that were not read, and what is missing.
+        Lines that were not read, and missing data.
 
     Raises
     ------
     InputError
-        The sheet cannot be read, or the design does not fit together.
+        The sheet cannot be read, or the design is inconsistent.
 
     Examples
     --------
@@ -58,8 +58,8 @@ def design_from_sheet(sheet: Path, like: str | None = None) -> tuple[str, list[s
         content = read_toml(data_path("designs", f"{like}.toml") if shipped else path)
     summary = read_summary(sheet, hands)
     if not any(summary.tables.values()):
-        allowed = "a machine summary: a label and its value a line, such as 'radial setting, 98.1'"
-        hint = "No line of it is one; `mixed-ehl export DESIGN -o FOLDER --what summary` writes one, setting_sheet.csv."
+        allowed = "a machine summary: one label and its value per line, such as 'radial setting, 98.1'"
+        hint = "No line has this form; `mixed-ehl export DESIGN -o FOLDER --what summary` writes setting_sheet.csv."
         raise InputError("summary", str(sheet), allowed, hint)
     notes = [f"not read: {line}" for line in summary.unread] + [f"omitted: {line}" for line in summary.left_out]
     if like is None:
@@ -74,7 +74,7 @@ def design_from_sheet(sheet: Path, like: str | None = None) -> tuple[str, list[s
 
 
 def _complete(tables: dict[str, Any], base: dict[str, Any]) -> dict[str, Any]:
-    """Tables of a member, its blank or the hand of it from the base where the sheet has none."""
+    """Tables of a member; its blank or the hand of the blank is that of the base if the sheet has none."""
     if "blank" not in tables:
         return {"blank": base["blank"]} | tables
     if tables["blank"].keys() == {"hand"}:

@@ -1,4 +1,4 @@
-"""Files of a design for other programs, one function for each kind; each returns a line that says what was written."""
+"""Export of a design to files of other programs; each function returns a line that describes the written file."""
 
 from __future__ import annotations
 
@@ -81,10 +81,10 @@ def _export_solid(
     path = folder / (f"{member}_tooth_space.stl" if part == "tooth" else f"{member}.stl")
     solid = tooth_space_solid(grid, rim) if part == "tooth" else member_solid(grid, rim, bore)
     if not solid.closed:
-        raise ConvergenceError("open_solid", f"the surface of {path.name} does not close: other rows or columns")
+        raise ConvergenceError("open_solid", f"the surface of {path.name} is not closed: change rows or columns")
     write_stl(path, solid, f"{design.name} {path.stem}")
     bare = [side for side, fillet in zip(grid.sides, grid.fillets, strict=True) if not fillet]
-    note = f"; {' and '.join(bare)} flank continued to the root cone without fillet" if bare else ""
+    note = f"; {' and '.join(bare)} flank extended to the root cone without fillet" if bare else ""
     return f"{path}: {len(solid.triangles)} triangles, closed, {1e9 * solid.volume:.6g} mm3{note}"
 
 
@@ -98,13 +98,13 @@ def export_grids(
         grid = inspection_grid(design.flank(member, side), rows, columns, margin)
         path = folder / f"{member}_{side}.csv"
         write_inspection_grid(path, design, member, side, grid)
-        start = f", from {100.0 * grid.lowest:.1f} % of the depth over the root" if grid.lowest > 0.0 else ""
+        start = f", from {100.0 * grid.lowest:.1f} % of the depth above the root" if grid.lowest > 0.0 else ""
         written.append(f"{path}: {rows} x {columns} points{start}")
     return written
 
 
 def export_ease_off(design: Design, folder: Path) -> list[str]:
-    """CSV maps of the ease-off of both flank pairs, as targets and flanks read them (`map`)."""
+    """CSV maps of the ease-off of both flank pairs, in the format of `map` of targets and flanks."""
     written = []
     flanks = design.flanks()
     for side in SIDES:
@@ -127,11 +127,11 @@ def export_ease_off(design: Design, folder: Path) -> list[str]:
 
 
 def export_summary(design: Design, folder: Path, units: Units = "metric") -> list[str]:
-    """Blanks, cutters and machine settings: CSV with a column for each flank, and a setting sheet to read back."""
+    """Blanks, cutters and machine settings: CSV with a column for each flank, and a setting sheet for re-import."""
     table, sheet = folder / "machine_summary.csv", folder / "setting_sheet.csv"
     write_summary(table, design, units)
     write_sheet(sheet, design, units)
     return [
         f"{table}: blanks, cutters and settings of four flanks, {units}",
-        f"{sheet}: the same, one entry a line, {units}",
+        f"{sheet}: the same data, one entry per line, {units}",
     ]

@@ -1,7 +1,7 @@
-"""What a loaded mesh does to one flank: all contact lines of a pitch side by side, as fields over the flank.
+"""Fields of a loaded mesh over one flank, from all contact lines of a pitch.
 
-The lines of all tooth pairs at all positions of a pitch are, in the order of their roll angle, the lines that sweep one
-flank as it goes through the mesh: a grid of lines (rows) and of points along each line (columns).
+The lines of all tooth pairs at all positions of a pitch, sorted by their roll angle, are the contact lines of one flank
+during its engagement. They form a grid of lines (rows) and of points along each line (columns).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from efficiency.loss.efficiency_result import EfficiencyResult
 
 
-# lines, and points on a line, below which there is no field
+# least number of lines, and of points on a line, for a field
 _MIN_POINTS = 2
 
 
@@ -29,15 +29,15 @@ class FlankMap:
     """Fields over the flank; arrays (lines, points) in SI units."""
 
     flanks: GearFlanks  # the pair
-    result: EfficiencyResult  # of one operating point
+    result: EfficiencyResult  # result at one operating point
     roll: FloatArray  # roll angle of the tooth pair at each line [rad of the pinion]
-    # where the points of each line stand among all points of the cycle, the positions one after the other
+    # indices of the points of each line among all points of the cycle, with the positions concatenated
     lines: tuple[IntArray, ...]
-    edges: IntArray  # the same of the points where an edge touches the mating flank; they lie on no contact line
+    edges: IntArray  # indices of the points where an edge contacts the mating flank; they lie on no contact line
 
     @classmethod
     def of(cls, flanks: GearFlanks, result: EfficiencyResult) -> FlankMap:
-        """The lines of a result in the order of their roll angle."""
+        """The lines of a result, sorted by roll angle."""
         rolls, lines, edges = [], [], [np.zeros(0, np.int64)]
         start, step = 0, float(result.pinion_angle[1] - result.pinion_angle[0])
         for load in result.load.positions:
@@ -59,7 +59,7 @@ class FlankMap:
         return len(self.lines) >= _MIN_POINTS
 
     def _grid(self, values: FloatArray) -> FloatArray:
-        """Values of all points on the grid; lines with fewer points than the longest are interpolated along."""
+        """Values of all points on the grid; lines with fewer points than the longest are interpolated."""
         count = max(line.size for line in self.lines)
         return np.array(
             [
@@ -71,11 +71,11 @@ class FlankMap:
         )
 
     def of_positions(self, name: str) -> FloatArray:
-        """An array of the `MeshPosition` of every point."""
+        """An array of the `MeshPosition` at every point."""
         return self._grid(self._of_positions(name))
 
     def of_load(self, name: str) -> FloatArray:
-        """An array of the `PositionLoad` of every point: zero where there is no load."""
+        """An array of the `PositionLoad` at every point; zero without load."""
         return self._grid(self._of_load(name))
 
     def _of_positions(self, name: str) -> FloatArray:
@@ -95,13 +95,14 @@ class FlankMap:
 
     @property
     def loaded(self) -> BoolArray:
-        """Where there is load."""
+        """Mask of the loaded points."""
         return np.asarray(self.of_load("force") > 0.0)
 
     def local(self, name: str) -> FloatArray:
-        """A value of the loaded points by its name; nan without load.
+        """A value of the loaded points by name; nan without load.
 
-        ``friction_coefficient``, ``loss_density``, ``film_specific``, a name of `ContactState` or `LocalLubrication`.
+        name: ``friction_coefficient``, ``loss_density``, ``film_specific``, or a field of `ContactState` or
+            `LocalLubrication`.
         """
         if name == "friction_coefficient":
             return self.of_loaded(self.result.friction.mu)
@@ -113,7 +114,7 @@ class FlankMap:
         return self.of_loaded(getattr(lubrication if hasattr(lubrication, name) else state, name))
 
     def place(self, member: Member = "gear") -> tuple[FloatArray, FloatArray]:
-        """Blank coordinates of the points on a member [m]: along the pitch cone from the mean point, and over it."""
+        """Blank coordinates on a member [m]: distance from the mean point along the pitch cone, and height."""
         u, h = self._place(member)
         return self._grid(u), self._grid(h)
 
@@ -130,7 +131,7 @@ class FlankMap:
 
     @cached_property
     def area(self) -> FloatArray:
-        """Projected area of the gear flank each point stands for [m2]."""
+        """Projected area of the gear flank represented by each point [m2]."""
         u, h = self.place()
         u_line, u_point = np.gradient(u)
         h_line, h_point = np.gradient(h)
@@ -140,7 +141,7 @@ class FlankMap:
     def loss_density(self) -> FloatArray:
         """Mean power loss of the mesh per projected area of the gear flank [W/m2].
 
-        Its integral is the loss, less what edges lose.
+        Its integral is the loss without the loss at edges.
         """
         points = self.result.points
         power = self.of_loaded(self.result.friction.mu * points.state.load_per_length * points.speed_sliding)
@@ -153,9 +154,11 @@ class FlankMap:
 
     @cached_property
     def sliding(self) -> tuple[FloatArray, FloatArray]:
-        """Sliding velocity, pinion against gear, in the projection of the gear flank [m/s]: along the pitch cone to
-        the heel, and square to it to the tip."""
-        # where the gear drives everything moves the other way
+        """Sliding velocity of the pinion relative to the gear, projected onto the gear flank [m/s].
+
+        Components along the pitch cone to the heel and normal to it to the tip.
+        """
+        # if the gear drives, all velocities are reversed
         speed = self.result.speed * (1.0 if self.result.driver == "pinion" else -1.0)
         positions = [load.position for load in self.result.load.positions]
         parts = [_projected(p, self.flanks.blank("gear").pitch_angle) for p in positions]
@@ -164,9 +167,9 @@ class FlankMap:
 
 
 def _projected(p: MeshPosition, pitch_angle: float) -> tuple[FloatArray, FloatArray]:
-    """Components of the sliding vector per unit pinion speed along and square to the pitch cone of the gear [m]."""
+    """Components of the sliding vector per unit pinion speed along and normal to the pitch cone of the gear [m]."""
     sliding = p.sliding_along[:, None] * p.along + p.sliding_across[:, None] * p.across
-    # the gear turns about z through the origin
+    # the gear rotates about z through the origin
     radius = np.hypot(p.position[:, 0], p.position[:, 1])
     radial = (sliding[:, 0] * p.position[:, 0] + sliding[:, 1] * p.position[:, 1]) / radius
     c, s = np.cos(pitch_angle), np.sin(pitch_angle)

@@ -1,4 +1,4 @@
-"""Sections of one operating point: load, lubrication, friction and loss; with a map the efficiency over several."""
+"""Report sections of one operating point: load, lubrication, friction and loss; for a map also its efficiency."""
 
 from __future__ import annotations
 
@@ -53,14 +53,11 @@ if TYPE_CHECKING:
     from efficiency.design.design import FlankSurfaceInput, MemberInput, PairDesign
     from efficiency.loss.efficiency_result import EfficiencyResult
 
-SPIN = "Churning, windage and bearing losses are not part of any figure here."
+SPIN = "Churning, windage and bearing losses are not included."
 
 
 def gear_sections(result: EfficiencyResult, medium: Medium, units: Units = "metric") -> list[Section]:
-    """Sections of one operating point.
-
-    units: of the tables of the design.
-    """
+    """Sections of one operating point; `units` apply to the tables of the design."""
     if medium == "page":
         return page_sections(result, None, units)
     if medium == "files":
@@ -89,18 +86,20 @@ def _title(result: EfficiencyResult) -> str:
 
 
 def load_figures(flank: FlankMap) -> Iterator[Picture]:
-    """What the load does to the flanks."""
+    """Figures of the loaded flanks."""
     yield Picture(
         partial(flank_plots.contact_figure, flank),
-        "Contact pattern under load: Hertz pressure where the flank carries load in the mesh cycle. Orange: the "
-        "lines in contact where the pressure is greatest, as wide as their load per length.",
+        "Contact pattern under load: Hertz pressure over the loaded part of the flank in the mesh cycle. Orange: "
+        "contact lines at the position of maximum pressure, with a width in proportion to the load per length.",
         "contact_pattern_gear",
     )
     yield Picture(
-        partial(flank_plots.contact_figure, flank, "pinion"), "The same on the pinion.", "contact_pattern_pinion"
+        partial(flank_plots.contact_figure, flank, "pinion"),
+        "Contact pattern under load on the pinion.",
+        "contact_pattern_pinion",
     )
     for field, caption in (
-        (flank_plots.PRESSURE, "Hertz pressure on the gear flank; outlined: what carries load."),
+        (flank_plots.PRESSURE, "Hertz pressure on the gear flank; the outline encloses the loaded part."),
         (flank_plots.LOAD, "Load per length of contact line."),
     ):
         yield field_picture(flank, field, caption)
@@ -115,51 +114,48 @@ def loss_figures(flank: FlankMap) -> Iterator[Picture]:
     """Lubrication, friction and loss over the gear flank."""
     yield Picture(
         partial(flank_plots.sliding_figure, flank),
-        "Sliding velocity in the projection of the flank; along a tooth of a hypoid gear it does not vanish at the "
-        "pitch cone (dash-dotted).",
+        "Sliding velocity in the projection of the flank. In a hypoid gear the lengthwise component does not vanish at "
+        "the pitch cone (dash-dotted line).",
         "sliding",
     )
     for field, caption in (
-        (flank_plots.SLIDE_TO_ROLL, "Length of the sliding vector over the entrainment speed."),
+        (flank_plots.SLIDE_TO_ROLL, "Magnitude of the sliding vector over the entrainment speed."),
         (flank_plots.FILM_RATIO, "Smooth isothermal film over the composite roughness Rq."),
         (flank_plots.FRICTION, f"Friction coefficient of the model: {model_label(flank.result.friction_model)}."),
-        (flank_plots.FLASH, "Bulk temperature and flash."),
-        (
-            flank_plots.LOSS,
-            "Mean power loss per projected area of the flank; its integral, with what edges lose, is the loss.",
-        ),
+        (flank_plots.FLASH, "Maximum surface temperature: bulk temperature plus flash temperature."),
+        (flank_plots.LOSS, "Mean power loss per projected area; its integral plus the loss at edges is the loss."),
     ):
         yield field_picture(flank, field, caption)
 
 
 def mesh_figures(result: EfficiencyResult) -> list[Picture]:
-    """What changes as the pair goes through the mesh."""
+    """Figures over the mesh cycle."""
     return [
         Picture(partial(draw, result), caption, draw.__name__.removeprefix("plot_"))
         for draw, caption in (
-            (plot_load_sharing, "Share of the torque one tooth pair carries."),
-            (plot_pair_load, "Normal force and greatest pressure of one tooth pair."),
-            (plot_transmission_error, "Transmission error without load and under load, each less its mean."),
+            (plot_load_sharing, "Share of the torque on one tooth pair."),
+            (plot_pair_load, "Normal force and maximum pressure of one tooth pair."),
+            (plot_transmission_error, "Transmission error without load and under load, each about its mean."),
             (plot_friction_and_loss, "Friction coefficient and power loss at each position of a pinion pitch."),
         )
     ]
 
 
 def strength_figures(flank: FlankMap) -> Iterator[Picture]:
-    """Root stress and micropitting; none of a result without its pair."""
+    """Root stress and micropitting; empty for a result without its pair."""
     result = flank.result
     if not result.has_strength:
         return
     if result.strength.pinion is not None or result.strength.gear is not None:
-        caption = "Greatest tensile stress of the root fillets, over the roll of a tooth pair and along the face."
+        caption = "Maximum tensile stress of the root fillets, over the roll angle of a tooth pair and along the face."
         yield Picture(partial(plot_root_stress, result), caption, "root_stress")
     if flank.drawable:
-        caption = "Film over the mean Ra of both flanks: micropitting begins where it is least."
+        caption = "Film thickness over the mean Ra of both flanks: micropitting begins at its minimum."
         yield field_picture(flank, flank_plots.FILM_SPECIFIC, caption)
 
 
 def page_sections(result: EfficiencyResult, grid: Grid | None = None, units: Units = "metric") -> list[Section]:
-    """Sections of the page of one operating point; with a map, of the map and one of its points in detail."""
+    """Sections of the page of one operating point; for a map, its sections and one of its points in detail."""
     design = design_of(result)
     flank = FlankMap.of(design.flanks(), result) if isinstance(design, Design) else None
     of_design: Sequence[str] = ()
@@ -177,22 +173,28 @@ def page_sections(result: EfficiencyResult, grid: Grid | None = None, units: Uni
             Section("Contact under load", [Row(list(load_figures(flank)))]),
             Section("Lubrication, friction and loss on the tooth", [Row(list(loss_figures(flank)))]),
         ]
-    of_teeth = _design_items(design, units) if isinstance(design, Design) else [_cylindrical_table(design)]
+    if isinstance(design, Design):
+        of_teeth = _design_items(design, units)
+    else:
+        of_teeth = [Table(("quantity", "pinion / gear"), cast("CylindricalDesign", design).rows())]
     return [
         Section("", [head, *_headline(result, of_design, grid)]),
         *([Section("Efficiency over torque, speed and temperature", _map_items(grid, result))] if grid else []),
         *on_tooth,
         *([Section("Uncertainty of the inputs", _input_items(result))] if result.inputs.sources else []),
         *([Section("Strength", _strength_items(result, flank))] if flank is not None and result.source else []),
-        Section("Over the mesh", [Row(mesh_figures(result))]),
-        Section("Results in numbers", _number_items(result)),
+        Section("Mesh cycle", [Row(mesh_figures(result))]),
+        Section(
+            "Numerical results",
+            [
+                replace(efficiency_table(result), title="", notes=()),
+                range_table(result),
+                Folded("Positions of a pinion pitch", [position_table(result)]),
+            ],
+        ),
         Section("Design", of_teeth),
-        Section("How it was computed", _model_items(result)),
+        Section("Method", _model_items(result)),
     ]
-
-
-def _cylindrical_table(design: PairDesign) -> Table:
-    return Table(("quantity", "pinion / gear"), cast("CylindricalDesign", design).rows())
 
 
 def _headline(result: EfficiencyResult, of_design: Sequence[str], grid: Grid | None) -> list[Item]:
@@ -201,14 +203,15 @@ def _headline(result: EfficiencyResult, of_design: Sequence[str], grid: Grid | N
         (f"{result.power_loss:.4g} W", f"sliding loss of {result.power_input / 1e3:.4g} kW"),
         (
             f"{result.power_loss_rolling:.4g} W",
-            f"rolling loss, not in the efficiency; with it {percent(result.efficiency_with_rolling, 2)} %",
+            f"rolling loss, not included in the efficiency; with it {percent(result.efficiency_with_rolling, 2)} %",
         ),
         (f"{result.friction_coefficient_mean:.4f}", "mean friction coefficient"),
-        (f"{result.pressure_max / 1e9:.2f} GPa", "greatest Hertz pressure"),
+        (f"{result.pressure_max / 1e9:.2f} GPa", "maximum Hertz pressure"),
     ]
     if np.isfinite(film).any():
         tiles.append((f"{np.nanmin(film):.2g}", "minimum film ratio"))
-    tiles.append((f"{percent(result.outside_range_share, 1)} %", f"of the sliding power outside {_range(result)}"))
+    outside = f"of the sliding power outside the range of {model_label(result.friction_model)}"
+    tiles.append((f"{percent(result.outside_range_share, 1)} %", outside))
     said = result_notes(result, of_design, operating_state(result) if grid else "")
     cases = 1
     if grid is not None:
@@ -219,31 +222,28 @@ def _headline(result: EfficiencyResult, of_design: Sequence[str], grid: Grid | N
 
 
 def answer(result: EfficiencyResult, grid: Grid | None = None) -> MainResult:
-    """The efficiency of one operating point with what is known of it; of a map also its range."""
+    """Efficiency of one operating point with its interval and error; for a map also its range."""
     if not math.isfinite(result.efficiency):
-        return MainResult("no answer", f"mesh efficiency: {result.reason}")
+        return MainResult("no result", f"mesh efficiency: {result.reason}")
     known = []
     inputs = result.inputs
     if inputs.low < inputs.high:
-        most = ", ".join(f"{name} {percent(half, 1)}" for name, half in list(inputs.groups.items())[:3])
+        most = ", ".join(f"{name} ±{percent(half, 1)}" for name, half in list(inputs.groups.items())[:3])
         interval = f"{percent(inputs.low, 1)} to {percent(inputs.high, 1)} %"
-        known.append((interval, f"{percent(inputs.level, 0)} % interval by uncertain inputs, most by {most} points"))
+        level = percent(inputs.level, 0)
+        known.append((interval, f"{level} % interval from uncertain inputs; largest contributions {most} points"))
     else:
         known.append(("no interval", "; ".join(inputs.notes) or "no input of this friction model is uncertain"))
     if math.isfinite(result.efficiency_error):
         error = 100.0 * result.efficiency_error
-        known.append((f"±\N{NO-BREAK SPACE}{error:.1g} %", "error of the solution: mesh, lines, equilibrium"))
+        known.append((f"±\N{NO-BREAK SPACE}{error:.1g} %", "numerical error: positions, contact lines, equilibrium"))
     label = f"mesh efficiency, {model_label(result.friction_model)}"
     if grid is not None:
         values = grid.values()
         ends = f"{percent(float(np.nanmin(values)), 2)} to {percent(float(np.nanmax(values)), 2)} %"
-        known.append((ends, f"over the {len(grid.points)} points of the map"))
+        known.append((ends, f"range over the {len(grid.points)} points of the map"))
         label = f"mesh efficiency at {operating_state(result)}, {model_label(result.friction_model)}"
     return MainResult(f"{percent(result.efficiency, 2)} %", label, known)
-
-
-def _range(result: EfficiencyResult) -> str:
-    return f"the range of {model_label(result.friction_model)}"
 
 
 def _map_items(grid: Grid, shown: EfficiencyResult) -> list[Item]:
@@ -251,49 +251,36 @@ def _map_items(grid: Grid, shown: EfficiencyResult) -> list[Item]:
         Row(map_figures(grid)),
         *efficiency_grids(grid),
         *([Text(f"{grid.interpolation}.")] if grid.interpolation else []),
-        Text(f"The sections below are of one point of it, {operating_point(shown)}."),
-    ]
-
-
-def _number_items(result: EfficiencyResult) -> list[Item]:
-    return [
-        replace(efficiency_table(result), title="", notes=()),
-        range_table(result),
-        Folded("Positions of a pinion pitch", [position_table(result)]),
+        Text(f"The following sections refer to one point of the map, {operating_point(shown)}."),
     ]
 
 
 def _model_items(result: EfficiencyResult) -> list[Item]:
     return [
-        Table(("left out", "because or instead"), [_reason(text) for text in result.skipped]),
+        Table(("neglected", "explanation"), [text.partition(": ")[::2] for text in result.skipped]),
         Text(
             f"{result.positions} positions of the mesh, {result.points_per_line} points per contact line, "
-            f"{result.points_loaded} loaded points; loads by {result.load_balance} equilibrium, {result.driver} "
-            f"driving. Loss and friction of the operating point took {result.seconds:.2g} s."
+            f"{result.points_loaded} loaded points; loads from {result.load_balance} equilibrium, {result.driver} "
+            f"driving. Computing friction and loss took {result.seconds:.2g} s."
         ),
     ]
-
-
-def _reason(text: str) -> tuple[str, str]:
-    what, _, why = text.partition(": ")
-    return what, why
 
 
 def _strength_items(result: EfficiencyResult, flank: FlankMap) -> list[Item]:
     strength = result.strength
     table = replace(strength.table(), notes=())
-    assumed = Table(("assumed",), [(note,) for note in strength.notes])
-    return [Row(list(strength_figures(flank))), table, Folded("What is assumed of the strength", [assumed])]
+    assumed = Table(("assumption",), [(note,) for note in strength.notes])
+    return [Row(list(strength_figures(flank))), table, Folded("Assumptions on the strength", [assumed])]
 
 
 def _input_items(result: EfficiencyResult) -> list[Item]:
-    caption = "Change of the efficiency by each input alone; the error of the solution is separate."
+    caption = "Change of the efficiency by each single input; the numerical error is not included."
     bars = Picture(partial(plot_sources, result.inputs), caption)
-    return [bars, Folded("Where each spread comes from", [result.inputs.table()])]
+    return [bars, Folded("Sources of the spreads", [result.inputs.table()])]
 
 
 def _finish(member: MemberInput, texture: FlankSurfaceInput) -> tuple[str, ...]:
-    """Finish, Rq, and what the design or the finish says of the waves."""
+    """Finish, Rq, correlation length and its ratio, from the design or the finish."""
     finish, rms = member.surface_finish(), member.roughness_rms
     length, ratio = float(default_correlation_length(rms)), 1.0
     if finish is not None and rms > 0.0:
@@ -307,14 +294,14 @@ def _finish(member: MemberInput, texture: FlankSurfaceInput) -> tuple[str, ...]:
 def _design_items(design: Design, units: Units) -> list[Item]:
     rows = summary_rows(design, units)
     flanks = (
-        Table((words(part), "unit", *FLANKS), lines, "Settings that are zero for all four flanks are not listed.")
+        Table((words(part), "unit", *FLANKS), lines, "Settings that are zero for all four flanks are omitted.")
         for part, lines in setting_tables(rows).items()
     )
     surface = [
         (name, member.material, *_finish(member, design.surface))
         for name, member in (("pinion", design.pinion), ("gear", design.gear))
     ]
-    waves = ("correlation length [µm]", "its ratio along the marks to across")
+    waves = ("correlation length [µm]", "correlation length along over across the lay [-]")
     heads = ("member", "material", "finish", "roughness Rq [µm]", *waves)
     return [
         Picture(partial(blank_figure, design), AXIAL_SECTION),

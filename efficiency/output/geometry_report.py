@@ -1,4 +1,4 @@
-"""Sections of the geometry and unloaded contact of a pair."""
+"""Report sections of the geometry and the unloaded contact of a pair."""
 
 from __future__ import annotations
 
@@ -50,19 +50,19 @@ def side_figures(side: SideGeometry) -> Iterator[Picture]:
         return Picture(partial(draw, *args), caption, f"{name}_{what}")
 
     yield picture("teeth_in_mesh", "Teeth in mesh; positions include the misalignments.", tooth_pair_figure, pair)
-    caption = "Ease-off on the projection of the gear. Dashed: the limit of the part both flanks reach."
+    caption = "Ease-off on the projection of the gear. The dashed line limits the common part of both flanks."
     yield picture("ease_off_gear", caption, ease_off_figure, pair, path, "gear")
-    yield picture("ease_off_pinion", "The same on the projection of the pinion.", ease_off_figure, pair, path, "pinion")
-    caption = "Contact pattern: where the flanks come closer than the marking compound is thick."
-    for member, text in (("gear", caption), ("pinion", "The same on the pinion.")):
+    yield picture("ease_off_pinion", "Ease-off on the projection of the pinion.", ease_off_figure, pair, path, "pinion")
+    caption = "Contact pattern: area where the distance of the flanks is below the thickness of the marking compound."
+    for member, text in (("gear", caption), ("pinion", "Contact pattern on the pinion.")):
         yield picture(f"contact_pattern_{member}", text, contact_pattern_figure, pair, side.pattern, path, member)
-    caption = "Unloaded transmission error: the gear lags where it is negative. Dotted: an edge is in contact."
+    caption = "Unloaded transmission error, negative where the gear lags. The dotted line indicates edge contact."
     yield picture("transmission_error", caption, transmission_figure, side)
-    caption = "Amplitudes at multiples of the mesh frequency, all pairs together."
+    caption = "Amplitudes at multiples of the mesh frequency, for all tooth pairs together."
     yield picture("harmonics", caption, harmonics_figure, side)
-    caption = "Potential contact lines of all positions in a pitch. Black: all pairs at one position."
+    caption = "Potential contact lines of all positions of a pitch. Black: all tooth pairs at one position."
     yield picture("contact_lines", caption, contact_lines_figure, pair, side.cycle, path)
-    caption = "Equivalent radius normal to the contact line, along some of the lines."
+    caption = "Equivalent radius normal to the contact line, along selected lines."
     yield picture("equivalent_radius", caption, radius_figure, pair, side.cycle)
 
 
@@ -75,7 +75,7 @@ def geometry_sections(geometry: PairGeometry, medium: Medium, units: Units = "me
     head = Head(
         f"Gear geometry: {design.name}",
         f"{teeth}, {misalignment_text(design)}. Source: {design.source or 'not stated'}",
-        f"Computed in {geometry.seconds:.2f} s. Unloaded: rigid flanks, no deflection.",
+        f"Computed in {geometry.seconds:.2f} s for unloaded, rigid flanks.",
     )
     return [
         Section("", [head, *_headline(geometry), _notes(geometry)]),
@@ -87,9 +87,9 @@ def geometry_sections(geometry: PairGeometry, medium: Medium, units: Units = "me
 
 
 def plot_geometry(geometry: PairGeometry, ax: Axes | None) -> Axes:
-    """Contact pattern on the gear, of the drive side where it was computed."""
+    """Contact pattern on the gear, of the drive side if it was computed."""
     if not geometry.sides:
-        raise InputError("plot", geometry.reason, "a geometry with a side that was computed")
+        raise InputError("plot", geometry.reason, "a geometry with at least one computed side")
     side = next(iter(geometry.sides.values()))
     return contact_pattern_figure(side.pair, side.pattern, side.pair.path, "gear", ax)
 
@@ -101,7 +101,7 @@ def _notes(geometry: PairGeometry) -> Notes:
 def _headline(geometry: PairGeometry) -> list[Item]:
     sides = geometry.sides
     if not sides:
-        return [MainResult("no answer", "transmission error without load")]
+        return [MainResult("no result", "transmission error without load")]
     first = next(iter(sides))
     known = [(key_side(side), f"{name}") for name, side in sides.items() if name != first]
     label = f"transmission error without load, {first}, peak to peak"
@@ -111,40 +111,26 @@ def _headline(geometry: PairGeometry) -> list[Item]:
 
 def _blanks(geometry: PairGeometry, units: Units) -> Section:
     rows = blank_table(summary_rows(geometry.design, units))
-    return Section(
-        "Blanks",
-        [
-            Picture(partial(blank_figure, geometry.design), AXIAL_SECTION, "blank_section"),
-            Table(("quantity", "unit", "pinion", "gear"), rows),
-        ],
-    )
+    picture = Picture(partial(blank_figure, geometry.design), AXIAL_SECTION, "blank_section")
+    return Section("Blanks", [picture, Table(("quantity", "unit", "pinion", "gear"), rows)])
 
 
 def _settings(geometry: PairGeometry, units: Units) -> Section:
-    tables = setting_tables(summary_rows(geometry.design, units))
-    return Section(
-        "Cutters and machine settings",
-        [
-            *(
-                Table((words(part), "unit", *FLANKS), rows, "What is zero for all four flanks is left out.")
-                for part, rows in tables.items()
-            ),
-            flank_table(geometry),
-        ],
-    )
+    note = "Settings that are zero for all four flanks are omitted."
+    tables = setting_tables(summary_rows(geometry.design, units)).items()
+    settings = [Table((words(part), "unit", *FLANKS), rows, note) for part, rows in tables]
+    return Section("Cutters and machine settings", [*settings, flank_table(geometry)])
 
 
 def _contact(geometry: PairGeometry) -> Section:
     text = Text(
         "Ease-off is the distance from the pinion flank conjugate to the real gear flank to the real pinion flank, "
-        "positive where material is missing on the pinion. The transmission error is the rotation of the gear ahead of "
-        "its place at constant ratio. Places on a flank: along the pitch cone from the mean point to the heel, and "
-        "square to it over the pitch cone."
+        "positive where material is missing on the pinion. The transmission error is the deviation of the gear "
+        "rotation from constant ratio, positive if the gear leads. Coordinates on a flank are the distance from the "
+        "mean point along the pitch cone, positive to the heel, and the height above the pitch cone."
     )
-    items: list[Item] = [text]
-    if geometry.sides:
-        items.append(contact_table(geometry))
-    return Section("Unloaded contact in numbers", items)
+    tables = [contact_table(geometry)] if geometry.sides else []
+    return Section("Unloaded contact: numerical results", [text, *tables])
 
 
 def _side_items(side: SideGeometry) -> list[Item]:

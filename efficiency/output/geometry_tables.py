@@ -22,12 +22,12 @@ SETTING_HEADER = ("setting", "unit", *FLANKS)
 
 
 def flank_table(geometry: PairGeometry) -> Table:
-    """Angles of the four flanks at their mean points, and where they end above the root."""
+    """Angles of the four flanks at their mean points, and their lower ends above the root."""
     columns: list[Column | str] = [
         "flank",
         Column("spiral_angle", digits=5),
         Column("pressure_angle_normal", of="spiral_angle", label="pressure angle, normal", digits=5),
-        Column("lowest", of="share", label="end over root, of the depth"),
+        Column("lowest", of="share", label="lower end above the root, share of the depth"),
     ]
     rows = [
         (
@@ -53,7 +53,7 @@ def contact_table(geometry: PairGeometry) -> Table:
     top, marking = "highest point", f"contact pattern ({quantity('marking').text(geometry.marking)})"
     columns: dict[Column, Callable[[SideGeometry], float]] = {
         Column("contact_ratio", label="potential contact ratio [pitches]"): lambda s: s.contact_ratio,
-        Column("path_ratio", label="unloaded contact inside the edges [pitches]"): lambda s: s.path_ratio,
+        Column("path_ratio", label="unloaded contact without edge contact [pitches]"): lambda s: s.path_ratio,
         Column("peak_to_peak", label="transmission error, peak to peak"): lambda s: s.pair.transmission.peak_to_peak,
         **{
             Column(f"harmonic_{order}", of="harmonic_1", label=f"transmission error, harmonic {order}"): partial(
@@ -61,13 +61,13 @@ def contact_table(geometry: PairGeometry) -> Table:
             )
             for order in (1, 2, 3)
         },
-        Column("contact_u", label=f"{top}: from the mean point to the heel"): lambda s: s.contact_u,
-        Column("contact_height", label=f"{top}: over the pitch cone of the gear"): lambda s: s.contact_height,
-        Column("path_angle", label=f"{top}: path against the line to the heel"): lambda s: s.path_angle,
-        Column("ease_off", label="largest ease-off where both flanks reach"): lambda s: s.ease_off[1],
+        Column("contact_u", label=f"{top}: distance from the mean point to the heel"): lambda s: s.contact_u,
+        Column("contact_height", label=f"{top}: height above the pitch cone of the gear"): lambda s: s.contact_height,
+        Column("path_angle", label=f"{top}: angle of the path to the pitch line"): lambda s: s.path_angle,
+        Column("ease_off", label="largest ease-off in the common part of the flanks"): lambda s: s.ease_off[1],
         Column("pattern_area", of="share", label=f"{marking}: share of the flank"): lambda s: s.pattern.area_share,
-        Column("pattern_length", of="share", label=f"{marking}: length, of the face width"): lambda s: s.pattern.length,
-        Column("pattern_width", of="share", label=f"{marking}: height, of the whole depth"): lambda s: s.pattern.width,
+        Column("pattern_length", of="share", label=f"{marking}: length / face width"): lambda s: s.pattern.length,
+        Column("pattern_width", of="share", label=f"{marking}: height / whole depth"): lambda s: s.pattern.width,
         Column("radius_equivalent_min", of="radius_equivalent", label="smallest equivalent radius"): lambda s: (
             s.radius_equivalent[0]
         ),
@@ -89,10 +89,10 @@ def _harmonic(side: SideGeometry, order: int) -> float:
 
 
 def graded_notes(geometry: PairGeometry) -> list[Note]:
-    """What a designer should know, of the members, of each side, and what failed: the gravest first."""
+    """Notes on the members, on each side and on failures, the most severe first."""
     said = [("", note) for note in geometry.notes]
     said += [(name, note) for name, side in geometry.sides.items() for note in side.notes]
-    return pair_notes([*said, *((name, f"no answer: {reason}") for name, reason in geometry.failures.items())])
+    return pair_notes([*said, *((name, f"no result: {reason}") for name, reason in geometry.failures.items())])
 
 
 def blank_table(rows: list[SummaryRow]) -> list[tuple[str, ...]]:
@@ -101,7 +101,7 @@ def blank_table(rows: list[SummaryRow]) -> list[tuple[str, ...]]:
 
 
 def setting_tables(rows: list[SummaryRow]) -> dict[str, list[tuple[str, ...]]]:
-    """(name, unit, four flanks) of cutters and of machine settings; what is zero everywhere is left out."""
+    """(name, unit, four flanks) of cutters and of machine settings; rows that are zero everywhere are omitted."""
     tables: dict[str, list[tuple[str, ...]]] = {}
     for row in rows:
         part, _, inner = row.section.partition(".")
@@ -112,12 +112,12 @@ def setting_tables(rows: list[SummaryRow]) -> dict[str, list[tuple[str, ...]]]:
 
 
 def words(name: str) -> str:
-    """A name of a field as words."""
+    """A field name in words."""
     return name.replace("_", " ")
 
 
 def misalignment_text(design: Design) -> str:
-    """Misalignment in words, or that there is none."""
+    """The misalignment in words, or ``aligned``."""
     m = design.assembly.misalignment
     parts = [f"{name} {1e3 * getattr(m, name):+.4g} mm" for name in ("E", "P", "G") if getattr(m, name) != 0.0]
     if m.shaft_angle_error != 0.0:
@@ -140,5 +140,5 @@ def geometry_tables(geometry: PairGeometry, units: Units = "metric") -> list[Tab
 
 
 def key_side(side: SideGeometry) -> str:
-    """Transmission error of a side for a headline."""
+    """Transmission error of a side as text."""
     return quantity("peak_to_peak").text(side.pair.transmission.peak_to_peak, 3)

@@ -1,8 +1,8 @@
-"""Flanks as grids of points in the manner of flank inspection, and the CSV file that carries them.
+"""Flanks as grids of points for flank inspection, and their CSV file.
 
-Row 1 lies at the root, the last row at the tip; column 1 at the heel, the last column at the toe. Points are those of
-the work frame of the member: z along its axis from the apex to the heel, origin at the crossing point of the axes (at
-the foot of their common normal for a hypoid pair). Normals are unit vectors out of the tooth.
+Row 1 lies at the root, the last row at the tip; column 1 at the heel, the last column at the toe. The points are given
+in the work frame of the member: z along its axis from the apex to the heel, origin at the crossing point of the axes
+(for a hypoid pair at the foot of the common normal). Normals are unit vectors out of the tooth.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ COLUMNS = "row,column,x,y,z,nx,ny,nz"
 class InspectionGrid:
     """One flank on a regular grid of its blank."""
 
-    # distance from the mean point along the pitch cone to the heel, height over that cone [m]
+    # distance from the mean point along the pitch cone to the heel, height above that cone [m]
     u: FloatArray
     height: FloatArray
     # points [m] and unit normals out of the tooth, work frame of the member
     position: FloatArray
     normal: FloatArray
-    lowest: float  # depth fraction of the first row, 0 at the root cone; above 0 where the flank ends over the root
+    lowest: float  # depth fraction of the first row, 0 at the root cone; positive if the flank ends above the root
 
     @property
     def azimuth(self) -> FloatArray:
@@ -51,7 +51,7 @@ def inspection_grid(flank: Flank, rows: int = 15, columns: int = 31, margin: flo
     flank: any flank.
     rows, columns: size of the grid.
     margin: distance kept from root, tip, toe and heel, as a fraction of the face width and of the depth [-].
-    Raises `ConvergenceError`: the flank does not span its blank.
+    Raises `ConvergenceError` if the flank does not cover its blank.
     """
     blank = flank.blank
     along = np.linspace(0.5 - margin, -0.5 + margin, columns) * blank.face_width
@@ -64,16 +64,16 @@ def inspection_grid(flank: Flank, rows: int = 15, columns: int = 31, margin: flo
             shape = (3, rows, columns)
             return InspectionGrid(u, h, points.position.reshape(shape), points.normal.reshape(shape), lowest)
         lowest = max(margin, flank.lowest_fraction(1.0 - margin))
-    raise ConvergenceError("undercut", f"the {flank.side} flank does not span its blank")
+    raise ConvergenceError("undercut", f"the {flank.side} flank does not cover its blank")
 
 
 def write_inspection_grid(path: Path, design: Design, member: Member, side: FlankSide, grid: InspectionGrid) -> None:
     """Write one flank as CSV: two header lines, a line of column names, one line per point in mm.
 
-    The first line, ``# mixed-ehl flank grid v1; member=pinion; flank=concave; units=mm``, says all that is needed to
-    read the file; the second names the design and how the grid lies on the blank.
+    The first line, ``# mixed-ehl flank grid v1; member=pinion; flank=concave; units=mm``, contains all data needed to
+    read the file. The second one contains the design and the position of the grid on the blank.
 
-    Raises `InputError`: the file cannot be written.
+    Raises `InputError` if the file cannot be written.
     """
     blank = (design.pinion if member == "pinion" else design.gear).blank
     rows, columns = grid.u.shape

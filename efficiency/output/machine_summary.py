@@ -1,7 +1,7 @@
-"""Summary of a pair as a machine setter reads it: blanks, cutters and machine settings of all four flanks.
+"""Machine summary of a pair: blanks, cutters and machine settings of all four flanks.
 
-As a table with a column for each flank, and as a setting sheet with one entry a line, in the form that
-`efficiency.cutting.summary` reads back.
+The summary is written as a table with a column for each flank, and as a setting sheet with one entry per line in the
+format that `efficiency.cutting.summary` reads.
 """
 
 from __future__ import annotations
@@ -43,18 +43,18 @@ _SHOWN: dict[str, dict[str, tuple[str, float, int]]] = {
 
 @dataclass(frozen=True)
 class SummaryRow:
-    """One line of the summary."""
+    """One row of the summary."""
 
     section: str  # ``"blank"``, ``"cutter"``, ``"machine"`` and the like
     name: str  # name as in the design file
-    unit: str  # of the values, after conversion
-    # numbers or words for pinion concave, pinion convex, gear concave and gear convex; None where there is none
+    unit: str  # unit of the values after conversion
+    # numbers or words for pinion concave, pinion convex, gear concave and gear convex; None without a value
     values: tuple[float | str | None, ...]
-    decimals: int  # decimals a table shows
+    decimals: int  # displayed decimals
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """Values as a table shows them; a dash where there is none."""
+        """Displayed values; a dash for a missing value."""
         return tuple(self._text(value) for value in self.values)
 
     def _text(self, value: float | str | None) -> str:
@@ -68,7 +68,7 @@ class SummaryRow:
 
 
 def summary_rows(design: Design, units: Units = "metric") -> list[SummaryRow]:
-    """Everything a design file says of blanks, cutters and machine, and the dimensions that follow from the blanks.
+    """All data of a design file on blanks, cutters and machine, and the dimensions that follow from the blanks.
 
     units: lengths in mm or inch; angles in deg.
     """
@@ -92,9 +92,9 @@ def summary_rows(design: Design, units: Units = "metric") -> list[SummaryRow]:
 
 
 def write_summary(path: Path, design: Design, units: Units = "metric") -> None:
-    """Write the summary as CSV: section, name, unit, then one column for each flank, numbers in full.
+    """Write the summary as CSV: section, name, unit, then one column for each flank, numbers in full precision.
 
-    Raises `InputError`: the file cannot be written.
+    Raises `InputError` if the file cannot be written.
     """
     text = io.StringIO()
     writer = csv.writer(text)
@@ -106,9 +106,9 @@ def write_summary(path: Path, design: Design, units: Units = "metric") -> None:
 
 
 def _entries(model: BaseModel, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any, str, bool]]:
-    """(names, value, SI unit, whether it is the default) of a model and the models in it; None is left out."""
+    """(names, value, SI unit, whether it is the default) of a model and its inner models, without None values."""
     fields = type(model).model_fields
-    # the kind of a cutter or machine comes before its numbers
+    # the type of a cutter or machine is listed before its numbers
     for name in sorted(fields, key=lambda name: name not in KINDS):
         value = getattr(model, name)
         if isinstance(value, BaseModel):
@@ -128,7 +128,7 @@ def _columns(model: BaseModel, section: str = "") -> dict[tuple[str, str], tuple
 
 
 def _dimensions(blank: Blank) -> dict[str, tuple[float, str]]:
-    """What a blank drawing adds to the cones; crossing point to crown is taken along the axis."""
+    """Dimensions of a blank drawing in addition to the cones; crossing point to crown is measured along the axis."""
     u = np.array([-0.5, 0.5]) * blank.face_width
     radius, crown = blank.axial(u, blank.tip(u))
     face_angle, root_angle = blank.pitch_angle + blank.addendum_angle, blank.pitch_angle - blank.dedendum_angle
@@ -159,9 +159,9 @@ def _converted(entry: tuple[Any, str] | None, factor: float) -> float | str | No
 
 
 def sheet_text(design: Design, units: Units = "metric") -> str:
-    """The sheet: members, their blanks, then cutter and machine of each flank; angles in deg, lengths in one unit.
+    """Setting sheet: blanks of both members, cutter and machine of each flank; angles in deg, lengths in one unit.
 
-    What has no label on a sheet follows as a comment.
+    Values without a label are listed as comments.
     """
     name, factor = _LENGTH[units]
     lines = [f"# machine summary of {design.name}", _line("units", name)]
@@ -180,15 +180,12 @@ def sheet_text(design: Design, units: Units = "metric") -> str:
 
 
 def write_sheet(path: Path, design: Design, units: Units = "metric") -> None:
-    """Write the sheet.
-
-    Raises `InputError`: the file cannot be written.
-    """
+    """Write the sheet; raises `InputError` if the file cannot be written."""
     write_file(path, sheet_text(design, units), folder=True)
 
 
 def _lines(table: str, model: BaseModel, factor: float) -> Iterator[str]:
-    """Lines of a table; what stands at its default is left out."""
+    """Lines of a table without values that equal their default."""
     labels = {(where, key): label for label, (where, key, _) in reversed(LABELS.items())}
     for path, value, unit, default in _entries(model):
         if default and path[-1] not in KINDS:

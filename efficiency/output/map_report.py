@@ -1,4 +1,4 @@
-"""Sections of maps and duty cycles."""
+"""Report sections of maps and duty cycles."""
 
 from __future__ import annotations
 
@@ -23,19 +23,13 @@ if TYPE_CHECKING:
 
 
 _MAIN = (
-    "efficiency",
-    "efficiency_error",
-    "power_loss",
-    "friction_coefficient_mean",
-    "pressure_max",
-    "outside_range_share",
-    "status",
-    "reason",
+    *("efficiency", "efficiency_error", "power_loss", "friction_coefficient_mean", "pressure_max"),
+    *("outside_range_share", "status", "reason"),
 )
 
 
 def map_sections(grid: Grid, medium: Medium, units: Units = "metric") -> list[Section]:
-    """Sections of a grid; over torque, speed and temperature the page shows one point in detail."""
+    """Sections of a grid; over torque, speed and temperature the page also has one point in detail."""
     if not grid.results:
         raise InputError("report", grid.reason, "a grid with a result")
     first = grid.results[0]
@@ -44,12 +38,12 @@ def map_sections(grid: Grid, medium: Medium, units: Units = "metric") -> list[Se
         return [Section("", [Head(title), *map_tables(grid)])]
     if medium == "terminal":
         skipped = dict.fromkeys(text for result in grid.results for text in result.skipped)
-        below: list[Item] = [grid_notes(grid), *(Text(f"skipped: {text}") for text in skipped)]
+        below: list[Item] = [grid_notes(grid), *(Text(f"neglected: {text}") for text in skipped)]
         below += [Text(grid.interpolation)] if grid.interpolation else []
         return [Section("", [*(efficiency_grids(grid) if is_map(grid) else [map_table(grid)]), *below])]
     if is_map(grid):
         found = page_sections(nearest_point(grid), grid, units)
-        # the files are those of the map
+        # only the figures of the map are written as files
         return [found[0], found[1], *(Section(part.title, [_unnamed(x) for x in part.items]) for part in found[2:])]
     lines = Picture(partial(plot_map, grid), "Mesh efficiency over the axes.", "efficiency")
     return [
@@ -65,7 +59,7 @@ def _unnamed(item: Item) -> Item:
 
 
 def nearest_point(grid: Grid) -> EfficiencyResult:
-    """The result of a map nearest to the operating point of the design file; one that converged if any."""
+    """The result of a map nearest to the operating point of the design file, converged if possible."""
     usable = [result for result in grid.results if result.status == "converged"] or list(grid.results)
     operation = design_of(usable[0]).operation
 
@@ -87,12 +81,12 @@ def duty_sections(duty: DutyCycle, medium: Medium, units: Units = "metric") -> l
     if medium == "terminal":
         return [Section("", [duty_table(duty), duty_notes(duty)])]
     inputs = duty.inputs
-    known = [(f"±\N{NO-BREAK SPACE}{percent(duty.efficiency_error, 4)} %", "error of the solution")]
+    known = [(f"±\N{NO-BREAK SPACE}{percent(duty.efficiency_error, 4)} %", "numerical error")]
     if inputs.low < inputs.high:
         interval = f"{percent(inputs.low, 2)} to {percent(inputs.high, 2)} %"
-        known.insert(0, (interval, f"{percent(inputs.level, 0)} % interval by uncertain inputs"))
-    value = f"{percent(duty.efficiency, 2)} %" if math.isfinite(duty.efficiency) else "no answer"
-    energy = Picture(partial(plot_duty, duty), "Energy lost at each operating point.", "duty")
+        known.insert(0, (interval, f"{percent(inputs.level, 0)} % interval from uncertain inputs"))
+    value = f"{percent(duty.efficiency, 2)} %" if math.isfinite(duty.efficiency) else "no result"
+    energy = Picture(partial(plot_duty, duty), "Energy loss at each operating point.", "duty")
     return [
         Section("", [Head(title, footer=SPIN), MainResult(value, "efficiency of the cycle", known), duty_notes(duty)]),
         Section("Energies", [energy, replace(duty_table(duty), title="")]),

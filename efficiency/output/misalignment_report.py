@@ -1,4 +1,4 @@
-"""Sections of a misalignment study."""
+"""Report sections of a misalignment study."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 
 __all__ = ["misalignment_sections", "plot_misalignment"]
 _ROWS = 60
-# share of the torque at edges that is worth a word
+# share of the torque at edges above which a note is given
 EDGE_SHARE = 0.02
 
 
 def misalignment_table(study: MisalignmentStudy) -> Table:
-    """One row per state: misalignments that vary, transmission error, places along the gear face, pattern, edges.
+    """One row per state: varied misalignments, transmission error, contact positions, pattern, edges.
 
-    At a torque: what the load gives instead of the places and sizes without it.
+    At a torque, positions and sizes are those under load.
     """
     if study.torque is not None:
         return _loaded_table(study, study.torque)
@@ -34,7 +34,7 @@ def misalignment_table(study: MisalignmentStudy) -> Table:
             *(Column(name, of=misalignment_quantity(name).name, label=name) for name in names),
             *fields[:3],
             *shares,
-            Column("edges", label="edge in contact, or why it failed"),
+            Column("edges", label="edge in contact, or reason of failure"),
         ],
         [
             [*(getattr(point, name) for name in (*names, *fields)), point.reason or point.edges]
@@ -48,19 +48,15 @@ def misalignment_table(study: MisalignmentStudy) -> Table:
 def _loaded_table(study: MisalignmentStudy, torque: float) -> Table:
     names = study.varied
     fields = (
-        "transmission_error_loaded",
-        "pressure_max",
-        "edge_load_share",
-        "load_centre_u",
-        "power_loss",
-        "efficiency",
+        *("transmission_error_loaded", "pressure_max", "edge_load_share"),
+        *("load_centre_u", "power_loss", "efficiency"),
     )
     return Table(
         [
             *(Column(name, of=misalignment_quantity(name).name, label=name) for name in names),
             "peak_to_peak",
             *fields,
-            Column("edges", label="unloaded edge contact, or why it failed"),
+            Column("edges", label="unloaded edge contact, or reason of failure"),
         ],
         [
             [*(getattr(point, name) for name in (*names, "peak_to_peak", *fields)), point.reason or point.edges]
@@ -85,14 +81,15 @@ def _notes(study: MisalignmentStudy) -> list[str]:
                 f"{name} {misalignment_quantity(name).text(getattr(worst, name))}" for name in study.varied
             )
             share = 100.0 * worst.edge_load_share
-            notes.insert(0, f"edges carry up to {share:.2g} % of the torque ({place}): relief, or a stiffer mounting")
+            remedy = "add relief or stiffen the mounting"
+            notes.insert(0, f"edges carry up to {share:.2g} % of the torque ({place}): {remedy}")
     if count > _ROWS:
-        notes.insert(0, f"{count - _ROWS} of {count} states are not shown: --csv writes all of them")
+        notes.insert(0, f"{count - _ROWS} of {count} states are omitted here; --csv writes all of them")
     return notes
 
 
 def misalignment_sections(grid: MisalignmentGrid, medium: Medium) -> list[Section]:
-    """Contact over all states: a table for each side, figures; files hold all states in one table."""
+    """Contact in all states: a table for each side and figures; files hold all states in one table."""
     first = grid.studies[0]
     head = Head(f"Misalignment study: {first.design}", f"marking {1e6 * first.marking:.4g} µm")
     if medium == "files":
@@ -107,4 +104,4 @@ def misalignment_sections(grid: MisalignmentGrid, medium: Medium) -> list[Sectio
     if medium == "terminal":
         return [Section("", [head, *tables])]
     wide, *others = misalignment_figures(grid.pair, grid.studies)
-    return [Section("", [head]), Section("Contact", [wide, Row(others)]), Section("In numbers", tables)]
+    return [Section("", [head]), Section("Contact", [wide, Row(others)]), Section("Numerical results", tables)]

@@ -1,4 +1,4 @@
-"""Notes on results of a gear pair, graded and grouped for terminal and pages."""
+"""Graded notes on the results of a gear pair for terminal and pages."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ if TYPE_CHECKING:
 def result_notes(
     result: EfficiencyResult, of_design: Sequence[str] = (), case: str = "", *, strength: bool = True
 ) -> list[tuple[str, str]]:
-    """Case and sentence of all that has to be known of one operating point, each kind once.
+    """Case and text of all notes on one operating point.
 
-    of_design: notes on the pair without load.
-    case: how the operating point is called among others.
-    strength: with the grades of the strength.
+    of_design: notes on the unloaded pair.
+    case: name of the operating point.
+    strength: whether the grades of the strength are included.
     """
     said = [f"not converged: {result.reason}"] if result.status != "converged" else []
     edges = False
     if strength and result.has_strength:
         said += [grade.text for grade in result.strength.grades]
         edges = any(grade.kind == "edges" for grade in result.strength.grades)
-    # of load at edges the grade says what to do about it, the note where it is
+    # the grade of the edge load contains a remedy and replaces the note
     said += [note for note in result.notes if not (edges and note.startswith("edges carry"))]
     if outside := outside_note(result.outside_range_share, model_label(result.friction_model)):
         said.append(outside)
-    # those without load belong to every case
+    # notes on the unloaded pair belong to all cases
     return [(case, text) for text in said] + [("", note) for note in of_design if note not in said]
 
 
@@ -46,7 +46,7 @@ def grid_notes(grid: Grid) -> Notes:
 
 
 def said_of_grid(grid: Grid) -> list[tuple[str, str]]:
-    """Operating point and sentence of all that has to be known of a map; grades of strength where requested."""
+    """Operating point and text of all notes on a map; grades of strength where requested."""
     solved = [(point.result, bool(point.requested.get("strength"))) for point in grid.points if point.result]
     return [
         pair for result, graded in solved for pair in result_notes(result, (), operating_state(result), strength=graded)
@@ -59,19 +59,19 @@ def duty_notes(cycle: DutyCycle) -> Notes:
     for number, point in enumerate(cycle.points, start=1):
         row = f"row {number}"
         if point.result is None:
-            said += [(row, f"no answer: {note}") for note in point.notes]
+            said += [(row, f"no result: {note}") for note in point.notes]
         else:
             said += result_notes(point.result, (), row)
     return Notes(pair_notes(said), len(cycle.points))
 
 
 def comparison_notes(comparison: Comparison) -> list[Note]:
-    """What has to be known of a comparison: one note for each kind, with the model for which it is worst."""
+    """Notes of a comparison, one for each kind with the model for which it is worst."""
     return pair_notes(
         pair for result in comparison.results for pair in result_notes(result, (), model_label(result.friction_model))
     )
 
 
 def outside_note(share: float, model: str) -> str:
-    """One sentence where more than 1 % of the sliding power lies outside the range of a friction model; else empty."""
+    """A note if more than 1 % of the sliding power lies outside the range of a friction model; else empty."""
     return f"{percent(share, 1)} % of the sliding power lies outside the range of {model}" if share > 0.01 else ""

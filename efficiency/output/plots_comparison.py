@@ -26,7 +26,7 @@ MARKERS = "os^vD<>PX*"
 def plot_comparison(comparison: Comparison, ax: Axes | None = None) -> Axes:
     """Power loss in percent of the input, one bar per friction model; closed forms in grey.
 
-    The axis is that of the many: a bar or interval far beyond them ends in an arrow, with its number.
+    A bar or interval far above the median ends in an arrow with its value.
     """
     rows = comparison.rows
     axes = axes_or_new(ax, 7.5, 0.9 + 0.42 * len(rows))
@@ -53,7 +53,7 @@ def plot_comparison(comparison: Comparison, ax: Axes | None = None) -> Axes:
         )
     axes.set_yticks(place, [row.label for row in rows])
     axes.set(xlabel="mesh power loss [% of input]; bars end with the efficiency", xlim=(0.0, 1.35 * limit))
-    # over the whole figure: long names of friction models leave the axes narrow
+    # title of the whole figure, because long names of friction models leave narrow axes
     state = ", ".join(quantity(n).text(getattr(comparison, n)) for n in ("torque", "speed", "temperature"))
     title = axes.set_title if ax is not None else figure_of(axes).suptitle
     title(typeset_units(f"{comparison.design}: {state}"))
@@ -65,7 +65,7 @@ _FAR = 6.0  # times the median
 
 
 def axis_limit(ends: FloatArray) -> float:
-    """End of an axis for bars of lengths `ends`: what is far beyond the median does not stretch it."""
+    """End of an axis for bars of lengths `ends`, without the lengths far above the median."""
     known = ends[np.isfinite(ends) & (ends > 0.0)]
     if not known.size:
         return 1.0
@@ -91,15 +91,9 @@ def _along(comparison: Comparison, values: list[FloatArray], label: str) -> Figu
     shades = colormaps["viridis"](np.linspace(0.0, 0.9, max(len(values), 2)))
     for number, (result, line) in enumerate(zip(comparison.results, values, strict=True)):
         step = float(result.pinion_angle[1] - result.pinion_angle[0])
-        axes.plot(
-            result.pinion_angle / (step * result.positions),
-            line,
-            color=shades[number],
-            marker=MARKERS[number % len(MARKERS)],
-            ms=3.5,
-            lw=1.2,
-            label=comparison.rows[number].label,
-        )
+        roll = result.pinion_angle / (step * result.positions)
+        style = {"color": shades[number], "marker": MARKERS[number % len(MARKERS)], "ms": 3.5, "lw": 1.2}
+        axes.plot(roll, line, label=comparison.rows[number].label, **style)
     axes.set(xlabel="pinion roll [pinion pitches]", ylabel=label, ylim=(0.0, None))
     axes.grid(alpha=0.3)
     figure.legend(fontsize=8, frameon=False, loc="outside lower center")
@@ -107,7 +101,7 @@ def _along(comparison: Comparison, values: list[FloatArray], label: str) -> Figu
 
 
 def plot_loss_by_region(comparison: Comparison) -> Figure:
-    """Share of the sliding loss by thirds of the gear flank, a panel for each friction model."""
+    """Share of the sliding loss by thirds of the gear flank, one panel for each friction model."""
     rows = [row for row in comparison.rows if row.loss_regions]
     columns = min(3, len(rows))
     lines = -(-len(rows) // 3)
@@ -136,7 +130,7 @@ def plot_loss_by_region(comparison: Comparison) -> Figure:
 
 
 def plot_run_time(comparison: Comparison) -> Figure:
-    """Run time of friction and loss for each friction model, geometry and load left out."""
+    """Run time of friction and loss for each friction model, without geometry and load."""
     rows = [row for row in comparison.rows if row.kind == "mesh"][::-1]
     figure = new_figure(7.0, 0.9 + 0.34 * len(rows))
     axes: Axes = figure.add_subplot()

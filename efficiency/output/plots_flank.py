@@ -1,7 +1,7 @@
 """Figures of a loaded flank: contact pattern under load, pressure, friction, film, sliding and loss over the tooth.
 
-A flank is drawn in blank coordinates, toe on the left, root below: along the pitch cone from the mean point, and square
-to it from the pitch cone.
+A flank is drawn in blank coordinates with the toe on the left and the root at the bottom: distance from the mean point
+along the pitch cone, and height above the pitch cone.
 """
 
 from __future__ import annotations
@@ -23,18 +23,19 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from efficiency.contact.gear_flanks import Member
+    from efficiency.cutting.blank import Blank
     from efficiency.output.flank_map import FlankMap
 
 
 _MM = 1e3
 _EDGE = "0.25"
-# share of the greatest load per length below which film and friction are shown as at their neighbours: they run off
-# where the load vanishes
+# share of the maximum load per length below which film and friction are replaced by those of neighbouring points,
+# because they diverge for vanishing load
 _CARRIES = 0.03
 
 
 class Field(NamedTuple):
-    """A field over the flank: what it is, its unit, the factor from SI, and its colours."""
+    """A field over the flank: name, title, label with unit, factor from SI, and colour map."""
 
     name: str
     title: str
@@ -54,14 +55,14 @@ SLIDE_TO_ROLL = Field("slide_to_roll_total", "slide-to-roll ratio", "slide-to-ro
 
 
 def field_values(flank: FlankMap, field: Field) -> FloatArray:
-    """A field in the unit shown; zero or nan without load."""
+    """A field in the displayed unit; zero or nan without load."""
     on_all = field.name in ("pressure_hertz", "load_per_length")
     values = field.factor * (flank.of_load(field.name) if on_all else flank.local(field.name))
     return values - KELVIN if field is FLASH else values
 
 
 def field_figure(flank: FlankMap, field: Field, member: Member = "gear", top: float | None = None) -> Figure:
-    """A field over the part of the flank that carries load in the mesh cycle; `top` [unit shown] for a common scale."""
+    """A field over the loaded part of the flank; `top` [displayed unit] is the end of a common scale."""
     figure, axes = _flank_figure(flank, member, field.title)
     values = field_values(flank, field)
     load = flank.of_load("load_per_length")
@@ -82,9 +83,9 @@ def field_figure(flank: FlankMap, field: Field, member: Member = "gear", top: fl
 
 
 def contact_figure(flank: FlankMap, member: Member = "gear", top: float | None = None) -> Figure:
-    """Contact pattern under load: greatest pressure each place sees, and the loaded lines at one position.
+    """Contact pattern under load: maximum pressure at each point, and the loaded lines at one position.
 
-    `top` [GPa] ends a scale that several figures share.
+    `top` [GPa] is the end of a scale that several figures share.
     """
     figure, axes = _flank_figure(flank, member, f"contact pattern at {flank.result.torque:.4g} N m")
     x, y = _place(flank, member)
@@ -100,33 +101,23 @@ def contact_figure(flank: FlankMap, member: Member = "gear", top: float | None =
     _one_position(axes, flank, member)
     u, h = flank.loaded_edges(member)
     if u.size:
-        axes.plot(u * _MM, h * _MM, "x", color="k", ms=4, zorder=4, label="contact of an edge")
+        axes.plot(u * _MM, h * _MM, "x", color="k", ms=4, zorder=4, label="edge contact")
     _outline(axes, flank, member, below=4.0)
     axes.legend(loc="lower left", fontsize=7, frameon=False, ncols=2)
     return figure
 
 
 def sliding_figure(flank: FlankMap) -> Figure:
-    """Sliding velocity of the pinion against the gear as arrows on the gear flank, coloured by its size."""
-    figure, axes = _flank_figure(flank, "gear", "sliding velocity, pinion against gear,")
+    """Sliding velocity of the pinion relative to the gear as arrows on the gear flank, coloured by magnitude."""
+    figure, axes = _flank_figure(flank, "gear", "sliding velocity, pinion relative to gear,")
     x, y = _place(flank, "gear")
     along, up = flank.sliding
     total = np.where(flank.loaded, flank.local("speed_sliding"), np.nan)
-    rows = _every(x.shape[0], 14)
-    columns = _every(x.shape[1], 12)
-    chosen = np.ix_(rows, columns)
+    chosen = np.ix_(_every(x.shape[0], 14), _every(x.shape[1], 12))
     keep = flank.loaded[chosen]
     if keep.any():
-        arrows = axes.quiver(
-            x[chosen][keep],
-            y[chosen][keep],
-            along[chosen][keep],
-            up[chosen][keep],
-            total[chosen][keep],
-            cmap="viridis",
-            angles="xy",
-            width=0.0035,
-        )
+        parts = (values[chosen][keep] for values in (x, y, along, up, total))
+        arrows = axes.quiver(*parts, cmap="viridis", angles="xy", width=0.0035)
         _colour_bar(figure, arrows, axes, "sliding speed [m/s]")
         largest = float(np.nanmax(np.hypot(along, up)[chosen][keep]))
         if largest > 0.0:
@@ -136,23 +127,23 @@ def sliding_figure(flank: FlankMap) -> Figure:
 
 
 def _every(count: int, wanted: int) -> NDArray[np.int64]:
-    """About `wanted` of `count` places, evenly spread and without the ends."""
+    """About `wanted` of `count` indices, evenly spread and without the ends."""
     return np.unique(np.linspace(0, count - 1, min(wanted, count) + 2).round().astype(np.int64)[1:-1])
 
 
 def _levels(finite: FloatArray, field: Field) -> FloatArray:
-    """Levels of the contours; what has a tail ends at its 99th percentile."""
+    """Levels of the contours; fields with long tails end at the 99th percentile."""
     tail = field in (FILM_RATIO, SLIDE_TO_ROLL)
     top = float(np.quantile(finite, 0.99)) if tail else float(finite.max())
     low = float(finite.min()) if field in (FRICTION, FLASH) else 0.0
-    # one value everywhere, such as a constant friction coefficient
+    # a constant field, such as a constant friction coefficient
     if top - low < 1e-9 * max(abs(top), 1e-30):
         low, top = (0.0, 1.2 * top) if top > 0.0 else (0.0, 1.0)
     return np.asarray(MaxNLocator(10).tick_values(low, top))
 
 
 def _filled(values: FloatArray) -> FloatArray:
-    """Nan replaced by the nearest value along the line: contours then run to the limit of the contact."""
+    """Nan replaced by the nearest value along the line, so that contours extend to the limit of the contact."""
     result = values.copy()
     places = np.arange(values.shape[1])
     for row in result:
@@ -169,7 +160,7 @@ def _filled(values: FloatArray) -> FloatArray:
 
 
 def _contact_region(axes: Axes, flank: FlankMap, member: Member) -> Any:
-    """Path around what carries load; its outline is drawn."""
+    """Path around the loaded part; its outline is drawn."""
     x, y = _place(flank, member)
     load = _continued(flank.of_load("load_per_length"))
     region = axes.contourf(x, y, load, levels=[0.0, 2.0 * float(load.max())], colors="none")
@@ -178,7 +169,7 @@ def _contact_region(axes: Axes, flank: FlankMap, member: Member) -> Any:
 
 
 def _continued(load: FloatArray) -> FloatArray:
-    """Load continued below zero by its slope along the line where the flanks part: its zero ends the contact."""
+    """Load extrapolated below zero along the line, so that its zero is the end of the contact."""
     result = load.copy()
     below = -1e-3 * float(load.max())
     for row in result:
@@ -195,7 +186,7 @@ def _continued(load: FloatArray) -> FloatArray:
 
 
 def _one_position(axes: Axes, flank: FlankMap, member: Member) -> None:
-    """Loaded parts of the lines at the position of the greatest pressure; the width follows the load per length."""
+    """Loaded parts of the lines at the position of maximum pressure; the width is in proportion to the load."""
     loads = flank.result.load.positions
     load = loads[int(np.argmax([part.pressure_hertz.max() for part in loads]))]
     p = load.position
@@ -204,15 +195,13 @@ def _one_position(axes: Axes, flank: FlankMap, member: Member) -> None:
     h = getattr(p, f"height_{member}") + blank.root(u)
     pieces, widths = [], []
     for at in p.lines:
-        line = np.column_stack([u[at], h[at]]) * _MM
-        corners = np.concatenate([line[:1], 0.5 * (line[1:] + line[:-1]), line[-1:]])
-        pieces += list(np.stack([corners[:-1], corners[1:]], axis=1))
+        pieces += line_pieces(np.column_stack([u[at], h[at]]) * _MM)
         widths += list(load.load_per_length[at])
     width = np.array(widths) / max(max(widths), 1e-300)
     kept = width > 0.0
     lines = [piece for piece, keep in zip(pieces, kept, strict=True) if keep]
     axes.add_collection(LineCollection(lines, colors=ORANGE, linewidths=0.6 + 4.0 * width[kept], zorder=3))
-    axes.plot([], [], color=ORANGE, lw=3.0, label="loaded at the position of greatest pressure")
+    axes.plot([], [], color=ORANGE, lw=3.0, label="loaded at the position of maximum pressure")
 
 
 def _place(flank: FlankMap, member: Member) -> tuple[FloatArray, FloatArray]:
@@ -221,7 +210,7 @@ def _place(flank: FlankMap, member: Member) -> tuple[FloatArray, FloatArray]:
 
 
 def _flank_figure(flank: FlankMap, member: Member, what: str) -> tuple[Figure, Axes]:
-    """Figure as high as the flank needs, with a title."""
+    """Figure with the aspect ratio of the flank, and its axes with a title."""
     blank = flank.flanks.blank(member)
     u = np.array([-0.5, 0.5]) * blank.face_width
     extent = float(np.max(blank.tip(u)) - np.min(blank.root(u)))
@@ -236,17 +225,28 @@ def _colour_bar(figure: Figure, shades: ScalarMappable, axes: Axes, label: str) 
     bar.set_label(label, fontsize=8, labelpad=9.0)
 
 
+def line_pieces(line: FloatArray) -> list[FloatArray]:
+    """A line (n, 2) divided into n pieces, one around each point, so that colour or width can vary along it."""
+    corners = np.concatenate([line[:1], 0.5 * (line[1:] + line[:-1]), line[-1:]])
+    return list(np.stack([corners[:-1], corners[1:]], axis=1))
+
+
 def _outline(axes: Axes, flank: FlankMap, member: Member, below: float = 1.0) -> None:
-    """Blank of the member and the axes around it, with room for a legend below the root."""
-    blank = flank.flanks.blank(member)
+    """Outline and pitch line of a member, and the axes around it."""
+    left, right = outline(axes, flank.flanks.blank(member), member, below)
+    axes.plot([left, right], [0.0, 0.0], color=GREY, lw=0.7, ls="-.", zorder=0)
+    axes.set_ylabel("above pitch cone\n[mm] root → tip", fontsize=8)
+
+
+def outline(axes: Axes, blank: Blank, member: Member, below: float) -> tuple[float, float]:
+    """Outline of a blank and the axes around it with space for a legend below the root; returns toe and heel [mm]."""
     u = np.linspace(-0.5, 0.5, 101) * blank.face_width
     root, tip = blank.root(u) * _MM, blank.tip(u) * _MM
     along = np.concatenate([u, u[::-1], u[:1]]) * _MM
     axes.plot(along, np.concatenate([root, tip[::-1], root[:1]]), color=_EDGE, lw=1.2)
-    axes.plot([along.min(), along.max()], [0.0, 0.0], color=GREY, lw=0.7, ls="-.", zorder=0)
     room = 0.03 * blank.face_width * _MM
     axes.set_xlim(along.min() - room, along.max() + room)
     axes.set_ylim(root.min() - below * room, tip.max() + room)
     axes.set_aspect("equal")
     axes.set_xlabel(f"along the face of the {member} [mm]   toe → heel")
-    axes.set_ylabel("over pitch cone\n[mm] root → tip", fontsize=8)
+    return float(along.min()), float(along.max())

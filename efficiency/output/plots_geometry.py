@@ -1,7 +1,6 @@
 """Figures on the projection of the flanks: ease-off, contact lines, contact pattern, equivalent radius.
 
-A flank is drawn in blank coordinates, toe on the left, root below: along the pitch cone from the mean point, and square
-to it from the pitch cone.
+Coordinates as in `efficiency.output.plots_flank`.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from efficiency.output.plots_flank import line_pieces, outline
 from ehl.common.arrays import FloatArray
 from ehl.common.figures import BLUE, GREY, ORANGE, figure_of, new_figure
 from ehl.common.units import ARCSEC
@@ -36,7 +36,7 @@ _EDGE = "0.25"
 
 
 def projection(pair: FlankPair, member: Member, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Where points (u, v) of the map of a mesh lie on the projection of a member [mm], shape kept."""
+    """Points (u, v) of the map of a mesh on the projection of a member [mm], same shape."""
     if member == "gear":
         return u * _MM, pair.surface.height(u, v) * _MM
     u1, h1 = pair.surface.patch(u.ravel(), v.ravel(), ("u1", "h1"))
@@ -44,34 +44,24 @@ def projection(pair: FlankPair, member: Member, u: FloatArray, v: FloatArray) ->
 
 
 def map_grid(pair: FlankPair, columns: int = 141, rows: int = 81) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Points (u, v) over the whole map and how far they lie inside both blanks [m], each (rows, columns)."""
+    """Points (u, v) over the whole map and their distance inside both blanks [m], each (rows, columns)."""
     patch = pair.surface.patch
     u, v = np.meshgrid(np.linspace(*patch.u_range, columns), np.linspace(*patch.v_range, rows))
     return u, v, pair.surface.margin(u.ravel(), v.ravel()).reshape(u.shape)
 
 
 def flank_axes(axes: Axes, pair: FlankPair, member: Member) -> None:
-    """Blank of a member, and dashed the part of it that the other one reaches."""
-    blank = (pair.surface.gear if member == "gear" else pair.surface.pinion).blank
-    u = np.linspace(-0.5, 0.5, 101) * blank.face_width
-    root, tip = blank.root(u) * _MM, blank.tip(u) * _MM
-    along = np.concatenate([u, u[::-1], u[:1]]) * _MM
-    axes.plot(along, np.concatenate([root, tip[::-1], root[:1]]), color=_EDGE, lw=1.2)
+    """Outline of a member; a dashed line limits the part that the mating flank reaches."""
     grid_u, grid_v, margin = map_grid(pair)
+    outline(axes, (pair.surface.gear if member == "gear" else pair.surface.pinion).blank, member, 4.0)
     axes.contour(
         *projection(pair, member, grid_u, grid_v), margin, levels=[0.0], colors=_EDGE, linestyles="--", linewidths=0.9
     )
-    room = 0.03 * blank.face_width * _MM
-    axes.set_xlim(along.min() - room, along.max() + room)
-    # below the root there is room for the legend
-    axes.set_ylim(root.min() - 4.0 * room, tip.max() + room)
-    axes.set_aspect("equal")
-    axes.set_xlabel(f"along the face of the {member} [mm]   toe → heel")
-    axes.set_ylabel("over pitch cone [mm]\nroot → tip")
+    axes.set_ylabel("above pitch cone [mm]\nroot → tip")
 
 
 def flank_figure(pair: FlankPair, member: Member, what: str, ax: Axes | None = None) -> tuple[Figure, Axes]:
-    """Figure as high as the flank of a member needs, and its axes with a title."""
+    """Figure with the aspect ratio of the flank of a member, and its axes with a title."""
     flank = pair.surface.gear if member == "gear" else pair.surface.pinion
     u = np.array([-0.5, 0.5]) * flank.blank.face_width
     extent = float(np.max(flank.blank.tip(u)) - np.min(flank.blank.root(u)))
@@ -82,18 +72,18 @@ def flank_figure(pair: FlankPair, member: Member, what: str, ax: Axes | None = N
 
 
 def draw_path(axes: Axes, pair: FlankPair, path: ContactPath, member: Member, colour: str) -> None:
-    """Unloaded path of contact of one tooth pair, inside the edges."""
+    """Unloaded path of contact of one tooth pair without edge contact."""
     u, height = (path.u, path.height) if member == "gear" else (path.u_pinion, path.height_pinion)
     free = path.free
     axes.plot(np.where(free, u, np.nan) * _MM, height * _MM, color=colour, lw=2.2, label="unloaded path of contact")
 
 
 def ease_off_figure(pair: FlankPair, path: ContactPath | None = None, member: Member = "gear") -> Figure:
-    """Ease-off over the flank of a member, contours in um; dashed: the part both blanks reach.
+    """Ease-off over the flank of a member, contours in um; a dashed line limits the common part of both blanks.
 
     pair: the mesh.
-    path: path of contact to draw; that of the pair over one pitch if not given.
-    member: on whose projection.
+    path: path of contact; default: that of the pair over one pitch.
+    member: member of the projection.
     """
     figure, axes = flank_figure(pair, member, "ease-off")
     u, v, margin = map_grid(pair)
@@ -126,14 +116,11 @@ def contact_lines_figure(
         for own in _flank_lines(position):
             u = face[own] - 0.5 * blank.face_width
             line = np.stack([u, height[own] + blank.root(u)], axis=1) * _MM
-            # one piece per point, so that the colour can change along the line
-            corners = np.concatenate([line[:1], 0.5 * (line[1:] + line[:-1]), line[-1:]])
-            lines += list(np.stack([corners[:-1], corners[1:]], axis=1))
+            lines += line_pieces(line)
             radii.append(position.radius_equivalent[own])
             if position is cycle[0]:
-                axes.plot(
-                    *line.T, color="k", lw=2.5, zorder=3, label="one position, all pairs" if own[0] == 0 else None
-                )
+                label = "one position, all pairs" if own[0] == 0 else None
+                axes.plot(*line.T, color="k", lw=2.5, zorder=3, label=label)
     shown = axes.add_collection(LineCollection(lines, array=np.concatenate(radii) * _MM, cmap="plasma", linewidths=1.3))
     figure.colorbar(shown, ax=axes, label="equivalent radius\nnormal to the line [mm]", shrink=0.85)
     draw_path(axes, pair, pair.path if path is None else path, member, BLUE)
@@ -143,13 +130,13 @@ def contact_lines_figure(
 
 
 def _flank_lines(position: MeshPosition) -> list[NDArray[np.int64]]:
-    """Points of each contact line of a position; those of edges left out."""
+    """Points of each contact line of a position, without those of edges."""
     edge = position.edge
     return [line for line in position.lines if edge is None or not edge.touching[line[0]]]
 
 
 def radius_figure(pair: FlankPair, cycle: tuple[MeshPosition, ...], lines: int = 6) -> Figure:
-    """Equivalent radius normal to the line along some of the contact lines of the cycle."""
+    """Equivalent radius normal to the line along selected contact lines of the cycle."""
     from matplotlib import colormaps
 
     figure = new_figure(6.6, 3.6)
@@ -177,13 +164,8 @@ def radius_figure(pair: FlankPair, cycle: tuple[MeshPosition, ...], lines: int =
     )
     axes.set_title(f"{pair.name}, {pair.side}:\nequivalent radius along contact lines", fontsize=10)
     axes.grid(alpha=0.3)
-    axes.legend(
-        title="roll of the pair\n[pinion pitches]",
-        fontsize=8,
-        title_fontsize=8,
-        loc="center left",
-        bbox_to_anchor=(1.0, 0.5),
-    )
+    place = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
+    axes.legend(title="roll of the pair\n[pinion pitches]", fontsize=8, title_fontsize=8, **place)
     return figure
 
 
@@ -199,7 +181,7 @@ def contact_pattern_figure(
     shades = axes.contourf(u * _MM, height * _MM, gap, levels=levels, cmap="Blues_r", vmin=-0.3 * thickness)
     if pattern.marked.any():
         axes.contour(u * _MM, height * _MM, gap, levels=levels[-1:], colors=BLUE, linewidths=1.4)
-    figure_of(axes).colorbar(shades, ax=axes, label="least distance\nof the flanks [µm]", shrink=0.85, format="%.3g")
+    figure_of(axes).colorbar(shades, ax=axes, label="minimum distance\nof the flanks [µm]", shrink=0.85, format="%.3g")
     draw_path(axes, pair, path, member, ORANGE)
     flank_axes(axes, pair, member)
     axes.legend(loc="lower left", fontsize=8, frameon=False)
@@ -207,7 +189,7 @@ def contact_pattern_figure(
 
 
 def transmission_figure(side: SideGeometry) -> Figure:
-    """Transmission error of one tooth pair with its neighbours; below them all the curve of the mesh."""
+    """Transmission error of one tooth pair with its neighbours, and the resulting curve of the mesh."""
     figure = new_figure(6.6, 3.8)
     axes = figure.add_subplot()
     mesh, pair = side.pair.transmission, side.pair
@@ -217,7 +199,7 @@ def transmission_figure(side: SideGeometry) -> Figure:
         axes.plot(roll + shift, np.where(path.free, error, np.nan), color=colour, lw=1.2, label=name)
         axes.plot(roll + shift, np.where(path.free, np.nan, error), color=colour, lw=1.0, ls=":")
     if not path.free.all():
-        axes.plot([], [], color=BLUE, lw=1.0, ls=":", label="contact of an edge")
+        axes.plot([], [], color=BLUE, lw=1.0, ls=":", label="edge contact")
     start = mesh.pinion_angle[0] / pitch
     turns = np.arange(-1, 3)[:, None] + mesh.pinion_angle / pitch
     axes.plot(turns.ravel(), np.tile(mesh.error, 4) / ARCSEC, color=ORANGE, lw=2.4, alpha=0.8, label="gear pair")
@@ -259,16 +241,16 @@ def harmonics_figure(side: SideGeometry) -> Figure:
 
 
 def blank_figure(design: Design) -> Figure:
-    """Both members in the plane of their axes, gear axis upright; a hypoid pinion is turned into that plane.
+    """Both members in the plane of their axes, gear axis upright; a hypoid pinion is rotated into that plane.
 
-    The mean points coincide for a bevel pair. With an offset each member is drawn in its own axial plane, as a
-    designer's section does, and the mean points then lie apart.
+    The mean points coincide for a bevel pair. With an offset each member is drawn in its own axial plane, as in a
+    blank drawing, so that the mean points do not coincide.
     """
     figure = new_figure()
     axes = figure.add_subplot()
     shaft = design.assembly.shaft_angle
     gear, pinion = design.gear.blank, design.pinion.blank
-    # along its axis and out of it, towards the mesh, in the drawing: the gear axis points down so that teeth face up
+    # directions along the axis and radially towards the mesh; the gear axis points down so that the teeth face up
     directions = {
         "gear": (np.array([0.0, 1.0]), np.array([1.0, 0.0])),
         "pinion": (np.array([np.sin(shaft), np.cos(shaft)]), np.array([-np.cos(shaft), np.sin(shaft)])),
@@ -281,7 +263,7 @@ def blank_figure(design: Design) -> Figure:
         axes.plot([], [], color="k", lw=0.9, ls=style, label=name)
     offset = design.assembly.hypoid_offset
     axes.set(
-        xlabel="from the crossing point, square to the gear axis [mm]",
+        xlabel="from the crossing point, normal to the gear axis [mm]",
         ylabel="along the gear axis [mm]",
         title=f"{design.name}: axial section, shaft angle {np.degrees(shaft):.4g}°"
         + (f", offset {offset * _MM:.5g} mm" if offset else ""),

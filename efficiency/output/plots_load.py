@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def plot_load_sharing(result: EfficiencyResult, ax: Axes | None = None) -> Axes:
-    """Share of the torque carried by one tooth pair over its roll angle, in pinion pitches."""
+    """Share of the torque on one tooth pair over its roll angle in pinion pitches."""
     axes = axes_or_new(ax)
     pitch = _pitch(result)
     roll, share = [], []
@@ -38,7 +38,7 @@ def plot_load_sharing(result: EfficiencyResult, ax: Axes | None = None) -> Axes:
 
 
 def plot_pair_load(result: EfficiencyResult, ax: Axes | None = None) -> Axes:
-    """Normal force and greatest Hertz pressure of one tooth pair over its roll angle, in pinion pitches."""
+    """Normal force and maximum Hertz pressure of one tooth pair over its roll angle in pinion pitches."""
     axes = axes_or_new(ax)
     pitch = _pitch(result)
     rows = sorted(
@@ -58,8 +58,8 @@ def plot_pair_load(result: EfficiencyResult, ax: Axes | None = None) -> Axes:
         ylim=(0.0, 1.25 * float(force.max())),
     )
     other = axes.twinx()
-    other.plot(roll, pressure, color=ORANGE, marker=".", ms=4, label="greatest Hertz pressure")
-    other.set(ylabel="greatest " + axis_label("pressure_hertz"), ylim=(0.0, 1.25 * float(pressure.max())))
+    other.plot(roll, pressure, color=ORANGE, marker=".", ms=4, label="maximum Hertz pressure")
+    other.set(ylabel="maximum " + axis_label("pressure_hertz"), ylim=(0.0, 1.25 * float(pressure.max())))
     handles = [*axes.get_lines(), *other.get_lines()]
     axes.legend(handles, [str(line.get_label()) for line in handles], frameon=False, loc="upper left", ncols=2)
     axes.set_title(f"Load of one tooth pair at {result.torque:g} N m")
@@ -67,7 +67,7 @@ def plot_pair_load(result: EfficiencyResult, ax: Axes | None = None) -> Axes:
 
 
 def plot_root_stress(result: EfficiencyResult) -> Figure:
-    """Greatest root stress of both members over the roll of the tooth pair, and along the face."""
+    """Maximum root stress of both members over the roll angle of the tooth pair, and along the face."""
     strength, pitch = result.strength, _pitch(result)
     figure = new_figure(9.0, 3.6)
     over, along = figure.subplots(1, 2)
@@ -81,7 +81,7 @@ def plot_root_stress(result: EfficiencyResult) -> Figure:
     over.axhline(0.0, color=GREY, lw=0.6)
     over.set(xlabel="roll of one tooth pair from the design point [pinion pitches]", ylabel=axis_label("root_stress"))
     over.legend(frameon=False, fontsize=8)
-    along.set(xlabel="distance from the toe [mm]", ylabel="greatest of the mesh [MPa]", ylim=(0.0, None))
+    along.set(xlabel="distance from the toe [mm]", ylabel="maximum over the mesh [MPa]", ylim=(0.0, None))
     figure.suptitle(f"Root stress at {result.torque:g} N m")
     return figure
 
@@ -98,14 +98,14 @@ def plot_transmission_error(result: EfficiencyResult, ax: Axes | None = None) ->
         arcsec = to_display("transmission_error", values)
         label = f"{name}: {np.ptp(arcsec):.1f} arcsec peak to peak, mean {arcsec.mean():.1f}"
         axes.plot(angle, arcsec - arcsec.mean(), color=color, marker=".", label=label)
-    axes.set(xlabel="pinion roll [pinion pitches]", ylabel="transmission error of the gear, less mean [arcsec]")
+    axes.set(xlabel="pinion roll [pinion pitches]", ylabel="transmission error of the gear about its mean [arcsec]")
     axes.margins(y=0.2)
     axes.legend(frameon=False, loc="upper right")
     return axes
 
 
 def plot_friction_and_loss(result: EfficiencyResult, ax: Axes | None = None) -> Axes:
-    """Load-weighted friction coefficient and power loss along the mesh cycle."""
+    """Friction coefficient weighted with the sliding power, and power loss, along the mesh cycle."""
     axes = axes_or_new(ax)
     angle = result.pinion_angle / _pitch(result)
     points, mu = result.points, result.friction.mu

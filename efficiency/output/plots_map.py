@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from efficiency.conditions.duty import DutyCycle
     from efficiency.conditions.grid import Grid
 
-# values of torque and of speed from which on contours say more than lines
+# least number of torques and of speeds for contours
 _CONTOURS = 3
 
 
@@ -29,7 +29,7 @@ def is_map(grid: Grid) -> bool:
 
 
 def plot_map(map_: Grid, ax: Axes | None = None) -> Axes:
-    """Efficiency over speed, one line per torque, one panel per oil temperature; in `ax` the first one alone."""
+    """Efficiency over speed, one line per torque, one panel per oil temperature; in `ax` only the first panel."""
     from matplotlib import colormaps
 
     if not is_map(map_):
@@ -54,7 +54,7 @@ def plot_map(map_: Grid, ax: Axes | None = None) -> Axes:
 
 
 def plot_lines(grid: Grid, ax: Axes | None = None) -> Axes:
-    """Efficiency over the longest axis of numbers, one line per combination of the others."""
+    """Efficiency over the longest numerical axis, one line per combination of the others."""
     numeric = [name for name, values in grid.axes.items() if all(isinstance(v, int | float) for v in values)]
     along = max(numeric, key=lambda name: len(grid.axes[name]), default=next(iter(grid.axes)))
     axes = axes_or_new(ax)
@@ -78,7 +78,7 @@ def plot_lines(grid: Grid, ax: Axes | None = None) -> Axes:
 
 
 def plot_duty(duty: DutyCycle, ax: Axes | None = None) -> Axes:
-    """Energy lost at each operating point of a duty cycle."""
+    """Energy loss at each operating point of a duty cycle."""
     axes = axes_or_new(ax)
     torque, speed = quantity("torque"), quantity("speed")
     names = [f"{torque.text(r.torque)}, {speed.text(r.speed)}, {r.side}" for r in duty.rows]
@@ -89,7 +89,7 @@ def plot_duty(duty: DutyCycle, ax: Axes | None = None) -> Axes:
 
 
 def map_figures(grid: Grid) -> list[Picture]:
-    """Lines over speed, and contours where there are enough torques and speeds."""
+    """Lines over speed, and contours if there are enough torques and speeds."""
     pictures = [Picture(partial(plot_map, grid), "Mesh efficiency over pinion speed.", "efficiency_map")]
     if grid.shape[0] >= _CONTOURS and grid.shape[1] >= _CONTOURS:
         for name in ("efficiency", "power_loss", "friction_coefficient_mean"):

@@ -32,12 +32,12 @@ _PATTERNS = 7
 
 
 def misalignment_quantity(name: str) -> Quantity:
-    """What one of `AXES` is."""
+    """Quantity of one of `AXES`."""
     return quantity(f"misalignment.{name}")
 
 
 def section_points(study: MisalignmentStudy, name: str) -> tuple[FloatArray, list[MisalignmentPoint]]:
-    """Values of one misalignment, in the unit shown, and the states with all others nearest to zero."""
+    """Values of one misalignment in the displayed unit, and its states with all others nearest to zero."""
     others = {other: min(getattr(study, other), key=abs) for other in AXES if other != name}
     chosen = [p for p in study.points if all(getattr(p, other) == value for other, value in others.items())]
     chosen.sort(key=lambda point: float(getattr(point, name)))
@@ -46,7 +46,7 @@ def section_points(study: MisalignmentStudy, name: str) -> tuple[FloatArray, lis
 
 
 def section_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
-    """One row per varied misalignment: transmission error, places along the face, size of the pattern."""
+    """One row per varied misalignment: transmission error, position along the face, size of the pattern."""
     names = studies[0].varied or ["E"]
     figure = new_figure(11.0, 0.9 + 2.7 * len(names))
     grid = np.atleast_2d(figure.subplots(len(names), 3, squeeze=False))
@@ -62,7 +62,7 @@ def section_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
         for axes in (row[0], row[2]):
             axes.set_ylim(0.0, 1.05 * axes.get_ylim()[1])
     for axes, title in zip(
-        grid[0], ("unloaded transmission error", "place of the contact", "size of the pattern"), strict=True
+        grid[0], ("unloaded transmission error", "position of the contact", "size of the pattern"), strict=True
     ):
         axes.set_title(title, fontsize=10)
         axes.legend(fontsize=7, framealpha=0.6)
@@ -86,7 +86,7 @@ def _lines(row: Sequence[Axes], values: FloatArray, points: list[MisalignmentPoi
     row[1].plot(
         values, of("error_maximum_u", 1e3), color=colour, marker="o", ms=4, label=f"{side}, highest point of the TE"
     )
-    row[1].plot(values, of("pattern_u", 1e3), color=colour, marker=".", ls="--", label=f"{side}, middle of the pattern")
+    row[1].plot(values, of("pattern_u", 1e3), color=colour, marker=".", ls="--", label=f"{side}, centre of the pattern")
     row[2].plot(
         values, of("pattern_length", 100.0), color=colour, marker="o", ms=4, label=f"{side}, length / face width"
     )
@@ -94,7 +94,7 @@ def _lines(row: Sequence[Axes], values: FloatArray, points: list[MisalignmentPoi
 
 
 def loaded_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
-    """One row per varied misalignment: transmission error, pressure, edges and efficiency at the torque."""
+    """One row per varied misalignment: transmission error, pressure, edge load and efficiency at the torque."""
     names = studies[0].varied or ["E"]
     fields = ("transmission_error_loaded", "pressure_max", "edge_load_share", "efficiency")
     figure = new_figure(13.0, 0.9 + 2.7 * len(names))
@@ -129,8 +129,8 @@ def map_figure(study: MisalignmentStudy) -> Figure:
         figure.subplots(1, 3),
         (
             ("peak_to_peak", 1.0 / ARCSEC, "transmission error, peak to peak [arcsec]"),
-            ("pattern_u", 1e3, "middle of the pattern, to the heel [mm]"),
-            ("pattern_area", 100.0, "pattern, share of the flank [%]"),
+            ("pattern_u", 1e3, "centre of the pattern, positive to the heel [mm]"),
+            ("pattern_area", 100.0, "pattern, area share of the flank [%]"),
         ),
         strict=True,
     ):
@@ -154,10 +154,10 @@ def map_figure(study: MisalignmentStudy) -> Figure:
 def pattern_figure(
     study: MisalignmentStudy, name: str, contacts: Sequence[tuple[float, FlankPair, ContactPattern]]
 ) -> Figure:
-    """Outlines of the contact pattern on the gear for values of one misalignment, and the paths of contact.
+    """Outlines of the contact pattern on the gear and paths of contact for values of one misalignment.
 
-    study: for names and units.
-    name: the misalignment that varies.
+    study: the study, for names and units.
+    name: the varied misalignment.
     contacts: value of the misalignment in SI units, mesh and pattern.
     """
     figure, axes = flank_figure(contacts[0][1], "gear", f"contact pattern over {name},")
@@ -190,9 +190,9 @@ def pattern_figure(
 def section_contacts(
     design: Design, study: MisalignmentStudy, name: str
 ) -> list[tuple[float, FlankPair, ContactPattern]]:
-    """Mesh and pattern at values of one misalignment, seven at most, the others nearest to zero.
+    """Mesh and pattern at up to seven values of one misalignment, the others nearest to zero.
 
-    States that cannot be computed are left out.
+    States that cannot be computed are omitted.
     """
     values, points = section_points(study, name)
     chosen = np.unique(np.linspace(0, values.size - 1, _PATTERNS).round().astype(int))
@@ -211,14 +211,14 @@ def section_contacts(
 
 def misalignment_figures(design: Design, studies: Sequence[MisalignmentStudy]) -> Iterator[Picture]:
     """Sections of all studies, then maps and patterns of each."""
-    caption = "Transmission error, place and size of the contact over each misalignment."
+    caption = "Transmission error, position and size of the contact over each misalignment."
     yield Picture(partial(section_figure, studies), caption, "misalignment")
     if studies[0].torque is not None:
-        caption = "Transmission error, pressure, load at edges and efficiency at the torque."
+        caption = "Transmission error, pressure, edge load and efficiency at the torque."
         yield Picture(partial(loaded_figure, studies), caption, "misalignment_loaded")
     for study in studies:
         if len(study.varied) > 1:
-            yield Picture(partial(map_figure, study), "Over two misalignments.", f"{study.side}_map")
+            yield Picture(partial(map_figure, study), "Maps over two misalignments.", f"{study.side}_map")
         for name in study.varied:
             contacts = section_contacts(design, study, name)
             if contacts:
@@ -227,7 +227,7 @@ def misalignment_figures(design: Design, studies: Sequence[MisalignmentStudy]) -
 
 
 def plot_misalignment(grid: MisalignmentGrid, ax: Axes | None) -> Axes:
-    """Transmission error, place and size of the contact; in `ax` the error over the first misalignment alone."""
+    """Transmission error, position and size of the contact; in `ax` only the error over the first misalignment."""
     if ax is None:
         return section_figure(grid.studies).axes[0]
     name = (grid.studies[0].varied or ["E"])[0]

@@ -1,4 +1,4 @@
-"""A picture of the teeth in mesh: shaded surfaces of some teeth of both members at one position."""
+"""Picture of the teeth in mesh: shaded surfaces of several teeth of both members at one position."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _ROWS, _COLUMNS = 7, 17
 
 @dataclass(frozen=True)
 class _View:
-    """Axes of the picture in the mesh frame: right, up, and towards the eye."""
+    """Axes of the picture in the mesh frame: right, up, and towards the viewer."""
 
     right: FloatArray
     up: FloatArray
@@ -39,10 +39,10 @@ class _View:
 
 
 def tooth_pair_figure(pair: FlankPair, teeth: int = 3) -> Figure:
-    """Some teeth of both members where the transmission error is highest, seen from heel and from toe.
+    """Several teeth of both members at the position of maximum transmission error, seen from heel and from toe.
 
-    pair: the mesh; misalignments are in the positions.
-    teeth: teeth shown of each member, an odd number.
+    pair: the mesh; positions include the misalignments.
+    teeth: number of teeth shown of each member, odd.
     """
     figure = new_figure(9.6, 4.0)
     surface, assembly = pair.surface, pair.surface.assembly
@@ -86,7 +86,7 @@ def tooth_pair_figure(pair: FlankPair, teeth: int = 3) -> Figure:
 
 
 def _teeth(pair: FlankPair, member: Literal["pinion", "gear"], teeth: int) -> list[FloatArray]:
-    """Sheets (a, b, 3) of some teeth in the frame in which the real flank of the mesh is given, wound outwards."""
+    """Surfaces (a, b, 3) of several teeth in the frame of the real flank of the mesh, with outward normals."""
     grid = tooth_grid(pair.flanks, member, _ROWS, _COLUMNS)
     flank = pair.surface.gear if member == "gear" else pair.surface.pinion
     row, column = _ROWS // 2, _COLUMNS // 2
@@ -101,7 +101,7 @@ def _teeth(pair: FlankPair, member: Literal["pinion", "gear"], teeth: int) -> li
 
 
 def _tooth_sheets(grid: ToothGrid, low: FloatArray, high: FloatArray) -> list[FloatArray]:
-    """Both flanks, top land, the root to the next tooth, and both ends down to a part of the rim."""
+    """Both flanks, top land, the root to the next tooth, and both end faces including a part of the rim."""
     u, h = grid.u, grid.height
     share = np.linspace(0.0, 1.0, 4)[:, None]
     land = low[-1] + share * (high[-1] - low[-1])
@@ -121,13 +121,13 @@ def _tooth_sheets(grid: ToothGrid, low: FloatArray, high: FloatArray) -> list[Fl
         under = grid.point(
             np.stack([rim, rim], axis=1), np.full((rim.size, 2), u[0, end]), h[0, end] - np.array([depth, 0.0])
         )
-        # steps of azimuth and height turn out of the toe, the other way round out of the heel
+        # the normal of azimuth times height points out of the toe; it is reversed at the heel
         sheets += [sheet, under] if end == 0 else [sheet.swapaxes(0, 1), under.swapaxes(0, 1)]
     return sheets
 
 
 def _contact_point(pair: FlankPair, angle: float) -> FloatArray:
-    """Crest of the ease-off in the mesh frame (3,)."""
+    """Maximum of the ease-off in the mesh frame (3,)."""
     surface = pair.surface
     u, v = (np.array([value]) for value in surface.error_maximum)
     return surface.assembly.gear_in_mesh(
@@ -136,7 +136,7 @@ def _contact_point(pair: FlankPair, angle: float) -> FloatArray:
 
 
 def _directions(point: FloatArray, pitch_angle: float) -> tuple[FloatArray, FloatArray]:
-    """Generatrix of the gear's pitch cone through a point, to the heel, and the normal of the cone."""
+    """Generatrix of the pitch cone of the gear through a point, to the heel, and the normal of the cone."""
     radial = np.array([point[0], point[1], 0.0]) / np.hypot(point[0], point[1])
     axial = np.array([0.0, 0.0, 1.0])
     c, s = np.cos(pitch_angle), np.sin(pitch_angle)
@@ -144,7 +144,7 @@ def _directions(point: FloatArray, pitch_angle: float) -> tuple[FloatArray, Floa
 
 
 def _painted(sheets: list[tuple[FloatArray, str]], view: _View) -> tuple[FloatArray, FloatArray]:
-    """Polygons (n, 4, 2) that face the eye, the farthest first, and their colours."""
+    """Polygons (n, 4, 2) that face the viewer, the farthest first, and their colours."""
     quads, tints = [], []
     for sheet, colour in sheets:
         corners = np.stack([sheet[:-1, :-1], sheet[1:, :-1], sheet[1:, 1:], sheet[:-1, 1:]], axis=2).reshape(-1, 4, 3)

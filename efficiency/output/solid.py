@@ -1,8 +1,8 @@
 """Closed triangle meshes of a tooth space and of whole members.
 
-The toothed surface runs from toe to heel; the root between two flanks and the top land are parts of the root and the
-face cone. The end faces are the cones square to the pitch cone at toe and heel; below the root they go on by the rim
-and close the body with plane faces and a bore.
+The toothed surface extends from toe to heel; the root between two flanks and the top land are parts of the root cone
+and the face cone. The end faces are the back cones at toe and heel. Below the root they continue by the rim thickness;
+plane faces and a bore close the body.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _ACROSS = 5  # points across a top land and a root
 
 @dataclass(frozen=True)
 class Solid:
-    """A closed surface of triangles, wound so that normals point out of the material."""
+    """A closed surface of triangles with outward normals."""
 
     points: FloatArray  # corners [m]
     triangles: IntArray  # corner numbers
@@ -37,7 +37,7 @@ class Solid:
 
     @property
     def closed(self) -> bool:
-        """Whether every edge belongs to two triangles that run along it in opposite senses."""
+        """Whether every edge belongs to two triangles with opposite directions."""
         ends = np.concatenate([self.triangles[:, [k, (k + 1) % 3]] for k in range(3)])
         size = len(self.points)
         forward = np.sort(ends[:, 0] * size + ends[:, 1])
@@ -46,13 +46,13 @@ class Solid:
 
     @property
     def euler_characteristic(self) -> int:
-        """Corners minus edges plus triangles: 2 for a ball, 0 for a body with a bore."""
+        """Vertices minus edges plus triangles: 2 for a sphere, 0 for a body with a bore."""
         used = np.unique(self.triangles).size
         return int(used - 3 * len(self.triangles) // 2 + len(self.triangles))
 
 
 class _Mesh:
-    """Points and triangles as they come together."""
+    """Points and triangles during assembly."""
 
     def __init__(self) -> None:
         self.points: list[FloatArray] = []
@@ -60,7 +60,7 @@ class _Mesh:
         self.count = 0
 
     def add(self, points: FloatArray) -> IntArray:
-        """Numbers of new points (..., 3), shape (...)."""
+        """Add points (..., 3); returns their numbers (...)."""
         flat = points.reshape(-1, 3)
         self.points.append(flat)
         numbers = np.arange(self.count, self.count + len(flat)).reshape(points.shape[:-1])
@@ -68,14 +68,14 @@ class _Mesh:
         return numbers
 
     def sheet(self, numbers: IntArray) -> None:
-        """Triangles of grids of points (..., a, b); the normal is that of the step in a times the step in b."""
+        """Add triangles of grids of points (..., a, b); the normal is the step in a times the step in b."""
         p, q = numbers[..., :-1, :-1], numbers[..., 1:, :-1]
         r, s = numbers[..., 1:, 1:], numbers[..., :-1, 1:]
         for corners in ((p, q, r), (p, r, s)):
             self.triangles.append(np.stack(corners, axis=-1).reshape(-1, 3))
 
     def band(self, start: IntArray, stop: IntArray) -> None:
-        """Triangles between two closed rings; the normal is that of the step between them times the step along."""
+        """Add triangles between two closed rings; the normal is the step between them times the step along."""
         self.sheet(np.stack([np.append(ring, ring[:1]) for ring in (start, stop)]))
 
     def solid(self) -> Solid:
@@ -85,7 +85,7 @@ class _Mesh:
 
 @dataclass(frozen=True)
 class _Rim:
-    """Where the toothed surface ends: numbers of its points at toe and heel, their azimuths in all columns."""
+    """Boundary of the toothed surface: numbers of its points at toe and heel, azimuths in all columns."""
 
     toe: IntArray
     heel: IntArray
@@ -95,15 +95,15 @@ class _Rim:
 
 
 def _between(start: FloatArray, stop: FloatArray) -> FloatArray:
-    """Points strictly between values (cells, ...), (cells, across, ...)."""
+    """Points strictly between values (cells, ...), shape (cells, across, ...)."""
     share = np.arange(1, _ACROSS + 1) / (_ACROSS + 1)
     return start[:, None] + share.reshape(-1, *(1,) * (start.ndim - 1)) * (stop - start)[:, None]
 
 
 def _toothed_surface(mesh: _Mesh, grid: ToothGrid, left: FloatArray, right: FloatArray, closed: bool) -> _Rim:
-    """Teeth between left and right flank azimuths (cells, rows, columns), their ends, and the roots between them.
+    """Teeth between left and right flank azimuths (cells, rows, columns) with end faces, and the roots between them.
 
-    Steps of azimuth, u and h follow each other like x, y, z: (u, h, azimuth) is right-handed.
+    (u, h, azimuth) is a right-handed system.
     """
     u, h = grid.u, grid.height
     low, high = mesh.add(grid.point(left, u, h)), mesh.add(grid.point(right, u, h))
@@ -132,16 +132,16 @@ def _toothed_surface(mesh: _Mesh, grid: ToothGrid, left: FloatArray, right: Floa
 
 
 def _in_turn(cells: NDArray[Any], gaps: NDArray[Any]) -> NDArray[Any]:
-    """Entries of cells (n, a, ...) and of the gaps behind them (n or n - 1, b, ...) one after the other."""
+    """Entries of cells (n, a, ...) and of the following gaps (n or n - 1, b, ...) in alternating order."""
     parts = [part for k in range(len(cells)) for part in (cells[k], *gaps[k : k + 1])]
     return np.concatenate(parts)
 
 
 def tooth_space_solid(grid: ToothGrid, rim: float | None = None) -> Solid:
-    """One tooth space between two half teeth, on a slab of the rim.
+    """One tooth space between two half teeth, on a part of the rim.
 
     grid: flanks of the member.
-    rim: thickness left below the root [m]; the mean whole depth if not given.
+    rim: rim thickness below the root [m]; default: the mean whole depth.
     """
     rim = _rim_thickness(grid, rim)
     centre = np.broadcast_to(0.5 * (grid.lower[-1] + grid.upper[-1]), grid.lower.shape)
@@ -149,7 +149,7 @@ def tooth_space_solid(grid: ToothGrid, rim: float | None = None) -> Solid:
     right = np.stack([grid.upper, centre + grid.pitch])
     for half, name in ((right[0] - left[0], "first"), (right[1] - left[1], "second")):
         if np.any(half <= 0.0):
-            raise ConvergenceError("flanks_cross", f"the {name} half tooth overhangs the middle of its top land")
+            raise ConvergenceError("flanks_cross", f"the {name} half tooth extends beyond the middle of its top land")
     mesh = _Mesh()
     edge = _toothed_surface(mesh, grid, left, right, closed=False)
     floor = mesh.add(grid.point(edge.azimuth, grid.u[0], grid.height[0] - rim))
@@ -162,7 +162,7 @@ def tooth_space_solid(grid: ToothGrid, rim: float | None = None) -> Solid:
 
 
 def body_section(grid: ToothGrid, rim: float | None, bore: float | None) -> tuple[FloatArray, FloatArray, float]:
-    """Radii and planes [m] where the end cones stop, toe and heel, and the bore; checked, see `member_solid`."""
+    """Radii and planes [m] of the ends of toe and heel cone, and the bore; see `member_solid`."""
     rim = _rim_thickness(grid, rim)
     blank = grid.blank
     radii, planes = blank.axial(grid.u[0, [0, -1]], grid.height[0, [0, -1]] - rim)
@@ -170,9 +170,8 @@ def body_section(grid: ToothGrid, rim: float | None, bore: float | None) -> tupl
     if bore is None:
         bore = 1.2 * smallest if blank.pitch_angle > np.pi / 4.0 else 0.0
     if not 0.0 <= 0.5 * bore < smallest:
-        raise InputError(
-            "bore", f"{bore * 1e3:.6g} mm", f"from 0 to below {2e3 * smallest:.6g} mm, where the body ends"
-        )
+        allowed = f"from 0 to below {2e3 * smallest:.6g} mm, where the body ends"
+        raise InputError("bore", f"{bore * 1e3:.6g} mm", allowed)
     return radii, planes, bore
 
 
@@ -180,10 +179,10 @@ def member_solid(grid: ToothGrid, rim: float | None = None, bore: float | None =
     """A whole member: all teeth, toe and heel cones, plane faces, bore.
 
     grid: flanks of the member.
-    rim: thickness of the body below the root along toe and heel cone [m]; the mean whole depth if not given.
-    bore: diameter of the bore [m], 0 for a solid body. If not given, none where the pitch angle is below 45 deg, and
-        0.6 of the body's smaller face diameter otherwise.
-    Raises `InputError`: rim or bore do not fit into the member.
+    rim: thickness of the body below the root along toe and heel cone [m]; default: the mean whole depth.
+    bore: diameter of the bore [m], 0 for a solid body. Default: 0 for a pitch angle below 45 deg, otherwise 0.6 of the
+        smaller face diameter of the body.
+    Raises `InputError` if rim or bore do not fit into the member.
     """
     blank = grid.blank
     radii, planes, bore = body_section(grid, rim, bore)
@@ -192,9 +191,8 @@ def member_solid(grid: ToothGrid, rim: float | None = None, bore: float | None =
     edge = _toothed_surface(mesh, grid, grid.lower + turns, grid.upper + turns, closed=True)
 
     def ring(azimuth: FloatArray, radius: float, z: float) -> IntArray:
-        return mesh.add(
-            np.stack([radius * np.cos(azimuth), radius * np.sin(azimuth), np.full_like(azimuth, z)], axis=-1)
-        )
+        at = [radius * np.cos(azimuth), radius * np.sin(azimuth), np.full_like(azimuth, z)]
+        return mesh.add(np.stack(at, axis=-1))
 
     at_toe, at_heel = edge.azimuth[:, 0], edge.azimuth[:, -1]
     front, back = ring(at_toe, radii[0], planes[0]), ring(at_heel, radii[1], planes[1])
@@ -210,7 +208,7 @@ def member_solid(grid: ToothGrid, rim: float | None = None, bore: float | None =
     inner = [ring(at_toe, 0.5 * bore, z) for z in planes]
     mesh.band(front, inner[0])
     mesh.band(inner[0], inner[1])
-    # teeth are alike: the ring at the heel may be counted from any tooth, and is from the one nearest in azimuth
+    # all teeth are equal: the ring at the heel is counted from the tooth nearest in azimuth
     offset = np.angle(np.exp(1j * (at_heel - at_toe[0])))
     mesh.band(inner[1], np.roll(back, -int(np.argmin(np.abs(offset)))))
     return mesh.solid()
@@ -231,12 +229,12 @@ _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribut
 
 
 def write_stl(path: Path, solid: Solid, title: str) -> None:
-    """Write a solid as binary STL with mm for its unit.
+    """Write a solid as binary STL in mm.
 
     path: file to write.
     solid: closed surface.
-    title: goes into the header, cut at 80 bytes.
-    Raises `InputError`: the file cannot be written.
+    title: text of the header, limited to 80 bytes.
+    Raises `InputError` if the file cannot be written.
     """
     corners = solid.points[solid.triangles] * 1e3
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -244,7 +242,7 @@ def write_stl(path: Path, solid: Solid, title: str) -> None:
     records = np.zeros(len(corners), _RECORD)
     records["normal"] = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0.0)
     records["corners"] = corners
-    # a header that begins with "solid" would be taken for the text format
+    # a header that begins with "solid" denotes the text format
     header = f"STL in mm: {title}".encode("ascii", "replace")[:80].ljust(80)
     write_file(path, header + np.uint32(len(records)).tobytes() + records.tobytes(), folder=True)
 
@@ -252,7 +250,7 @@ def write_stl(path: Path, solid: Solid, title: str) -> None:
 def read_stl(path: Path) -> np.ndarray[tuple[int, int, int], np.dtype[np.float64]]:
     """Corners of the triangles of a binary STL file, (n, 3, 3), in the unit of the file.
 
-    Raises `InputError`: the file is no binary STL.
+    Raises `InputError` if the file is not a binary STL file.
     """
     content = read_bytes(path, "file", "a readable STL file")
     if len(content) < 84 or len(content) != 84 + _RECORD.itemsize * int(np.frombuffer(content[80:84], "<u4")[0]):

@@ -1,8 +1,8 @@
-"""STEP of whole members: B-spline surfaces through the points of the cutting simulation, sewn to a closed solid.
+"""STEP files of whole members: B-spline surfaces through the points of the cutting simulation, sewn to a closed solid.
 
-One pitch is made of patches on the grid of the tooth: flanks, fillets, top land, root, end faces, body; the others are
-turned copies. Patches that meet share points and parameters along their edge, hence the same curve. The kernel is Open
-CASCADE, the extra ``cad``.
+One pitch consists of patches on the grid of the tooth: flanks, fillets, top land, root, end faces, body. The others are
+rotated copies. Adjacent patches share points and parameters along their edge, and therefore the same curve. The kernel
+is Open CASCADE, the extra ``cad``.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import make_folder
 
-TOLERANCE = 1e-4  # between edges that meet [mm]
+TOLERANCE = 1e-4  # largest distance of joined edges [mm]
 _ACROSS = 7  # points across a top land, a root, a part of the body
 _MM = 1e3
 
@@ -35,7 +35,7 @@ class _Surface:
 
 
 def _surface(points: FloatArray, rows: FloatArray | None = None) -> _Surface:
-    """Through points (a, b, 3) [m]; parameters equally spaced, those along a as given."""
+    """Surface through points (a, b, 3) [m]; parameters equally spaced, those along a given by `rows`."""
     count = points.shape[:2]
     at = [np.linspace(0.0, 1.0, n) for n in count]
     if rows is not None:
@@ -47,7 +47,7 @@ def _surface(points: FloatArray, rows: FloatArray | None = None) -> _Surface:
 
 
 def member_patches(grid: ToothGrid, rim: float | None, bore: float | None) -> tuple[list[_Surface], list[FloatArray]]:
-    """Surfaces of one pitch, and the rings of points (a, 3) [m] that bound plane faces without bore."""
+    """Surfaces of one pitch, and, without bore, the rings of points (a, 3) [m] that bound the plane faces."""
     radii, planes, hole = body_section(grid, rim, bore)
     u, h = grid.u, grid.height
     rows = len(h)
@@ -59,9 +59,7 @@ def member_patches(grid: ToothGrid, rim: float | None, bore: float | None) -> tu
         if start == stop:
             continue
         part = slice(start, stop + 1)
-        steps = np.linalg.norm(np.diff(lower[part], axis=0), axis=-1) + np.linalg.norm(
-            np.diff(upper[part], axis=0), axis=-1
-        )
+        steps = sum(np.linalg.norm(np.diff(flank[part], axis=0), axis=-1) for flank in (lower, upper))
         along = np.concatenate([[0.0], np.cumsum(steps.mean(axis=1))])
         along /= along[-1]
         found += [_surface(flank[part], along) for flank in (lower, upper)]
@@ -89,7 +87,7 @@ def member_patches(grid: ToothGrid, rim: float | None, bore: float | None) -> tu
             if hole == 0.0:
                 rings.append(edge)
                 continue
-            # the bore is divided as the toe is
+            # the bore is divided at the azimuths of the toe
             inner = toe if column == 0 else toe + turn
             found.append(_surface(np.stack([edge, ring(inner, 0.5 * hole, z)])))
         if hole > 0.0:
@@ -98,14 +96,14 @@ def member_patches(grid: ToothGrid, rim: float | None, bore: float | None) -> tu
 
 
 def write_step(path: Path, grid: ToothGrid, title: str, rim: float | None = None, bore: float | None = None) -> float:
-    """Write a whole member as STEP (mm); the volume of the solid [m3].
+    """Write a whole member as STEP (mm); returns the volume of the solid [m3].
 
     path: file to write.
     grid: flanks of the member.
     title: name of the product.
-    rim, bore: as of `efficiency.output.solid.member_solid`.
-    Raises `InputError`: open CASCADE is not installed, rim or bore do not fit, the file cannot be written;
-    `ConvergenceError`: the faces do not close.
+    rim, bore: as in `efficiency.output.solid.member_solid`.
+    Raises `InputError` if Open CASCADE is not installed, rim or bore do not fit, or the file cannot be written;
+    `ConvergenceError` if the faces are not closed.
     """
     solid = member_shape(grid, rim, bore)
     from OCP.IFSelect import IFSelect_RetDone
@@ -123,7 +121,7 @@ def write_step(path: Path, grid: ToothGrid, title: str, rim: float | None = None
 
 
 def read_step(path: Path) -> Any:
-    """The shape in a STEP file, as Open CASCADE reads it [mm]."""
+    """The shape of a STEP file in Open CASCADE [mm]."""
     require_kernel()
     from OCP.IFSelect import IFSelect_RetDone
     from OCP.STEPControl import STEPControl_Reader
@@ -136,7 +134,7 @@ def read_step(path: Path) -> Any:
 
 
 def shape_volume(shape: Any) -> float:
-    """Volume of a shape in mm, [m3]."""
+    """Volume of a shape given in mm [m3]."""
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps
 
@@ -146,12 +144,12 @@ def shape_volume(shape: Any) -> float:
 
 
 def require_kernel() -> None:
-    """`InputError` that names the extra where Open CASCADE is not installed; its chatter is silenced."""
+    """Silence the messages of Open CASCADE; an `InputError` names the extra if it is not installed."""
     try:
         from OCP.Message import Message
         from OCP.TColgp import TColgp_Array2OfPnt  # noqa: F401
     except ImportError:
-        hint = "Install it with: pip install 'mixed-ehl[cad]'. STL needs nothing."
+        hint = "Install it with: pip install 'mixed-ehl[cad]'. STL export works without it."
         raise InputError("what", "step", "tooth, member, grid, summary without Open CASCADE", hint) from None
     printers = Message.DefaultMessenger_s().ChangePrinters()
     printers.Clear()
@@ -179,14 +177,13 @@ def member_shape(grid: ToothGrid, rim: float | None = None, bore: float | None =
             sewing.Add(_plane([ring for tooth in turned for ring in tooth[end::2]]))
     sewing.Perform()
     shell = sewing.SewedShape()
-    if sewing.NbFreeEdges() or shell.ShapeType() != TopAbs_SHELL:
-        open_edges = sewing.NbFreeEdges()
-        raise ConvergenceError("open_solid", f"{open_edges} edges of the faces stay open: other rows or columns")
+    if (count := sewing.NbFreeEdges()) or shell.ShapeType() != TopAbs_SHELL:
+        raise ConvergenceError("open_solid", f"{count} edges of the faces are not joined: change rows or columns")
     solid = BRepBuilderAPI_MakeSolid(TopoDS.Shell_s(shell)).Solid()
     if shape_volume(solid) < 0.0:
         solid.Reverse()
     if not BRepCheck_Analyzer(solid).IsValid():
-        raise ConvergenceError("open_solid", "Open CASCADE finds the solid invalid: other rows or columns")
+        raise ConvergenceError("open_solid", "Open CASCADE rejects the solid as invalid: change rows or columns")
     return solid
 
 
@@ -217,7 +214,7 @@ def _knots(vector: FloatArray) -> tuple[Any, Any]:
 
 
 def _plane(rings: list[FloatArray]) -> Any:
-    """Plane face inside arcs that follow each other."""
+    """Plane face inside consecutive arcs."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
     from OCP.Geom import Geom_BSplineCurve
     from OCP.gp import gp_Pnt

@@ -1,6 +1,6 @@
-"""The tables of a gear run: one operating point, maps, comparisons, duty cycles, heat balance, uncertainty.
+"""Tables of a gear pair: one operating point, maps, comparisons, duty cycles, uncertainty.
 
-Each is made once and serves terminal, page, workbook, CSV and data frames.
+Each table is used for terminal, page, workbook, CSV and data frames.
 """
 
 from __future__ import annotations
@@ -27,64 +27,33 @@ if TYPE_CHECKING:
     from ehl.uncertainty.result import InputUncertainty
 
 _SUMMARY = (
-    "efficiency",
-    "efficiency_error",
-    "efficiency_lower",
-    "efficiency_upper",
-    "efficiency_with_rolling",
-    "power_loss",
-    "power_loss_rolling",
-    "power_input",
-    "friction_coefficient_mean",
-    "outside_range_share",
-    "temperature_bulk_1",
-    "pressure_max",
-    "transmission_error_loaded",
-    "transmission_error_unloaded",
+    *("efficiency", "efficiency_error", "efficiency_lower", "efficiency_upper", "efficiency_with_rolling"),
+    *("power_loss", "power_loss_rolling", "power_input", "friction_coefficient_mean", "outside_range_share"),
+    *("temperature_bulk_1", "pressure_max", "transmission_error_loaded", "transmission_error_unloaded"),
     "torque_residual",
 )
 _EDGE = ("pressure_edge", "pressure_edge_lower", "pressure_edge_upper", "edge_load_share", "edge_loss_share")
 _RANGES = (
-    "pressure_hertz",
-    "load_per_length",
-    "radius_equivalent",
-    "half_width",
-    "speed_entrainment",
-    "speed_sliding",
-    "speed_sliding_lengthwise",
-    "slide_to_roll",
-    "slide_to_roll_total",
-    "film_central",
-    "film_ratio",
-    "temperature_flash",
-    "mu",
+    *("pressure_hertz", "load_per_length", "radius_equivalent", "half_width", "speed_entrainment", "speed_sliding"),
+    *("speed_sliding_lengthwise", "slide_to_roll", "slide_to_roll_total", "film_central", "film_ratio"),
+    *("temperature_flash", "mu"),
 )
 _DERIVED = ("load_per_length", "half_width", "speed_sliding", "slide_to_roll_total")
 _LUBRICATION = ("film_central", "film_ratio", "temperature_flash", "rolling_traction")
 _COMPARED = (
-    "friction_model",
-    "efficiency",
-    "power_loss",
-    "friction_coefficient_mean",
-    "efficiency_lower",
-    "efficiency_upper",
-    "outside_range_share",
-    "seconds",
-    "status",
-    "reason",
-    "kind",
-    "efficiency_error",
-    "efficiency_with_rolling",
+    *("friction_model", "efficiency", "power_loss", "friction_coefficient_mean"),
+    *("efficiency_lower", "efficiency_upper", "outside_range_share", "seconds", "status", "reason", "kind"),
+    *("efficiency_error", "efficiency_with_rolling"),
 )
 
 
 def percent(value: float, digits: int = 3) -> str:
-    """A share in per cent for a sentence, a dash where there is none."""
+    """A share in percent for a sentence; a dash if it is not finite."""
     return f"{100.0 * value:.{digits}f}" if math.isfinite(value) else "–"
 
 
 def operating_point(result: EfficiencyResult | Comparison) -> str:
-    """One line: pair, side, torque, speed, oil."""
+    """Pair, side, torque, speed and oil in one line."""
     torque, speed, temperature = operating_state(result).split(", ")
     return f"{result.design}, {result.side}, {torque}, {speed}, {result.oil} at {temperature}"
 
@@ -96,16 +65,16 @@ def operating_state(result: EfficiencyResult | Comparison) -> str:
 
 
 def scalars(result: Any) -> dict[str, Cell]:
-    """The single values of a result by their names, without arrays and groups."""
+    """The scalar values of a result by name, without arrays and groups."""
     kept = (str, bool, int, float, np.floating, np.integer)
     every = {f.name: getattr(result, f.name) for f in fields(result)}
     return {name: cell(value) for name, value in every.items() if isinstance(value, kept)}
 
 
 def efficiency_table(result: EfficiencyResult) -> Table:
-    """The figures of one operating point a reader looks for first."""
+    """The main figures of one operating point."""
     values = {name: getattr(result, name) for name in _SUMMARY}
-    if not values["efficiency_lower"] < values["efficiency_upper"]:  # nothing uncertain, or failed
+    if not values["efficiency_lower"] < values["efficiency_upper"]:  # no uncertain input, or failed
         del values["efficiency_lower"], values["efficiency_upper"]
     columns: dict[Any, Any] = dict(values)
     if result.edge_load_share > 0.0:
@@ -118,7 +87,7 @@ def efficiency_table(result: EfficiencyResult) -> Table:
         columns["contacts"] = result.contacts
         columns[Column("failed", label="failed contacts")] = sum(result.contacts_failed.values())
         if result.flags["predicted"]:
-            label = "share of the loss next to failed contacts"
+            label = "share of the loss near failed contacts"
             columns[Column("predicted_share", of="share", label=label)] = result.flag_shares["predicted"]
     status = f"{result.status} ({result.reason})" if result.reason else result.status
     return Table(
@@ -128,7 +97,7 @@ def efficiency_table(result: EfficiencyResult) -> Table:
         notes=(
             *(() if result.reason else (inputs_note(result.inputs),)),
             f"{status}, {result.points_loaded} points, {result.driver} driving",
-            *(f"skipped  {note}" for note in result.skipped),
+            *(f"neglected  {note}" for note in result.skipped),
         ),
         vertical=True,
     )
@@ -159,21 +128,21 @@ def range_table(result: EfficiencyResult) -> Table:
 
 
 def strength_tables(result: EfficiencyResult) -> list[Table]:
-    """Strength of the teeth and root stress over the mesh; none of a result without its pair."""
+    """Strength of the teeth and root stress over the mesh; empty for a result without its pair."""
     if not result.has_strength:
         return []
     return [result.strength.table(), result.strength.root_table()]
 
 
 def result_tables(result: EfficiencyResult) -> list[Table]:
-    """One operating point: the result, its remarks, strength, the mesh positions, every point that carries load."""
+    """Tables of one operating point: result, remarks, strength, mesh positions, loaded points."""
     inputs = [result.inputs.table()] if result.inputs.sources else []
     head = [result_table(result), *inputs, remarks_table([result]), *strength_tables(result)]
     return [*head, position_table(result), point_table(result)]
 
 
 def result_table(result: EfficiencyResult) -> Table:
-    """Single values, ranges of the local conditions and counts of the friction model's flags, one a line."""
+    """Scalar values, ranges of the local conditions and counts of the flags of the friction model, one per line."""
     columns: dict[Any, Any] = dict(scalars(result))
     columns |= {"efficiency_lower": result.efficiency_lower, "efficiency_upper": result.efficiency_upper}
     for name, (low, high) in result.ranges.items():
@@ -184,7 +153,7 @@ def result_table(result: EfficiencyResult) -> Table:
 
 
 def remarks_table(results: Sequence[EfficiencyResult]) -> Table:
-    """Notes and what the model leaves out, each once, with the number of results they belong to."""
+    """Notes and neglected effects, each once, with the number of results they belong to."""
     counts: dict[tuple[str, str], int] = {}
     for result in results:
         for kind, texts in (("note", result.notes), ("skipped", result.skipped)):
@@ -220,7 +189,7 @@ def position_table(result: EfficiencyResult) -> Table:
 
 
 def point_table(result: EfficiencyResult) -> Table:
-    """One row per loaded point: place on the gear, local conditions, friction with its interval and flag, loss."""
+    """One row per loaded point: position on the gear, local conditions, friction with its interval and flag, loss."""
     points, friction = result.points, result.friction
     loads = result.load.positions
 
@@ -252,7 +221,7 @@ def point_table(result: EfficiencyResult) -> Table:
 
 
 def map_table(grid: Grid, names: Sequence[str] = ()) -> Table:
-    """All operating points of a map, one a row; of the results all values, or those of these names."""
+    """All operating points of a map, one per row, with all values of the results or those of `names`."""
     rows = [point.row() for point in grid.points]
     if names:
         rows = [{name: row.get(name) for name in (*grid.axes, *names)} for row in rows]
@@ -275,7 +244,7 @@ def efficiency_grids(grid: Grid) -> list[Table]:
 
 
 def _outside_note(grid: Grid, number: int) -> str:
-    """How much of the sliding power of one temperature lies outside the range of the friction model, and where most."""
+    """Share of the sliding power outside the range of the friction model at one temperature, with its maximum."""
     share = grid.values("outside_range_share")[:, :, number]
     outside = np.nan_to_num(share)
     if not outside.any():
@@ -297,7 +266,7 @@ def map_tables(grid: Grid) -> list[Table]:
 
 
 def comparison_table(comparison: Comparison) -> Table:
-    """A row per way to the efficiency, for files: all columns, models as a command takes them."""
+    """One row per result, for files: all columns, models by their names in commands."""
     rows = [
         [row.name if name == "friction_model" else getattr(row, name) for name in _COMPARED] for row in comparison.rows
     ]
@@ -305,7 +274,7 @@ def comparison_table(comparison: Comparison) -> Table:
 
 
 def models_table(comparison: Comparison) -> Table:
-    """The same for terminal and page: models by their labels, without columns that are the same in every row."""
+    """The table for terminal and page: models by their labels, without columns that are constant."""
     table = comparison_table(comparison)
     kept = [
         k
@@ -317,7 +286,7 @@ def models_table(comparison: Comparison) -> Table:
 
 
 def comparison_tables(comparison: Comparison) -> list[Table]:
-    """A row per way to the efficiency, friction and loss along the mesh, loss by region of the flank, remarks."""
+    """One row per result, friction and loss along the mesh, loss by region of the flank, remarks."""
     along: dict[str, dict[Any, Any]] = {"mu": {}, "power_loss": {}}
     for row, result in zip(comparison.rows, comparison.results, strict=False):
         along["mu"][Column(row.name, of="mu", label=row.name)] = friction_along_mesh(result)
@@ -341,7 +310,7 @@ def comparison_tables(comparison: Comparison) -> list[Table]:
 
 
 def duty_table(cycle: DutyCycle) -> Table:
-    """Rows of a duty cycle, the total last."""
+    """Rows of a duty cycle with the total in the last row."""
     rows = [asdict(row) for row in cycle.rows]
     total: dict[str, Any] = dict.fromkeys(rows[0]) | {"side": "total", "efficiency": cycle.efficiency}
     total |= {name: cycle.total(name) for name in ("hours", *(n for n in rows[0] if n.startswith("energy_")))}
@@ -349,7 +318,7 @@ def duty_table(cycle: DutyCycle) -> Table:
     rolling = quantity("energy_loss_rolling").text(cycle.total("energy_loss_rolling"))
     summary = (
         f"efficiency of the cycle {percent(cycle.efficiency)} +- {percent(cycle.efficiency_error, 4)} % "
-        f"(error of the solution); rolling loss apart {rolling}; "
+        f"(numerical error); rolling loss not included, {rolling}; "
         f"{percent(outside, 1)} % of the loss outside the range of the friction model"
     )
     return Table.from_records(

@@ -1,1 +1,1 @@
-"""Parameter study and the demonstration."""
+"""Parameter study and demonstration."""

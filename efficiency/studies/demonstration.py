@@ -1,4 +1,4 @@
-"""A complete example: sweep -> fit -> gear -> compare -> one HTML report."""
+"""A complete example: sweep, fit, gear pair, comparison, and one HTML report."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ CONSTANT = "constant:0.05"
 
 @dataclass(frozen=True)
 class DemoResult(Reportable):
-    """What the demonstration computed."""
+    """Results of the demonstration."""
 
     presenter = "efficiency.studies.demonstration_report:demo"
 
-    folder: Path  # where it was written
-    run: Run  # of the contacts
-    dataset: Dataset  # their results
+    folder: Path  # output folder
+    run: Run  # run of the contacts
+    dataset: Dataset  # results of the contacts
     formulas: tuple[FittedFormula, ...]  # one per family, best cross-validated first
     gear: Mesh  # geometry of the pair
     comparison: Comparison  # friction models on the pair; the best formula first
-    seconds: dict[str, float]  # wall time of each step
+    seconds: dict[str, float]  # wall time of each step [s]
 
     def to_dict(self) -> dict[str, Any]:
-        """Numbers of all steps, for JSON."""
+        """Results of all steps, for JSON."""
         best, report = self.formulas[0], self.run.reports[0]
         return {
             "sweep": {"cases": report.total, "failed": report.unanswered, "reasons": report.reasons_failed},
@@ -56,32 +56,32 @@ class DemoResult(Reportable):
 
 @one_thread
 def run_demo(folder: Path | str, jobs: int | None = None, progress: ProgressCallback | None = None) -> DemoResult:
-    """Run all steps and write their files and the report into a folder.
+    """Run all steps and write their files and the report to a folder.
 
     Parameters
     ----------
     folder : Path or str
-        Made if there is none. Contacts already computed there are kept.
+        Output folder, created if necessary. Contacts computed there before are reused.
     jobs : int, optional
-        Worker processes of the sweep; by default the cores there are.
+        Worker processes of the sweep; default: all available cores.
     progress : callable, optional
         Called with a `Progress` for contacts, formulas and gear pair.
 
     Returns
     -------
     DemoResult
-        The run, its formulas, the comparison of the friction models and where the page is.
+        The run, its formulas and the comparison of the friction models.
 
     Raises
     ------
     InputError
         The folder cannot be written.
     ConvergenceError
-        A nonlinear fit did not settle.
+        A nonlinear fit did not converge.
 
     Examples
     --------
-    About a minute of work:
+    The computation takes about a minute:
 
     >>> import efficiency
     >>> efficiency.demo("mixed-ehl-demo")  # doctest: +SKIP

@@ -1,4 +1,4 @@
-"""Sections of the demonstration."""
+"""Report sections of the demonstration."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def demo_sections(result: DemoResult, medium: Medium) -> list[Section]:
-    """Sections of the demonstration: contacts, formulas, gear pair, friction models compared."""
+    """Sections of the demonstration: gear pair, friction models, formulas, contacts, provenance."""
     if medium != "page":
         return result.comparison.sections(medium)
     sections = [_summary(result), _gear(result), _comparison(result), _formulas(result), _contacts(result)]
@@ -39,7 +39,7 @@ def _summary(result: DemoResult) -> Section:
     constant = next(row for row in result.comparison.rows if row.name.startswith("constant"))
     notes = Notes(comparison_notes(result.comparison), len(result.comparison.results))
     tiles = [
-        (f"{percent(constant.efficiency, 2)} %", "with a constant mu of 0.05"),
+        (f"{percent(constant.efficiency, 2)} %", "with a constant friction coefficient of 0.05"),
         (f"{gear.power_loss:.0f} W", f"friction loss of {gear.power_input / 1e3:.1f} kW"),
         (f"{100 * best.validation.mape:.1f} %", f"mean error of the formula ({best.label}) on held-out contacts"),
         (f"{result.run.reports[0].total - result.run.unanswered}", "contacts solved"),
@@ -58,19 +58,17 @@ def _contacts(result: DemoResult) -> Section:
         "Contacts",
         [
             Text(
-                f"{report.total} line contacts drawn by a scrambled Sobol sequence over what the contact points of the "
-                f"pair see, each solved as a smooth film with heat where an estimate says it matters ({heated} of "
-                f"{len(frame)}), then in time with both rough surfaces. {result.run.unanswered} failed. The solver's "
-                f"own error of mu is {100 * friction_error.median():.2g} % in the median and "
-                f"{100 * friction_error.max():.2g} % at worst; it covers the discretisation and the heat left out, not "
-                "the data of oil and surfaces."
+                f"{report.total} line contacts, sampled by a scrambled Sobol sequence over the operating range of the "
+                "contact points of the pair. Each contact is solved as a smooth film, with heat where an estimate "
+                f"predicts a relevant effect ({heated} of {len(frame)}), and then transiently with both rough "
+                f"surfaces. {result.run.unanswered} contacts failed. The numerical error of the friction coefficient "
+                f"is {100 * friction_error.median():.2g} % (median) and at most {100 * friction_error.max():.2g} %. It "
+                "comprises the discretisation and the neglected heat, but not the data of oil and surfaces."
             ),
             Row(
                 [
-                    Picture(partial(plot_friction, result.dataset), "Friction of every contact of the sweep."),
-                    Picture(
-                        partial(plot_parity, result.dataset, result.formulas), "Formula against computed friction."
-                    ),
+                    Picture(partial(plot_friction, result.dataset), "Friction of all contacts of the sweep."),
+                    Picture(partial(plot_parity, result.dataset, result.formulas), "Friction: formula over computed."),
                 ]
             ),
         ],
@@ -83,12 +81,12 @@ def _formulas(result: DemoResult) -> Section:
         "Friction formula",
         [
             Text(
-                "Each family is fitted to the same contacts and judged on cases it has not seen: whole cells of "
-                "pressure and radius are held out in turn."
+                "Each family is fitted to the same contacts and assessed on held-out cases: cells of pressure and "
+                "radius are held out in turn."
             ),
             family_table(result.formulas),
             Picture(partial(plot_bands, best), "Held-out errors by band of each variable, with the number of cases."),
-            Folded("Errors by region in numbers", [band_table(best)]),
+            Folded("Errors by region", [band_table(best)]),
             Folded(f"Equation and coefficients of {best.name}", [Code(best.to_text())]),
         ],
     )
@@ -104,17 +102,17 @@ def _gear(result: DemoResult) -> Section:
         "Gear pair",
         [
             Text(
-                f"{pair.teeth_pinion} x {pair.teeth_gear} spiral bevel pair, face-milled and generated: flanks from "
-                "machine settings by the equation of meshing, ease-off against the conjugate pinion, loaded contact "
-                f"at {gear.torque:.4g} N m and {quantity('speed').text(gear.speed)} of the pinion."
+                f"{pair.teeth_pinion} x {pair.teeth_gear} spiral bevel pair, face-milled and generated. The flanks "
+                "follow from the machine settings by the equation of meshing. The ease-off refers to the conjugate "
+                f"pinion. The load is {gear.torque:.4g} N m at {quantity('speed').text(gear.speed)} of the pinion."
             ),
             Row(
                 [
-                    Picture(partial(ease_off_figure, pair), "Ease-off and unloaded contact path."),
+                    Picture(partial(ease_off_figure, pair), "Ease-off and unloaded path of contact."),
                     Picture(partial(contact_lines_figure, pair, cycle), "Potential contact lines over one mesh cycle."),
                     Picture(partial(contact_figure, flank), "Contact pattern and Hertz pressure under load."),
                     Picture(partial(field_figure, flank, LOSS), "Power loss per area of the gear flank."),
-                    Picture(partial(plot_load_sharing, gear), "Share of the torque one tooth pair carries."),
+                    Picture(partial(plot_load_sharing, gear), "Share of the torque on one tooth pair."),
                     Picture(partial(plot_transmission_error, gear), "Transmission error, unloaded and loaded."),
                     Picture(partial(plot_friction_and_loss, gear), "Friction and loss over one mesh cycle."),
                 ]
@@ -126,12 +124,12 @@ def _gear(result: DemoResult) -> Section:
 
 def _comparison(result: DemoResult) -> Section:
     return Section(
-        "Against constant mu and other models",
+        "Comparison with constant friction and other models",
         [
             Text(
-                "The same loaded mesh with each friction model. 'ehl' solves contacts of the mesh instead of using a "
-                "formula, so its difference from the fitted formula is what the formula costs. The closed forms take "
-                "one constant mu for the whole pair."
+                "The same loaded mesh with each friction model. The model 'ehl' solves contacts of the mesh; its "
+                "difference from the fitted formula is the error of the formula. The closed forms use one constant "
+                "friction coefficient for the pair."
             ),
             Picture(partial(plot_comparison, result.comparison), CAPTION),
             replace(models_table(result.comparison), title=""),
@@ -147,12 +145,12 @@ def _provenance(result: DemoResult) -> Section:
         ("solver", best.data.solver_version),
         *((f"time: {step}", f"{value:.1f} s") for step, value in result.seconds.items()),
     ]
-    left_out = result.comparison.results[0].skipped
+    neglected = "; ".join(result.comparison.results[0].skipped)
     return Section(
         "Provenance",
         [
-            Table(("what", "value"), rows),
-            Text("Left out of the gear model: " + "; ".join(left_out) + "."),
-            Text("Files beside this page: run/ (contacts), formula_*.json (formulas), demo.json (all figures)."),
+            Table(("item", "value"), rows),
+            Text(f"Effects that the gear model neglects: {neglected}."),
+            Text("Files in the same folder: run/ (contacts), formula_*.json (formulas), demo.json (all figures)."),
         ],
     )

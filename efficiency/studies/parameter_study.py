@@ -1,8 +1,9 @@
-"""Parameter study: what torque, speed, temperature, roughness, offset and misalignment do to the efficiency.
+"""Parameter study: efficiency over torque, speed, temperature, roughness, offset and misalignment.
 
 designs x (aligned + misalignments)  ->  geometry  ->  torques  ->  load  ->  speeds x temperatures x roughnesses
 
-A grid of `efficiency.conditions.grid` in tasks. Each finished task is stored; a killed study resumes.
+The grid of `efficiency.conditions.grid` is divided into tasks. Each finished task is stored, so that an interrupted
+study resumes.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ if TYPE_CHECKING:
 OPERATING = ("torque", "speed", "temperature", "roughness_rms_each")
 MISALIGNED = ("E", "P", "G", "shaft_angle_error")
 
-# shares of the design's own torque and speed; Celsius; metres; ours, after the ranges of automotive axles
+# fractions of the torque and speed of the design; K; m; ours, after the operating ranges of automotive axles
 _TORQUES, _SPEEDS = (0.1, 0.3, 0.6, 1.0, 1.5), (0.1, 0.25, 0.5, 1.0)
 _TEMPERATURES = (313.15, 333.15, 363.15, 393.15)
 _ROUGHNESSES = (1e-7, 2e-7, 4e-7, 8e-7)
@@ -85,7 +86,7 @@ class Levels:
 
     @classmethod
     def around(cls, design: Design, **given: tuple[float, ...]) -> Levels:
-        """Default levels about the operating point of a design; `given` replaces some of them."""
+        """Default levels around the operating point of a design; `given` replaces some of them."""
         point = design.operation
         default = cls(
             torque=tuple(share * point.torque for share in _TORQUES),
@@ -97,7 +98,7 @@ class Levels:
         return replace(default, **ordered)
 
     def reference(self, design: Design) -> dict[str, float]:
-        """The level of each operating parameter next to the design's own."""
+        """The level of each operating parameter nearest to that of the design."""
         own = design.operation
         values = {
             "torque": own.torque,
@@ -108,16 +109,16 @@ class Levels:
         return {name: min(getattr(self, name), key=lambda level: abs(level - value)) for name, value in values.items()}
 
     def shifts(self) -> list[dict[str, Any]]:
-        """Misalignments, one at a time, zero left out."""
+        """Single misalignments without zero."""
         return [{name: value} for name in MISALIGNED for value in getattr(self, name) if value != 0.0]
 
     def to_dict(self) -> dict[str, list[float]]:
-        """For JSON."""
+        """Levels for JSON."""
         return {f.name: list(getattr(self, f.name)) for f in fields(self)}
 
 
 def level_quantity(name: str) -> Quantity:
-    """What a parameter of a study is: misalignments by their letters, the roughness that of each flank."""
+    """Quantity of a parameter: misalignments by their letters, the roughness that of each flank."""
     known = quantities()
     return known.get(f"misalignment.{name}") or known[name]
 
@@ -126,7 +127,7 @@ def level_quantity(name: str) -> Quantity:
 class StudyPoint:
     """One design, misalignment and operating point; SI units, names as in `EfficiencyResult`.
 
-    efficiency ... outside_range_share: nan where the point failed.
+    efficiency to outside_range_share: nan for a failed point.
     """
 
     design: str
@@ -136,7 +137,7 @@ class StudyPoint:
     P: float = 0.0
     G: float = 0.0
     shaft_angle_error: float = 0.0
-    # of the pinion [N m], [rad/s]; oil [K]; Rq of both flanks, each [m]
+    # pinion torque [N m] and speed [rad/s], oil temperature [K], Rq of each flank [m]
     torque: float = 0.0
     speed: float = 0.0
     temperature: float = 0.0
@@ -150,46 +151,41 @@ class StudyPoint:
     power_loss_rolling: float = math.nan
     power_input: float = math.nan
     friction_coefficient_mean: float = math.nan
-    film_ratio: float = math.nan  # mean weighted with the sliding power [-]
+    film_ratio: float = math.nan  # mean, weighted with the sliding power [-]
     pressure_max: float = math.nan
-    temperature_flash: float = math.nan  # greatest surface temperature of the cycle [K]
+    temperature_flash: float = math.nan  # maximum surface temperature of the cycle [K]
     transmission_error_loaded: float = math.nan
     transmission_error_unloaded: float = math.nan
     outside_range_share: float = math.nan
     status: str = "failed"
     reason: str = ""
     seconds: float = 0.0
-    # worst grade, safety factors, integral temperature and specific film, where they were asked for
+    # most severe grade, safety factors, integral temperature and specific film, if requested
     strength: dict[str, Any] = field(default_factory=dict)
-    # half width of the efficiency that each cause of uncertainty alone leaves, the largest first [-]
+    # half width of the interval of the efficiency from each single cause of uncertainty, the largest first [-]
     causes: dict[str, float] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()  # of the computation of this point
+    notes: tuple[str, ...] = ()  # notes on the computation of this point
 
     @property
     def label(self) -> str:
-        """Design and state in words, to name a point that failed."""
+        """Design and state in words, as the name of a failed point."""
         levels = [level_quantity(name).text(getattr(self, name)) for name in OPERATING]
-        levels += [
-            f"{name} {level_quantity(name).text(getattr(self, name))}" for name in MISALIGNED if self._shifted(name)
-        ]
+        shifts = [name for name in MISALIGNED if getattr(self, name) != 0.0]
+        levels += [f"{name} {level_quantity(name).text(getattr(self, name))}" for name in shifts]
         return f"{self.design}, {', '.join(levels)}"
 
     def scalars(self) -> dict[str, Any]:
-        """The single values by their names."""
+        """The scalar values by name."""
         apart = ("strength", "causes", "notes")
         return {name: getattr(self, name) for name in self.__dataclass_fields__ if name not in apart} | self.strength
 
-    def _shifted(self, name: str) -> bool:
-        return bool(getattr(self, name) != 0.0)
-
-    @property
     def aligned(self) -> bool:
         """Whether no misalignment is added."""
-        return not any(self._shifted(name) for name in MISALIGNED)
+        return not any(getattr(self, name) for name in MISALIGNED)
 
 
 def with_result(point: StudyPoint, result: EfficiencyResult) -> StudyPoint:
-    """A point with what was computed for it."""
+    """A point with the values of its result."""
     given = {*result.__dataclass_fields__, "efficiency_lower", "efficiency_upper"}
     names = {f.name for f in fields(StudyPoint)} & given
     names -= {"design", "temperature"}
@@ -203,22 +199,22 @@ def with_result(point: StudyPoint, result: EfficiencyResult) -> StudyPoint:
 
 @dataclass(frozen=True, repr=False)
 class Study(Reportable):
-    """Efficiencies of some designs over the parameters."""
+    """Efficiencies of several designs over the parameters."""
 
     presenter = "efficiency.studies.report:study"
     file_name = "study"
 
-    designs: tuple[str, ...]  # in the order given
+    designs: tuple[str, ...]  # in the given order
     side: str
     oil: str
     friction_model: str
     levels: Levels
-    reference: dict[str, float]  # operating point through which the sections go
+    reference: dict[str, float]  # operating point common to all sections
     points: tuple[StudyPoint, ...]
-    # worker processes; points that an earlier run had computed
+    # worker processes; points read from an earlier run
     jobs: int
     reused: int
-    seconds: float  # wall time
+    seconds: float  # wall time [s]
 
     @property
     def status(self) -> Literal["converged", "failed"]:
@@ -227,7 +223,7 @@ class Study(Reportable):
 
     @property
     def notes(self) -> dict[str, int]:
-        """Each note of a computation, and of how many points."""
+        """Each note with the number of its points."""
         return dict(Counter(note for point in self.points for note in point.notes))
 
     @property
@@ -237,7 +233,7 @@ class Study(Reportable):
 
     @property
     def reason(self) -> str:
-        """How many points failed for which reason."""
+        """Number of failed points by reason."""
         return count_reasons([point.reason for point in self.points], "points")
 
     def to_frame(self) -> pandas.DataFrame:
@@ -250,7 +246,7 @@ class Study(Reportable):
         return f"Study({', '.join(self.designs)}, {self.friction_model}: {len(self.points)} points, {self.status})"
 
     def section(self, design: str, name: str, **fixed: float) -> list[StudyPoint]:
-        """Points of a design along one parameter, in its order; the others as fixed, else at the reference."""
+        """Points of a design along one parameter, sorted; the others as fixed, otherwise at the reference."""
         state = self.reference | fixed
         held = {key: value for key, value in state.items() if key != name}
         shifts = {key: fixed.get(key, 0.0) for key in MISALIGNED if key != name}
@@ -268,7 +264,7 @@ class Study(Reportable):
         return next(point for point in self.section(design, "torque") if point.torque == torque and point.aligned)
 
     def influence(self, design: str, name: str) -> tuple[float, float]:
-        """Minimum and maximum efficiency over one parameter, the others at the reference; nan where all failed."""
+        """Minimum and maximum efficiency over one parameter, the others at the reference; nan if all failed."""
         values = [point.efficiency for point in self.section(design, name)]
         known = [value for value in values if math.isfinite(value)]
         return (min(known), max(known)) if known else (math.nan, math.nan)
@@ -281,7 +277,7 @@ class Study(Reportable):
         ]
 
     def to_dict(self) -> dict[str, Any]:
-        """For JSON; not-a-number becomes None."""
+        """Content for JSON; not-a-number becomes None."""
         names = ("side", "oil", "friction_model", "reference", "status", "reason", "notes", "jobs", "seconds")
         head = {name: getattr(self, name) for name in names}
         rows = finite_or_none([point.scalars() for point in self.points])
@@ -292,21 +288,21 @@ class Study(Reportable):
 
 @dataclass(frozen=True)
 class StudyTask:
-    """States of one design under one misalignment."""
+    """States of one design with one misalignment."""
 
-    design: Design  # misalignment included
-    blank: StudyPoint  # names the design and what was added to its misalignment
+    design: Design  # design with its misalignment
+    blank: StudyPoint  # point with the names of the design and the added misalignment
     side: Side
     oil: str
     friction: FrictionModel
     states: tuple[tuple[float, ...], ...]  # torque, speed, temperature, roughness of each point
     grid: tuple[int, int]  # positions and points per line
-    load_balance: LoadBalance  # what carries the torque
-    strength: bool  # whether points have their strength
+    load_balance: LoadBalance  # forces in the torque balance
+    strength: bool  # whether the strength is computed
 
     @property
     def key(self) -> str:
-        """Hash of all that the result depends on, the version of the program included."""
+        """Hash of all inputs of the result, including the version of the program."""
         model: object = self.friction
         if isinstance(model, Formula):
             model = model.model_dump_json()
@@ -337,31 +333,31 @@ def run_study(
     Parameters
     ----------
     designs : sequence of Design or str
-        Pairs to compare; the first gives the reference operating point and the default levels.
+        Pairs to compare; the first one defines the reference operating point and the default levels.
     friction : FrictionModel or str, optional
-        Friction model or its name; by default the formula shipped for the oil.
+        Friction model or its name; default: the formula shipped for the oil.
     levels : Levels, optional
-        Values of all parameters; by default around the operating point of the first design.
+        Values of all parameters; default: values around the operating point of the first design.
     side : {"drive", "coast"}
-        Flanks that carry the load.
+        Loaded flanks.
     oil : str, optional
-        Oil card in place of the first design's; it is the same for all designs.
+        Oil card in place of that of the first design; all designs use the same card.
     grid : (int, int), optional
         Mesh positions and points per contact line.
     jobs : int, optional
-        Worker processes; by default all cores granted. Models that solve contacts have their own: their points are
-        computed one after the other.
+        Worker processes; default: all available cores. For models with solved contacts the points are computed one
+        after the other, because these models start their own processes.
     store : Path, optional
-        File of the finished tasks, read and continued.
+        File of the finished tasks; an existing file is read and continued.
     progress : callable, optional
         Called with a `Progress` after each task.
     load_balance : {"frictional", "frictionless"}
-        What carries the torque: normal and friction forces together, or the normal forces alone.
+        Forces in the torque balance: normal and friction forces, or the normal forces alone.
     strength : bool
-        Columns of strength at each point: worst grade, safety factors, integral temperature, specific film.
+        Add the strength at each point: most severe grade, safety factors, integral temperature, specific film.
     **values : sequence
-        Of `torque`, `speed`, `temperature`, `roughness_rms_each`, `E`, `P`, `G`, `shaft_angle_error` in place of the
-        default levels, as in `GearPair.over`.
+        Levels of `torque`, `speed`, `temperature`, `roughness_rms_each`, `E`, `P`, `G`, `shaft_angle_error` in place of
+        the default levels, as in `GearPair.over`.
 
     Returns
     -------
@@ -371,8 +367,8 @@ def run_study(
     Raises
     ------
     InputError
-        No design, two of one name, or a value that a single computation refuses. A point that cannot be computed is a
-        recorded status.
+        No design, two designs of the same name, or an invalid value. A point that cannot be computed does not raise an
+        error; its status is recorded.
 
     Examples
     --------
@@ -420,9 +416,9 @@ def run_study(
 
 
 def _tasks(task: StudyTask, levels: Levels, reference: dict[str, float], costly: bool) -> Iterator[StudyTask]:
-    """States of the aligned design, a task for each torque, and each misalignment at the reference.
+    """Tasks of the aligned design, one for each torque, and of each misalignment at the reference.
 
-    Costly states make a task each.
+    Expensive states have one task each.
     """
     every = tuple(product(*(getattr(levels, name) for name in OPERATING)))
     middle = tuple(reference[name] for name in OPERATING)
@@ -435,7 +431,7 @@ def _tasks(task: StudyTask, levels: Levels, reference: dict[str, float], costly:
 
 
 def _solve(task: StudyTask) -> dict[str, list[dict[str, Any]]]:
-    """All points of a task; what cannot be computed is a failed point with its reason."""
+    """All points of a task; a point that cannot be computed is a failed point with its reason."""
     points: list[StudyPoint] = []
     pair = _pair(task.design.with_misalignment().model_dump_json())
     fixed: dict[str, Any] = {"side": task.side, "oil": task.oil, "driver": task.design.operation.driver}

@@ -1,4 +1,4 @@
-"""Figures of a parameter study: efficiency over each parameter, designs beside each other, influences."""
+"""Figures of a parameter study: efficiency over each parameter, comparison of designs, influences."""
 
 from __future__ import annotations
 
@@ -22,54 +22,52 @@ if TYPE_CHECKING:
     from efficiency.studies.parameter_study import Study, StudyPoint
 
 _MARKERS = "os^vD<>P"
-# what is drawn over what: (along the axis, one line for each)
+# combinations shown: (parameter along the axis, parameter of the lines)
 _CROSSED = (
-    ("torque", "speed"),
-    ("speed", "temperature"),
-    ("temperature", "roughness_rms_each"),
-    ("roughness_rms_each", "speed"),
+    *(("torque", "speed"), ("speed", "temperature")),
+    *(("temperature", "roughness_rms_each"), ("roughness_rms_each", "speed")),
 )
 
 
 def reference_text(study: Study, *without: str) -> str:
-    """The reference in words, less what a figure varies."""
+    """The reference in words, without the parameters that a figure varies."""
     levels = [level_quantity(name).text(value) for name, value in study.reference.items() if name not in without]
     return typeset_units(", ".join(levels))
 
 
 def study_figures(study: Study) -> Iterator[Picture]:
-    """Figures of everything the study varies."""
+    """Figures of all varied parameters."""
 
     def picture(name: str, caption: str, draw: Callable[..., Figure | Axes], *args: str) -> Picture:
         return Picture(partial(draw, study, *args), caption, name)
 
     if len(study.designs) > 1 and set(study.varied) & set(study.reference):
-        yield picture("designs", "Each parameter alone, the others at the reference.", designs_figure)
+        yield picture("designs", "Each single parameter, the others at the reference.", designs_figure)
     offsets = {study.reference_point(design).hypoid_offset for design in study.designs}
     if len(offsets) > 1:
         caption = (
-            "Designs by their hypoid offset. They differ in more than the offset: spiral angles, cutters and settings "
-            "follow from it."
+            "Designs by their hypoid offset. They differ in more than the offset, because spiral angles, cutters and "
+            "settings depend on it."
         )
         yield picture("offset", caption, offset_figure)
     for along, lines in _CROSSED:
         if len(getattr(study.levels, along)) > 1:
-            caption = f"Efficiency over {level_quantity(along).label}; the rest as stated."
+            caption = f"Efficiency over {level_quantity(along).label}, with the other parameters as stated."
             yield picture(f"over_{along}", caption, crossed_figure, along, lines)
     if any(study.levels.shifts()):
         caption = f"One misalignment at a time, added to that of the design; {reference_text(study)}."
         yield picture("misalignment", caption, misalignment_figure)
-    yield picture("influence", "Range of the efficiency over the levels of each parameter alone.", influence_figure)
+    yield picture("influence", "Range of the efficiency over the levels of each single parameter.", influence_figure)
     if causes_of(study):
         caption = (
-            "Half width of the efficiency at the reference by each cause alone, 90 % interval: measure first what "
-            "makes the longest bar. The error of the solution is not in it."
+            "Half width of the 90 % interval of the efficiency at the reference from each single cause. Measuring the "
+            "causes with the longest bars reduces the interval most. The numerical error is not included."
         )
         yield picture("causes", caption, causes_figure)
 
 
 def crossed_figure(study: Study, along: str, lines: str) -> Figure:
-    """Efficiency along one parameter, a line for each value of another, a panel for each design."""
+    """Efficiency along one parameter, one line for each value of another, one panel for each design."""
     figure = new_figure(1.6 + 4.2 * len(study.designs), 3.9)
     panels = np.atleast_1d(figure.subplots(1, len(study.designs), sharey=True))
     levels = getattr(study.levels, lines)
@@ -77,31 +75,19 @@ def crossed_figure(study: Study, along: str, lines: str) -> Figure:
     for axes, design in zip(panels, study.designs, strict=True):
         for number, level in enumerate(levels):
             points = study.section(design, along, **{lines: level})
-            _line(
-                axes,
-                points,
-                along,
-                colour=shades[number],
-                marker=_MARKERS[number % 8],
-                label=typeset_units(level_quantity(lines).text(level)),
-            )
+            label = typeset_units(level_quantity(lines).text(level))
+            _line(axes, points, along, colour=shades[number], marker=_MARKERS[number % 8], label=label)
         axes.set(xlabel=level_quantity(along).axis_label, title=f"{design}\n{reference_text(study, along, lines)}")
         axes.title.set_fontsize(9)
         axes.grid(alpha=0.3)
     panels[0].set_ylabel("mesh efficiency [%]")
-    panels[-1].legend(
-        title=level_quantity(lines).label,
-        fontsize=8,
-        title_fontsize=8,
-        loc="center left",
-        bbox_to_anchor=(1.0, 0.5),
-        frameon=False,
-    )
+    place = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
+    panels[-1].legend(title=level_quantity(lines).label, fontsize=8, title_fontsize=8, frameon=False, **place)
     return figure
 
 
 def designs_figure(study: Study) -> Figure:
-    """Efficiency over each operating parameter with all designs in one panel; the band is the model's own interval."""
+    """Efficiency over each operating parameter with all designs in one panel; the band is the interval of the model."""
     names = [name for name in study.varied if name in study.reference]
     columns = min(len(names), 2)
     rows = -(-len(names) // 2)
@@ -129,7 +115,7 @@ def designs_figure(study: Study) -> Figure:
 
 
 def offset_figure(study: Study) -> Figure:
-    """Efficiency and mean friction coefficient over the hypoid offset of the designs, a line for each torque."""
+    """Efficiency and mean friction coefficient over the hypoid offset of the designs, one line for each torque."""
     figure = new_figure(9.4, 3.9)
     panels = figure.subplots(1, 2)
     ordered = sorted(study.designs, key=lambda design: study.reference_point(design).hypoid_offset)
@@ -153,7 +139,7 @@ def offset_figure(study: Study) -> Figure:
 
 
 def misalignment_figure(study: Study) -> Figure:
-    """Efficiency (above) and greatest pressure (below) over each misalignment, all designs in one panel."""
+    """Efficiency (top) and maximum pressure (bottom) over each misalignment, all designs in one panel."""
     names = [name for name in study.varied if name not in study.reference]
     figure = new_figure(1.0 + 3.1 * len(names), 5.4)
     panels = figure.subplots(2, len(names), sharey="row", squeeze=False)
@@ -168,13 +154,13 @@ def misalignment_figure(study: Study) -> Figure:
             row[column].axvline(0.0, color=GREY, lw=0.7)
             row[column].grid(alpha=0.3)
     panels[0, 0].set_ylabel("mesh efficiency [%]")
-    panels[1, 0].set_ylabel("greatest Hertz pressure [GPa]")
+    panels[1, 0].set_ylabel("maximum Hertz pressure [GPa]")
     panels[0, 0].legend(fontsize=7, frameon=False)
     return figure
 
 
 def influence_figure(study: Study, ax: Axes | None = None) -> Axes:
-    """Range of the efficiency over each parameter alone, one bar per parameter and design; a line at the reference."""
+    """Range of the efficiency over each single parameter, one bar per parameter and design; a line at the reference."""
     names = study.varied or ["torque"]
     count = len(study.designs)
     axes = axes_or_new(ax, 7.6, 1.1 + 0.34 * len(names) * count + 0.2 * len(names))
@@ -182,26 +168,21 @@ def influence_figure(study: Study, ax: Axes | None = None) -> Axes:
         bounds = [study.influence(design, name) for name in names]
         low, high = (np.array([100.0 * bound[side] for bound in bounds]) for side in (0, 1))
         place = np.arange(len(names))[::-1] + 0.8 * (0.5 - (number + 0.5) / count)
-        # a bar of no length would not be seen
-        axes.barh(
-            place,
-            np.maximum(high - low, 0.004),
-            left=low,
-            height=0.72 / count,
-            color=_colour(number),
-            label=_design_text(study, design),
-        )
+        # bars of zero length would be invisible
+        style = {"height": 0.72 / count, "color": _colour(number), "label": _design_text(study, design)}
+        axes.barh(place, np.maximum(high - low, 0.004), left=low, **style)
         axes.axvline(100.0 * study.reference_point(design).efficiency, color=_colour(number), lw=0.9, ls="--")
-    axes.set_yticks(np.arange(len(names))[::-1], [_range_text(study, name) for name in names], fontsize=8)
+    labels = [f"{level_quantity(name).label}\n{span_text(study, name)}" for name in names]
+    axes.set_yticks(np.arange(len(names))[::-1], labels, fontsize=8)
     axes.margins(x=0.04)
-    axes.set_xlabel("mesh efficiency [%]; dashed: at the reference")
+    axes.set_xlabel("mesh efficiency [%]; dashed: reference")
     axes.grid(axis="x", alpha=0.3)
     axes.legend(fontsize=8, frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=max(1, min(count, 3)))
     return axes
 
 
 def causes_of(study: Study) -> list[str]:
-    """Causes of uncertainty at the reference, the one with the largest effect on any design first."""
+    """Causes of uncertainty at the reference, sorted by their largest effect on any design."""
     largest: dict[str, float] = {}
     for design in study.designs:
         for cause, half in study.reference_point(design).causes.items():
@@ -211,7 +192,7 @@ def causes_of(study: Study) -> list[str]:
 
 
 def causes_figure(study: Study) -> Figure:
-    """Half width of the efficiency that each cause of uncertainty leaves, one bar per cause and design."""
+    """Half width of the interval of the efficiency, one bar per cause of uncertainty and design."""
     causes, count = causes_of(study), len(study.designs)
     figure = new_figure(7.6, 1.1 + 0.34 * len(causes) * count + 0.2 * len(causes))
     axes = figure.add_subplot()
@@ -228,13 +209,9 @@ def causes_figure(study: Study) -> Figure:
 
 
 def span_text(study: Study, name: str) -> str:
-    """Range of the levels of a parameter, of a misalignment with the aligned pair."""
+    """Range of the levels of a parameter; for a misalignment including zero."""
     levels = sorted({*getattr(study.levels, name), *(() if name in study.reference else (0.0,))})
     return typeset_units(level_quantity(name).span(levels[0], levels[-1]))
-
-
-def _range_text(study: Study, name: str) -> str:
-    return f"{level_quantity(name).label}\n{span_text(study, name)}"
 
 
 def _design_text(study: Study, design: str) -> str:
@@ -256,7 +233,7 @@ def _line(
     label: str,
     value: str = "efficiency",
 ) -> None:
-    """One line; what failed leaves a gap."""
+    """One line with gaps at failed points."""
     x = [level_quantity(along).to_display(getattr(point, along)) for point in points]
     y = [to_display(value, getattr(point, value)) for point in points]
     axes.plot(x, y, color=colour, marker=marker, ms=4, lw=1.3, label=label)

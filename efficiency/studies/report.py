@@ -1,4 +1,4 @@
-"""Sections of a parameter study."""
+"""Report sections of a parameter study."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from efficiency.studies.parameter_study import MISALIGNED, StudyPoint, level_qua
 from efficiency.studies.plots import causes_of, influence_figure, reference_text, span_text, study_figures
 from ehl.common.notes import Note
 from ehl.common.quantities import quantities
-from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Section, Text
+from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Section, Text
 from ehl.common.table import Column, Table
 from regression.friction.published_registry import model_label
 
@@ -26,24 +26,18 @@ if TYPE_CHECKING:
 _FAILED_SHOWN = 40
 _OUTCOME = ("status", "reason")
 _SECTION = (
-    "efficiency",
-    "efficiency_lower",
-    "efficiency_upper",
-    "power_loss",
-    "friction_coefficient_mean",
-    "film_ratio",
-    "pressure_max",
-    *_OUTCOME,
+    *("efficiency", "efficiency_lower", "efficiency_upper", "power_loss", "friction_coefficient_mean"),
+    *("film_ratio", "pressure_max", *_OUTCOME),
 )
 
 
 def _column(name: str) -> Column:
-    """A field of a study point."""
+    """Column of a field of a study point."""
     return Column(name, of=level_quantity(name).name if name in quantities() or name in MISALIGNED else "")
 
 
 def study_tables(study: Study) -> list[Table]:
-    """Every point, the levels and the notes."""
+    """All points, the levels and the notes."""
     points = Table.from_records([point.scalars() for point in study.points]).records()
     levels = [
         (name, level_quantity(name).unit, ", ".join(f"{value:.6g}" for value in values), study.reference.get(name, 0.0))
@@ -67,7 +61,7 @@ def section_table(study: Study, design: str, name: str) -> Table:
 
 
 def influence_table(study: Study) -> Table:
-    """For each parameter its range, and for each design the range of the efficiency and its width."""
+    """Levels of each parameter, and minimum and maximum efficiency of each design."""
     columns: list[Column | str] = ["parameter", "levels"]
     for design in study.designs:
         columns += [Column(f"{design}: {end}", "efficiency", f"{design}, {end}") for end in ("minimum", "maximum")]
@@ -82,27 +76,27 @@ def influence_table(study: Study) -> Table:
     return Table(
         columns,
         rows,
-        title=f"efficiency over each parameter alone, {study.side}, {study.oil}, friction: {model}",
+        title=f"efficiency over each single parameter, {study.side}, {study.oil}, friction: {model}",
         notes=(*failed, timing(study)),
         name="influence",
     )
 
 
 def study_notes(study: Study) -> list[Note]:
-    """Notes of all points, one for each kind with its count and the point where it is worst, the gravest first."""
+    """Notes on all points, one for each kind with its count and worst point, the most severe first."""
     said = []
     for point in study.points:
         said += [(point.label, note) for note in point.notes]
         if point.status == "failed":
-            said.append((point.label, f"no answer: {point.reason}"))
+            said.append((point.label, f"no result: {point.reason}"))
         elif outside := outside_note(point.outside_range_share, model_label(study.friction_model)):
             said.append((point.label, outside))
     return pair_notes(said)
 
 
 def timing(study: Study) -> str:
-    """How many points in what time."""
-    again = f", {study.reused} of them computed before" if study.reused else ""
+    """Status, number of points and wall time."""
+    again = f", {study.reused} of them from an earlier run" if study.reused else ""
     workers = "process" if study.jobs == 1 else "processes"
     return f"{study.status}: {len(study.points)} points{again}, {study.seconds:.1f} s with {study.jobs} {workers}"
 
@@ -122,35 +116,30 @@ def study_sections(study: Study, medium: Medium) -> list[Section]:
         f"{timing(study).capitalize()}. {SPIN}",
     )
     cuts = [section_table(study, design, name) for name in study.varied for design in study.designs]
+    model = model_label(study.friction_model)
+    certain = f"The friction model ({model}) has no uncertain inputs and therefore no interval."
     return [
         Section("", [head, *_headline(study)]),
         Section("Influence of each parameter", [influence, replace(influence_table(study), title="", notes=())]),
-        Section("Sources of uncertainty", _causes(study, causes)),
-        Section("Over the parameters", list(pictures.values())),
+        Section("Sources of uncertainty", [causes, causes_table(study)] if causes else [Text(certain)]),
+        Section("Efficiency over the parameters", list(pictures.values())),
         Section("Sections through the reference", cuts),
-        Section("How it was computed", _computed(study)),
+        Section("Method", _computed(study)),
     ]
 
 
 def plot_study(study: Study, ax: Axes | None) -> Axes:
-    """Range of the efficiency over each parameter alone."""
+    """Range of the efficiency over each single parameter."""
     return influence_figure(study, ax)
 
 
 def causes_table(study: Study) -> Table:
-    """Half width of the efficiency that each cause of uncertainty leaves, at the reference of each design."""
+    """Half width of the interval of the efficiency from each cause of uncertainty, at the reference of each design."""
     points = [study.reference_point(design) for design in study.designs]
     columns: list[Column | str] = ["cause", *(Column(p.design, of="efficiency_error", label=p.design) for p in points)]
     rows = [(cause, *(p.causes.get(cause, 0.0) for p in points)) for cause in causes_of(study)]
-    title = "Half width of the efficiency that each cause alone leaves, in points; causes add as squares."
+    title = "Half width of the efficiency from each single cause, in percentage points; combine as root sum of squares."
     return Table(columns, rows, title=title, name="causes")
-
-
-def _causes(study: Study, picture: Picture | None) -> list[Item]:
-    if picture is None:
-        model = model_label(study.friction_model)
-        return [Text(f"No input of the friction model ({model}) is uncertain: it has no interval.")]
-    return [picture, causes_table(study)]
 
 
 def _headline(study: Study) -> list[Item]:
@@ -162,16 +151,20 @@ def _headline(study: Study) -> list[Item]:
     ]
     widths = [(name, *study.influence(first.design, name)) for name in study.varied]
     widths = sorted((w for w in widths if math.isfinite(w[1])), key=lambda w: w[1] - w[2])
-    tiles += [(f"{percent(high - low, 2)} points", f"by {_spans(study, name)}") for name, low, high in widths[:4]]
+    tiles += [
+        (f"{percent(high - low, 2)} points", f"range over {level_quantity(name).label}, {span_text(study, name)}")
+        for name, low, high in widths[:4]
+    ]
     known = []
     if first.efficiency_lower < first.efficiency_upper:
-        known.append((_interval(first), "90 % interval by uncertain inputs"))
+        known.append((_interval(first), "90 % interval from uncertain inputs"))
     if math.isfinite(first.efficiency_error):
-        known.append((f"±\N{NO-BREAK SPACE}{100.0 * first.efficiency_error:.1g} %", "error of the solution"))
+        known.append((f"±\N{NO-BREAK SPACE}{100.0 * first.efficiency_error:.1g} %", "numerical error"))
     ends = [point.efficiency for point in study.points if math.isfinite(point.efficiency)]
     if ends:
-        known.append((f"{percent(min(ends), 2)} to {percent(max(ends), 2)} %", f"over all {len(study.points)} points"))
-    value = f"{percent(first.efficiency, 2)} %" if math.isfinite(first.efficiency) else "no answer"
+        span = f"{percent(min(ends), 2)} to {percent(max(ends), 2)} %"
+        known.append((span, f"range of all {len(study.points)} points"))
+    value = f"{percent(first.efficiency, 2)} %" if math.isfinite(first.efficiency) else "no result"
     answer = MainResult(value, f"mesh efficiency of {first.design} at {reference_text(study)}", known)
     notes = Notes(study_notes(study), len(study.points))
     return [answer, *([KeyFigures(tiles)] if tiles else []), notes]
@@ -179,10 +172,6 @@ def _headline(study: Study) -> list[Item]:
 
 def _interval(point: StudyPoint) -> str:
     return f"{percent(point.efficiency_lower, 2)} to {percent(point.efficiency_upper, 2)} %"
-
-
-def _spans(study: Study, name: str) -> str:
-    return f"{level_quantity(name).label}, {span_text(study, name)}"
 
 
 def _computed(study: Study) -> list[Item]:
@@ -195,5 +184,5 @@ def _computed(study: Study) -> list[Item]:
     ]
     if study.failed:
         rows = [(point.label, point.reason) for point in study.failed]
-        blocks.append(Table(("point that failed", "reason"), rows))
+        blocks.append(Table(("failed point", "reason"), rows))
     return blocks

@@ -338,7 +338,7 @@ def _said_of(point: GridPoint, note: str) -> tuple[str, str]:
         at = {"torque": point.result.torque, "speed": point.result.speed, "driver": point.result.driver}
     torque = at["torque"] if at["driver"] == "pinion" else -at["torque"]
     place = f"{quantity('torque').text(torque)}, {quantity('speed').text(at['speed'])}"
-    return place, note if point.result is not None else f"no answer: {note}"
+    return place, note if point.result is not None else f"no result: {note}"
 
 
 def _point(torque: float, speed: float, beside: float, point: GridPoint | None, interval: bool) -> LossPoint:

@@ -435,7 +435,7 @@ class FittedFormula(FrictionModel, InputModel):
         """
         flag = self.oil_flag(oil)
         if flag == FrictionFlag.OTHER_CARD:
-            return f"the card of {oil.name} has other figures now than when the data of {self.name} were computed"
+            return f"the card of {oil.name} has been changed since the data of {self.name} were computed"
         if flag == FrictionFlag.OK:
             return ""
         names = ", ".join(str(identity.name or "a lubricant by numbers") for identity in self.oils)

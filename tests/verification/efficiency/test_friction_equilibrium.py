@@ -261,7 +261,7 @@ def test_self_locking_is_a_status() -> None:
     assert (result.status, result.reason) == ("failed", "self_locking")
     assert math.isnan(result.efficiency)
     assert math.isnan(result.power_loss)
-    assert any("friction takes the whole pinion torque" in note for note in result.notes)
+    assert any("friction exceeds the pinion torque" in note for note in result.notes)
 
 
 def test_axes_are_needed() -> None:
