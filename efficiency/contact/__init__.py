@@ -1,4 +1,4 @@
 """Unloaded tooth contact analysis (TCA): surface of roll angle, ease-off, transmission error, contact pattern.
 
-Takes flanks and an assembly, never a design file. Imports `blanks` and `cutting`.
+Input: flanks and an assembly; independent of design files. Imports `blanks` and `cutting`.
 """

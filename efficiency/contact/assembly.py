@@ -1,7 +1,7 @@
-"""How the two members stand to each other: shaft angle, offset, misalignments, and the roll angle of a gear point.
+"""Relative position of the members: shaft angle, offset, misalignments, and the roll angle of a gear point.
 
 Mesh frame: z along the gear axis, the pinion axis (sin S, 0, cos S) through the foot of the common normal. The gear is
-turned by f2 about z, the pinion by f1 about its axis, f2 = -(N1/N2) f1. Misalignments: E along the offset, P along the
+rotated by f2 about z, the pinion by f1 about its axis, f2 = -(N1/N2) f1. Misalignments: E along the offset, P along the
 pinion axis, G along the gear axis, shaft_angle_error added to the shaft angle.
 """
 
@@ -18,15 +18,15 @@ from ehl.common.arrays import FloatArray
 
 @dataclass(frozen=True)
 class Assembly:
-    """Position of the members in the mesh frame, misalignments included."""
+    """Position of the members in the mesh frame with their misalignments."""
 
-    # teeth_pinion, teeth_gear: numbers of teeth
+    # numbers of teeth
     teeth_pinion: int
     teeth_gear: int
-    shaft_angle: float  # nominal [rad]
+    shaft_angle: float  # nominal shaft angle [rad]
     # y coordinate of the pinion axis [m]; positive is below centre for a left-hand pinion and a right-hand gear
     offset: float = 0.0
-    # E, P, G, shaft_angle_error: misalignments [m], shaft_angle_error [rad]
+    # misalignments [m], [rad]
     E: float = 0.0
     P: float = 0.0
     G: float = 0.0
@@ -34,7 +34,7 @@ class Assembly:
 
     @property
     def aligned(self) -> Assembly:
-        """The same members without misalignment."""
+        """The members without misalignment."""
         return replace(self, E=0.0, P=0.0, G=0.0, shaft_angle_error=0.0)
 
     @property
@@ -50,7 +50,7 @@ class Assembly:
 
     @property
     def pinion_origin(self) -> FloatArray:
-        """Origin (3, 1) of the pinion's work frame [m]."""
+        """Origin (3, 1) of the work frame of the pinion [m]."""
         return np.asarray(np.array([[0.0], [self.offset + self.E], [0.0]]) + self.P * self.pinion_axis)
 
     @property
@@ -65,7 +65,7 @@ class Assembly:
         return np.asarray(turn(point, f2) + np.array([[0.0], [0.0], [self.G]]))
 
     def to_pinion(self, point: AnyArray, normal: AnyArray, f1: AnyArray) -> tuple[AnyArray, AnyArray]:
-        """Mesh-frame points and vectors in the frame of the pinion turned by f1."""
+        """Mesh-frame points and vectors in the frame of the pinion rotated by f1."""
         frame = self.pinion_frame.T
         back = -(np.pi + f1)
         return turn(frame @ (point - self.pinion_origin), back), turn(frame @ normal, back)
@@ -75,7 +75,7 @@ class Assembly:
         return np.asarray(self.pinion_frame @ turn(point, np.pi + f1) + self.pinion_origin)
 
     def levers(self, point: FloatArray, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Arms of a unit force along the normal about the pinion and the gear axis [m], mesh frame."""
+        """Lever arms of a unit force along the normal about the pinion and the gear axis [m], mesh frame."""
         pinion = dot(self.pinion_axis, cross(point - self.pinion_origin, normal))
         return pinion, point[0] * normal[1] - point[1] * normal[0]
 
@@ -88,21 +88,22 @@ class Assembly:
         return cross(self.pinion_axis, vector)
 
     def slid(self, move: AnyArray) -> AnyArray:
-        """Change of `sliding` when the mesh point moves."""
+        """Change of `sliding` with the displacement of the mesh point."""
         return self.about_pinion(move) - self.ratio * spin(move)
 
     def roll(self, point: FloatArray, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Gear rotation f2 [rad] at which gear points touch the conjugate pinion, nan where never, and its rate.
+        """Gear rotation f2 [rad] at which gear points contact the conjugate pinion (nan without contact), and its rate.
 
         The equation of meshing ``n . (v1 - v2) = 0`` is ``a cos f2 + b sin f2 + c = 0`` with constants of the point,
-        solved in closed form. Of its two roots the one with positive rate is taken: a gear point then leaves the pinion
-        before and after it touches, at the other it would cut into it. So all points of a flank are on one branch.
+        solved in closed form. Of its two roots the one with positive rate is used: the gear point then separates from
+        the pinion before and after contact; at the other root it would penetrate it. All points of a flank are
+        therefore on one branch.
 
-        Points and normals (3, n) in the gear frame; the rate is the derivative of ``n . (v1 - v2)`` with pinion
+        Points and normals (3, n) in the gear frame; the rate is the derivative of ``n . (v1 - v2)`` by the pinion
         rotation, pinion at 1 rad/s [m/s/rad].
         """
         axis, origin = self.pinion_axis[:, 0], self.pinion_origin[:, 0]
-        # moment of the normal about the mesh origin: turned with the gear, plus the shift of the gear along z
+        # moment of the normal about the mesh origin, rotated with the gear, plus the displacement of the gear along z
         moment = cross(point, normal)
         shifted = np.cross(axis, np.array([0.0, 0.0, self.G]) - origin)
         a = axis[0] * moment[0] + axis[1] * moment[1] + shifted[0] * normal[0] + shifted[1] * normal[1]
@@ -128,7 +129,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class DisplacedAxes:
-    """Where the axes of both members went."""
+    """Displaced axes of both members."""
 
     # misalignments [m], [rad]; E positive along y of the mesh frame
     E: float
@@ -136,7 +137,7 @@ class DisplacedAxes:
     G: float
     shaft_angle_error: float
     frame: FloatArray  # (3, 3) columns x, y, z of the displaced mesh frame in the frame of the assembly
-    origin: FloatArray  # (3,) its origin there [m]
+    origin: FloatArray  # (3,) its origin in that frame [m]
 
     def distance(self, other: DisplacedAxes) -> tuple[float, float]:
         """Largest change of E, P, G [m], and of shaft_angle_error [rad]."""
@@ -146,7 +147,7 @@ class DisplacedAxes:
 
 @dataclass(frozen=True)
 class RigidMove:
-    """Small displacement of a member: of a reference point, and the rotation about it."""
+    """Small displacement of a member: displacement of a reference point, and rotation about it."""
 
     reference: FloatArray  # (3,) point on the axis, mesh frame [m]
     shift: FloatArray  # (3,) [m]
@@ -168,9 +169,9 @@ class RigidMove:
 
 
 def displaced_axes(placed: Assembly, pinion: RigidMove, gear: RigidMove) -> DisplacedAxes:
-    """Misalignments of members moved from their places; exact, whatever the size of the moves.
+    """Misalignments of displaced members; exact for displacements of any size.
 
-    The misalignments of `placed` are included in the result. The moves are in the mesh frame of `placed`.
+    The result includes the misalignments of `placed`. The displacements are in the mesh frame of `placed`.
     """
     apex_gear = gear.moved(np.array([0.0, 0.0, placed.G]))
     apex_pinion = pinion.moved(placed.pinion_origin[:, 0])

@@ -1,13 +1,13 @@
 """Smooth fields on a rectangle by Chebyshev polynomials, and curves of piecewise cubics.
 
-Polynomials have exact derivatives and an error estimate from their highest coefficients. Where a field is known on the
-whole rectangle it is interpolated. Where a part is missing (undercut) or the points lie anyhow (a measured grid), the
-polynomials are fitted by least squares to the points there are: more points than coefficients, and the combinations
-that the points do not determine held at zero by the rank of the system. Inside the region of the points that converges
-as the interpolation does; outside it means nothing.
+Polynomials have exact derivatives and an error estimate from their highest coefficients. A field given on the whole
+rectangle is interpolated. If a part is missing (undercut) or the points are scattered (a measured grid), the
+polynomials are fitted by least squares to more points than coefficients. Combinations of coefficients that the points
+do not determine are set to zero by the rank of the system. Inside the region of the points this converges like
+interpolation; values outside it are meaningless.
 
-The piecewise cubics are those of ``scipy.interpolate``, which takes longer to load than the geometry of a pair to
-compute.
+The piecewise cubics replace those of ``scipy.interpolate``, whose import takes longer than computing the geometry of a
+pair.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from scipy.linalg import qr, solve_triangular
 from efficiency.cutting.newton import Array
 from ehl.common.arrays import FloatArray
 
-# pivots below this share of the largest are taken for directions that the points do not see
+# relative size of pivots below which the points do not determine a direction
 _RANK = 1e-13
 
 
 @lru_cache(maxsize=32)
 def _derivative(count: int) -> FloatArray:
-    """Matrix that takes Chebyshev coefficients to those of the derivative, (count, count)."""
+    """Matrix from Chebyshev coefficients to those of the derivative, (count, count)."""
     matrix: FloatArray = np.zeros((count, count))
     if count > 1:
         matrix[:-1] = chebyshev.chebder(np.eye(count), axis=0)
@@ -37,7 +37,7 @@ def _derivative(count: int) -> FloatArray:
 
 @lru_cache(maxsize=32)
 def _interpolation(count: int) -> FloatArray:
-    """Matrix that takes values at the Chebyshev points to coefficients, (count, count)."""
+    """Matrix from values at the Chebyshev points to coefficients, (count, count)."""
     return np.asarray(np.linalg.inv(chebyshev.chebvander(chebyshev.chebpts1(count), count - 1)))
 
 
@@ -58,7 +58,7 @@ class Patch:
     """Several scalar fields over ``u_range x v_range``."""
 
     names: tuple[str, ...]  # names of the fields, in the order of the last axis of `coefficients`
-    # u_range, v_range: the rectangle
+    # rectangle
     u_range: tuple[float, float]
     v_range: tuple[float, float]
     coefficients: FloatArray  # (nu, nv, k) tensor Chebyshev coefficients
@@ -67,7 +67,7 @@ class Patch:
     def nodes(
         u_range: tuple[float, float], v_range: tuple[float, float], shape: tuple[int, int]
     ) -> tuple[FloatArray, FloatArray]:
-        """Chebyshev points of the rectangle, flattened with v running fastest; both (nu nv,)."""
+        """Chebyshev points of the rectangle, flattened with v as the inner index; both (nu nv,)."""
         axes = []
         for (low, high), count in zip((u_range, v_range), shape, strict=True):
             axes.append(0.5 * (low + high) + 0.5 * (high - low) * chebyshev.chebpts1(count))
@@ -98,7 +98,7 @@ class Patch:
         v: FloatArray,
         fields: dict[str, FloatArray],
     ) -> Patch:
-        """Least squares to values at any points (n,), of which there should be twice as many as coefficients."""
+        """Least-squares fit to values at any points (n,), recommended twice as many as coefficients."""
         return PointFit(u_range, v_range, shape, u, v)(fields)
 
     def joined(self, other: Patch) -> Patch:
@@ -110,11 +110,11 @@ class Patch:
         )
 
     def lowered(self, shape: tuple[int, int]) -> Patch:
-        """The same fields without their highest coefficients: from nodes, the least squares of that shape."""
+        """The fields without their highest coefficients; for values at nodes, the least-squares fit of that shape."""
         return replace(self, coefficients=self.coefficients[: shape[0], : shape[1]])
 
     def raised(self, shape: tuple[int, int]) -> Patch:
-        """The same fields with more coefficients, which are zero."""
+        """The fields with additional zero coefficients."""
         more = [(0, new - old) for new, old in zip(shape, self.shape, strict=True)]
         return replace(self, coefficients=np.pad(self.coefficients, [*more, (0, 0)]))
 
@@ -133,7 +133,7 @@ class Patch:
     def __call__(self, u: FloatArray, v: FloatArray, names: tuple[str, ...], du: int = 0, dv: int = 0) -> FloatArray:
         """Values, or derivatives of order `du`, `dv`, of named fields at n points, (len(names), n).
 
-        Outside the rectangle the polynomials are continued.
+        Outside the rectangle the polynomials are extrapolated.
         """
         along, over = self._basis(u, v, du, dv)
         return np.asarray(np.real(self._sum(along, over, names)), dtype=np.float64)
@@ -198,7 +198,7 @@ class PointFit:
 
 
 def cubic_spline(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
-    """Cubic spline whose third derivative is continuous at the points next to both ends (not-a-knot), continued.
+    """Not-a-knot cubic spline, extrapolated: its third derivative is continuous at the points next to both ends.
 
     At least four increasing x (n,) with values y (..., n); values at `at` (m,) are (..., m).
     """
@@ -213,21 +213,20 @@ def cubic_spline(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
     for end, away in ((0, 1), (-1, -2)):
         near, far = step[end], step[away]
         matrix[end, end], matrix[end, away] = far, near + far
-        right[..., end] = ((near + 2.0 * (near + far)) * far * secant[..., end] + near**2 * secant[..., away]) / (
-            near + far
-        )
+        right[..., end] = (near + 2.0 * (near + far)) * far * secant[..., end] + near**2 * secant[..., away]
+        right[..., end] /= near + far
     slopes = np.asarray(np.linalg.solve(matrix, right.reshape(-1, x.size).T)).T.reshape(y.shape)
     return _hermite(x, y, slopes, at)
 
 
 def akima_curve(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
-    """Modified Akima interpolation: slopes from the four secants around each point, so that a kink stays where it is.
+    """Modified Akima interpolation: slopes from the four secants around each point, so that kinks remain local.
 
-    Akima (1970), J. ACM 17, 589 (from memory); the weights ``|m4 - m3| + |m4 + m3|/2`` keep flat parts flat. nan
-    outside the points.
+    Akima (1970), J. ACM 17, 589 (from memory); the weights ``|m4 - m3| + |m4 + m3|/2`` keep flat parts flat. The result
+    is nan outside the points.
     """
     secant = np.diff(y) / np.diff(x)
-    # two more secants at each end, on a parabola
+    # two additional secants at each end, by parabolic extrapolation
     front = 2.0 * secant[0] - secant[1]
     back = 2.0 * secant[-1] - secant[-2]
     m = np.concatenate([[2.0 * front - secant[0], front], secant, [back, 2.0 * back - secant[-1]]])
@@ -240,7 +239,7 @@ def akima_curve(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
 
 
 def _hermite(x: FloatArray, y: FloatArray, slopes: FloatArray, at: FloatArray) -> FloatArray:
-    """Cubics with given values and slopes at their ends, the outermost ones continued."""
+    """Cubics with given values and slopes at their ends, the outermost ones extrapolated."""
     piece = np.clip(np.searchsorted(x, at, side="right") - 1, 0, x.size - 2)
     step = np.diff(x)[piece]
     rise, t = (y[..., 1:] - y[..., :-1])[..., piece], (at - x[piece]) / step

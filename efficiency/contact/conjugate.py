@@ -1,13 +1,13 @@
-"""Pinion flank that no setting has to cut: the flank conjugate to the gear flank, less an ease-off (after Litvin).
+"""Pinion flank without machine settings: the flank conjugate to the gear flank, less an ease-off (after Litvin).
 
-Every gear point generates its pinion point at constant ratio; the ease-off is laid off along the normal, into the
-pinion. The surface keeps the parameters of the generation: place on the gear flank and rotation of the gear, bound by
-the equation of meshing. So it is smooth across its own limit of undercut and can be analysed like a cut flank.
+Every gear point generates its pinion point at constant ratio; the ease-off is applied along the normal into the pinion.
+The surface has the parameters of the generation: position on the gear flank and rotation of the gear, related by the
+equation of meshing. It is therefore smooth across its own limit of undercut and can be analysed like a cut flank.
 
-An ease-off may also be a table of points: a CSV file with the columns ``length,depth,ease_off``. length runs from -1 at
-the toe to 1 at the heel, depth from -1 to 1 over the working depth of the gear (see `EaseOffTarget`), ease_off in um is
-material missing on the pinion. Lines that start with # are skipped. A polynomial goes through the points by least
-squares; its degree is the one that predicts left-out points best.
+An ease-off may also be a table of points: a CSV file with the columns ``length,depth,ease_off``. The length is -1 at
+the toe and 1 at the heel, the depth ranges from -1 to 1 over the working depth of the gear (see `EaseOffTarget`), and
+ease_off in um is material missing on the pinion. Lines that start with # are ignored. A polynomial is fitted by least
+squares; its degree minimises the leave-one-out error.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ EaseOff = Callable[[FloatArray, FloatArray], FloatArray]
 """Ease-off [m] at (length, depth) of the gear flank, both from -1 to 1, see `EaseOffTarget`."""
 
 ORIGIN = "the flank conjugate to the gear flank with an ease-off, not cut by settings"
-# coefficients of the gear flank, and how far it is taken beyond its blank (fractions of face and depth)
+# coefficients of the gear flank, and its extension beyond the blank (fractions of face width and depth)
 _SHAPE = (24, 20)
 _BEYOND_FACE, _BEYOND_DEPTH = 0.2, 0.12
-# where the gear flank is undercut: more points than coefficients, and the share of its regularity that is still taken,
-# less than that of the map (`UNDERCUT`), so that the map lies inside
+# for an undercut gear flank: ratio of points to coefficients, and least accepted regularity, smaller than that of the
+# map (`UNDERCUT`), so that the map lies inside
 _OVERSAMPLING, _MIN_REGULAR = 1.5, 0.5 * UNDERCUT
 _FIELDS = (*POSITION, *NORMAL, "relief")
 
@@ -63,21 +63,21 @@ class EaseOffTerm(InputModel):
 
 
 class EaseOffTarget(InputModel):
-    """Ease-off as a polynomial of length and depth on the gear flank, both from -1 to 1, and a map that is added.
+    """Ease-off as a polynomial of length and depth on the gear flank, both from -1 to 1, plus an optional map.
 
-    length is -1 at the toe and 1 at the heel; depth is -1 where the pinion's tip reaches at the mean cone distance and
-    1 at the gear's tip. Positive is material missing on the pinion.
+    The length is -1 at the toe and 1 at the heel. The depth is -1 at the reach of the pinion tip at the mean cone
+    distance, and 1 at the gear tip. Positive values are material missing on the pinion.
 
-    ``lengthwise_crowning (x - bias y)^2 + profile_crowning y^2 + twist x y + sum c length^i depth^j`` with x and y
-    counted from the contact point.
+    ``lengthwise_crowning (x - bias y)^2 + profile_crowning y^2 + twist x y + sum c length^i depth^j``, where x and y
+    are measured from the contact point.
     """
 
     lengthwise_crowning: Relieved = 0.0  # relief at toe and heel [m]
     profile_crowning: Relieved = 0.0  # relief at both ends of the depth [m]
-    # how far the crest of the lengthwise crowning leans towards the heel from the middle of the depth to the tip, in
-    # half face widths: it inclines the path of contact [-]
+    # displacement of the crest of the lengthwise crowning towards the heel from mid-depth to the tip, in half face
+    # widths: it inclines the path of contact [-]
     bias: Annotated[float, ValueRange("", ge=-5.0, le=5.0)] = 0.0
-    twist: Relieved = 0.0  # flank twist: relief at the corners heel-tip and toe-root, the negative at the others [m]
+    twist: Relieved = 0.0  # flank twist: relief at the corners heel-tip and toe-root, negative at the others [m]
     # length and depth of the point without relief
     contact_face: Place = 0.0
     contact_depth: Place = 0.0
@@ -100,7 +100,7 @@ class EaseOffTarget(InputModel):
         return np.asarray(relief)
 
     def relief(self) -> EaseOff:
-        """The whole ease-off: what the map gives is added."""
+        """The whole ease-off including the map."""
         if self.map is None:
             return self
         given = read_ease_off_map(Path(self.map))
@@ -115,15 +115,15 @@ class ConjugateFlank(Flank):
     """
 
     side: FlankSide  # ``"concave"`` or ``"convex"``
-    blank: Blank  # of the pinion
+    blank: Blank  # blank of the pinion
     assembly: Assembly  # position of the members for which the flank is conjugate
     patch: Patch  # gear flank: position, normal, and ``relief`` [m]
-    sense: float  # +1 or -1: turns the product of the tangents out of the tooth
+    sense: float  # +1 or -1: directs the product of the tangents out of the tooth
     start: FloatArray  # (3, 1) parameters near `place`
-    # blank coordinates (u, h) [m] where the search for points starts: in the middle of the face, halfway up the
-    # addendum, as the mean point may lie at the limit of undercut
+    # blank coordinates (u, h) [m] of the starting point of searches: middle of the face, half the addendum, because the
+    # mean point may lie at the limit of undercut
     place: tuple[float, float]
-    origin: str  # what the flank is, in words for results
+    origin: str  # kind of flank, in words for results
     error: float  # interpolation error of the gear flank [m]
 
     def sweep(self, x: Array) -> tuple[Array, Array, Array]:
@@ -135,7 +135,7 @@ class ConjugateFlank(Flank):
         sliding = assembly.sliding(point)
         condition = dot(normal, sliding)
 
-        # change with the gear rotation as the turning pinion sees it
+        # derivatives by the gear rotation in the rotating pinion frame
         spun = spin(normal)
         about = spin(point)
         normal_f = spun - assembly.about_pinion(normal) / ratio
@@ -143,7 +143,7 @@ class ConjugateFlank(Flank):
         tangents = []
         for slope in (by_u, by_v):
             along, tilt = turn(slope[:3], f2), turn(slope[3:6], f2)
-            # on the flank the rotation follows the place by the equation of meshing
+            # on the flank the rotation depends on the position by the equation of meshing
             follow = -(dot(tilt, sliding) + dot(normal, assembly.slid(along))) / condition_f
             tangents.append(along - sliding / ratio * follow + slope[6] * normal + relief * (tilt + normal_f * follow))
         out = self.sense * np.cross(tangents[0], tangents[1], axis=0)
@@ -156,14 +156,14 @@ class ConjugateFlank(Flank):
 
     @property
     def anchor(self) -> tuple[float, float]:
-        """Halfway up the addendum: the mean point may lie at the limit of undercut."""
+        """Point at half the addendum, because the mean point may lie at the limit of undercut."""
         return self.place
 
 
 def conjugate_flank(gear: Flank, blank: Blank, assembly: Assembly, relief: EaseOff) -> ConjugateFlank:
     """The pinion flank on a blank conjugate to a gear flank in an assembly, less an ease-off.
 
-    The ease-off [m] is a function of (length, depth) as `EaseOffTarget`. Raises `ConvergenceError` where the gear flank
+    The ease-off [m] is a function of (length, depth) as in `EaseOffTarget`. Raises `ConvergenceError` if the gear flank
     does not exist or the members do not mesh.
     """
     own = gear.blank
@@ -174,7 +174,7 @@ def conjugate_flank(gear: Flank, blank: Blank, assembly: Assembly, relief: EaseO
     u, v, points, present = regular_points(gear, u_range, v_range, _SHAPE)
     whole = bool(present.all())
     if not whole:
-        # undercut, as a rule below the working depth: least squares over the part that exists
+        # undercut, usually below the working depth: least squares over the existing part
         denser = int(np.ceil(_OVERSAMPLING * _SHAPE[0])), int(np.ceil(_OVERSAMPLING * _SHAPE[1]))
         u, v, points, present = regular_points(gear, u_range, v_range, denser)
         u, v, points = u[present], v[present], gear.points(points.parameters[:, present])
@@ -202,13 +202,13 @@ def conjugate_flank(gear: Flank, blank: Blank, assembly: Assembly, relief: EaseO
 def regular_points(
     gear: Flank, u_range: tuple[float, float], v_range: tuple[float, float], shape: tuple[int, int]
 ) -> tuple[FloatArray, FloatArray, FlankPoints, NDArray[np.bool_]]:
-    """Gear points at the nodes of a patch, and where the flank is regular there."""
+    """Gear points at the nodes of a patch, and a mask of regular points."""
     u, v = Patch.nodes(u_range, v_range, shape)
-    # a point halfway up the addendum rides along for comparison
+    # an additional point at half the addendum is the reference
     height = np.append(gear.blank.height(u, v), 0.5 * gear.blank.mean_addendum)
     points, found = gear.solve(np.append(u, 0.0), height)
     if not found[-1]:
-        raise ConvergenceError("undercut", f"the {gear.side} gear flank does not exist halfway up its addendum")
+        raise ConvergenceError("undercut", f"the {gear.side} gear flank does not exist at half its addendum")
     present = relative_regularity(gear, points.parameters, found)[:-1] > _MIN_REGULAR
     nodes = FlankPoints(points.parameters[:, :-1], points.position[:, :-1], points.normal[:, :-1])
     return u, v, nodes, present
@@ -220,10 +220,10 @@ _MIN_POINTS, _HIGHEST = 6, 10
 
 @dataclass(frozen=True)
 class EaseOffMap:
-    """Smooth ease-off through a table."""
+    """Smooth ease-off fitted to a table."""
 
     coefficients: FloatArray  # (n, m) Chebyshev coefficients over length and depth [m]
-    error: float  # maximum distance by which the surface through all other points misses a point [m]
+    error: float  # largest leave-one-out error of a point [m]
 
     def __call__(self, length: FloatArray, depth: FloatArray) -> FloatArray:
         """Relief [m] at points of the gear flank."""
@@ -231,11 +231,11 @@ class EaseOffMap:
 
 
 def read_ease_off_map(path: Path) -> EaseOffMap:
-    """Table of ease-off from a CSV file; `InputError` names the line that cannot be used."""
+    """Ease-off from a CSV file with a table; an `InputError` names an invalid line."""
     lines = read_text(path, "ease_off.map", "a readable CSV file").splitlines()
     rows = [(k + 1, line.strip()) for k, line in enumerate(lines) if line.strip() and not line.startswith("#")]
     if not rows or rows[0][1].replace(" ", "") != COLUMNS:
-        raise InputError(f"{path}, first line", rows[0][1][:60] if rows else "nothing", COLUMNS)
+        raise InputError(f"{path}, first line", rows[0][1][:60] if rows else "no line", COLUMNS)
     table = []
     for number, line in rows[1:]:
         try:
@@ -245,9 +245,8 @@ def read_ease_off_map(path: Path) -> EaseOffMap:
         if len(values) != 3 or not np.isfinite(values).all():
             raise InputError(f"{path}, line {number}", line[:60], "three finite numbers")
         if max(abs(values[0]), abs(values[1])) > 1.5 or abs(values[2]) > 1000.0:
-            raise InputError(
-                f"{path}, line {number}", line[:60], "length and depth from -1.5 to 1.5, ease-off to 1000 um"
-            )
+            allowed = "length and depth from -1.5 to 1.5, ease-off to 1000 um"
+            raise InputError(f"{path}, line {number}", line[:60], allowed)
         table.append(values)
     if len(table) < _MIN_POINTS:
         raise InputError("ease_off.map", f"{path} with {len(table)} points", f"at least {_MIN_POINTS} points")

@@ -1,7 +1,7 @@
-"""Potential contact lines of all tooth pairs in mesh, edges included, at the positions of one pinion pitch.
+"""Potential contact lines of all tooth pairs in mesh, including edges, at the positions of one pinion pitch.
 
-Frame: the fixed mesh frame, z along the gear axis from the crossing point towards the heel, right-handed,
-SI units. Everything "per unit pinion speed" is for a pinion turning at 1 rad/s in its driving direction.
+Frame: the fixed mesh frame, z along the gear axis from the crossing point towards the heel, right-handed, SI units.
+"Per unit pinion speed" refers to a pinion rotating at 1 rad/s in its driving direction.
 """
 
 from __future__ import annotations
@@ -21,33 +21,33 @@ from efficiency.cutting.rotation import cross, dot, turn
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError, InputError
 
-# tuned: gear rotation up to which edges are followed by default, as a share of the pitch of the gear (ours);
-# may be changed freely, heavier loads extend it
+# tuned: gear rotation to which edges are followed by default, as a fraction of the gear pitch (ours); may be changed
+# freely, larger loads extend it
 EDGE_REACH = 1.0 / 60.0
-# tuned: minimum cosine squared of the angle between an edge and the lines for which the section square to the edge is
-# taken (ours); may be changed by whoever runs the tests of edges against direct tangency
+# tuned: minimum cosine squared of the angle between an edge and the lines for the section normal to the edge (ours);
+# may be changed after running the tests of edges against direct tangency
 _MIN_CROSSING = 0.1
-# tuned: largest radius of two flanks that still have a line of contact [m] (ours); may be changed freely
+# tuned: largest relative radius of two flanks with a line of contact [m] (ours); may be changed freely
 MAX_RADIUS = 10.0
 
 
 @dataclass(frozen=True)
 class EdgeProximity:
-    """The tip, toe or heel edge next to each point, in the section in which its contact is plane."""
+    """The tip, toe or heel edge nearest to each point, in the section in which its contact is plane."""
 
-    index: IntArray  # (n,) of the nearest free edge in `EDGES`
-    # (n,) from the place of closest approach of the unlimited flanks to the edge [m]: positive where it lies inside the
-    # flank, negative where the edge itself is next to touch
+    index: IntArray  # (n,) index of the nearest free edge in `EDGES`
+    # (n,) distance of the closest approach of the unlimited flanks from the edge [m]: positive inside the flank,
+    # negative if the edge itself is the next point of contact
     distance: FloatArray
     # (n,) radius of the edge over that of its section in the plane of contact [-]: cosine squared of the angle between
-    # line and edge, 1 where the section is square to the edge
+    # line and edge, 1 for a section normal to the edge
     crossing: FloatArray
-    # (n,) points that belong to an edge, not to a line of contact; on a relieved flank the relief next to the edge may
-    # touch in its place
+    # (n,) points that belong to an edge and not to a line of contact; on a relieved flank the relief near the edge may
+    # contact instead
     touching: NDArray[np.bool_]
 
     def at(self, points: IntArray) -> EdgeProximity:
-        """Some of the points."""
+        """A subset of the points."""
         return EdgeProximity(self.index[points], self.distance[points], self.crossing[points], self.touching[points])
 
 
@@ -55,47 +55,47 @@ class EdgeProximity:
 class MeshPosition:
     """All potential contact lines at one pinion angle; one entry per point, lines consecutive."""
 
-    pinion_angle: float  # roll of the pinion from the design point in the driving direction [rad]
-    # tooth pair the point belongs to: 0 the reference pair, +1 a pair further along in mesh, -1 one behind
+    pinion_angle: float  # roll angle of the pinion from the design point in the driving direction [rad]
+    # tooth pair of the point: 0 the reference pair, +1 the next pair ahead in mesh, -1 the pair behind
     pair: IntArray
     position: FloatArray  # point in the mesh frame [m]
     # unit common normal out of the pinion flank into the gear tooth, the direction of the force on the gear
     normal: FloatArray
-    # unit tangent of the contact line (y, toe to heel) and the one square to it (x = along cross normal)
+    # unit tangent of the contact line (y, toe to heel) and the unit vector normal to it (x = along cross normal)
     along: FloatArray
     across: FloatArray
-    # length of contact line the point stands for [m] (quadrature weight; their sum is the line length)
+    # length of contact line represented by the point [m] (quadrature weight; their sum is the line length)
     length: FloatArray
-    gap: FloatArray  # separation of the unloaded flanks along the normal [m]; the smallest over all pairs is zero
+    gap: FloatArray  # separation of the unloaded flanks along the normal [m]; its minimum over all pairs is zero
     radius_equivalent: FloatArray  # equivalent radius of curvature normal to the contact line [m]
-    # arm of a unit normal force about each axis [m], positive: torque = sum(force lever). ``lever_gear/lever_pinion``
-    # is the tooth ratio N2/N1 at every (conjugate) point.
+    # lever arm of a unit normal force about each axis [m], positive: torque = sum(force lever).
+    # ``lever_gear/lever_pinion`` is the tooth ratio N2/N1 at every (conjugate) point.
     lever_pinion: FloatArray
     lever_gear: FloatArray
-    # sliding velocity, pinion minus gear, along y and x per unit pinion speed [m]
+    # sliding velocity of the pinion relative to the gear, along y and x, per unit pinion speed [m]
     sliding_along: FloatArray
     sliding_across: FloatArray
     # mean surface velocity along x relative to the moving contact line, per unit pinion speed [m], signed: positive
     # where the surfaces move towards +x. sliding_across/entrainment is the slide-to-roll ratio.
     entrainment: FloatArray
-    # distance of the point from the root cone of each member, square to its pitch cone [m]
+    # distance of the point from the root cone of each member, normal to its pitch cone [m]
     height_gear: FloatArray
     height_pinion: FloatArray
     # distance along the pitch cone from the toe of each member [m]
     face_gear: FloatArray
     face_pinion: FloatArray
-    # rotation of the rigid unloaded gear ahead of its place at constant ratio [rad]; zero or negative when it lags
-    # behind the design point
+    # rotation of the rigid unloaded gear relative to constant ratio [rad]; zero, or negative if it lags behind the
+    # design point
     transmission_error: float
-    # the edges next to the points; None where edges are left out
+    # edges nearest to the points; None without edges
     edge: EdgeProximity | None = field(default=None, compare=False)
-    # angle between the marks of the cutter on each flank and the contact line [rad]; 0 where not given
+    # angle between the lay of each flank and the contact line [rad]; default: 0
     lay_pinion: FloatArray | None = None
     lay_gear: FloatArray | None = None
 
     @property
     def line_number(self) -> IntArray:
-        """Number of the contact line or edge that each point belongs to, unique in the position."""
+        """Number of the contact line or edge of each point, unique in the position."""
         edge = np.zeros(self.pair.size, np.int64)
         if self.edge is not None:
             edge = np.where(self.edge.touching, self.edge.index + 1, 0)
@@ -103,41 +103,40 @@ class MeshPosition:
 
     @cached_property
     def lines(self) -> tuple[IntArray, ...]:
-        """Indices of the points of each contact line and of each edge, in their order along it."""
+        """Indices of the points of each contact line and of each edge, in order along it."""
         ends = np.flatnonzero(np.diff(self.line_number)) + 1
         return tuple(np.split(np.arange(self.pair.size), ends))
 
 
 @dataclass(frozen=True)
 class CycleLines:
-    """Lines of contact of all tooth pairs at the positions of a pinion pitch, before they are divided into points."""
+    """Lines of contact of all tooth pairs at the positions of a pinion pitch, before their division into points."""
 
     surface: MeshSurface  # map of the mesh
     angles: FloatArray  # (positions,) pinion angles [rad]
     roll: FloatArray  # (k,) roll angles of all tooth pairs at all positions [rad]
-    # tooth, owner: (k,) tooth pair and position they belong to
+    # (k,) tooth pair and position of each roll angle
     tooth: IntArray
     owner: IntArray
-    on_path: IntArray  # (m,) those that have a line of contact
-    spans: Spans  # their lines
+    on_path: IntArray  # (m,) indices of roll angles with a line of contact
+    spans: Spans  # lines of contact
 
     @cached_property
     def edges(self) -> tuple[EdgePiece, ...]:
-        """Edges that may touch where the lines end."""
+        """Edges that may contact at the ends of the lines."""
         return edge_pieces(self.surface)
 
 
 def cycle_lines(surface: MeshSurface, positions: int) -> CycleLines:
-    """Follow the lines of contact; several divisions into points can share them."""
+    """Trace the lines of contact, which several divisions into points can share."""
     if not isinstance(positions, int) or positions < 1:
         raise InputError("positions", positions, "a whole number of at least 1")
     angles = np.arange(positions) / positions * surface.pitch
     lowest, highest = surface.roll_range
-    # one pair more to both sides: edges touch before and after the path
-    pairs = np.arange(
-        int(np.floor((lowest - surface.pitch) / surface.pitch)) - 1, int(np.ceil(highest / surface.pitch)) + 2
-    )
-    # a pair further along in mesh has a larger roll angle
+    # one additional pair at both ends, because edges contact before and after the path
+    first, last = (lowest - surface.pitch) / surface.pitch, highest / surface.pitch
+    pairs = np.arange(int(np.floor(first)) - 1, int(np.ceil(last)) + 2)
+    # a pair further ahead in mesh has a larger roll angle
     roll = (angles[:, None] + pairs[None, :] * surface.pitch).ravel()
     on_path = np.flatnonzero((roll > lowest) & (roll < highest))
     spans, kept = line_spans(surface, roll[on_path])
@@ -155,12 +154,20 @@ def mesh_cycle(
 ) -> tuple[MeshPosition, ...]:
     """Contact lines at equally spaced pinion angles over one pinion pitch, ``2 pi/N1``.
 
-    Parameters ---------- surface : MeshSurface Both flanks and the map of their mesh. positions, points_per_line :
-    int Pinion angles in the pitch; points on each contact line, midpoints of equal parts. Edges have points at
-    about the same distance. reach : float, optional Gear rotation that the load can close at most [rad]: lines and
-    edges end where more is needed. By default lines are followed from end to end and edges to a sixtieth of the
-    gear's pitch. edges : bool Whether tip, toe and heel edges may touch where the lines end. lines : CycleLines,
-    optional From `cycle_lines`, where they are known for this number of positions.
+    Parameters
+    ----------
+    surface : MeshSurface
+        Both flanks and the map of their mesh.
+    positions, points_per_line : int
+        Number of pinion angles in the pitch, and of points on each contact line, at midpoints of equal parts. Edges
+        have points at about the same distance.
+    reach : float, optional
+        Largest gear rotation closed by the load [rad]; lines and edges end where more is required. Default: whole
+        lines, and edges to 1/60 of the gear pitch.
+    edges : bool
+        Whether tip, toe and heel edges may contact at the ends of the lines.
+    lines : CycleLines, optional
+        Lines from `cycle_lines` for the same number of positions.
     """
     if not isinstance(points_per_line, int) or points_per_line < 2:
         raise InputError("points_per_line", points_per_line, "a whole number of at least 2")
@@ -181,7 +188,7 @@ def mesh_cycle(
     for k, angle in enumerate(lines.angles):
         here = np.flatnonzero(owner[of] == k)
         if not here.size:
-            raise ConvergenceError("no_contact", f"no tooth pair can touch at pinion angle {angle:.4g} rad")
+            raise ConvergenceError("no_contact", f"no tooth pair is in contact at pinion angle {angle:.4g} rad")
         own = {name: values[here] for name, values in fields.items()}
         closing = own.pop("closing")
         first = int(np.count_nonzero(owner[on_path] == k)) * points_per_line
@@ -204,9 +211,9 @@ def _with_edges(
     relief: tuple[Across, FloatArray],
     per_line: int,
 ) -> tuple[IntArray, dict[str, FloatArray], EdgeProximity]:
-    """Points of edges behind those of the lines: roll angle each belongs to, all fields, the edges next to the points.
+    """Edge points appended to those of the lines: roll angle of each point, all fields, nearest edges.
 
-    Of each position only those are kept that the reach closes.
+    At each position only the edge points within the reach are kept.
     """
     surface, owner = lines.surface, lines.owner
     pitch = 2.0 * np.pi / surface.assembly.teeth_gear
@@ -223,7 +230,7 @@ def _with_edges(
     meets = across.curvature > 1.01 / MAX_RADIUS
     points, own = points.at(meets), {name: values[meets] for name, values in own.items()}
     crossing = np.maximum(nearest_edge(surface, points.u, points.v)[2], _MIN_CROSSING)
-    # the section square to the edge
+    # radius in the section normal to the edge
     own["radius_equivalent"] = own["radius_equivalent"] / crossing
     own["closing"] = points.closing + own.pop("relief")
     index, distance, crossing_lines = nearest_edge(surface, on_lines.u, on_lines.v)
@@ -241,7 +248,7 @@ def _with_edges(
 
 
 def _lowest(closing: FloatArray) -> float:
-    """Smallest value over all lines (rows), between the points by the parabola through the three lowest."""
+    """Smallest value over all lines (rows), interpolated by the parabola through the three lowest points."""
     if not closing.size:
         return math.inf
     line, point = np.unravel_index(int(np.argmin(closing)), closing.shape)
@@ -257,18 +264,18 @@ class Across:
     """Sections across lines of contact, through points of the map."""
 
     surface: MeshSurface  # map of the mesh
-    # u, v: (n,) the points
+    # points (n,)
     u: FloatArray
     v: FloatArray
-    # on_gear, on_pinion: (2, n) change of the map coordinates along the section [1], [1/m]: of the gear point, and of
-    # that conjugate to the pinion point there
+    # (2, n) change of the map coordinates along the section [1], [1/m]: of the gear point, and of the point conjugate
+    # to the pinion point
     on_gear: FloatArray
     on_pinion: FloatArray
-    centre: FloatArray  # (n,) closest approach of the flanks without relief [m]
-    curvature: FloatArray  # (n,) their relative curvature [1/m]
+    centre: FloatArray  # (n,) position of the closest approach of the flanks without relief [m]
+    curvature: FloatArray  # (n,) relative curvature of the flanks [1/m]
 
     def at(self, points: NDArray[np.bool_]) -> Across:
-        """Some of the sections."""
+        """A subset of the sections."""
         names = [name for name in self.__dataclass_fields__ if name != "surface"]
         return Across(self.surface, *(getattr(self, name)[..., points] for name in names))
 
@@ -280,26 +287,24 @@ class Across:
         return p(self.u, self.v, ("u1", "h1")), by_u * self.on_pinion[0] + by_v * self.on_pinion[1]
 
     def places(self, x: FloatArray) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
-        """Blank coordinates on gear and pinion at places (n, m) along the sections [m]."""
+        """Blank coordinates on gear and pinion at positions (n, m) along the sections [m]."""
         u, v = self.u[:, None] + self.on_gear[0][:, None] * x, self.v[:, None] + self.on_gear[1][:, None] * x
         (u1, h1), (by_u, by_h) = self._pinion_place
         pinion = u1[:, None] + by_u[:, None] * x, h1[:, None] + by_h[:, None] * x
         return (u, self.surface.height(u, v)), pinion
 
     def relief(self, x: FloatArray) -> FloatArray:
-        """Relief of both members at places (n, m) along the sections [m]."""
+        """Relief of both members at positions (n, m) along the sections [m]."""
         gear, pinion = self.places(x)
         of, surface = self.surface.relief, self.surface
         return of.gear.depth(surface.gear.blank, *gear) + of.pinion.depth(surface.pinion.blank, *pinion)
 
     def outwards(self, edge: IntArray) -> FloatArray:
-        """+1 where the section leaves the flank over an edge of `EDGES` with growing place, else -1."""
+        """+1 if the section leaves the flank over an edge of `EDGES` with increasing position, otherwise -1."""
         gear, pinion = self.places(np.array([[0.0, 1e-6]]))
         signs = np.ones(edge.size)
-        for first, blank, (u, h) in (
-            (0, self.surface.gear.blank, gear),
-            (len(EDGES) // 2, self.surface.pinion.blank, pinion),
-        ):
+        blanks = (0, self.surface.gear.blank, gear), (len(EDGES) // 2, self.surface.pinion.blank, pinion)
+        for first, blank, (u, h) in blanks:
             inside = (u, -u, blank.tip(u) - h)
             for k, distance in enumerate(inside):
                 signs = np.where(edge == first + k, np.sign(distance[:, 0] - distance[:, 1]), signs)
@@ -307,7 +312,7 @@ class Across:
 
 
 def relieved(across: Across, fields: dict[str, FloatArray]) -> FloatArray:
-    """Put the relief into gap and radius of points of lines; how far their closest approach moves [m]."""
+    """Add the relief to gap and radius of points on lines; returns the displacement of the closest approach [m]."""
     moved = np.zeros(across.u.size)
     if not across.surface.relief:
         return moved
@@ -322,9 +327,9 @@ def relieved(across: Across, fields: dict[str, FloatArray]) -> FloatArray:
 
 
 def relieved_edges(across: Across, fields: dict[str, FloatArray], points: EdgePoints) -> FloatArray:
-    """Put the relief into the radius of edge points; distance of their closest approach inside the edge [m].
+    """Add the relief to the radius of edge points; returns the distance of the closest approach inside the edge [m].
 
-    ``relief`` of the fields becomes the gear rotation that the relief adds to what closes the sharp edge [rad].
+    ``relief`` of the fields becomes the additional gear rotation for closing, compared with the sharp edge [rad].
     """
     fields["relief"] = np.zeros(across.u.size)
     if not across.surface.relief or not across.u.size:
@@ -332,7 +337,7 @@ def relieved_edges(across: Across, fields: dict[str, FloatArray], points: EdgePo
     out = across.outwards(points.edge)
     section = relief_section(across.relief, across.curvature, out * points.distance)
     distance = -out * section.place
-    # inside the flank the relief touches first, at the edge it is missing there
+    # inside the flank the relief contacts first; at the edge the relief is missing material
     sharp = 0.5 * across.curvature * points.distance**2
     added = np.where(distance >= 0.0, section.gap - sharp, across.relief(np.zeros((across.u.size, 1)))[:, 0])
     fields["relief"] = np.maximum(added, 0.0) / fields["lever_gear"]
@@ -343,7 +348,7 @@ def relieved_edges(across: Across, fields: dict[str, FloatArray], points: EdgePo
 def conjugate_fields(surface: MeshSurface, u: FloatArray, v: FloatArray, length: FloatArray) -> dict[str, FloatArray]:
     """Fields of `MeshPosition` at points (u, v) of the map, each in contact at its own roll angle.
 
-    All but those that need the whole position; ``minimum_gap`` is the separation of the flanks there [m].
+    Fields that depend on the whole position are omitted; ``minimum_gap`` is the separation of the flanks [m].
     """
     fields, across = sectioned_fields(surface, u, v, length)
     relieved(across, fields)
@@ -353,7 +358,7 @@ def conjugate_fields(surface: MeshSurface, u: FloatArray, v: FloatArray, length:
 def sectioned_fields(
     surface: MeshSurface, u: FloatArray, v: FloatArray, length: FloatArray
 ) -> tuple[dict[str, FloatArray], Across]:
-    """Fields as of `conjugate_fields` of the flanks without relief, and the sections across the lines."""
+    """Fields as in `conjugate_fields` for flanks without relief, and the sections across the lines."""
     p, assembly, sign = surface.patch, surface.assembly, surface.direction
     local, facing = p(u, v, POSITION), p(u, v, NORMAL)
     facing = facing / np.sqrt(dot(facing, facing))
@@ -368,21 +373,21 @@ def sectioned_fields(
     gradient = dot(turn(frame.gradient, f2), across)
     sliding = sign * assembly.sliding(position)
     sliding_across = dot(sliding, across)
-    # the line runs over the gear at 1/gradient: relative to it the gear surface moves the other way
+    # the line moves over the gear at 1/gradient; relative to it the gear surface moves in the opposite direction
     surface_gear = -1.0 / gradient
     surface_pinion = surface_gear + sliding_across
     lever_pinion, lever_gear = assembly.levers(position, normal)
 
-    # the ease-off belongs to the pinion: per metre across the line on the pinion the conjugate gear point moves so much
+    # the ease-off is defined on the pinion: change of the conjugate gear point per metre across the line on the pinion
     sliding_along = dot(sliding, along)
     rates = frame.rates_gradient * np.sign(gradient) * surface_gear - frame.rates_along * sliding_along
     up, vp = rates / surface_pinion
     (eu,), (ev,) = p(u, v, ("ease_off",), du=1), p(u, v, ("ease_off",), dv=1)
     euu, euv, evv = (p(u, v, ("ease_off",), du=2 - k, dv=k)[0] for k in (0, 1, 2))
-    # its curvature adds to that of the conjugate flanks, its slope shifts the place of closest approach
+    # its curvature adds to that of the conjugate flanks, its slope shifts the point of closest approach
     slope = eu * up + ev * vp
     curvature = rate / (surface_gear * surface_pinion) + euu * up**2 + 2.0 * euv * up * vp + evv * vp**2
-    # next to a limit of undercut flanks part more and more slowly, beyond it they would cut into each other
+    # near a limit of undercut the separation of the flanks becomes slower; beyond it they would penetrate
     curvature = np.maximum(curvature, 1.0 / MAX_RADIUS)
     u1, h1 = p(u, v, ("u1", "h1"))
     gear, pinion = surface.gear.blank, surface.pinion.blank

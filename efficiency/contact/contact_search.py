@@ -1,12 +1,12 @@
-"""Where the unloaded flanks touch at a pinion angle: the constrained minimum of the gap, measured as gear rotation.
+"""Contact of the unloaded flanks at a pinion angle: the constrained minimum of the gap, measured as gear rotation.
 
-A point of the real pinion flank, carried by the pinion to its angle, lies at some radius and height of the gear; there
-the gear flank has a known azimuth. The difference is the rotation at which the gear flank meets that point. Unloaded,
-the gear turns as far as the first contact lets it. Inside the flanks that is tangency with a common normal; on their
-boundary it is edge contact: a tip, toe, heel or root edge on the mating flank, or a corner where two edges meet.
+A point of the real pinion flank at a pinion angle has a certain radius and height in the gear frame; there the gear
+flank has a known azimuth. The difference is the rotation at which the gear flank meets that point. Without load the
+gear rotates until the first contact. Inside the flanks this is tangency with a common normal; on their boundary it is
+edge contact: a tip, toe, heel or root edge on the mating flank, or a corner of two edges.
 
-Each minimum is found by Newton's method in the two map coordinates for all pinion angles together, second derivatives
-by complex step.
+Each minimum is found by Newton's method in the two map coordinates for all pinion angles together, with second
+derivatives by complex step.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ from ehl.common.arrays import BoolArray, FloatArray, IntArray
 
 @dataclass(frozen=True)
 class PointContact:
-    """Points of the pinion brought to the gear."""
+    """Points of the pinion transformed to the gear."""
 
-    # (2, n) derivatives along u and v of the rotation the gear is short of the constant ratio [rad/m, rad]
+    # (2, n) derivatives along u and v of the lag of the gear relative to the constant ratio [rad/m, rad]
     slope: Array
-    # (k, n) distance inside each of `EDGES` [m], each member in its own coordinates; the last one only where the pinion
-    # is undercut
+    # (k, n) distance inside each of `EDGES` [m], each member in its own coordinates; the last one only for an undercut
+    # pinion
     limits: Array
     limit_slopes: Array  # (k, 2, n) their derivatives
-    # gear_u, gear_v: (n,) where the point touches the gear
+    # (n,) position of the point on the gear
     gear_u: Array
     gear_v: Array
-    gear_rotation: FloatArray  # (n,) rotation f2 of the gear at which it touches, from -pi to pi [rad]; real
+    gear_rotation: FloatArray  # (n,) rotation f2 of the gear at contact, from -pi to pi [rad]; real
 
 
 def _axial(point: Array, slopes: tuple[Array, Array]) -> tuple[Array, list[Array]]:
-    """Radius of points, and the slopes of radius, azimuth and height."""
+    """Radius of points, and the derivatives of radius, azimuth and height."""
     radius = np.sqrt(point[0] ** 2 + point[1] ** 2)
     rates = []
     for slope in slopes:
@@ -49,7 +49,7 @@ def _axial(point: Array, slopes: tuple[Array, Array]) -> tuple[Array, list[Array
 
 
 def _limits(blank: Blank, u: Array, h: Array, rates: list[Array]) -> tuple[list[Array], list[Array]]:
-    """Distances inside toe, heel, tip and root of a blank and their slopes; `rates` of radius, azimuth and height."""
+    """Distances inside toe, heel, tip and root of a blank and their derivatives; `rates` of radius, azimuth, height."""
     half = 0.5 * blank.face_width
     tip, root = (float(cone(np.ones(1))[0] - cone(np.zeros(1))[0]) for cone in (blank.tip, blank.root))
     tip_zero, root_zero = (float(cone(np.zeros(1))[0]) for cone in (blank.tip, blank.root))
@@ -61,7 +61,7 @@ def _limits(blank: Blank, u: Array, h: Array, rates: list[Array]) -> tuple[list[
 
 
 def point_contact(surface: MeshSurface, angle: FloatArray, u: Array, v: Array) -> PointContact:
-    """Bring real pinion points at map coordinates (n,), real or complex, to the gear at pinion angles (n,) [rad]."""
+    """Pinion points at map coordinates (n,), real or complex, in the gear frame at pinion angles (n,) [rad]."""
     assembly, gear, pinion = surface.assembly, surface.gear.blank, surface.pinion.blank
     at, at_u, at_v = surface.patch.slopes(u, v, PINION)
     turned = np.pi + surface.direction * angle + surface.roll_zero
@@ -102,15 +102,15 @@ def point_contact(surface: MeshSurface, angle: FloatArray, u: Array, v: Array) -
 
 
 _STEP = 1e-30
-# tuned: directions in which the gap is flatter than this share of the steepest count as level, because conjugate
-# flanks touch in lines (ours); may be changed by whoever runs the tests of tangency
+# tuned: relative curvature of the gap below which a direction is neglected, because conjugate flanks contact along
+# lines (ours); may be changed after running the tests of tangency
 _LEVEL = 1e-8
 _ITERATIONS = 12
 _SETTLED = 1e-11
-# how far outside an edge a contact still counts as inside [m]
+# distance outside an edge within which a contact is accepted as inside [m]
 _OUTSIDE = 1e-9
-# tuned: edges nearer to the sample than this share of the tooth depth are tried (ours); may be raised
-# freely at the cost of time
+# tuned: edges within this fraction of the tooth depth from the sample are tried (ours); may be raised freely at the
+# cost of time
 _NEAR = 0.08
 
 
@@ -118,28 +118,28 @@ _NEAR = 0.08
 class PairContact:
     """Contact of one tooth pair at n pinion angles."""
 
-    # u, v: (n,) map coordinates whose real pinion point touches
+    # (n,) map coordinates of the real pinion point in contact
     u: FloatArray
     v: FloatArray
-    back: FloatArray  # (n,) rotation the gear is short of the constant ratio when they touch [rad]
+    back: FloatArray  # (n,) lag of the gear relative to the constant ratio at contact [rad]
     edge: IntArray  # (n,) index in `EDGES` of the active edge, -1 inside the flanks
-    corner: BoolArray  # (n,) where a second edge is active: a corner touches
-    settled: BoolArray  # (n,) false where no minimum was found and the best sample stands in for it
-    # (n,) `back` as the ease-off of the best sample near its line of contact has it [rad]: coarse, and independent of
-    # the search
+    corner: BoolArray  # (n,) whether a second edge is active: contact at a corner
+    settled: BoolArray  # (n,) false if no minimum was found and the best sample replaces it
+    # (n,) estimate of `back` from the ease-off of the best sample near its line of contact [rad], independent of the
+    # search
     expected: FloatArray
 
 
 @dataclass(frozen=True)
 class _SearchState:
-    """Limits, and slopes and second derivatives of gap and limits (first row the gap), scaled to the map."""
+    """Limits, first and second derivatives of gap and limits (first row: gap), scaled to the map."""
 
     limits: FloatArray
     slopes: FloatArray
     bends: FloatArray
 
     def at(self, points: BoolArray) -> _SearchState:
-        """Some of the points."""
+        """A subset of the points."""
         return _SearchState(self.limits[..., points], self.slopes[..., points], self.bends[..., points])
 
 
@@ -151,7 +151,7 @@ class _Problem:
     scale: FloatArray
 
     def state(self, angle: FloatArray, x: FloatArray) -> _SearchState:
-        """All of it at points x (2, n): both complex steps in one call."""
+        """State at points x (2, n), with both complex steps in one call."""
         n = angle.size
         moved = np.concatenate([x, x], axis=1).astype(np.complex128)
         moved[0, :n] += 1j * _STEP
@@ -163,23 +163,22 @@ class _Problem:
         return _SearchState(np.real(found.limits[:, :n]), np.real(slopes[..., :n]), both)
 
     def on_map(self, x: FloatArray) -> BoolArray:
-        """Which points lie on the map; beyond it the polynomials mean nothing."""
-        low, high = (
-            np.array([self.surface.patch.u_range, self.surface.patch.v_range]).T[:, :, None] / self.scale[:, None]
-        )
+        """Mask of points on the map; outside it the polynomials are not valid."""
+        patch = self.surface.patch
+        low, high = np.array([patch.u_range, patch.v_range]).T[:, :, None] / self.scale[:, None]
         return np.asarray(((x >= low) & (x <= high)).all(axis=0))
 
     def back(self, angle: FloatArray, x: FloatArray) -> tuple[FloatArray, PointContact]:
-        """Rotation that the gear is short of its place [rad], and the points."""
+        """Lag of the gear [rad], and the points."""
         found = point_contact(self.surface, angle, *(x * self.scale[:, None]))
         s = self.surface
         lag = found.gear_rotation - s.assembly.ratio * (s.direction * angle + s.roll_zero)
         return -s.forward * np.angle(np.exp(1j * lag)), found
 
     def newton(self, angle: FloatArray, start: FloatArray, edges: IntArray) -> tuple[FloatArray, BoolArray]:
-        """Newton's method at n points, and which of them arrived.
+        """Newton's method at n points, and a mask of converged ones.
 
-        ``edges`` (2, n) gives the kind of point: -1, -1 a stationary point, -2, -1 the line of minimum gap, k, -1 the
+        ``edges`` (2, n) defines the kind of point: -1, -1 a stationary point, -2, -1 the line of minimum gap, k, -1 the
         minimum gap along edge k, k, l the corner of two edges.
         """
         x, settled = start.copy(), np.zeros(angle.shape, dtype=bool)
@@ -199,7 +198,7 @@ class _Problem:
             x[:, active] += move
             done = np.abs(move).max(axis=0) < _SETTLED
             settled[active[done]] = True
-            # far outside the map the polynomials mean nothing
+            # far outside the map the polynomials are not valid
             lost = (np.abs(x[:, active] - start[:, active]) > 0.7).any(axis=0)
             active = active[~done & ~lost]
             if not active.size:
@@ -234,19 +233,19 @@ def _on_edge(now: _SearchState, edges: IntArray) -> FloatArray:
     bend = now.bends[0] - lift * np.moveaxis(now.bends[1 + edges[0], :, :, points], 0, -1)
     run = np.sum(tangent * (slope + np.einsum("ijn,jn->in", bend, towards)), axis=0)
     curve = np.abs(np.einsum("in,ijn,jn->n", tangent, bend, tangent))
-    # along a straight edge there is no minimum gap; steps are cut to the tenth part of the map anyway
+    # along a straight edge there is no minimum gap; steps are limited to a tenth of the map anyway
     return np.asarray(towards - tangent * run / np.maximum(curve, np.abs(run)).clip(1e-300))
 
 
 def _corner(now: _SearchState, edges: IntArray) -> FloatArray:
-    """Newton step to where two edges meet; a long one where they run alongside."""
+    """Newton step to the corner of two edges; a long step for parallel edges."""
     points = np.arange(edges.shape[1])
     matrix = np.stack([now.slopes[1 + edge, :, points] for edge in edges], axis=1)
-    alongside = np.abs(np.linalg.det(matrix)) < 1e-9 * np.abs(matrix).max(axis=(1, 2)) ** 2
-    matrix[alongside] = np.eye(2)
+    parallel = np.abs(np.linalg.det(matrix)) < 1e-9 * np.abs(matrix).max(axis=(1, 2)) ** 2
+    matrix[parallel] = np.eye(2)
     value = np.stack([now.limits[edge, points] for edge in edges], axis=1)
     step = np.linalg.solve(matrix, value[..., None])[..., 0].T
-    return np.asarray(np.where(alongside, 1.0, -step))
+    return np.asarray(np.where(parallel, 1.0, -step))
 
 
 def contact_search(surface: MeshSurface, angle: FloatArray) -> PairContact:
@@ -265,7 +264,7 @@ def contact_search(surface: MeshSurface, angle: FloatArray) -> PairContact:
     back, points = problem.back(angle, found)
     room = np.real(points.limits)
     edge, corner = np.full(angle.shape, -1), np.zeros(angle.shape, dtype=bool)
-    # a stationary point above the sample is not the one looked for
+    # a stationary point above the sample is rejected
     lost = ~settled | ~problem.on_map(found) | (back > problem.back(angle, sample)[0] + 1e-12)
     rest = np.flatnonzero(lost | (room.min(axis=0) < -_OUTSIDE))
     if rest.size:
@@ -273,7 +272,7 @@ def contact_search(surface: MeshSurface, angle: FloatArray) -> PairContact:
             problem, angle[rest], sample[:, rest], room[:, rest]
         )
         found[:, rest] = at
-        # where no place is found the sample stands in, with its value near its line of contact
+        # without a solution the sample is used, with its value near its line of contact
         back = np.where(settled, back, expected)
     return PairContact(found[0] * problem.scale[0], found[1] * problem.scale[1], back, edge, corner, settled, expected)
 
@@ -281,10 +280,10 @@ def contact_search(surface: MeshSurface, angle: FloatArray) -> PairContact:
 def _on_rim(
     problem: _Problem, angle: FloatArray, sample: FloatArray, room: FloatArray
 ) -> tuple[FloatArray, FloatArray, IntArray, BoolArray, BoolArray]:
-    """Least gap over edges and corners that lie inside all other edges; the sample itself where there is none.
+    """Minimum gap over edges and corners inside all other edges; the sample itself if there is none.
 
-    Tried are the edges that the stationary point lies beyond or the sample lies near to, and the corners of the three
-    of them that the sample is nearest to.
+    Candidates are the edges beyond which the stationary point lies or near which the sample lies, and the corners of
+    the three edges nearest to the sample.
     """
     at = sample.copy()
     near = np.real(problem.back(angle, sample)[1].limits)
@@ -296,8 +295,8 @@ def _on_rim(
     nearest = np.sort(np.argsort(near, axis=0)[:3], axis=0)
     for attempt in range(2):
         if attempt == 1:
-            # no edge has its lowest point inside the others: a corner, or flanks that touch in lines, where any place
-            # on the line of minimum gap will do
+            # no edge has its minimum inside the others: a corner, or flanks in line contact, where any point on the
+            # line of minimum gap is accepted
             left = np.flatnonzero(~settled)
             if not left.size:
                 break

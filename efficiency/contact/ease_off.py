@@ -1,8 +1,8 @@
-"""Ease-off: the real pinion flank measured from the pinion conjugate to the real gear flank.
+"""Ease-off: distance of the real pinion flank from the pinion flank conjugate to the real gear flank.
 
-Every gear flank point touches the conjugate pinion at its own roll angle; the pinion point it touches is the conjugate
-flank. The ease-off is the distance from there to the real pinion flank along the common normal, positive where
-material is missing (relief). A pinion with zero ease-off turns the gear at constant ratio.
+Every gear flank point contacts the conjugate pinion at its own roll angle. The ease-off is the distance from this point
+to the real pinion flank along the common normal, positive if material is missing (relief). A pinion with zero ease-off
+drives the gear at constant ratio.
 """
 
 from __future__ import annotations
@@ -22,30 +22,29 @@ from ehl.common.errors import ConvergenceError
 
 @dataclass(frozen=True)
 class ConjugatePoints:
-    """Points of the pinion flank conjugate to given gear points, in the frame of the unturned pinion."""
+    """Points of the pinion flank conjugate to given gear points, in the frame of the pinion at zero rotation."""
 
-    # (n,) gear rotation at which the gear point touches it [rad]; the pinion's is ``gear_roll/ratio``
+    # (n,) gear rotation at contact [rad]; that of the pinion is ``gear_roll/ratio``
     gear_roll: FloatArray
-    # (n,) derivative of the normal relative velocity with pinion rotation [m/rad^2], see `Assembly.roll`
+    # (n,) derivative of the normal relative velocity by the pinion rotation [m/rad^2], see `Assembly.roll`
     rate: FloatArray
-    # position, normal: (3, n) point [m]; unit normal out of the gear tooth, hence into the pinion tooth's side of the
-    # flank
+    # (3, n) points [m], and unit normals out of the gear tooth
     position: FloatArray
     normal: FloatArray
 
 
 def conjugate_points(gear: FlankPoints, assembly: Assembly) -> ConjugatePoints:
-    """Generate the pinion by the gear flank at constant ratio; `ConvergenceError` where gear points never mesh."""
+    """Generate the pinion by the gear flank at constant ratio; `ConvergenceError` for gear points that never mesh."""
     f2, rate = assembly.roll(gear.position, gear.normal)
     if not np.isfinite(f2).all():
-        raise ConvergenceError("no_mesh", f"{np.isnan(f2).sum()} gear points never touch the conjugate pinion")
+        raise ConvergenceError("no_mesh", f"{np.isnan(f2).sum()} gear points never contact the conjugate pinion")
     in_mesh = assembly.gear_in_mesh(gear.position, f2)
     position, normal = assembly.to_pinion(in_mesh, turn(gear.normal, f2), f2 / assembly.ratio)
     return ConjugatePoints(f2, rate, position, normal)
 
 
 def pinion_phase(conjugate: ConjugatePoints, pinion: Flank, start: FloatArray | None = None) -> float:
-    """Rotation of a real pinion flank about its axis [rad] that gives zero ease-off at one conjugate point (n = 1).
+    """Rotation of a real pinion flank about its axis [rad] for zero ease-off at one conjugate point (n = 1).
 
     `start` (3, 1): surface parameters of a pinion point nearby.
     """
@@ -65,12 +64,12 @@ def pinion_phase(conjugate: ConjugatePoints, pinion: Flank, start: FloatArray | 
 def ease_off(
     conjugate: ConjugatePoints, pinion: Flank, phase: float, start: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Ease-off of a real pinion flank, turned by a phase [rad], at n conjugate points.
+    """Ease-off of a real pinion flank, rotated by a phase [rad], at n conjugate points.
 
-    `start` (3, n): surface parameters of pinion points nearby, found from the blank coordinates if not given.
+    `start` (3, n): surface parameters of pinion points nearby; default: from the blank coordinates.
 
-    Returns: relief: distance along the normal [m], positive where material is missing; parameters: surface parameters
-    of the real pinion points; found: where the normal meets the real flank; elsewhere the relief is meaningless
+    Returns: relief: distance along the normal [m], positive if material is missing; parameters: surface parameters of
+    the real pinion points; found: whether the normal meets the real flank; otherwise the relief is meaningless
     (undercut).
     """
     position = turn(conjugate.position, -phase)
@@ -92,23 +91,23 @@ def ease_off(
 
 
 def _bordered(slope: FloatArray, normal: FloatArray) -> FloatArray:
-    """Tangents of a surface and the gradient of its condition, with a normal as last column, (n, 4, 4)."""
+    """Tangents of a surface and the gradient of its condition, bordered by a normal as last column, (n, 4, 4)."""
     border = np.concatenate([normal, np.zeros((1, normal.shape[1]))]).T[:, :, None]
     return np.concatenate([slope[:, [0, 1, 2, 6]], border], axis=2)
 
 
 def regularity(flank: Flank, parameters: FloatArray) -> FloatArray:
-    """How well a flank covers its tangent plane at parameters (3, n): bordered determinant of the surface, (n,).
+    """Bordered determinant of the surface at parameters (3, n), (n,).
 
     Tangents by the three parameters and the gradient of the condition, bordered by the normal: the surface element
-    times that gradient. It falls to zero where the flank turns back on itself, the limit of undercut.
+    times that gradient. It vanishes on the edge of regression, the limit of undercut.
     """
     state, slope = flank.linearise(parameters)
     return np.asarray(np.linalg.det(_bordered(slope, state[3:6])))
 
 
 def relative_regularity(flank: Flank, parameters: FloatArray, found: NDArray[np.bool_]) -> FloatArray:
-    """`regularity` as a share of that at the last point, (n,); -1 where the flank was not found."""
+    """`regularity` relative to that at the last point, (n,); -1 where the flank was not found."""
     measure = np.full(found.shape, -1.0)
     measure[found] = regularity(flank, parameters[:, found])
     measure[found] /= measure[-1]

@@ -1,9 +1,8 @@
-"""Edges of both members as potential contact lines: where the regular line of contact has left the flank.
+"""Edges of both members as potential contact lines: contact after the regular line of contact has left the flank.
 
-A contact line ends where it crosses a tip, toe or heel edge. Along that edge, on the side from which the line has come
-or to which it goes, the edge itself is next to touch: contact before and after the path of the smooth flanks. The gap
-there is that of the sharp edge and the real mating flank, both placed in space. Root edges are no edges of a tooth: a
-line simply ends there.
+A contact line ends at a tip, toe or heel edge. Beyond this end, the edge itself can contact the mating flank: contact
+before and after the path of the smooth flanks. The gap is that of the sharp edge and the real mating flank, both placed
+in space. Root edges are not edges of a tooth; lines end there without edge contact.
 """
 
 from __future__ import annotations
@@ -17,11 +16,11 @@ from efficiency.contact.mesh_surface import EDGES, POSITION, MeshSurface, line_f
 from ehl.common.arrays import BoolArray, FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
 
-# edges where a tooth ends in the air
+# free edges of a tooth
 FREE = tuple(k for k, name in enumerate(EDGES) if name.split()[1] in ("toe", "heel", "tip"))
 _SAMPLES = 161
 _STEP = 1e-7
-# an edge that the line crosses nearly square is no side of the contact: minimum cosine squared of the angle between
+# minimum cosine squared of the angle between line and edge; at smaller values the edge is nearly normal to the line
 _CROSSING = 0.02
 _LANDING = 8
 _BEYOND = 0.02
@@ -31,20 +30,20 @@ _MOST_POINTS = 20
 
 @dataclass(frozen=True)
 class EdgePiece:
-    """Part of an edge inside all other edges along which the roll angle rises or falls throughout."""
+    """Part of an edge inside all other edges with a monotone roll angle."""
 
     edge: int  # index in `EDGES`
-    roll: FloatArray  # (m,) roll angle at which each vertex touches its conjugate point, increasing [rad]
-    # u, v: (m,) map coordinates of the vertices
+    roll: FloatArray  # (m,) roll angle at which each vertex contacts its conjugate point, increasing [rad]
+    # (m,) map coordinates of the vertices
     u: FloatArray
     v: FloatArray
     arc: FloatArray  # (m,) distance along the edge [m]
-    inwards: float  # +1 where a larger roll angle lies further inside the flank, -1 where it lies outside
+    inwards: float  # +1 if a larger roll angle lies further inside the flank, -1 if it lies outside
     bend: float  # mean of the field ``bend`` [1/rad]
 
 
 def limit_slopes(surface: MeshSurface, u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Change of the distances inside each of `EDGES` per metre up the roll angle and along the line, each (9, n)."""
+    """Derivatives of the distances inside each of `EDGES` along the gradient of the roll angle and along the line."""
     frame = line_frame(surface.patch, u, v)
     slopes = []
     for rates in (frame.rates_gradient, frame.rates_along):
@@ -56,7 +55,7 @@ def limit_slopes(surface: MeshSurface, u: FloatArray, v: FloatArray) -> tuple[Fl
 
 
 def nearest_edge(surface: MeshSurface, u: FloatArray, v: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Nearest free edge square to the line: index in `EDGES`, distance [m], cosine squared of line to edge; (n,)."""
+    """Free edge nearest along the normal of the line: index in `EDGES`, distance [m], squared cosine; (n,)."""
     rows = list(FREE)
     across, along = (slope[rows] for slope in limit_slopes(surface, u, v))
     size = np.hypot(across, along)
@@ -68,7 +67,7 @@ def nearest_edge(surface: MeshSurface, u: FloatArray, v: FloatArray) -> tuple[In
 
 
 def edge_pieces(surface: MeshSurface) -> tuple[EdgePiece, ...]:
-    """All parts of the free edges of both members that can touch the other one."""
+    """All parts of the free edges of both members that can contact the mate."""
     pieces: list[EdgePiece] = []
     for edge in FREE:
         u, v = _edge_curve(surface, edge)
@@ -127,7 +126,7 @@ def _monotone_parts(
 def _to_the_rim(
     u: FloatArray, v: FloatArray, margin: FloatArray, first: int, last: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Samples ``first:last`` of an edge, with the places where other edges cut it off at both ends."""
+    """Samples ``first:last`` of an edge, extended to the intersections with other edges at both ends."""
     us, vs = [*u[first:last]], [*v[first:last]]
     for inner, outer, where in ((first, first - 1, 0), (last - 1, last, len(us) + 1)):
         if 0 <= outer < u.size:
@@ -139,20 +138,20 @@ def _to_the_rim(
 
 @dataclass(frozen=True)
 class EdgePoints:
-    """Points of edges that may touch at given pinion angles."""
+    """Points of edges that may contact at given pinion angles."""
 
-    owner: IntArray  # (n,) which of the given roll angles each belongs to
+    owner: IntArray  # (n,) index of the roll angle of each point
     edge: IntArray  # (n,) index in `EDGES`
-    # u, v: (n,) map coordinates
+    # (n,) map coordinates
     u: FloatArray
     v: FloatArray
-    length: FloatArray  # (n,) length of edge each stands for [m]
-    closing: FloatArray  # (n,) gear rotation that brings the sharp edge to the mating flank [rad]
-    # (n,) how far across the line the edge lies from the line of contact, which is outside the flank [m], positive
+    length: FloatArray  # (n,) length of edge represented by each point [m]
+    closing: FloatArray  # (n,) gear rotation that closes the gap between the sharp edge and the mating flank [rad]
+    # (n,) distance of the edge from the line of contact, which is outside the flank, normal to the line [m], positive
     distance: FloatArray
 
     def at(self, points: BoolArray) -> EdgePoints:
-        """Some of the points."""
+        """A subset of the points."""
         return EdgePoints(*(getattr(self, name)[points] for name in self.__dataclass_fields__))
 
 
@@ -161,9 +160,9 @@ def edge_points(
 ) -> EdgePoints:
     """Points of edges outside the lines of roll angles (k,): pinion angles plus whole pitches [rad].
 
-    `spacing` is aimed at along the edge [m]; `reach` is the gear rotation up to which the conjugate flanks may be apart
-    at a point [rad]; `per_line` is the number of points of a line. `ConvergenceError` where an edge takes many times as
-    many.
+    `spacing` is the intended distance along the edge [m]; `reach` is the largest separation of the conjugate flanks at
+    a point, as gear rotation [rad]; `per_line` is the number of points of a line. Raises `ConvergenceError` if an edge
+    requires many times as many.
     """
     owner: list[IntArray] = []
     edge: list[IntArray] = []
@@ -203,9 +202,9 @@ def edge_points(
 def _closing(
     surface: MeshSurface, edge: IntArray, u: FloatArray, v: FloatArray, angle: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
-    """Gear rotation that closes the gap between edge points and the mating flank [rad], and whether that exists there.
+    """Gear rotation that closes the gap between edge points and the mating flank [rad], and whether it exists.
 
-    An edge of the gear may look at a place where the pinion has no flank any more.
+    At some points of a gear edge the pinion has no flank.
     """
     at_u, at_v, exists = u.copy(), v.copy(), np.ones(u.shape, bool)
     own = np.flatnonzero(np.array([EDGES[k].startswith("gear") for k in edge]))
@@ -219,9 +218,9 @@ def _closing(
 def _landing(
     surface: MeshSurface, u: FloatArray, v: FloatArray, angle: FloatArray
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Map coordinates of the pinion points that meet gear points (u, v) at pinion angles, and which were found.
+    """Map coordinates of the pinion points that meet gear points (u, v) at pinion angles, and a mask of found ones.
 
-    Newton's method. Where none is found the gear point's own coordinates come back.
+    Newton's method; points without a solution keep the coordinates of the gear point.
     """
     x, y = u.copy(), v.copy()
     reach = surface.patch.u_range[1] - surface.patch.u_range[0]
@@ -242,7 +241,7 @@ def _landing(
             break
     (u_low, u_high), (v_low, v_high) = surface.patch.u_range, surface.patch.v_range
     depth = v_high - v_low
-    # a little beyond the map its polynomials still hold
+    # slightly beyond the map its polynomials are still valid
     inside = (x > u_low) & (x < u_high) & (y > v_low - _BEYOND * depth) & (y < v_high + _BEYOND * depth)
     found = (size < 1e-8) & inside
     return np.where(found, x, u), np.where(found, y, v), found

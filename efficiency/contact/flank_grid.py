@@ -1,4 +1,4 @@
-"""Flank points solved once for a map of the mesh, and taken over by every misaligned state."""
+"""Flank points solved once for a map of the mesh and shared by all misaligned states."""
 
 from __future__ import annotations
 
@@ -14,45 +14,45 @@ from efficiency.cutting.rotation import turn
 from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.errors import ConvergenceError
 
-# tuned: coefficients along face and depth, by the error of the map (docs/gear_geometry.md); may be changed by whoever
-# repeats that page
+# tuned: coefficients along face and depth, by the error of the map (docs/gear_geometry.md); may be changed after
+# repeating that page
 SHAPE = (18, 14)
-# how far the map goes beyond the blank along the face and over the tip (fractions of face and depth): line ends can
-# then be bracketed, and unloaded contact just over an edge is still seen
+# extension of the map beyond the blank along the face and above the tip (fractions of face width and depth), for
+# bracketing line ends and for unloaded contact just beyond an edge
 _OVERHANG = (0.04, 0.06)
-# a flank counts as undercut where its regularity falls below this share of that at the design point: its fields have a
-# singularity at zero, and the flank ends there anyway
-# tuned: error of the map next to the limit (docs/gear_geometry.md); may be changed by whoever repeats that page
+# relative regularity, compared with the design point, below which a flank is undercut; the fields are singular at zero,
+# where the flank ends
+# tuned: error of the map near the limit (docs/gear_geometry.md); may be changed after repeating that page
 UNDERCUT = 0.08
-# more points than coefficients in both directions where a part of the flank is undercut
+# ratio of points to coefficients in both directions for a partly undercut flank
 _OVERSAMPLING = 1.5
-# points solved from the mean point of the blank; all others start from the surface through them
+# points solved from the mean point of the blank; all others start from the surface through these points
 _LEAD = (7, 6)
 
 
 @dataclass(frozen=True)
 class FlankGrid:
-    """Solved flank points at the nodes of a map, the design point last; shared by all misaligned states."""
+    """Solved flank points at the nodes of a map with the design point last, shared by all misaligned states."""
 
-    # gear, pinion: the two flanks
+    # flanks
     gear: Flank
     pinion: Flank
-    # u_range, v_range: extent of the map
+    # extent of the map
     u_range: tuple[float, float]
     v_range: tuple[float, float]
     shape: tuple[int, int]  # coefficients along u and v
-    dense: bool  # more nodes than coefficients: undercut points are allowed
-    # u, v: (n + 1,) nodes
+    dense: bool  # whether there are more nodes than coefficients, so that undercut points are allowed
+    # (n + 1,) nodes
     u: FloatArray
     v: FloatArray
-    points: FlankPoints  # of the gear
-    found: BoolArray  # (n + 1,) where the gear flank exists and is regular
-    # (n + 1,) regularity of the gear flank as a share of that at the design point, -1 where it was not found
+    points: FlankPoints  # points of the gear
+    found: BoolArray  # (n + 1,) whether the gear flank exists and is regular
+    # (n + 1,) regularity of the gear flank relative to the design point, -1 where it was not found
     regular: FloatArray
     start: FloatArray  # (3, n + 1) surface parameters of pinion points nearby
 
     def denser(self, assembly: Assembly) -> FlankGrid:
-        """The same map with more nodes than coefficients."""
+        """The map with more nodes than coefficients."""
         return _grid(self.gear, self.pinion, assembly, self.u_range, self.v_range, self.v[-1], self.shape, True)
 
 
@@ -79,7 +79,7 @@ def _grid(
 ) -> FlankGrid:
     rate = _OVERSAMPLING if dense else 1.0
     u, v = Patch.nodes(u_range, v_range, (int(np.ceil(rate * shape[0])), int(np.ceil(rate * shape[1]))))
-    # the design point rides along as the last point
+    # the design point is the last point
     u, v = np.append(u, 0.0), np.append(v, middle)
     lead_u, lead_v = Patch.nodes(u_range, v_range, _LEAD)
     lead_u, lead_v = np.append(lead_u, 0.0), np.append(lead_v, middle)
@@ -93,7 +93,7 @@ def _grid(
     )
     regular = relative_regularity(gear, parameters, on_gear)
     on_gear = regular > UNDERCUT
-    # a missing gear point takes the place of the design point, so that no number of it spreads
+    # missing gear points are replaced by the design point to avoid invalid numbers
     points = gear.points(np.where(on_gear, parameters, parameters[:, -1:]))
 
     conjugate = conjugate_points(gear.points(np.where(found, lead.parameters, lead.parameters[:, -1:])), assembly)
@@ -120,24 +120,24 @@ def _spread(
     to_u: FloatArray,
     to_v: FloatArray,
 ) -> FloatArray:
-    """Surface parameters at many nodes from those of a few: starts for Newton's method."""
+    """Surface parameters at many nodes from those at a few: starting values for Newton's method."""
     whole = bool(found.all())
     names = ("a", "b", "c")
     values = dict(zip(names, parameters[:, found], strict=True))
-    # the fewer points there are, the stiffer the surface through them
+    # with fewer points a lower degree is used
     lead = Patch.fit_points(u_range, v_range, _LEAD if whole else (4, 3), u[found], v[found], values)
     return lead(to_u, to_v, names)
 
 
 def last_point(conjugate: ConjugatePoints) -> ConjugatePoints:
-    """The last of some conjugate points: the design point."""
+    """The last conjugate point: the design point."""
     return ConjugatePoints(
         conjugate.gear_roll[-1:], conjugate.rate[-1:], conjugate.position[:, -1:], conjugate.normal[:, -1:]
     )
 
 
 def _deepest_contact(gear: Flank, pinion: Flank, assembly: Assembly, u_range: tuple[float, float]) -> float:
-    """Smallest fraction v of the gear's depth that the pinion's face cone reaches inside the face width."""
+    """Smallest depth fraction v of the gear that the face cone of the pinion reaches inside the face width."""
     columns, rows = np.linspace(*u_range, 7), np.linspace(0.0, 1.0, 9)
     u, v = (grid.ravel() for grid in np.meshgrid(columns, rows, indexing="ij"))
     points, found = gear.solve(u, gear.blank.height(u, v))
@@ -147,30 +147,29 @@ def _deepest_contact(gear: Flank, pinion: Flank, assembly: Assembly, u_range: tu
     in_mesh = assembly.gear_in_mesh(points.position, f2)
     position, _ = assembly.to_pinion(in_mesh, points.normal, f2 / assembly.ratio)
     u1, h1 = pinion.blank.coordinates(np.hypot(position[0], position[1]), position[2])
-    # a root that is undercut or never meshes lies below the deepest contact all the same
+    # an undercut root, or one that never meshes, lies below the deepest contact
     room = np.where(found, pinion.blank.tip(np.real(u1)) - np.real(h1), -1.0).reshape(columns.size, rows.size)
-    # room under the pinion's face cone grows with v; where it is never negative the whole depth is reached
+    # the distance to the face cone of the pinion increases with v; if it is never negative the whole depth is reached
     crossing = [float(np.interp(0.0, column, rows)) for column in room]
     deepest = min(crossing)
     if deepest > 0.9:
-        raise ConvergenceError(
-            "no_mesh", "the pinion blank hardly reaches the gear flank; check the blanks and the offset"
-        )
+        what = "the pinion blank hardly reaches the gear flank; check the blanks and the offset"
+        raise ConvergenceError("no_mesh", what)
     return deepest
 
 
-# change of the relative regularity from node to node beyond the linear one that no regular flank makes, with that many
-# nodes over the depth; it grows with the square of their distance
-# tuned: leaps of undercut pinions (ours); may be changed by whoever solves the random blanks of the tests
+# limit of the deviation of the relative regularity from linear extrapolation to the next node, for that number of nodes
+# over the depth; it is proportional to the square of their distance
+# tuned: discontinuities of undercut pinions (ours); may be changed after solving the random blanks of the tests
 _LEAP, _LEAP_ROWS = 0.07, 21
 
 
 def regular_part(grid: FlankGrid, parameters: FloatArray, found: BoolArray) -> tuple[BoolArray, Patch | None]:
-    """Which points belong to the regular part of both flanks, and the field that bounds it.
+    """Mask of points in the regular part of both flanks, and the field that bounds it.
 
-    Beyond its limit of undercut a flank has no points, but Newton's method may end on another sheet of the surface. So
-    each column of nodes is followed from the middle of the depth outwards, and ends where the regularity falls below
-    the limit, or leaves the line it came on.
+    Beyond its limit of undercut a flank has no points, but Newton's method may converge to another sheet of the
+    surface. Each column of nodes is therefore followed from mid-depth outwards. It ends where the regularity falls
+    below the limit or deviates from its extrapolation.
     """
     measure = relative_regularity(grid.pinion, parameters, found)
     if (measure > UNDERCUT).all() or not grid.dense:
@@ -183,21 +182,21 @@ def regular_part(grid: FlankGrid, parameters: FloatArray, found: BoolArray) -> t
     shape = min(10, grid.shape[0]), min(9, grid.shape[1])
     present = np.append(inside.ravel(), True) & found
     patch = Patch.fit_points(grid.u_range, grid.v_range, shape, grid.u, grid.v, {"regular": field})
-    # no place without points may lie inside: there the fields of the map are extrapolated
+    # points without a solution must lie outside, because the fields of the map are extrapolated there
     over = patch(grid.u[~present], grid.v[~present], ("regular",))[0].max(initial=0.0)
-    # more than that is the fit of the field, not the flank; map and contact have their own criteria
+    # a larger excess is an error of the fit of the field; map and contact have their own criteria
     patch.coefficients[0, 0] -= min(over, UNDERCUT)
     return present, patch
 
 
 def _followed(grid: FlankGrid, measure: FloatArray, unknown: BoolArray) -> tuple[BoolArray, FloatArray]:
-    """Columns of nodes as far as the flank goes, and its relative regularity there, continued beyond; both (nu, nv).
+    """Columns of nodes up to the end of the flank, and its relative regularity, extrapolated beyond it; both (nu, nv).
 
-    Where the measure is unknown (no point of the mating flank) it goes on as it came.
+    An unknown measure (no point of the mating flank) is extrapolated.
     """
     rows = int(np.flatnonzero(np.diff(grid.u) != 0.0)[0]) + 1
     v, columns, hidden = grid.v[:rows], measure[:-1].reshape(-1, rows), unknown[:-1].reshape(-1, rows)
-    # only what is small matters: towards the undercut limit of the gear the measure of the pinion grows without bound
+    # only small values matter: towards the undercut limit of the gear the measure of the pinion is unbounded
     columns = np.where(columns > 1.0, 2.0 - 1.0 / columns.clip(1.0), columns)
     middle = int(np.argmin(np.abs(v - grid.v[-1])))
     leap = _LEAP * (_LEAP_ROWS / rows) ** 2
@@ -211,7 +210,7 @@ def _followed(grid: FlankGrid, measure: FloatArray, unknown: BoolArray) -> tuple
             ahead = bound[:, before] + rate * (v[k] - v[before])
             goes_on = np.abs(columns[:, k] - ahead) < leap
             inside[:, k] = inside[:, before] & goes_on & (columns[:, k] > UNDERCUT)
-            # outside the flank the line it came on goes on, below the limit
+            # outside the flank the extrapolation continues below the limit
             beyond = np.where(hidden[:, k], ahead, np.minimum(ahead, bound[:, before]).clip(-1.0, 0.0))
             bound[:, k] = np.where(inside[:, k], columns[:, k], beyond)
     return inside, bound

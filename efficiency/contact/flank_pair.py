@@ -1,9 +1,9 @@
 """Unloaded contact of one flank pair (TCA): ease-off, contact path, transmission error and contact pattern.
 
-The pattern is where the unloaded flanks come closer than the marking compound is thick. While the mesh turns without
-load, the gear lags by its transmission error and every point of the flank comes closest to its mate when the contact
-line passes it. The separation left then is the ease-off less what the lag closes; the change of the lag while the line
-passes adds ``(lever dTE/dphi)^2/(2 bend)``, some 0.02 um, and is left out.
+The pattern is the area where the distance of the unloaded flanks falls below the thickness of the marking compound.
+Every point of the flank is nearest to its mate when the contact line passes it. The remaining separation is the
+ease-off less the lag of the gear by its transmission error. The change of the lag during the passage adds
+``(lever dTE/dphi)^2/(2 bend)``, about 0.02 um, which is neglected.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from ehl.common.quantities import to_display
 
 # 0.00025 inch, the usual thickness of marking compound
 MARKING = 6.35e-6
-# along the face and over the depth
+# samples along the face and over the depth
 _SAMPLES = 121, 61
-# tuned: the pattern touches an edge where a marked sample lies within this share of the face width or depth from it
-# (ours); may be changed freely
+# tuned: fraction of the face width or depth within which a marked sample indicates contact with an edge (ours); may be
+# changed freely
 _RIM = 0.01
 
 
@@ -35,24 +35,24 @@ _RIM = 0.01
 class ContactPattern:
     """Marked part of the flanks; fields over a grid of the gear flank, (rows, columns), root to tip, toe to heel."""
 
-    thickness: float  # of the marking compound [m]
-    # where the points lie on both members: from the mean point along the pitch cone, over that cone [m]
+    thickness: float  # thickness of the marking compound [m]
+    # coordinates on both members: distance from the mean point along the pitch cone, height above that cone [m]
     gear_u: FloatArray
     gear_height: FloatArray
     pinion_u: FloatArray
     pinion_height: FloatArray
-    separation: FloatArray  # least distance of the flanks during the mesh [m]
-    inside: BoolArray  # where both members have a flank
-    area_share: float  # marked share of the part both flanks have
-    centre: tuple[float, float]  # centroid of the mark on the gear: u [m] and share of its depth
-    # extent along the face and over the depth, as shares of face width and whole depth of the gear
+    separation: FloatArray  # minimum distance of the flanks during the mesh [m]
+    inside: BoolArray  # whether both members have a flank
+    area_share: float  # marked fraction of the common part of both flanks
+    centre: tuple[float, float]  # centroid of the mark on the gear: u [m] and depth fraction
+    # extent along the face and over the depth, as fractions of face width and whole depth of the gear
     length: float
     width: float
-    edges: tuple[str, ...]  # edges that the mark runs into
+    edges: tuple[str, ...]  # edges at the border of the mark
 
     @property
     def marked(self) -> BoolArray:
-        """Where the compound is pressed away."""
+        """Marked area."""
         return np.asarray(self.inside & (self.separation <= self.thickness))
 
 
@@ -96,10 +96,10 @@ def contact_pattern(surface: MeshSurface, mesh: Transmission, thickness: float =
 class FlankPair:
     """Tooth contact analysis of one flank pair (drive or coast) in one state of misalignment."""
 
-    flanks: GearFlanks  # what it was computed from
-    side: Side  # ``"drive"`` or ``"coast"``: which flank pair is in contact
+    flanks: GearFlanks  # flanks of the pair
+    side: Side  # flank pair in contact: ``"drive"`` or ``"coast"``
     surface: MeshSurface  # both flanks, surface of roll angle, ease-off
-    transmission: Transmission  # unloaded contact path of one tooth pair, transmission error of all
+    transmission: Transmission  # unloaded contact path of one tooth pair, transmission error of all pairs
 
     @property
     def name(self) -> str:
@@ -127,7 +127,7 @@ class FlankPair:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes on the contact without load."""
+        """Notes on the unloaded contact."""
         notes = []
         for name, flank in (("pinion", self.surface.pinion), ("gear", self.surface.gear)):
             if isinstance(flank, (ConjugateFlank, GridFlank, MeasuredFlank)):
@@ -151,18 +151,18 @@ class FlankPair:
         if self.transmission.edges:
             notes.append("unloaded contact runs over an edge: " + ", ".join(self.transmission.edges))
         if not self.transmission.settled:
-            notes.append("the place of the unloaded contact is approximate at some pinion angles")
+            notes.append("the position of the unloaded contact is approximate at some pinion angles")
         return tuple(notes)
 
 
 def flank_pair(
     flanks: GearFlanks, side: Side = "drive", shape: tuple[int, int] = SHAPE, grid: FlankGrid | None = None
 ) -> FlankPair:
-    """Tooth contact analysis of one side of a pair, misalignments included.
+    """Tooth contact analysis of one side of a pair with its misalignments.
 
     `shape` is the number of Chebyshev coefficients of the map along the face and over the depth. `grid` holds flank
-    points solved before for the same pair in another state of misalignment. Raises `ConvergenceError` where a flank
-    does not exist at its design point, the gear flank ends in the mating region, or the members do not mesh.
+    points of the same pair from another state of misalignment. Raises `ConvergenceError` if a flank does not exist at
+    its design point, the gear flank ends in the mating region, or the members do not mesh.
     """
     pinion, gear = (grid.pinion, grid.gear) if grid is not None else flanks.mating(side)
     surface = mesh_surface(gear, pinion, flanks.assembly, shape=shape, grid=grid)

@@ -1,4 +1,4 @@
-"""The four flanks of a gear pair and how its members stand: what every computation of the contact starts from."""
+"""The four flanks of a gear pair and the position of its members: input of all contact computations."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ class GearFlanks:
     """Flanks of a pair in its assembly."""
 
     name: str  # name of the pair
-    # pinion, gear: flank of each side, ``"concave"`` and ``"convex"``
+    # flank of each side, ``"concave"`` and ``"convex"``
     pinion: Mapping[FlankSide, Flank]
     gear: Mapping[FlankSide, Flank]
-    assembly: Assembly  # position of the members, misalignments included
-    drive_flank_pinion: FlankSide = "concave"  # the pinion flank that carries on the drive side
-    normal_backlash: float = 0.0  # along the normal, taken off the pinion tooth [m]
-    relief: PairRelief = field(default_factory=PairRelief)  # taken off the flanks next to their edges
+    assembly: Assembly  # position of the members with their misalignments
+    drive_flank_pinion: FlankSide = "concave"  # loaded pinion flank on the drive side
+    normal_backlash: float = 0.0  # backlash along the normal, removed from the pinion tooth [m]
+    relief: PairRelief = field(default_factory=PairRelief)  # relief of the flanks at their edges
 
     def of(self, member: Member) -> Mapping[FlankSide, Flank]:
         """Both flanks of a member."""
@@ -45,7 +45,7 @@ class GearFlanks:
         return self.of(member)["concave"].blank
 
     def loaded_side(self, member: Member, side: Side) -> FlankSide:
-        """The flank of a member that carries on the drive or the coast side."""
+        """The loaded flank of a member on the drive or the coast side."""
         concave = (self.drive_flank_pinion == "concave") == ((member == "pinion") == (side == "drive"))
         return "concave" if concave else "convex"
 
@@ -55,7 +55,7 @@ class GearFlanks:
 
     @cached_property
     def pinion_phases(self) -> dict[FlankSide, float]:
-        """Rotation of each pinion flank that brings it into contact with its gear flank in the aligned pair [rad]."""
+        """Rotation of each pinion flank for contact with its gear flank in the aligned pair [rad]."""
         phases: dict[FlankSide, float] = {}
         for side in SIDES:
             pinion, gear = self.mating(side)

@@ -1,15 +1,14 @@
-"""Flank given as a grid of points: measured on an inspection machine, or written by another program.
+"""Flank given as a grid of points, measured by an inspection machine or written by another program.
 
 File: CSV in the flank-inspection convention. A first line ``# mixed-ehl flank grid v1; member=pinion; flank=concave;
-units=mm`` (all but the first entry optional, further lines that start with # are skipped), a line with the names of the
-columns ``row,column,x,y,z`` or ``row,column,x,y,z,nx,ny,nz``, one line per point. Row 1 lies at the root, column 1 at
-the heel; the numbers only serve to name a point. Any encoding, separator and decimal sign; points without a value
-(empty, ``nan``, ``Bad``, -999) are left out. Work frame of the member: z along its axis from the apex to the heel,
+units=mm`` (all entries but the first are optional; further lines that start with # are ignored), a line with the column
+names ``row,column,x,y,z`` or ``row,column,x,y,z,nx,ny,nz``, one line per point. Row 1 lies at the root, column 1 at the
+heel; the numbers only identify a point. Any encoding, separator and decimal sign are accepted; points without a value
+(empty, ``nan``, ``Bad``, -999) are omitted. Work frame of the member: z along its axis from the apex to the heel,
 origin at the crossing point of the axes; normals out of the tooth, unit length. Units mm, m or inch.
 
-The points become a smooth surface, azimuth as a polynomial of the blank coordinates; normals give its slopes where that
-helps. Its degree is the one that predicts points it has not seen best (leave one out, with its normal); what it misses
-them by is the error of the flank.
+The points are fitted by a smooth surface: azimuth as a polynomial of the blank coordinates, with slopes from the
+normals if this reduces the error. The degree minimises the leave-one-out error, which is the error of the flank.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ Hand = Literal["left", "right"]
 
 
 def normal_sense(side: FlankSide, hand: Hand) -> float:
-    """+1 where the normal out of the tooth looks towards growing azimuth about the axis, else -1."""
+    """+1 if the normal out of the tooth points towards increasing azimuth about the axis, otherwise -1."""
     return 1.0 if (side == "concave") == (hand == "right") else -1.0
 
 
@@ -52,8 +51,8 @@ class SmoothFlank(Flank):
     blank: Blank
     sense: float  # +1 or -1, see `normal_sense`
     patch: Patch  # field ``azimuth`` [rad]
-    origin: str  # where the surface comes from, in words for results
-    error: float  # estimated distance from the surface it stands for, along the normal [m]
+    origin: str  # origin of the surface, in words for results
+    error: float  # estimated distance from the true surface along the normal [m]
 
     def sweep(self, x: Array) -> tuple[Array, Array, Array]:
         """Point, unit normal and the third parameter at (u, h, third)."""
@@ -88,25 +87,25 @@ _UNITS = {"mm": 1e-3, "m": 1.0, "inch": 0.0254, "in": 0.0254, "um": 1e-6}
 _PLACEHOLDER = -999.0
 _PLACE, _NORMAL = ("row", "column", "x", "y", "z"), ("nx", "ny", "nz")
 _MIN_POINTS = 15
-# tuned: a point farther beyond its blank than this (fractions of face and depth) belongs to another blank or another
-# unit (ours); may be changed freely
+# tuned: largest distance of a point beyond its blank (fractions of face width and depth); more indicates another blank
+# or another unit (ours); may be changed freely
 _BEYOND = 0.35
-# tuned: a normal farther from that of the points around it is turned, or not a normal [rad] (ours); may be changed
-# freely
+# tuned: largest deviation of a normal from that of the surrounding points; more indicates an invalid or inverted normal
+# [rad] (ours); may be changed freely
 _NORMAL_OFF = 0.3
 
 
 @dataclass(frozen=True)
 class PointGrid:
-    """Points of one flank as read."""
+    """Points of one flank from a file."""
 
     path: str
-    # row, column: (n,) names of the points
+    # (n,) identification of the points
     row: NDArray[np.int64]
     column: NDArray[np.int64]
     position: FloatArray  # (3, n) [m]
     normal: FloatArray | None  # (3, n) unit normals out of the tooth
-    # member, flank: of the first line; empty where it states none
+    # member and flank of the first line; empty if it states none
     member: str
     flank: str
 
@@ -120,17 +119,17 @@ class GridFlank(SmoothFlank):
     """Flank through a grid of points; see `grid_flank`."""
 
     rms: float = 0.0  # RMS distance of the points from the surface [m]
-    # maximum angle between the given normals and those of the surface [rad], 0 where none are given
+    # maximum angle between the given normals and those of the surface [rad], 0 without given normals
     normal_error: float = 0.0
 
 
 def read_point_grid(path: Path) -> PointGrid:
-    """Grid of flank points from a file; `InputError` names the line, or row and column, that cannot be used."""
+    """Grid of flank points from a file; an `InputError` names an invalid line, or row and column."""
     text = read_text(path, "grid", "a readable CSV file", any_encoding=True)
     lines = [line.strip("; \t,") if line.lstrip().startswith("#") else line for line in text.splitlines()]
     notes = [line.lstrip("# ") for line in lines if line.startswith("#")]
-    said = dict(part.strip().split("=", 1) for note in notes[:1] for part in note.split(";") if "=" in part)
-    unit = said.get("units", "mm")
+    stated = dict(part.strip().split("=", 1) for note in notes[:1] for part in note.split(";") if "=" in part)
+    unit = stated.get("units", "mm")
     if unit not in _UNITS:
         raise InputError(f"{path}: units", unit, ", ".join(_UNITS))
     rows = [(k + 1, line) for k, line in enumerate(lines) if line.strip() and not line.startswith("#")]
@@ -162,15 +161,15 @@ def read_point_grid(path: Path) -> PointGrid:
         data[1].astype(np.int64),
         data[2:5] * _UNITS[unit],
         data[5:8] if len(names) == 8 else None,
-        said.get("member", ""),
-        said.get("flank", ""),
+        stated.get("member", ""),
+        stated.get("flank", ""),
     )
     _check_names(grid)
     return grid
 
 
 def _value(dialect: Dialect, cell: str, where: str) -> float:
-    """Number of a cell, nan where none was measured."""
+    """Number of a cell, nan for a missing value."""
     value = dialect.number(cell)
     if value is None:
         raise InputError(where, cell, "a finite number")
@@ -192,9 +191,9 @@ def _check_names(grid: PointGrid) -> None:
 def placed_points(
     grid: PointGrid, side: FlankSide, blank: Blank
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Where the points lie on a blank: u [m], depth fraction, height over the pitch cone [m], azimuth [rad]; each (n,).
+    """Coordinates of the points on a blank: u [m], depth fraction, height above pitch cone [m], azimuth [rad]; (n,).
 
-    `InputError` where they belong to another flank, do not lie on this blank, or do not span it.
+    Raises an `InputError` if they belong to another flank, do not lie on this blank, or do not cover it.
     """
     if grid.flank and grid.flank != side:
         raise InputError(f"{grid.path}: flank", grid.flank, side)
@@ -207,7 +206,7 @@ def placed_points(
     if off[worst] > _BEYOND:
         raise InputError(
             grid.place(worst),
-            f"{u[worst] * 1e3:.4g} mm from the mean point along the face, {h[worst] * 1e3:.4g} mm over the pitch cone",
+            f"{u[worst] * 1e3:.4g} mm from the mean point along the face, {h[worst] * 1e3:.4g} mm above the pitch cone",
             f"within {blank.face_width * 1e3:.4g} mm face width and "
             f"{-blank.mean_dedendum * 1e3:.4g} to {blank.mean_addendum * 1e3:.4g} mm",
             "Check units, frame, member and blank.",
@@ -223,13 +222,13 @@ def placed_points(
 def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand) -> GridFlank:
     """Smooth flank through a grid of points on a blank of a member of that hand.
 
-    `InputError` where the points do not lie on this blank, do not span it, or do not make one surface.
+    Raises an `InputError` if the points do not lie on this blank, do not cover it, or do not form one surface.
     """
     u, v, h, azimuth = placed_points(grid, side, blank)
     samples = _Samples(u, v, azimuth, (float(u.min()), float(u.max())), (float(v.min()), float(v.max())), None)
     shape = _best_shape(grid, samples)
     if grid.normal is not None:
-        # near a limit of undercut the normals turn faster than a polynomial can: the points alone then do better
+        # near a limit of undercut the normals change faster than a polynomial: then the points alone are better
         sloped = replace(samples, slopes=_slopes(grid, blank, u, v))
         other = _best_shape(grid, sloped)
         if np.ptp(sloped.left_out(other)) < np.ptp(samples.left_out(shape)):
@@ -240,7 +239,7 @@ def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand) -> Gr
     sense = normal_sense(side, hand)
     flank = GridFlank(side, blank, sense, patch, f"the points of {grid.path}", 0.0)
     points = flank.points(np.stack([u, h, np.zeros_like(u)]))
-    # along the normal: distance around the axis times the share of the normal in that direction
+    # distance along the normal: distance around the axis times the component of the normal in that direction
     share = np.abs(grid.position[0] * points.normal[1] - grid.position[1] * points.normal[0])
     return GridFlank(
         side,
@@ -264,21 +263,21 @@ def _normal_error(grid: PointGrid, normal: FloatArray) -> float:
         raise InputError(
             grid.place(worst),
             "normal " + ", ".join(f"{x:.4g}" for x in grid.normal[:, worst]),
-            "near " + ", ".join(f"{x:.4g}" for x in normal[:, worst]) + ", that of the points around it",
-            "Normals look out of the tooth; check flank and hand as well.",
+            "near " + ", ".join(f"{x:.4g}" for x in normal[:, worst]) + ", that of the surrounding points",
+            "Normals point out of the tooth; also check flank and hand.",
         )
     return float(angle.max())
 
 
 def _slopes(grid: PointGrid, blank: Blank, u: FloatArray, v: FloatArray) -> FloatArray:
-    """Slopes of the azimuth along u and v that the normals stand for, (2, n)."""
+    """Derivatives of the azimuth along u and v from the normals, (2, n)."""
     assert grid.normal is not None
     (x, y, _), (nx, ny, nz) = grid.position, grid.normal
     radius = np.hypot(x, y)
     out, around = (nx * x + ny * y) / radius, (ny * x - nx * y) / radius
     worst = int(np.argmin(np.abs(around)))
     if abs(around[worst]) < 0.05:
-        raise InputError(grid.place(worst), "a normal square to the way around the axis", "the normal of a flank")
+        raise InputError(grid.place(worst), "a normal without circumferential component", "the normal of a flank")
     by_radius, by_z = -out / (around * radius), -nz / (around * radius)
     sine, cosine = np.sin(blank.pitch_angle), np.cos(blank.pitch_angle)
     by_u, by_h = by_radius * sine + by_z * cosine, by_radius * cosine - by_z * sine
@@ -290,7 +289,7 @@ def _slopes(grid: PointGrid, blank: Blank, u: FloatArray, v: FloatArray) -> Floa
 
 @dataclass(frozen=True)
 class _Samples:
-    """Azimuth over the flank at scattered points, with slopes where there are normals."""
+    """Azimuth over the flank at scattered points, with slopes if there are normals."""
 
     u: FloatArray
     v: FloatArray
@@ -300,7 +299,7 @@ class _Samples:
     slopes: FloatArray | None
 
     def rows(self, shape: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
-        """Equations (n, 1 or 3, coefficients) and their right sides (n, 1 or 3), slopes weighted to lengths."""
+        """Equations (n, 1 or 3, coefficients) and their right-hand sides (n, 1 or 3), slopes weighted by lengths."""
         along: list[FloatArray] = []
         over: list[FloatArray] = []
         for at, (low, high), count, basis in (
@@ -317,33 +316,33 @@ class _Samples:
 
         parts, values = [product(along[0], over[0])], [self.azimuth]
         if self.slopes is not None:
-            # a slope over a third of the spacing of the points weighs as much as a point
+            # a slope over a third of the distance of the points has the weight of a point
             steps = 0.33 * np.array([np.ptp(self.u), np.ptp(self.v)]) / np.sqrt(self.u.size)
             parts += [steps[0] * product(along[1], over[0]), steps[1] * product(along[0], over[1])]
             values += [steps[0] * self.slopes[0], steps[1] * self.slopes[1]]
         return np.stack(parts, axis=1), np.stack(values, axis=1)
 
     def fit(self, shape: tuple[int, int]) -> Patch:
-        """Smooth azimuth."""
+        """Fit of the azimuth."""
         matrix, values = self.rows(shape)
         solution = np.linalg.lstsq(matrix.reshape(-1, matrix.shape[-1]), values.ravel(), rcond=None)[0]
         return Patch(("azimuth",), self.u_range, self.v_range, np.asarray(solution, np.float64).reshape(*shape, 1))
 
     def left_out(self, shape: tuple[int, int]) -> FloatArray:
-        """By how much the surface through all other points misses each point [rad]."""
+        """Leave-one-out error of each point [rad]."""
         matrix, values = self.rows(shape)
         n, m, k = matrix.shape
         basis = np.linalg.qr(matrix.reshape(-1, k))[0].reshape(n, m, k)
         rest = values - np.einsum("nmk,k->nm", basis, np.einsum("nmk,nm->k", basis, values))
         own = np.eye(m) - np.einsum("nik,njk->nij", basis, basis)
-        # a point that alone holds a coefficient cannot be left out
+        # a point that alone determines a coefficient cannot be left out
         held = np.linalg.det(own) < 1e-9
         own[held] = 1e-3 * np.eye(m)
         return np.asarray(np.linalg.solve(own, rest[..., None])[:, 0, 0])
 
 
 def _best_shape(grid: PointGrid, samples: _Samples) -> tuple[int, int]:
-    """Numbers of coefficients that predict left-out points best."""
+    """Numbers of coefficients with the smallest leave-one-out error."""
     per_point = 1 if samples.slopes is None else 2
     most_u, most_v = (per_point * np.unique(x).size - 1 for x in (grid.column, grid.row))
     tries = {(min(k, most_u, 16), min(max(3, round(0.75 * k)), most_v, 12)) for k in range(3, 17)}
@@ -357,5 +356,5 @@ def _best_shape(grid: PointGrid, samples: _Samples) -> tuple[int, int]:
     best = min(scored)[0]
     if best > 0.05 * float(np.ptp(samples.azimuth)) + 1e-4:
         raise InputError("grid", grid.path, "points of one smooth flank", "They do not lie on a smooth surface.")
-    # the smallest that does nearly as well: it is the calmer one beyond the points
+    # the smallest one with nearly the same error, because it is smoother beyond the points
     return next(one for score, one in sorted(scored, key=lambda item: item[1][0] * item[1][1]) if score <= 1.2 * best)

@@ -1,4 +1,4 @@
-"""Lines of constant roll angle on the gear flank: where they run inside both blanks, and points on them."""
+"""Lines of constant roll angle on the gear flank: their extent inside both blanks, and points on them."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from efficiency.cutting.rotation import dot
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
 
-# ends of lines: error of the distance from the boundary over the depth, or of the place over the step between samples
+# ends of lines: relative error of the distance from the boundary, or of the position within a step between samples
 _END_ERROR, _END_STEPS = 1e-11, 60
 
 
 @dataclass(frozen=True)
 class Lines:
-    """Points of lines of constant roll angle on the gear flank and the length each stands for, lines consecutive."""
+    """Points of lines of constant roll angle on the gear flank and the length represented by each, concatenated."""
 
     u: FloatArray
     v: FloatArray
@@ -27,7 +27,7 @@ class Lines:
 
 @dataclass(frozen=True)
 class Spans:
-    """Where lines of given roll angles run, in the coordinate they are followed in."""
+    """Extent of lines of given roll angles, in the coordinate along which they are followed."""
 
     roll: FloatArray
     start: FloatArray
@@ -36,7 +36,7 @@ class Spans:
 
 
 def line_spans(surface: MeshSurface, roll: FloatArray) -> tuple[Spans, IntArray]:
-    """Lines of given roll angles inside both blanks, and which of the given ones have any length."""
+    """Lines of given roll angles inside both blanks, and indices of roll angles with a line of finite length."""
     coarse = 61
     swapped = _steep(surface)
     low, high = surface.patch.v_range if swapped else surface.patch.u_range
@@ -46,7 +46,7 @@ def line_spans(surface: MeshSurface, roll: FloatArray) -> tuple[Spans, IntArray]
     inside = margin > 0.0
     kept = np.flatnonzero(inside.any(axis=1))
     margin, run, roll, free, found = margin[kept], run[kept], roll[kept], (u if swapped else v)[kept], found[kept]
-    # the longest inner part: from its first to its last inner sample around the sample farthest inside
+    # the longest inner part: between the first and last inner samples around the sample farthest inside
     deepest = np.argmax(margin, axis=1)
     ends = []
     for step in (-1, 1):
@@ -58,18 +58,18 @@ def line_spans(surface: MeshSurface, roll: FloatArray) -> tuple[Spans, IntArray]
         ends.append(_end(surface, roll, run[pair], free[pair], margin[pair], found[pair].all(axis=1), swapped))
     start, stop = ends
     if not roll.size:
-        raise ConvergenceError("no_contact", "the blanks of both members share no part of the flank")
+        raise ConvergenceError("no_contact", "the blanks of both members have no common part of the flank")
     return Spans(roll, start, stop, swapped), kept
 
 
 def within_reach(surface: MeshSurface, spans: Spans, owner: IntArray, reach: float) -> tuple[Spans, IntArray]:
-    """The part of each line that a gear rotation closes from the first touch of its position on, with a margin."""
+    """Part of each line that a gear rotation closes after first contact of its position, with a margin."""
     samples = 81
     share = np.linspace(0.0, 1.0, samples)
     run = spans.start[:, None] + (spans.stop - spans.start)[:, None] * share
     u, v, _ = _level(surface, spans.roll, run, spans.swapped)
     back, lever = surface.patch(u.ravel(), v.ravel(), ("ease_off_angle", "lever")).reshape(2, *run.shape)
-    # relief puts the first touch off, but may close sooner next to a point than at it
+    # relief delays first contact, but may close sooner near a point than at it
     relieved = back + surface.relief_depth(u.ravel(), v.ravel()).reshape(run.shape) / lever
     least = np.full(int(owner.max()) + 1, np.inf)
     np.minimum.at(least, owner, relieved.min(axis=1))
@@ -91,7 +91,7 @@ def line_points(surface: MeshSurface, spans: Spans, count: int) -> Lines:
 
 
 def _stretch(surface: MeshSurface, u: FloatArray, v: FloatArray, swapped: bool) -> FloatArray:
-    """Length of a line per unit of the coordinate it is followed in."""
+    """Length of a line per unit of the coordinate along which it is followed."""
     p = surface.patch
     ru, rv = p(u, v, POSITION, du=1), p(u, v, POSITION, dv=1)
     (roll_u,), (roll_v,) = p(u, v, ("roll",), du=1), p(u, v, ("roll",), dv=1)
@@ -100,7 +100,7 @@ def _stretch(surface: MeshSurface, u: FloatArray, v: FloatArray, swapped: bool) 
 
 
 def _steep(surface: MeshSurface) -> bool:
-    """Whether the lines run more across the tooth height than along the face."""
+    """Whether the lines extend more over the tooth height than along the face."""
     u, v = np.array([surface.design_point[0]]), np.array([surface.design_point[1]])
     (roll_u,), (roll_v,) = (surface.patch(u, v, ("roll",), du=a, dv=1 - a) for a in (1, 0))
     depth = float(surface.height(u, v + 1.0)[0] - surface.height(u, v)[0])
@@ -110,9 +110,9 @@ def _steep(surface: MeshSurface) -> bool:
 def _level(
     surface: MeshSurface, roll: FloatArray, run: FloatArray, swapped: bool, start: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    """Points of the lines at given u (or v where swapped); where a line leaves the map the nearest point of its rim.
+    """Points of the lines at given u (or v if swapped); outside the map the nearest point of its boundary.
 
-    `start`: the other coordinate nearby, where it is known.
+    `start`: estimate of the other coordinate.
     """
     low, high = surface.patch.u_range if swapped else surface.patch.v_range
     target = np.broadcast_to(roll[:, None], run.shape).ravel()
@@ -142,11 +142,11 @@ def _end(
     known: NDArray[np.bool_],
     swapped: bool,
 ) -> FloatArray:
-    """Where the lines cross the boundary: false position, bisection where they leave the map before.
+    """Intersection of the lines with the boundary: Illinois method, with bisection where they leave the map.
 
-    `run`, `free`, `margin` (n, 2): the coordinate the lines are followed in, the other one, and the distance inside the
-    boundary, at the last inner and the first outer sample; where a line ends with the map both are the same sample.
-    `known` (n,): whether both samples are points of the line.
+    `run`, `free`, `margin` (n, 2): the coordinate along which the lines are followed, the other one, and the distance
+    inside the boundary, at the last inner and the first outer sample; both are the same sample if a line ends with the
+    map. `known` (n,): whether both samples are points of the line.
     """
     inner, outer = run[:, 0], run[:, 1]
     (free_in, free_out), (inside, outside) = free.T, margin.T
@@ -159,7 +159,7 @@ def _end(
         u, v, found = at_u[:, 0], at_v[:, 0], on_line[:, 0]
         here, there = np.where(found, surface.margin(u, v), -1.0), u if swapped else v
         good, done = here > 0.0, np.abs(here) < _END_ERROR * depth
-        # Illinois: an end that stays twice counts half
+        # Illinois method: the value of an end retained twice is halved
         inside, outside = (
             np.where(good, here, np.where(kept < 0.0, 0.5, 1.0) * inside),
             np.where(good, np.where(kept > 0.0, 0.5, 1.0) * outside, here),

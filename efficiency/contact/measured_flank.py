@@ -1,16 +1,16 @@
-"""Measured flank: what the machine was set to cut, plus a smooth deviation with a known uncertainty.
+"""Measured flank: nominal flank of the machine settings plus a smooth deviation with a known uncertainty.
 
 An inspection machine gives points with noise. Their deviation from the nominal flank, along its normal, is a smooth
-field over face and depth: thickness, pressure and spiral angle are free, crownings and twist have a common size, what
-is beyond changes over some length. The mean of the field is the flank, its covariance the uncertainty of the flank, and
-of the transmission error that follows from it. Without a nominal flank the deviation is that from a polynomial through
-the points, free to fourth order, and the uncertainty larger.
+field over face and depth. Thickness, pressure and spiral angle are free; crowning and twist have a common size; the
+remainder varies over a correlation length. The mean of the field is the flank, its covariance is the uncertainty of the
+flank, and of the transmission error. Without a nominal flank the deviation refers to a polynomial through the points,
+free to fourth order, and the uncertainty is larger.
 
-The field is a Gaussian process: free terms up to an order, terms of second order of one common size, and a part that
-changes over one length along the face and another over the depth. Sizes (half-Cauchy priors) and lengths are unknown
-and integrated over by prior and likelihood: taking the likeliest alone underestimates the uncertainty, because where
-the likeliest field is zero one of a third of the noise is nearly as likely. What scatters about the function is noise,
-at least the stated one, the likeliest size of it above that.
+The field is a Gaussian process with three parts: free terms up to an order, terms of second order with one common size,
+and a part with one length along the face and another over the depth. Sizes (half-Cauchy priors) and lengths are unknown
+and integrated over by prior and likelihood. The maximum-likelihood estimate alone underestimates the uncertainty: a
+zero field and a field of a third of the noise are nearly equally likely. The scatter about the function is noise, at
+least the stated one.
 
 Source: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), 2.7 and 5.4.1; half-Cauchy sizes:
 Gelman, Bayesian Analysis 1 (2006), 515. Kernel and scales are ours.
@@ -34,36 +34,35 @@ from efficiency.cutting.flank import Flank, FlankPoints
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
 
-# coefficients of the azimuth over face and depth, and how far beyond the blank it is laid
+# coefficients of the azimuth over face and depth, and extension of the fit beyond the blank
 _SHAPE = (20, 14)
 _BEYOND = 0.06
-# over an undercut root: how far above the lowest point it begins, the first that will do, fractions of the depth
+# for an undercut root: trial distances of the lower limit from the lowest point, fractions of the depth
 _RAISED = (0.0, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2)
 # order of the free part of the deviation with and without a nominal flank
 _ORDER, _ORDER_ALONE = 1, 4
-# no cut and ground flank lies farther from its nominal one [m]
+# largest deviation of a cut or ground flank from its nominal one [m]
 _FARTHEST = 0.5e-3
-# tuned: points that scatter more than this times the stated uncertainty are reported (ours); may be changed freely
+# tuned: ratio of scatter to stated uncertainty above which the scatter is reported (ours); may be changed freely
 _SCATTER = 1.3
 
-
-# tuned: sizes [um], scales of their half-Cauchy priors, and lengths in half sides (ours); may
-# be changed by whoever runs `test_stated_uncertainty_covers`
+# tuned: sizes [um], scales of their half-Cauchy priors, and lengths in half sides (ours); may be changed after running
+# `test_stated_uncertainty_covers`
 _SIZES = np.geomspace(0.02, 300.0, 15)
 _SCALE_SECOND, _SCALE_FIELD = 3.0, 1.0
 _LENGTHS = (0.4, 0.8, 1.6, 5.0)
-# dirt (ours): so many robust standard deviations, or uncertainties, from the neighbours; more than this share is form
+# outliers by dirt (ours): deviation from neighbours in robust standard deviations or uncertainties; largest share
 _DIRTY, _MOST_DIRTY = 8.0, 0.05
 _HUBER, _ROBUST, _ROUNDS = 1.5, 1.4826, 10
-# sets of sizes and lengths that stand for all of them, and the prior size of the free terms [um]
+# number of sets of sizes and lengths for the integration, and prior size of the free terms [um]
 _SETS, _FREE = 24, 1e3
-# noise is looked for up to this many times the stated one, to this share
+# largest ratio of noise to the stated one, and relative accuracy of the noise
 _LOUDER, _NOISE_STEP = 300.0, 0.02
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """One set of what is not known: sizes [um] of the terms of second order and of the field, its lengths."""
+    """One set of hyperparameters: sizes [um] of the terms of second order and of the field, lengths of the field."""
 
     second: float
     field: float
@@ -75,14 +74,14 @@ class Sizes:
 class SmoothField:
     """Smooth function with its uncertainty; see `smooth_field`."""
 
-    place: FloatArray  # (2, n) where there are values, from -1 to 1
+    place: FloatArray  # (2, n) positions of the values, from -1 to 1
     values: FloatArray  # (n,) noisy values [um]
-    order: int  # the function is free up to it
+    order: int  # order up to which the function is free
     noise: float  # scatter of the values, 1 sigma [um]
-    sets: tuple[Sizes, ...]  # what stands for all sizes and lengths, by their weights
+    sets: tuple[Sizes, ...]  # sets of sizes and lengths with their weights
 
     def mean(self, place: FloatArray) -> FloatArray:
-        """Expected function at (2, m) places [um], (m,)."""
+        """Expected function at (2, m) positions [um], (m,)."""
         return self._moments(place, False)[0]
 
     def covariance(self, place: FloatArray) -> FloatArray:
@@ -105,17 +104,17 @@ class SmoothField:
         return np.asarray(mean), np.asarray(within + (weights * apart.T) @ apart)
 
     def _kernel(self, sizes: Sizes, first: FloatArray, second: FloatArray) -> FloatArray:
-        """Prior covariance between places [um^2]."""
+        """Prior covariance between positions [um^2]."""
         free = _FREE**2 * _terms(first, 0, self.order) @ _terms(second, 0, self.order).T
         quadratic = sizes.second**2 * _terms(first, 2, 2) @ _terms(second, 2, 2).T
         return np.asarray(free + quadratic + sizes.field**2 * _correlation(first, second, sizes.lengths))
 
 
 def smooth_field(place: FloatArray, values: FloatArray, noise: float, order: int) -> SmoothField:
-    """Smooth function behind values (n,) [um] at places (2, n) from -1 to 1.
+    """Smooth function fitted to values (n,) [um] at positions (2, n) from -1 to 1.
 
-    `noise` is the least scatter of the values, 1 sigma [um]. The function is free up to `order`; from 2 on the terms of
-    second order have no size of their own.
+    `noise` is the least scatter of the values, 1 sigma [um]. The function is free up to `order`; from order 2 the terms
+    of second order have no own size.
     """
     free = np.linalg.qr(_terms(place, 0, order), mode="complete")[0][:, _terms(place, 0, order).shape[1] :].T
     quadratic = free @ _terms(place, 2, 2)
@@ -124,7 +123,7 @@ def smooth_field(place: FloatArray, values: FloatArray, noise: float, order: int
         variance, own = np.linalg.eigh(free @ _correlation(place, place, lengths) @ free.T)
         parts.append((np.maximum(variance, 0.0), own.T @ (free @ values), own.T @ quadratic))
     second = _SIZES if order < 2 else np.zeros(1)
-    step = np.log(_SIZES)  # even in the logarithm: a density per size counts times the size
+    step = np.log(_SIZES)  # even steps in the logarithm: a density per size is multiplied by the size
     prior = step - np.log1p((_SIZES / _SCALE_FIELD) ** 2)
     prior = prior[:, None] + (step - np.log1p((_SIZES / _SCALE_SECOND) ** 2) if order < 2 else np.zeros(1))
 
@@ -144,7 +143,7 @@ def smooth_field(place: FloatArray, values: FloatArray, noise: float, order: int
         scatter = noise * float(np.exp(found.x))
     weight = evidence(scatter)
     weight = np.exp(weight - weight.max())
-    # even steps of their cumulative weight: each set as often as it counts
+    # even steps of the cumulative weight: each set occurs in proportion to its weight
     summed = np.cumsum(weight) / weight.sum()
     chosen, often = np.unique(np.searchsorted(summed, (np.arange(_SETS) + 0.5) / _SETS), return_counts=True)
     sets = []
@@ -155,13 +154,13 @@ def smooth_field(place: FloatArray, values: FloatArray, noise: float, order: int
 
 
 def _terms(place: FloatArray, least: int, most: int) -> FloatArray:
-    """Powers of both places with orders from least to most, (n, terms)."""
+    """Powers of both coordinates with orders from least to most, (n, terms)."""
     x, y = place
     return np.stack([x ** (k - j) * y**j for k in range(least, most + 1) for j in range(k + 1)], axis=1)
 
 
 def _correlation(first: FloatArray, second: FloatArray, lengths: tuple[float, float]) -> FloatArray:
-    """Of the field between places, (n, m)."""
+    """Correlation of the field between positions, (n, m)."""
     apart = sum(((a[:, None] - b) / length) ** 2 for a, b, length in zip(first, second, lengths, strict=True))
     return np.asarray(np.exp(-0.5 * apart))
 
@@ -169,11 +168,11 @@ def _correlation(first: FloatArray, second: FloatArray, lengths: tuple[float, fl
 def _likelihood(
     variance: FloatArray, values: FloatArray, terms: FloatArray, sizes: FloatArray, second: FloatArray, noise: float
 ) -> FloatArray:
-    """Logarithm of the likelihood of values with uncorrelated field and noise and further terms, (sizes, second)."""
+    """Log likelihood of values with uncorrelated field, noise and further terms, (sizes, second)."""
     total = sizes[:, None] ** 2 * variance + noise**2
     alone = -0.5 * np.sum(np.log(total) + values**2 / total, axis=1)
     weighed = terms / total[:, :, None]
-    # determinant and inverse by the terms (Woodbury)
+    # determinant and inverse of the terms (Woodbury)
     inner = np.eye(terms.shape[1]) + second[:, None, None] ** 2 * (terms.T @ weighed)[:, None]
     along = second[:, None] * (values @ weighed)[:, None]
     gained = np.sum(along * np.linalg.solve(inner, along[..., None])[..., 0], axis=-1)
@@ -186,12 +185,12 @@ class MeasuredFlank(SmoothFlank):
 
     place: FloatArray  # (2, n) measured points: u over half the face width, depth fraction from -1 to 1
     deviation: FloatArray  # (n,) measured minus nominal along the normal, positive outwards, without its mean [m]
-    offset: float  # that mean as an angle about the axis: thickness, or the turn of the grid [rad]
-    # stated, scatter: measurement uncertainty as given, and scatter of the points about the flank, both 1 sigma [m]
+    offset: float  # mean deviation as an angle about the axis: thickness, or rotation of the grid [rad]
+    # stated measurement uncertainty, and scatter of the points about the flank, both 1 sigma [m]
     stated: float
     scatter: float
-    field: SmoothField  # the deviation over face and depth
-    dirty: tuple[str, ...] = ()  # points that were left out, far from all of their neighbours
+    field: SmoothField  # deviation over face and depth
+    dirty: tuple[str, ...] = ()  # omitted outliers, which deviate from all neighbours
 
     def covariance(self, u: FloatArray, h: FloatArray) -> FloatArray:
         """Covariance of the flank along its normal at blank coordinates [m^2], (n, n)."""
@@ -202,22 +201,22 @@ class MeasuredFlank(SmoothFlank):
         """Note on the measurement."""
         text = f"standard uncertainty of one point {self.stated * 1e6:.2g} um"
         if self.scatter > _SCATTER * self.stated:
-            text += f", but the points scatter by {self.scatter * 1e6:.2g} um about a smooth flank: that is used"
+            text += f", but the points scatter by {self.scatter * 1e6:.2g} um about a smooth flank; this value is used"
         if self.dirty:
-            text += f"; left out, far from the points about them: {', '.join(self.dirty)}"
+            text += f"; omitted outliers: {', '.join(self.dirty)}"
         return text
 
 
 def measured_flank(
     grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand, uncertainty: float, nominal: Flank | None = None
 ) -> MeasuredFlank:
-    """Smooth flank behind measured points; normals are not used, as they are not measured.
+    """Smooth flank fitted to measured points; given normals are not used, because they are not measured.
 
-    grid, side, blank, hand: points, flank they belong to, blank and hand of the member.
+    grid, side, blank, hand: points, side of the flank, blank and hand of the member.
     uncertainty: standard uncertainty of one point along the normal [m].
-    nominal: what should have been cut.
-    Raises `InputError`: the points are not those of this flank and blank; `ConvergenceError`: the nominal flank does
-    not exist where its blank does.
+    nominal: nominal flank.
+    Raises `InputError` if the points are not those of this flank and blank; `ConvergenceError` if the nominal flank
+    does not exist on its blank.
     """
     u, v, h, azimuth = placed_points(grid, side, blank)
     sense = normal_sense(side, hand)
@@ -238,12 +237,12 @@ def measured_flank(
         for raised in _RAISED:
             if regular.all():
                 break
-            # next to a limit of undercut the azimuth is no polynomial: no farther down than the points, or a bit less
-            # where the limit rises beyond them at toe and heel: one node missing would leave a corner to chance
+            # near a limit of undercut the azimuth is not polynomial: the fit ends at the lowest point, or above it
+            # where the limit rises at toe and heel, because a missing node would leave a corner undetermined
             ranges = ranges[0], (measured[1][0] + raised, 1.0 + _BEYOND)
             nodes_u, nodes_v, points, regular = regular_points(nominal, *ranges, _SHAPE)
         if not regular.all():
-            raise ConvergenceError("undercut", f"the nominal {side} flank does not exist where the points are")
+            raise ConvergenceError("undercut", f"the nominal {side} flank does not exist at the measured points")
         nodes = nodes_u, nodes_v
     if here.sum() < 0.8 * here.size:
         raise ConvergenceError("undercut", f"the nominal {side} flank does not exist at a fifth of the measured points")
@@ -297,10 +296,10 @@ def measured_flank(
 
 
 def _dirty(place: FloatArray, deviation: FloatArray, uncertainty: float) -> NDArray[np.bool_]:
-    """Points that lie far from those about them, as by dirt or a burr; none where there are many [um].
+    """Outliers that deviate from all neighbours, such as dirt or a burr; none if they are too many [um].
 
-    What a robust fit of third order leaves (Huber's loss, reweighted least squares) is compared with the median of the
-    eight nearest points: a smooth deviation of higher order moves both.
+    The residual of a robust fit of third order (Huber's loss, reweighted least squares) is compared with the median of
+    the eight nearest points, which a smooth deviation of higher order changes as well.
     """
     terms = _terms(place, 0, 3)
     weight = np.ones(deviation.size)
@@ -323,6 +322,6 @@ def _place(blank: Blank, u: FloatArray, h: FloatArray) -> FloatArray:
 
 
 def _lever(points: FlankPoints) -> FloatArray:
-    """Way along the outward normal for a turn about the axis [m/rad], (n,)."""
+    """Distance along the outward normal per rotation about the axis [m/rad], (n,)."""
     (x, y, _), (nx, ny, _) = points.position, points.normal
     return np.asarray(x * ny - y * nx)

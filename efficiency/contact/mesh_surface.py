@@ -1,9 +1,9 @@
-"""The gear flank as a map of the mesh: surface of roll angle, ease-off, and where both flanks end.
+"""The gear flank as a map of the mesh: surface of roll angle, ease-off, and limits of both flanks.
 
-All fields are kept as Chebyshev patches over (u, v): u [m] along the gear's pitch cone from the mean point towards the
+All fields are Chebyshev patches over (u, v): u [m] along the pitch cone of the gear from the mean point towards the
 heel, v the fraction of its whole depth from the root. Gear points and parameters of the pinion points are solved once
-(`flank_grid`) and serve every misaligned state. Where the pinion is undercut its fields are fitted to the points that
-exist, and the map keeps how far it reaches.
+(`flank_grid`) and used for every misaligned state. If the pinion is undercut its fields are fitted to the existing
+points, and the map contains the limit of undercut.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ class LineFrame:
     """Tangents of the gear flank at points of contact lines, gear frame."""
 
     along: FloatArray  # (3, n) unit tangent of the line of constant roll angle, towards the heel
-    # (3, n) tangential gradient of the roll angle [rad/m]: the line runs over the gear at ``1/|gradient|`` per unit
+    # (3, n) tangential gradient of the roll angle [rad/m]; the line moves over the gear at ``1/|gradient|`` per unit
     # speed
     gradient: FloatArray
-    # rates_gradient, rates_along: (2, n) change of (u, v) per metre along the gradient and along the line
+    # (2, n) change of (u, v) per metre along the gradient and along the line
     rates_gradient: FloatArray
     rates_along: FloatArray
 
@@ -57,29 +57,29 @@ def line_frame(patch: Patch, u: FloatArray, v: FloatArray) -> LineFrame:
     return LineFrame(along / stretch, gradient, np.stack([up, vp]) / size, rates_along)
 
 
-_AXIS = np.array([[0.0], [0.0], [1.0]])  # of a member in its work frame
+_AXIS = np.array([[0.0], [0.0], [1.0]])  # axis of a member in its work frame
 
 
 def tangent_angle(axis: FloatArray, normal: FloatArray, direction: FloatArray) -> FloatArray:
     """Angle of tangents d (3, n) of a flank with outward normals n (3, n) and axis (3, 1) [rad].
 
-    ``atan2(d . (n x e1), d . e1)`` with ``e1 = axis x n``: no rotation about the axis changes it, so marks known on the
-    flank serve in the mesh.
+    ``atan2(d . (n x e1), d . e1)`` with ``e1 = axis x n``: the angle is invariant to rotation about the axis, so that
+    the lay of a flank can be used in the mesh.
     """
     first = unit(cross(np.broadcast_to(axis, normal.shape), normal))
     return np.asarray(np.arctan2(dot(direction, cross(normal, first)), dot(direction, first)))
 
 
 def undirected(angle: FloatArray) -> FloatArray:
-    """An angle between lines, which have no sense, from -pi/2 to pi/2 [rad]."""
+    """An angle between undirected lines, from -pi/2 to pi/2 [rad]."""
     return np.asarray((angle + 0.5 * np.pi) % np.pi - 0.5 * np.pi)
 
 
 def mark_angles(flank: Flank, u: FloatArray, h: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Angle of the cutter's marks at blank coordinates u, h (n,) [m], [rad], and where the flank exists."""
+    """Angle of the lay at blank coordinates u, h (n,) [m], [rad], and a mask of existing points."""
     points, found = flank.solve(u, h)
     angle = tangent_angle(_AXIS, points.normal, flank.marks(points))
-    # lines have no sense: none may jump by pi against the first that exists
+    # undirected lines: no angle may differ by pi from the first existing one
     first = angle[int(np.argmax(found))]
     return first + undirected(angle - first), found
 
@@ -87,62 +87,54 @@ def mark_angles(flank: Flank, u: FloatArray, h: FloatArray) -> tuple[FloatArray,
 BoolArray = NDArray[np.bool_]
 
 NORMAL = ("nx", "ny", "nz")
-# marks turn slowly over a flank: between the nodes they are off by 0.01 deg (13x42), by 1 deg at an undercut (9x34)
+# the lay direction varies slowly over a flank: error between nodes 0.01 deg (13x42), 1 deg at an undercut (9x34)
 _MARK_NODES, _MARK_SHAPE = (8, 6), (4, 3)
 PINION = ("px", "py", "pz")
 EDGES = (
-    "gear toe",
-    "gear heel",
-    "gear tip",
-    "gear root",
-    "pinion toe",
-    "pinion heel",
-    "pinion tip",
-    "pinion root",
-    "pinion undercut",
+    *("gear toe", "gear heel", "gear tip", "gear root"),
+    *("pinion toe", "pinion heel", "pinion tip", "pinion root", "pinion undercut"),
 )
-# tuned: share of the mating flank that may be undercut, beyond it too little of the pair is left (ours); may be changed
-# freely
+# tuned: largest undercut share of the mating flank (ours); may be changed freely
 _MAX_UNDERCUT = 0.3
-# tuned: interpolation error, as a share of the tooth depth, from which a map is refused (ours); may be lowered freely
+# tuned: largest interpolation error of a map, as a fraction of the tooth depth (ours); may be lowered freely
 _MAX_ERROR = 0.01
 
 
 @dataclass(frozen=True)
 class UndercutRegion:
-    """The part of the mating flank that does not exist because the pinion is undercut there."""
+    """The part of the mating flank that is missing because the pinion is undercut."""
 
-    share: float  # of the flank area inside both blanks
-    u: tuple[float, float]  # from where to where along the gear's pitch cone from its mean point [m]
-    fraction: tuple[float, float]  # from where to where in the depth of the gear, 0 root, 1 tip
+    share: float  # share of the flank area inside both blanks
+    u: tuple[float, float]  # range along the pitch cone of the gear from its mean point [m]
+    fraction: tuple[float, float]  # range of the depth fraction of the gear, 0 root, 1 tip
 
 
 @dataclass(frozen=True)
 class MeshSurface:
     """Fields of the mesh on the gear flank."""
 
-    # gear, pinion: the two real flanks
+    # real flanks
     gear: Flank
     pinion: Flank
-    assembly: Assembly  # their position, misalignments included
-    phase: float  # rotation of the pinion flank about its axis [rad] that makes the smallest ease-off zero
+    assembly: Assembly  # their position with misalignments
+    phase: float  # rotation of the pinion flank about its axis [rad] for which the minimum ease-off is zero
     direction: float  # +1 or -1: sense of pinion rotation about the axis of the mesh frame when these flanks drive
-    # pinion rotation f1 [rad] at which the design point touches; roll angles are ``direction (f1 - roll_zero)``
+    # pinion rotation f1 [rad] at contact of the design point; roll angles are ``direction (f1 - roll_zero)``
     roll_zero: float
     design_point: tuple[float, float]  # (u, v) of the design point: mean cone distance, middle of the working depth
-    # (u, v) of the smallest ease-off over lever inside the flanks, where the transmission error is highest
+    # (u, v) of the minimum ease-off over lever inside the flanks, where the transmission error is highest
     error_maximum: tuple[float, float]
-    # fields ``x y z nx ny nz`` (gear frame; normal out of the gear tooth), ``azimuth`` of that point from that of the
-    # design point, ``roll`` (surface of roll angle in driving direction [rad]), ``ease_off`` [m], ``lever`` (arm about
-    # the gear axis [m]), ``ease_off_angle`` (ease-off over lever: the gear rotation that closes it [rad]), ``bend``
-    # (separation of the conjugate pair over the lever is ``bend (roll - angle)^2/2`` at a point fixed to the pinion
-    # [1/rad]), ``u1``, ``h1`` (blank coordinates on the pinion [m]), ``px py pz`` (real pinion point in its frame,
-    # phase included [m]) and, where the pinion is undercut, ``regular`` (positive where its flank exists)
+    # fields ``x y z nx ny nz`` (gear frame; normal out of the gear tooth), ``azimuth`` of that point relative to the
+    # design point, ``roll`` (surface of roll angle in driving direction [rad]), ``ease_off`` [m], ``lever`` (lever arm
+    # about the gear axis [m]), ``ease_off_angle`` (ease-off over lever: the gear rotation that closes it [rad]),
+    # ``bend`` (separation of the conjugate pair over the lever is ``bend (roll - angle)^2/2`` at a point fixed to the
+    # pinion [1/rad]), ``u1``, ``h1`` (blank coordinates on the pinion [m]), ``px py pz`` (real pinion point in its
+    # frame, phase included [m]) and, for an undercut pinion, ``regular`` (positive where its flank exists)
     patch: Patch
     interpolation_error: float  # estimated error of ease-off and gear flank between the nodes, along the normal [m]
-    undercut: UndercutRegion | None  # the part of the mating flank that is undercut
-    grid: FlankGrid  # the points it was made from
-    # taken off both flanks next to their edges; the map itself is that of the flanks without
+    undercut: UndercutRegion | None  # undercut part of the mating flank
+    grid: FlankGrid  # solved flank points
+    # relief of both flanks at their edges; the map itself is without relief
     relief: PairRelief = field(default_factory=PairRelief)
 
     def relief_depth(self, u: FloatArray, v: FloatArray) -> FloatArray:
@@ -169,7 +161,7 @@ class MeshSurface:
 
     @property
     def undercut_scale(self) -> float:
-        """Length that makes the field ``regular`` comparable with a distance: the depth of the gear tooth [m]."""
+        """Length that scales the field ``regular`` to a distance: the depth of the gear tooth [m]."""
         middle = np.zeros(1)
         return float((self.height(middle, np.ones(1)) - self.height(middle, middle))[0])
 
@@ -180,7 +172,7 @@ class MeshSurface:
 
     @cached_property
     def marks(self) -> Patch:
-        """Angles of the cutter's marks on both flanks [rad], fields ``gear``, ``pinion``."""
+        """Angles of the lay of both flanks [rad], fields ``gear``, ``pinion``."""
         half = 0.5 * self.gear.blank.face_width
         u, v = Patch.nodes((-half, half), (0.0, 1.0), _MARK_NODES)
         u1, h1 = self.patch(u, v, ("u1", "h1"))
@@ -192,22 +184,21 @@ class MeshSurface:
 
     @cached_property
     def roll_range(self) -> tuple[float, float]:
-        """Smallest and largest roll angle where both members have a flank [rad]."""
-        u, v = (
-            g.ravel() for g in np.meshgrid(np.linspace(*self.patch.u_range, 81), np.linspace(*self.patch.v_range, 61))
-        )
+        """Smallest and largest roll angle at which both members have a flank [rad]."""
+        ranges = np.linspace(*self.patch.u_range, 81), np.linspace(*self.patch.v_range, 61)
+        u, v = (g.ravel() for g in np.meshgrid(*ranges))
         inside = self.margin(u, v) >= 0.0
         if not inside.any():
-            raise ConvergenceError("no_contact", "the blanks of both members share no part of the flank")
+            raise ConvergenceError("no_contact", "the blanks of both members have no common part of the flank")
         roll = self.patch(u[inside], v[inside], ("roll",))[0]
         return float(roll.min()), float(roll.max())
 
     def height(self, u: FloatArray, v: FloatArray) -> FloatArray:
-        """Height over the gear's pitch cone [m]."""
+        """Height above the pitch cone of the gear [m]."""
         return self.gear.blank.height(u, v)
 
     def fraction(self, u: FloatArray, h: FloatArray) -> FloatArray:
-        """Fraction v of the gear's whole depth at a height over its pitch cone."""
+        """Fraction v of the whole depth of the gear at a height above its pitch cone."""
         root = self.gear.blank.root(u)
         return np.asarray((h - root) / (self.gear.blank.tip(u) - root))
 
@@ -224,13 +215,13 @@ class MeshSurface:
         return np.stack([*rows, self.regular(u, v)])
 
     def regular(self, u: FloatArray, v: FloatArray) -> FloatArray:
-        """Measure of how far the pinion is from its undercut limit, in the manner of a distance [m]."""
+        """Measure of the distance of the pinion from its undercut limit [m]."""
         if "regular" not in self.patch.names:
             return np.full(np.shape(u), np.inf)
         return np.asarray(self.patch(u, v, ("regular",))[0] * self.undercut_scale)
 
     def margin(self, u: FloatArray, v: FloatArray) -> FloatArray:
-        """Distance inside the nearest end of both flanks [m], negative outside."""
+        """Distance inside the nearest limit of both flanks [m], negative outside."""
         return np.asarray(self.limits(u, v).min(axis=0))
 
     def exact_roll(self, u: FloatArray, v: FloatArray) -> FloatArray:
@@ -247,24 +238,25 @@ def mesh_surface(
     shape: tuple[int, int] = SHAPE,
     grid: FlankGrid | None = None,
 ) -> MeshSurface:
-    """Map of the mesh of two real flanks in an assembly, misalignments included.
+    """Map of the mesh of two real flanks in an assembly with its misalignments.
 
     Parameters
     ----------
     gear, pinion, assembly
         Mating flanks and their position.
     overhang_root : float
-        How far the map goes below the deepest contact with the pinion's face cone, as a fraction of the whole depth.
+        Extension of the map below the deepest contact with the face cone of the pinion, as a fraction of the whole
+        depth.
     shape : (int, int)
         Chebyshev coefficients along the face and over the depth.
     grid : FlankGrid, optional
-        Flank points solved before, for the same flanks in a position nearby.
+        Flank points of the same flanks from another position.
 
     Raises
     ------
     ConvergenceError
         A flank does not exist at the design point, too much of the mating region is undercut, the members do not mesh
-        there, or the fields are not smooth enough to be mapped.
+        there, or the fields are not smooth enough for the map.
     """
     grid = grid or flank_grid(gear, pinion, assembly, overhang_root, shape)
     conjugate = conjugate_points(grid.points, assembly)
@@ -303,7 +295,8 @@ def _map(
     }
     on_gear = _fitter(grid, grid.found)
     base = on_gear(fields)
-    # off their line of contact the conjugate flanks part as bend (roll - angle)^2/2 at a point fixed to the pinion
+    # off their line of contact the separation of the conjugate flanks is bend (roll - angle)^2/2 at a point fixed to
+    # the pinion
     frame = line_frame(base, grid.u, grid.v)
     share = dot(direction * assembly.sliding(in_mesh), turn(frame.gradient, conjugate.gear_roll))
     base = base.joined(on_gear({"bend": conjugate.rate * (1.0 - share) / lever}))
@@ -331,11 +324,11 @@ def _map(
         None,
         grid,
     )
-    # turn the pinion until its highest point touches: the smallest ease-off becomes zero
+    # rotate the pinion until its highest point contacts: the minimum ease-off becomes zero
     highest, lowest = _error_maximum(start)
     reached = relief[present] / lever[present]
     if lowest < reached.min() - np.ptp(reached) - _MAX_ERROR * start.undercut_scale / lever[-1]:
-        raise ConvergenceError("map", "the ease-off runs out of its points next to the limit of undercut")
+        raise ConvergenceError("map", "the ease-off is extrapolated beyond its points near the limit of undercut")
     phase += direction * lowest / abs(assembly.ratio)
     relief, parameters, found = ease_off(conjugate, grid.pinion, phase, parameters)
     if not found[present].all():
@@ -346,7 +339,7 @@ def _map(
     surface = replace(start, phase=phase, error_maximum=highest, patch=with_ease_off(np.where(present, relief, 0.0)))
     tail = surface.patch.tail
     error = tail["ease_off"] if not grid.dense else _checked(surface, conjugate, parameters)
-    # the gear flank is interpolated as well: its azimuth, along the normal
+    # error of the interpolated gear flank: azimuth error along the normal
     error += tail["azimuth"] * float(lever[-1])
     if not error < _MAX_ERROR * start.undercut_scale:
         raise ConvergenceError(
@@ -369,7 +362,7 @@ def _undercut_error(grid: FlankGrid, share: float, of: str) -> ConvergenceError:
 
 
 def _deep_roots(grid: FlankGrid) -> str:
-    """In words, the roots that are cut far too deep: they undercut and crease the flank above."""
+    """Flanks whose root is cut far too deep, in words; they undercut and damage the flank above."""
     deep = [
         f"the {flank.side} {name} flank is cut with its root {flank.tip_below_root * 1e3:.3g} mm below the root cone: "
         "withdraw the cutter"
@@ -380,7 +373,7 @@ def _deep_roots(grid: FlankGrid) -> str:
 
 
 def _fitter(grid: FlankGrid, present: BoolArray) -> Callable[[dict[str, FloatArray]], Patch]:
-    """Function that makes patches of values at the nodes: interpolation, or least squares over the nodes present."""
+    """Function that fits patches to values at the nodes: interpolation, or least squares over the existing nodes."""
     if present.all():
         rows = int(np.flatnonzero(np.diff(grid.u) != 0.0)[0]) + 1
         nodes = (grid.u.size - 1) // rows, rows
@@ -395,7 +388,7 @@ def _fitter(grid: FlankGrid, present: BoolArray) -> Callable[[dict[str, FloatArr
 
 
 def _checked(surface: MeshSurface, conjugate: ConjugatePoints, parameters: FloatArray) -> float:
-    """Maximum error of the ease-off [m] at points between the nodes, where a part of the flank is undercut."""
+    """Maximum error of the ease-off [m] at points between the nodes of a partly undercut flank."""
     nodes = surface.grid
     random = np.random.default_rng(0)
     u, v = random.uniform(*nodes.u_range, 60), random.uniform(max(0.0, nodes.v_range[0]), 1.0, 60)
@@ -415,7 +408,7 @@ def _checked(surface: MeshSurface, conjugate: ConjugatePoints, parameters: Float
 
 
 def _undercut_region(surface: MeshSurface) -> UndercutRegion | None:
-    """How much of the flank inside both blanks is undercut."""
+    """Undercut part of the flank inside both blanks."""
     if "regular" not in surface.patch.names:
         return None
     half = 0.5 * surface.gear.blank.face_width
@@ -432,7 +425,7 @@ def _undercut_region(surface: MeshSurface) -> UndercutRegion | None:
 
 
 def _error_maximum(surface: MeshSurface) -> tuple[tuple[float, float], float]:
-    """Place and value of the smallest ease-off over lever inside the flanks, by grids that close in on it."""
+    """Position and value of the minimum ease-off over lever inside the flanks, by successively finer grids."""
     (u0, u1), (v0, v1) = surface.patch.u_range, surface.patch.v_range
     centre, reach = np.array([0.5 * (u0 + u1), 0.5 * (v0 + v1)]), np.array([0.5 * (u1 - u0), 0.5 * (v1 - v0)])
     lowest = np.inf
@@ -444,10 +437,10 @@ def _error_maximum(surface: MeshSurface) -> tuple[tuple[float, float], float]:
         if not np.isfinite(height[at]):
             break
         centre, lowest = np.array([u[at], v[at]]), float(height[at])
-        # two cells to each side: the smallest value of a slanted valley may lie beyond the nearest cell
+        # two cells to each side, because the minimum of an inclined valley may lie beyond the nearest cell
         reach = reach * 4.0 / (count - 1)
     if not np.isfinite(lowest):
-        raise ConvergenceError("no_contact", "the blanks of both members share no part of the flank")
+        raise ConvergenceError("no_contact", "the blanks of both members have no common part of the flank")
     sharp = _stationary(surface.patch, centre)
     if surface.margin(sharp[:1], sharp[1:])[0] > 0.0:
         value = float(surface.patch(sharp[:1], sharp[1:], ("ease_off_angle",))[0, 0])
@@ -457,7 +450,7 @@ def _error_maximum(surface: MeshSurface) -> tuple[tuple[float, float], float]:
 
 
 def _stationary(patch: Patch, start: FloatArray) -> FloatArray:
-    """Stationary point of the ease-off over lever near a start, (2,); the start where it bends downwards."""
+    """Stationary point of the ease-off over lever near a start, (2,); the start itself if the curvature is negative."""
     at = start
     for _ in range(4):
         u, v = at[:1], at[1:]

@@ -1,10 +1,10 @@
-"""Tip and end relief: what a shop takes off a finished flank next to its tip, toe and heel.
+"""Tip and end relief: material removed from a finished flank at its tip, toe and heel.
 
-Relief is a depth square to the flank that grows from nothing at its length from the edge to its amount at the edge.
-Across a line of contact the flanks part as x^2/(2R) from their closest approach; relief adds r(x). Where both are least
-together is the closest approach of the relieved flanks: it moves away from the edge, the gap there grows, the curvature
-changes. Before and after the path of the flanks the edge itself touches only where the flank next to it does not come
-first.
+Relief is a depth normal to the flank, which increases from zero at its length from the edge to its amount at the edge.
+Across a line of contact the separation of the flanks is x^2/(2R) from their closest approach; relief adds r(x). The
+minimum of the sum is the closest approach of the relieved flanks: it moves away from the edge, the gap there increases,
+and the curvature changes. Before and after the path of the flanks the edge itself is in contact only if the flank near
+it is not in contact first.
 """
 
 from __future__ import annotations
@@ -25,23 +25,23 @@ from ehl.common.validation import InputModel
 
 ReliefForm = Literal["linear", "parabolic", "circular"]
 
-# samples of the sections: over the range, then between the neighbours of the lowest one
+# samples of the sections: over the range, then between the neighbours of the minimum
 _COARSE, _FINE = 41, 21
-# tuned: distance to both sides over which the curvature of relief is taken [m], about the half-width of a loaded
-# contact; may be changed by whoever runs the tests of relieved edges
+# tuned: distance to both sides for the curvature of relief [m], about the half-width of a loaded contact; may be
+# changed after running the tests of relieved edges
 _WIDTH = 1e-4
-# of the mean transverse tooth thickness: relief of both flanks then leaves half of the tooth (ours)
+# largest amount as a fraction of the mean transverse tooth thickness; relief of both flanks leaves half of it (ours)
 _MAX_SHARE = 0.25
 
 
 class EdgeRelief(InputModel):
-    """Relief next to one edge."""
+    """Relief at one edge."""
 
-    # depth at the edge, square to the flank [m]
+    # depth at the edge, normal to the flank [m]
     amount: Annotated[
-        float, ValueRange("m", gt=0.0, le=1e-3, hint="Relief takes material off; leave the table out for none.")
+        float, ValueRange("m", gt=0.0, le=1e-3, hint="Relief removes material; omit the table for no relief.")
     ]
-    # from the edge to where it begins: down the tooth for the tip, along the face for toe and heel [m]
+    # distance of its start from the edge: down the tooth for the tip, along the face for toe and heel [m]
     length: Annotated[float, ValueRange("m", gt=0.0, le=0.1)]
     form: ReliefForm = "parabolic"  # a flat chamfer, a parabola, or an arc; the last two are tangent to the flank
 
@@ -52,12 +52,12 @@ class EdgeRelief(InputModel):
                 "amount",
                 f"{self.amount * 1e3:.6g} mm",
                 f"at most its length of {self.length * 1e3:.6g} mm",
-                "Relief is flatter than 45 deg: lower the amount or lengthen it.",
+                "Relief must be flatter than 45 deg: reduce the amount or increase the length.",
             )
         return self
 
     def depth(self, distance: FloatArray) -> FloatArray:
-        """Depth [m] at distances from the edge [m]; beyond the edge the form goes on."""
+        """Depth [m] at distances from the edge [m]; extrapolated beyond the edge."""
         reach = np.maximum(self.length - distance, 0.0)
         if self.form == "linear":
             return np.asarray(self.amount * reach / self.length)
@@ -68,9 +68,9 @@ class EdgeRelief(InputModel):
 
 
 class MemberRelief(InputModel):
-    """Relief of both flanks of a member next to tip, toe and heel; None where an edge has none.
+    """Relief of both flanks of a member at tip, toe and heel; None for an edge without relief.
 
-    Where two meet in a corner the deeper one counts: each was taken off the flank by itself.
+    At a corner the larger depth applies, because both reliefs are removed separately.
     """
 
     tip: EdgeRelief | None = None
@@ -87,7 +87,7 @@ class MemberRelief(InputModel):
         return np.asarray(np.max(depths, axis=0))
 
     def check(self, blank: Blank) -> None:
-        """Refuse relief larger than the tooth, naming the key of the member."""
+        """Raise an `InputError` for relief larger than the tooth."""
         half = 0.5 * blank.face_width
         taper = tan(blank.addendum_angle) + tan(blank.dedendum_angle)
         depth = blank.mean_addendum + blank.mean_dedendum - half * abs(taper)
@@ -95,8 +95,8 @@ class MemberRelief(InputModel):
             raise InputError(
                 "edge_relief.tip.length",
                 f"{self.tip.length * 1e3:.6g} mm",
-                f"below the least whole depth of the tooth, {depth * 1e3:.4g} mm",
-                "Usual is a tenth to a third of the depth.",
+                f"below the smallest whole depth of the tooth, {depth * 1e3:.4g} mm",
+                "Usual values are a tenth to a third of the depth.",
             )
         ends = [end for end in (self.toe, self.heel) if end is not None]
         along = sum(end.length for end in ends)
@@ -105,7 +105,7 @@ class MemberRelief(InputModel):
                 "edge_relief.toe.length" if self.toe is not None else "edge_relief.heel.length",
                 f"{along * 1e3:.6g} mm at toe and heel together",
                 f"below the face width, {blank.face_width * 1e3:.4g} mm",
-                "Usual is a twentieth to a fifth of the face at each end.",
+                "Usual values are a twentieth to a fifth of the face width at each end.",
             )
         thickness = pi * blank.mean_cone_distance * sin(blank.pitch_angle) / blank.teeth
         for name in ("tip", "toe", "heel"):
@@ -114,8 +114,8 @@ class MemberRelief(InputModel):
                 raise InputError(
                     f"edge_relief.{name}.amount",
                     f"{given.amount * 1e3:.6g} mm",
-                    f"at most {_MAX_SHARE * thickness * 1e3:.4g} mm, a quarter of the tooth's thickness",
-                    "Usual are 10 to 60 um; a larger chamfer belongs into addendum or face width.",
+                    f"at most {_MAX_SHARE * thickness * 1e3:.4g} mm, a quarter of the tooth thickness",
+                    "Usual values are 10 to 60 um; use the addendum or the face width for a larger chamfer.",
                 )
 
     def __bool__(self) -> bool:
@@ -137,21 +137,21 @@ class PairRelief:
 class ReliefSection:
     """Closest approach of relieved flanks in sections across their lines of contact."""
 
-    place: FloatArray  # (n,) where it lies across the line [m]
-    gap: FloatArray  # (n,) separation there over that of the closest approach without relief [m]
+    place: FloatArray  # (n,) its position across the line [m]
+    gap: FloatArray  # (n,) separation there, relative to the closest approach without relief [m]
     curvature: FloatArray  # (n,) relative curvature there [1/m]
 
 
 def relief_section(
     depth: Callable[[FloatArray], FloatArray], curvature: FloatArray, centre: FloatArray
 ) -> ReliefSection:
-    """Least of ``curvature (x - centre)^2/2 + depth(x)`` in n sections across the lines.
+    """Minimum of ``curvature (x - centre)^2/2 + depth(x)`` in n sections across the lines.
 
-    `depth` is the relief [m] at places (n, m) [m]; `curvature` (positive) and `centre` (n,) belong to the flanks
+    `depth` is the relief [m] at positions (n, m) [m]; `curvature` (positive) and `centre` (n,) are those of the flanks
     without relief [1/m], [m].
     """
     at_centre = depth(centre[:, None])[:, 0]
-    # farther away the parabola alone is higher than relief makes the centre
+    # farther away the parabola alone exceeds the relief at the centre
     reach = np.sqrt(2.0 * at_centre / curvature)
     place, rows = centre, np.arange(centre.size)
     for count in (_COARSE, _FINE, _FINE):

@@ -1,7 +1,8 @@
 """One tooth of a member: flanks, fillets and root on one grid of its blank, and its thickness.
 
-The two flanks of the gear bound one slot, as the cutter leaves it. The pinion flanks are turned into that slot until
-both touch, and the backlash is then taken off the pinion tooth. Between flank and root lies the fillet the cutter cuts.
+The two flanks of the gear bound one slot, as the cutter leaves it. The pinion flanks are rotated into that slot until
+both are in contact; the backlash is then removed from the pinion tooth. The fillet between flank and root is that of
+the cutter.
 """
 
 from __future__ import annotations
@@ -28,9 +29,8 @@ class ToothShape:
     """Depth and thickness of one tooth, at stations along the face from toe to heel."""
 
     face: FloatArray  # (m,) distance from the toe along the pitch cone [m]; ``face[-1]`` is the face width
-    height: FloatArray  # (m,) whole depth, root cone to face cone, square to the pitch cone [m]
-    # thickness_root, thickness_tip: (m,) normal tooth thickness at the root and at the tip [m]; fillets are not
-    # modelled
+    height: FloatArray  # (m,) whole depth, root cone to face cone, normal to the pitch cone [m]
+    # (m,) normal tooth thickness at the root and at the tip [m], without fillets
     thickness_root: FloatArray
     thickness_tip: FloatArray
 
@@ -39,29 +39,24 @@ class ToothShape:
 class RootProfile:
     """Fillet of one flank at k stations along the face, toe to heel."""
 
-    start: FloatArray  # (k,) height where the flank begins [m]
-    bottom: FloatArray  # (k,) height where the fillet ends in the root [m]
-    # height, azimuth: (m, k) points of the fillet, the heights falling: over the pitch cone [m], about the axis of the
-    # member [rad]
+    start: FloatArray  # (k,) height of the start of the flank [m]
+    bottom: FloatArray  # (k,) height of the end of the fillet in the root [m]
+    # (m, k) points of the fillet in order of decreasing height: height above the pitch cone [m], azimuth about the axis
+    # of the member [rad]
     height: FloatArray
     azimuth: FloatArray
 
     def at(self, height: FloatArray) -> FloatArray:
         """Azimuth (rows, k) at heights (rows, k) below `start`; below `bottom` that of the bottom."""
-        return np.stack(
-            [
-                np.interp(column, heights[::-1], angles[::-1])
-                for column, heights, angles in zip(height.T, self.height.T, self.azimuth.T, strict=True)
-            ],
-            axis=1,
-        )
+        columns = zip(height.T, self.height.T, self.azimuth.T, strict=True)
+        return np.stack([np.interp(column, h[::-1], angles[::-1]) for column, h, angles in columns], axis=1)
 
 
 def root_profile(flank: Flank, stations: int, clearance: float) -> RootProfile | None:
-    """Fillet and root of a flank at equally spaced stations; None where the settings give no sensible ones.
+    """Fillet and root of a flank at equally spaced stations; None if the settings give no valid ones.
 
-    Only a flank given by cutter and machine has a fillet. A cutter that stays farther above the root cone of the blank
-    than the clearance [m] would let the mating tip run into the root: such settings are meant for the flank alone.
+    Only a flank given by cutter and machine has a fillet. If the cutter stays farther above the root cone of the blank
+    than the clearance [m], the mating tip would interfere: such settings define the flank only.
     """
     if not isinstance(flank, CutFlank):
         return None
@@ -74,7 +69,7 @@ def root_profile(flank: Flank, stations: int, clearance: float) -> RootProfile |
         return None
     if np.any(limits.root_error > clearance):
         return None
-    # an edge so long that it turns up again behind its deepest point cuts nothing there
+    # an edge that rises again behind its deepest point does not cut there
     height = np.minimum.accumulate(curve.height, axis=0)
     azimuth = np.unwrap(np.arctan2(curve.position[:, 1], curve.position[:, 0]), axis=0)
     return RootProfile(limits.start, height[-1], height, azimuth)
@@ -82,19 +77,18 @@ def root_profile(flank: Flank, stations: int, clearance: float) -> RootProfile |
 
 @dataclass(frozen=True)
 class ToothGrid:
-    """Section of one tooth by cones square to the pitch cone (columns) and levels of the depth (rows)."""
+    """Section of one tooth by cones normal to the pitch cone (columns) and levels of the depth (rows)."""
 
     blank: Blank
-    # u, height: (rows, columns) blank coordinates [m]; rows from the root to the face cone, columns from toe to heel
+    # (rows, columns) blank coordinates [m]; rows from the root to the face cone, columns from toe to heel
     u: FloatArray
     height: FloatArray
-    # lower, upper: (rows, columns) azimuth of the flank that faces smaller and of the one that faces larger azimuths
-    # [rad]
+    # (rows, columns) azimuth of the flank facing smaller azimuths and of the flank facing larger azimuths [rad]
     lower: FloatArray
     upper: FloatArray
-    sides: tuple[FlankSide, FlankSide]  # which of the lower and the upper flank is the concave, which the convex one
-    # whether the lower, the upper flank goes over into the fillet the cutter leaves; else it is continued down to the
-    # root cone of the blank
+    sides: tuple[FlankSide, FlankSide]  # side (concave or convex) of the lower and of the upper flank
+    # whether the lower and the upper flank end in the fillet of the cutter; otherwise they are extended to the root
+    # cone of the blank
     fillets: tuple[bool, bool]
 
     @property
@@ -109,18 +103,18 @@ class ToothGrid:
 
 
 def _flank_azimuth(flank: Flank, u: FloatArray, h: FloatArray, root: RootProfile | None) -> FloatArray:
-    """Azimuth of a flank on a grid: of its fillet below its start, else continued straight where it has ended."""
+    """Azimuth of a flank on a grid, of its fillet below its start, extrapolated linearly below its end."""
     points, found = flank.solve(u.ravel(), h.ravel())
     azimuth = points.azimuth.reshape(u.shape)
     exists = found.reshape(u.shape)
     if root is not None:
         below = h < root.start
         fillet = root.at(h)
-        # whole turns between both
+        # remove the difference of whole rotations
         middle = u.shape[0] - 1, u.shape[1] // 2
         fillet += 2.0 * np.pi * np.round((azimuth[middle] - fillet[0, middle[1]]) / (2.0 * np.pi))
         azimuth, exists = np.where(below, fillet, azimuth), exists | below
-    # the row from which on the flank is there up to the tip
+    # first row above which the flank exists up to the tip
     first = u.shape[0] - np.argmin(np.flip(exists, axis=0), axis=0)
     first = np.where(exists.all(axis=0), 0, first)
     if np.any(first > u.shape[0] - 3):
@@ -151,7 +145,7 @@ def _faces_up(points: FlankPoints) -> bool:
 
 
 def _pinion_turns(flanks: GearFlanks) -> dict[FlankSide, float]:
-    """Rotation of each pinion flank that brings it into contact with its gear flank; backlash taken off evenly."""
+    """Rotation of each pinion flank for contact with its gear flank; the backlash is removed equally from both."""
     turns: dict[FlankSide, float] = {}
     for side, pinion in flanks.pinion.items():
         mean = pinion.mean_point()
@@ -165,11 +159,11 @@ def _pinion_turns(flanks: GearFlanks) -> dict[FlankSide, float]:
 def tooth_grid(pair: GearFlanks, member: Member, rows: int = 15, columns: int = 31) -> ToothGrid:
     """Both flanks of one tooth of a member: levels of the depth from root to tip, sections from toe to heel.
 
-    Between flanks and root lies the fillet the cutter leaves, down to the root it cuts (`root_profile`).
-    The gear flanks bound one slot, as the cutter leaves it; the pinion flanks are turned until both touch the slot of
-    the gear, and the backlash is taken off the pinion tooth. Misalignments of the pair do not matter.
+    The fillet between flank and root is that of the cutter, down to the root it cuts (`root_profile`). The gear flanks
+    bound one slot, as the cutter leaves it. The pinion flanks are rotated until both contact the slot of the gear, and
+    the backlash is removed from the pinion tooth. Misalignments of the pair have no effect.
 
-    Raises `ConvergenceError`: a flank does not span its blank, or the flanks cross (pointed tooth, closed slot).
+    Raises `ConvergenceError` if a flank does not cover its blank, or the flanks intersect (pointed tooth, closed slot).
     """
     flanks = pair.of(member)
     blank = pair.blank(member)
@@ -192,28 +186,21 @@ def tooth_grid(pair: GearFlanks, member: Member, rows: int = 15, columns: int = 
             azimuth[side] += turn
         shift = 0.0
     else:
-        # flanks as cut bound a slot: the tooth lies one pitch back from the far one
+        # flanks as cut bound a slot: the tooth lies one pitch behind its second flank
         shift = -pitch
     thickness = azimuth[upper] - azimuth[lower] - shift
-    # azimuths are known up to whole turns
+    # azimuths are determined up to whole rotations
     shift -= 2.0 * np.pi * np.round(float(thickness.mean()) / (2.0 * np.pi))
     thickness = azimuth[upper] - azimuth[lower] - shift
     middle = azimuth[lower] + shift + 0.5 * thickness
     centre = float(middle[rows // 2, columns // 2])
     grid = ToothGrid(
-        blank,
-        u,
-        h,
-        azimuth[lower] + shift - centre,
-        azimuth[upper] - centre,
-        (lower, upper),
-        (roots[lower] is not None, roots[upper] is not None),
+        *(blank, u, h, azimuth[lower] + shift - centre, azimuth[upper] - centre),
+        *((lower, upper), (roots[lower] is not None, roots[upper] is not None)),
     )
     tip, root = "a smaller addendum or more tooth thickness", "less tooth thickness or a smaller dedendum"
-    for name, gap, least, remedy in (
-        ("tip", thickness[-1], "tooth", tip),
-        ("root", pitch - thickness[0], "slot", root),
-    ):
+    ends = ("tip", thickness[-1], "tooth", tip), ("root", pitch - thickness[0], "slot", root)
+    for name, gap, least, remedy in ends:
         if np.any(gap <= 0.0):
             worst = int(np.argmin(gap))
             place = (u[0, worst] + 0.5 * blank.face_width) * 1e3
@@ -222,19 +209,19 @@ def tooth_grid(pair: GearFlanks, member: Member, rows: int = 15, columns: int = 
     return grid
 
 
-# the root itself may be undercut or fillet: thickness there is extrapolated from these fractions of the whole depth
+# the root may be undercut or fillet: the thickness there is extrapolated from these fractions of the whole depth
 _FRACTIONS = (0.2, 0.6, 1.0)
-# tuned: a tooth that fills more of its pitch than this at the mean point is one whose flanks cross (ours); may be
-# changed freely
+# tuned: largest tooth thickness at the mean point as a fraction of the pitch, above which the flanks intersect (ours);
+# may be changed freely
 _WIDEST = 0.9
 
 
 def _points(flank: Flank, u: FloatArray, h: FloatArray, member: str) -> tuple[FlankPoints, FloatArray]:
-    """Flank points with the mean point as the last one, and 0 where they exist, nan elsewhere."""
+    """Flank points with the mean point as the last one, and an offset of 0 for existing points, nan otherwise."""
     points, found = flank.solve(np.append(u, 0.0), np.append(h, 0.0))
     if not found[-1]:
         raise ConvergenceError("undercut", f"the {flank.side} {member} flank does not reach the mean point")
-    # a missing point takes the place of the mean point, so that no number of it spreads
+    # missing points are replaced by the mean point to avoid invalid numbers
     points = flank.points(np.where(found, points.parameters, points.parameters[:, -1:]))
     return points, np.where(found[:-1], 0.0, np.nan)
 
@@ -244,8 +231,8 @@ def _normal_thickness(
 ) -> FloatArray:
     """Normal circular tooth thickness at blank coordinates [m]; nan where a flank is undercut.
 
-    The tooth reaches around the axis from the flank that looks backwards to the one that looks forwards. On which of
-    the equal teeth a flank was cut does not matter: whole pitches are taken off.
+    The tooth extends around the axis between the flanks facing backwards and forwards. Each flank may be that of any of
+    the equal teeth, so whole pitches are removed.
     """
     (one, missing_one), (other, missing_other) = (_points(flank, u, h, member) for flank in (concave, convex))
     looks = one.position[0, -1] * one.normal[1, -1] - one.position[1, -1] * one.normal[0, -1]
@@ -266,9 +253,9 @@ def gear_thickness(flanks: GearFlanks, u: FloatArray, h: FloatArray) -> FloatArr
 
 
 def pinion_thickness(flanks: GearFlanks, u: FloatArray, h: FloatArray) -> FloatArray:
-    """Normal circular tooth thickness of the pinion [m] at blank coordinates (u, h), backlash taken off.
+    """Normal circular tooth thickness of the pinion [m] at blank coordinates (u, h), reduced by the backlash.
 
-    nan where a flank is undercut.
+    The result is nan where a flank is undercut.
     """
     phases = flanks.pinion_phases["concave"], flanks.pinion_phases["convex"]
     width = _normal_thickness(flanks.pinion["concave"], flanks.pinion["convex"], phases, u, h, "pinion")
@@ -281,7 +268,7 @@ TIP_REMEDIES: dict[Member, str] = {
     "gear": "lower the gear's addendum (smaller depth.gear_addendum_factor or depth.depth_factor) or thicken it "
     "(smaller depth.thickness_factor)",
 }
-"""What makes the tip of a pointed tooth thicker, by the keys of a targets file."""
+"""Remedies for a pointed tooth, by the keys of a targets file."""
 
 
 def _require_thickness(member: Member, place: str, values: FloatArray, face: FloatArray) -> None:
@@ -299,7 +286,7 @@ def _require_thickness(member: Member, place: str, values: FloatArray, face: Flo
 
 
 def _filled(width: FloatArray, face: FloatArray) -> FloatArray:
-    """Missing values of (fractions, stations) from the smooth surface through the others: undercut thins the tooth."""
+    """Missing values of (fractions, stations) from a smooth surface through the others: undercut thins the tooth."""
     found = np.isfinite(width)
     if found.all():
         return width
@@ -313,8 +300,8 @@ def _filled(width: FloatArray, face: FloatArray) -> FloatArray:
 def tooth_shapes(flanks: GearFlanks, stations: int = 7) -> tuple[ToothShape, ToothShape]:
     """Depth and thickness of one tooth of the pinion and of the gear, toe to heel.
 
-    Where a flank is undercut the thickness is that of the tooth continued from the rest. `InputError` where the flanks
-    of a member cross: its tooth has no thickness left at the tip or at the root.
+    If a flank is undercut the thickness is extrapolated from the remainder of the tooth. Raises an `InputError` if the
+    flanks of a member intersect, so that its tooth has no thickness at the tip or at the root.
     """
     shapes = {member: tooth_shape(flanks, member, stations) for member in MEMBERS}
     for name, shape in shapes.items():
@@ -324,7 +311,7 @@ def tooth_shapes(flanks: GearFlanks, stations: int = 7) -> tuple[ToothShape, Too
 
 
 def tooth_shape(flanks: GearFlanks, member: Member, stations: int = 7) -> ToothShape:
-    """Depth and thickness of a tooth as `tooth_shapes`, also where its flanks cross."""
+    """Depth and thickness of a tooth as in `tooth_shapes`, also for intersecting flanks."""
     thickness = pinion_thickness if member == "pinion" else gear_thickness
     blank = flanks.blank(member)
     u = np.linspace(-0.5, 0.5, stations) * blank.face_width

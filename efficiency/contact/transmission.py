@@ -1,9 +1,9 @@
-"""Unloaded contact path and transmission error: of one tooth pair, and of all pairs with its harmonics.
+"""Unloaded contact path and transmission error of one tooth pair, and of all pairs with its harmonics.
 
-One pair: the real pinion flank is placed in space and the gear turned until they touch (`contact_search`): exact but
-for the interpolation of both flanks. Inside the flanks that is tangency, on their rim the contact of an edge. All
-pairs: the pair that holds the gear farthest ahead carries it, so the curve of the mesh is the upper envelope of the
-curve of one pair, shifted by whole pitches.
+One pair: the real pinion flank is placed in space and the gear is rotated until contact (`contact_search`); the result
+is exact except for the interpolation of both flanks. Inside the flanks the contact is tangency, on their boundary edge
+contact. All pairs: the pair with the largest gear rotation carries the load, so the curve of the mesh is the upper
+envelope of the curve of one pair, shifted by whole pitches.
 """
 
 from __future__ import annotations
@@ -20,37 +20,37 @@ from ehl.common.arrays import BoolArray, FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
 
 ORDERS = 10
-# angles of the path of one pair in a pitch, and of the curve of the mesh
+# number of angles per pitch for the path of one pair, and for the curve of the mesh
 _PER_PITCH, _FINE = 32, 1024
-# draws of measured flanks
+# number of random samples of measured flanks
 _DRAWS = 400
-# acceptance: how many times the transmission error that the ease-off has to first order, beyond a share of the angular
-# pitch of the gear that is small in any case; and the share above which no pair of teeth carries smoothly
-# tuned: the three are ours; may be changed by whoever solves the random blanks of the tests
+# limits of the transmission error: multiple of the first-order value from the ease-off, plus a fraction of the angular
+# pitch of the gear that is always allowed; and the largest fraction of the pitch
+# tuned: the three are ours; may be changed after solving the random blanks of the tests
 _PROPORTION, _SMALL, _LARGEST = 3.0, 5e-4, 0.1
 
 
 @dataclass(frozen=True)
 class ContactPath:
-    """Contact of one tooth pair without load."""
+    """Unloaded contact of one tooth pair."""
 
-    pinion_angle: FloatArray  # roll of the pinion from the design point in driving direction [rad]
-    # gear rotation ahead of its place at constant ratio [rad]; zero at the highest point of the curve
+    pinion_angle: FloatArray  # roll angle of the pinion from the design point in driving direction [rad]
+    # gear rotation relative to constant ratio [rad]; zero at the highest point of the curve
     transmission_error: FloatArray
-    # contact point on the gear: distance from its mean point along the pitch cone, height over that cone [m]
+    # contact point on the gear: distance from its mean point along the pitch cone, height above that cone [m]
     u: FloatArray
     height: FloatArray
-    # the same on the pinion [m]
+    # contact point on the pinion [m]
     u_pinion: FloatArray
     height_pinion: FloatArray
-    edge: IntArray  # index in `EDGES` of the edge in contact, -1 where both flanks touch with a common normal
-    corner: BoolArray  # where the end of an edge touches, cut off by a second one
-    settled: BoolArray  # false where no minimum was found: the place is then that of the best sample
-    expected: FloatArray  # transmission error as the ease-off has it, to first order and on a coarse grid [rad]
+    edge: IntArray  # index in `EDGES` of the edge in contact, -1 for tangency of both flanks
+    corner: BoolArray  # whether the contact is at a corner of two edges
+    settled: BoolArray  # false if no minimum was found: the position is then that of the best sample
+    expected: FloatArray  # first-order transmission error from the ease-off on a coarse grid [rad]
 
     @property
     def free(self) -> BoolArray:
-        """Where both flanks touch with a common normal, inside their edges."""
+        """Mask of tangency of both flanks, inside their edges."""
         return np.asarray(self.settled & (self.edge < 0))
 
     @property
@@ -63,14 +63,14 @@ class ContactPath:
 class Transmission:
     """Unloaded transmission error of a mesh."""
 
-    path: ContactPath  # one tooth pair, from one pitch before its highest point to one behind
-    pinion_angle: FloatArray  # one pitch of the mesh in equal steps around the highest point, its end left out [rad]
-    error: FloatArray  # transmission error of all pairs there [rad]
+    path: ContactPath  # one tooth pair, from one pitch before its highest point to one pitch behind it
+    pinion_angle: FloatArray  # one pitch of the mesh in equal steps around the highest point, without its end [rad]
+    error: FloatArray  # transmission error of all pairs [rad]
     peak_to_peak: float  # range of `error` [rad]
     harmonics: FloatArray  # amplitudes at the first orders of the mesh frequency [rad]
     edges: tuple[str, ...]  # edges in contact while their pair carries: edge contact of the unloaded mesh
     settled: bool  # whether the contact was found wherever a pair carries
-    # 95 % interval of `peak_to_peak` by the uncertainty of measured flanks [rad]; none where both are computed
+    # 95 % interval of `peak_to_peak` from the uncertainty of measured flanks [rad]; None if both are computed
     interval: tuple[float, float] | None = None
 
     @property
@@ -107,12 +107,12 @@ def contact_path(surface: MeshSurface, angle: FloatArray) -> ContactPath:
 def transmission(surface: MeshSurface) -> Transmission:
     """Transmission error of the unloaded mesh over one pitch, all tooth pairs together.
 
-    `ConvergenceError` where the blanks share no part of the flank, or the transmission error is out of proportion with
-    the ease-off.
+    Raises `ConvergenceError` if the blanks have no common part of the flank, or if the transmission error is out of
+    proportion with the ease-off.
     """
     pitch, centre = surface.pitch, surface.error_maximum_roll
     first, last = surface.roll_range
-    # so that the neighbours of the pair at its highest point are on their way in and out
+    # range in which the neighbours of the pair at its highest point enter and leave the mesh
     centre = float(np.clip(centre, first + 0.5 * pitch, max(last, first + pitch) - 0.5 * pitch))
     path = contact_path(surface, centre + np.linspace(-1.0, 1.0, 2 * _PER_PITCH + 1) * pitch)
     angle = centre + (np.arange(_FINE) / _FINE - 0.5) * pitch
@@ -120,7 +120,7 @@ def transmission(surface: MeshSurface) -> Transmission:
     _plausible(
         surface, float(np.ptp(error)), float(np.ptp(_envelope(path.pinion_angle, path.expected, angle, pitch)[0]))
     )
-    # a pair one pitch further along in mesh has a larger roll angle
+    # a pair one pitch further ahead in mesh has a larger roll angle
     reached = angle + (best - 1) * pitch
     nearest = np.rint((reached - path.pinion_angle[0]) / pitch * _PER_PITCH).astype(int)
     carrying = np.unique(nearest)
@@ -138,10 +138,10 @@ def transmission(surface: MeshSurface) -> Transmission:
 
 
 def _interval(surface: MeshSurface, path: ContactPath, angle: FloatArray) -> tuple[float, float] | None:
-    """95 % interval of the peak-to-peak error by draws of measured flanks.
+    """95 % interval of the peak-to-peak error from random samples of measured flanks.
 
-    Material that is added at the point of contact turns the gear ahead by its thickness over the lever of the contact
-    normal; that the point moves changes it in second order only (envelope theorem).
+    Additional material at the point of contact advances the gear by its thickness over the lever of the contact normal;
+    the displacement of the point has an effect of second order only (envelope theorem).
     """
     covariance = np.zeros((path.u.size, path.u.size))
     for flank, u, h in ((surface.gear, path.u, path.height), (surface.pinion, path.u_pinion, path.height_pinion)):
@@ -152,18 +152,17 @@ def _interval(surface: MeshSurface, path: ContactPath, angle: FloatArray) -> tup
     blank = surface.gear.blank
     depth = (path.height - blank.root(path.u)) / (blank.tip(path.u) - blank.root(path.u))
     lever = np.abs(surface.patch(path.u, depth, ("lever",))[0])
-    draws = (
-        np.random.default_rng(0).multivariate_normal(np.zeros(lever.size), covariance, _DRAWS, method="eigh") / lever
-    )
+    draw = np.random.default_rng(0).multivariate_normal
+    draws = draw(np.zeros(lever.size), covariance, _DRAWS, method="eigh") / lever
     errors = [np.ptp(_envelope(path.pinion_angle, path.transmission_error + x, angle, surface.pitch)[0]) for x in draws]
-    # draws scatter about the estimate as the estimate about the truth
+    # samples scatter about the estimate as the estimate does about the true value
     low, high = np.quantile(errors, (0.025, 0.975))
     return float(low), float(high)
 
 
 def _envelope(at: FloatArray, single: FloatArray, angle: FloatArray, pitch: float) -> tuple[FloatArray, IntArray]:
-    """Curve of the leading pair at angles of one pitch, and which of the three pairs that is."""
-    # local cubics: where an edge takes over, the kink stays where it is
+    """Curve of the leading pair at angles of one pitch, and the index of that pair among three."""
+    # local cubics keep the kink local where an edge takes over
     pairs = np.stack([akima_curve(at, single, angle + k * pitch) for k in (-1, 0, 1)])
     pairs = np.where(np.isnan(pairs), -np.inf, pairs)
     best = np.argmax(pairs, axis=0)
@@ -171,7 +170,7 @@ def _envelope(at: FloatArray, single: FloatArray, angle: FloatArray, pitch: floa
 
 
 def _plausible(surface: MeshSurface, error: float, expected: float) -> None:
-    """Refuse a transmission error that the ease-off, to first order, does not come near, or above any flank's."""
+    """Raise an error if the transmission error is far above the first-order value, or above the general limit."""
     pitch = 2.0 * np.pi / surface.assembly.teeth_gear
     if error > _LARGEST * pitch or error > _PROPORTION * expected + _SMALL * pitch:
         raise ConvergenceError(

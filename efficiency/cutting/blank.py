@@ -1,7 +1,7 @@
 """Blank of one member: cones, face width, tooth height along the face (ISO 23509 terms).
 
-Blank coordinates of a point: u, its distance along the pitch cone from the mean point towards the heel, and h, its
-height square to the pitch cone, positive towards the tooth tip.
+Blank coordinates of a point: u, the distance along the pitch cone from the mean point towards the heel, and h, the
+height normal to the pitch cone, positive towards the tooth tip.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ Shift = Annotated[float, ValueRange("m", ge=-1.0, le=1.0)]
 NARROWEST_FACE = 0.5
 
 Array = NDArray[np.inexact[Any]]
-"""Real or complex."""
+"""Real or complex array."""
 
 
 class Blank(InputModel):
-    """Cones of one member in ISO 23509 terms, SI units and rad; the mean point lies in the middle of the face."""
+    """Cones of one member in ISO 23509 terms, SI units and rad; the mean point is at the middle of the face width."""
 
     teeth: Annotated[int, Field(ge=3, le=400)]  # number of teeth
     pitch_angle: Annotated[float, ValueRange("rad", gt=0.0, lt=1.5707)]  # pitch cone angle [rad]
-    # along the pitch cone [m]
+    # distances along the pitch cone [m]
     mean_cone_distance: Length
     face_width: Length
-    # at the mean point, square to the pitch cone [m]
+    # heights at the mean point, normal to the pitch cone [m]
     mean_addendum: Depth
     mean_dedendum: Depth
-    # of face and root cone against the pitch cone [rad]
+    # angles of face and root cone to the pitch cone [rad]
     addendum_angle: TaperAngle
     dedendum_angle: TaperAngle
     # distance of the pitch apex beyond the crossing point, away from the heel; 0 for a bevel pair [m]
@@ -53,9 +53,8 @@ class Blank(InputModel):
         limits = {"twice the mean cone distance": 2.0 * self.mean_cone_distance}
         depth, taper = self.mean_addendum + self.mean_dedendum, tan(self.addendum_angle) + tan(self.dedendum_angle)
         if taper != 0.0:
-            limits[f"where the tooth depth falls to 0 at the {'toe' if taper > 0.0 else 'heel'}"] = abs(
-                2.0 * depth / taper
-            )
+            end = "toe" if taper > 0.0 else "heel"
+            limits[f"where the tooth depth vanishes at the {end}"] = abs(2.0 * depth / taper)
         what, limit = min(limits.items(), key=lambda item: item[1])
         if self.face_width >= limit:
             raise InputError("face_width", f"{self.face_width * 1e3:.6g} mm", f"below {limit * 1e3:.6g} mm, {what}")

@@ -1,8 +1,8 @@
 """Cutting edge in the plane of its blade: arcs and straight pieces tangent to each other.
 
-Blade plane: xi towards the flank that is cut, eta from the tip plane into the blade body. The angle of the edge is
-measured against the eta axis (the cutter axis), so ``d(xi, eta)/ds = (sin, cos)``; s grows away from the tip. All
-arithmetic is holomorphic in s and in the numbers of the edge.
+Blade plane: xi towards the cut flank, eta from the tip plane into the blade body. The angle of the edge is measured
+from the eta axis (the cutter axis), so ``d(xi, eta)/ds = (sin, cos)``; s increases away from the tip. All arithmetic is
+holomorphic in s and in the parameters of the edge.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 
-# numbers of an edge may carry a complex step
+# parameters of an edge may have a complex step
 Scalar = Any
 
 
 class Relief(InputModel):
-    """Toprem or flankrem: part of an edge that leaves the profile on an arc and cuts more than the profile would."""
+    """Toprem or flankrem: part of an edge that deviates from the profile along an arc and removes more material."""
 
-    height: Length  # height over the tip plane where the arc starts [m]
+    height: Length  # height of the start of the arc above the tip plane [m]
     radius: Length  # radius of the arc [m]
-    # angle by which the arc turns the edge, straight on from there [rad]; None: the arc goes on to the end
+    # angle of the arc, which a straight line continues [rad]; None: the arc extends to the end
     angle: Annotated[float, ValueRange("rad", gt=0.0, le=0.5)] | None = None
 
 
 class Protuberance(InputModel):
     """Thickening of the blade below a height: two arcs, then an edge parallel to the profile."""
 
-    height: Length  # height over the tip plane where it starts [m]
-    # distance of the parallel edge from the profile, square to it [m]
+    height: Length  # height of the start above the tip plane [m]
+    # normal distance of the parallel edge from the profile [m]
     amount: Annotated[float, ValueRange("m", gt=0.0, le=2e-3)]
     radius: Length  # radius of both arcs [m], at least half the amount
 
@@ -51,24 +51,24 @@ class Protuberance(InputModel):
             raise InputError(
                 "radius",
                 f"{self.radius * 1e3:.6g} mm",
-                f"so small that both arcs ({run * 1e3:.3g} mm) fit below the height of {self.height * 1e3:.3g} mm",
+                f"small enough that both arcs ({run * 1e3:.3g} mm) fit below the height of {self.height * 1e3:.3g} mm",
             )
         return self
 
 
 @dataclass(frozen=True)
 class Piece:
-    """Arc or straight line through one of its points."""
+    """Arc or straight line through a given point."""
 
     s: Scalar  # length along the edge at the point [m]
     # the point [m]
     xi: Scalar
     eta: Scalar
     angle: Scalar  # angle of the edge there [rad]
-    curvature: Scalar  # rate at which the angle grows with s [1/m], 0 for a straight line
+    curvature: Scalar  # derivative of the angle by s [1/m], 0 for a straight line
 
     def at(self, s: Scalar) -> tuple[Array, Array, Array, Array]:
-        """xi, eta, angle and curvature at lengths s; arcs and lines by the same formula."""
+        """xi, eta, angle and curvature at lengths s; the same formula applies to arcs and lines."""
         length = s - self.s
         turn = 0.5 * self.curvature * length
         chord = length * np.sinc(turn / np.pi)
@@ -92,10 +92,10 @@ class Piece:
 
 @dataclass(frozen=True)
 class Edge:
-    """Pieces of an edge in order of s; the first and the last go on without end."""
+    """Pieces of an edge in order of s; the first and the last one are unbounded."""
 
     pieces: tuple[Piece, ...]
-    breaks: tuple[Scalar, ...] = ()  # lengths s where one piece follows the other [m], one less than pieces
+    breaks: tuple[Scalar, ...] = ()  # lengths s at the ends of pieces [m], one less than pieces
 
     def at(self, s: Array) -> tuple[Array, Array, Array, Array]:
         """xi, eta, angle and curvature at lengths s."""
@@ -106,7 +106,7 @@ class Edge:
         return Piece(*values[own].T).at(s)
 
     def length_at(self, height: float) -> float:
-        """Length s at a height over the tip plane."""
+        """Length s at a height above the tip plane."""
         ends = [float(np.real(self.pieces[k].at(end)[1])) for k, end in enumerate(self.breaks)]
         return float(np.real(self.pieces[int(np.searchsorted(ends, height))].length_at(height)))
 
@@ -119,10 +119,10 @@ def profile(
     protuberance: Protuberance | None = None,
     flankrem: Relief | None = None,
 ) -> Edge:
-    """Edge that cuts the flank: profile proper with toprem or protuberance below and flankrem above it.
+    """Edge that cuts the flank: main profile with toprem or protuberance below and flankrem above it.
 
-    The profile passes xi = 0 at the reference height with the given angle; s counts from the tip plane along the
-    tangent of that point.
+    The profile has xi = 0 and the given angle at the reference height; s is measured from the tip plane along the
+    tangent at that point.
     """
     start = reference_height / np.cos(angle)
     main = Piece(start, 0.0, reference_height, angle, curvature)
@@ -153,11 +153,11 @@ def profile(
 
 
 def tip_arc(edge: Edge, radius: float) -> Piece:
-    """Arc of the edge radius between the lowest piece of an edge and the tip plane; it starts where both touch."""
+    """Arc of the edge radius, tangent to the lowest piece of an edge and to the tip plane."""
     lowest = edge.pieces[0]
     s = lowest.s
     for _ in range(8):
-        # the centre of the arc lies one radius over the tip plane and one radius inside the edge
+        # the centre of the arc lies one radius above the tip plane and one radius inside the edge
         _, eta, angle, _ = lowest.at(s)
         s = s - (eta - radius * (1.0 - np.sin(angle))) / (np.cos(angle) * (1.0 + radius * lowest.curvature))
     return lowest.continued(s, -1.0 / radius)

@@ -1,4 +1,4 @@
-"""Flanks: the interface all of them share, and the flank that a cutter leaves on a blank."""
+"""Flanks: the common interface, and the flank cut on a blank by a blade."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from efficiency.cutting.rotation import cross, dot, spin, turn, unit
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
 
-# levels of the depth at which a flank is looked for
+# levels of the depth at which the existence of a flank is checked
 _PROBES = 81
-# starts that are followed, and cradle rolls tried where none does at rest [rad]
+# number of starting points, and cradle rolls of further starting points if none at rest converges [rad]
 _STARTS, _ROLLS = 8, (-0.6, -0.3, 0.3, 0.6)
 
 
@@ -28,21 +28,21 @@ _STARTS, _ROLLS = 8, (-0.6, -0.3, 0.3, 0.6)
 class FlankPoints:
     """Points of a flank in the work frame of its member."""
 
-    parameters: FloatArray  # edge length s [m], cutter angle th [rad], cradle roll phi [rad] of the cutting
+    parameters: FloatArray  # cutting parameters: edge length s [m], cutter angle th [rad], cradle roll phi [rad]
     # point [m] and unit normal out of the tooth
     position: FloatArray
     normal: FloatArray
 
     @property
     def azimuth(self) -> FloatArray:
-        """Angle of the points about the axis of the member [rad]."""
+        """Angle of the points around the axis of the member [rad]."""
         return np.asarray(np.arctan2(self.position[1], self.position[0]))
 
     def angles(self, pitch_angle: float) -> tuple[FloatArray, FloatArray]:
         """Spiral angle and normal pressure angle of the flank at its points [rad], both unsigned.
 
-        The spiral angle lies in the cone through the point, parallel to the pitch cone, between the flank's trace and
-        the generatrix; the normal pressure angle between the flank normal and the tangent plane of that cone.
+        The spiral angle is measured in the cone through the point, parallel to the pitch cone, between the trace of the
+        flank and the generatrix; the pressure angle between the flank normal and the tangent plane of that cone.
         """
         c, s = np.cos(self.azimuth), np.sin(self.azimuth)
         radial, around = self.normal[0] * c + self.normal[1] * s, self.normal[1] * c - self.normal[0] * s
@@ -52,7 +52,7 @@ class FlankPoints:
 
 
 class Flank(ABC):
-    """One flank of one member in its work frame: a surface of three parameters bound by one condition.
+    """One flank of one member in its work frame: a surface of three parameters with one condition.
 
     side: ``"concave"`` or ``"convex"``.
     blank: blank of the member.
@@ -67,22 +67,22 @@ class Flank(ABC):
 
         The arithmetic is holomorphic: complex parameters give exact derivatives by complex step.
 
-        x (3, n): surface parameters, real or complex. A surface of two parameters keeps the third as its condition.
-        Returns: point, normal: in the work frame [m], [-]; condition: equation of meshing of a generated flank, else
-        the third parameter.
+        x (3, n): surface parameters, real or complex. For a surface of two parameters the third one is the condition.
+        Returns: point, normal: in the work frame [m], [-]; condition: equation of meshing of a generated flank,
+        otherwise the third parameter.
         """
 
     @abstractmethod
     def guess(self) -> FloatArray:
-        """Parameters (3, 1) near the place `anchor`."""
+        """Parameters (3, 1) near the point `anchor`."""
 
     @property
     def anchor(self) -> tuple[float, float]:
-        """Blank coordinates (u, h) [m] where the search for points starts: the mean point."""
+        """Blank coordinates (u, h) [m] of the starting point of searches: the mean point."""
         return 0.0, 0.0
 
     def linearise(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Point, normal and condition, (7, n), and their derivatives by the parameters, (n, 7, 3), exact."""
+        """Point, normal and condition, (7, n), and their exact derivatives by the parameters, (n, 7, 3)."""
 
         def state(y: Array) -> Array:
             point, normal, condition = self.sweep(y)
@@ -96,16 +96,16 @@ class Flank(ABC):
         return FlankPoints(x, np.real(position), np.real(normal))
 
     def marks(self, points: FlankPoints) -> FloatArray:
-        """Tangents (3, n) along the marks of manufacture; along the trace of the tooth where no cutter is known."""
+        """Tangents (3, n) along the lay; along the trace of the tooth for a flank without a cutter."""
         c, s = np.cos(points.azimuth), np.sin(points.azimuth)
         sine, cosine = np.sin(self.blank.pitch_angle), np.cos(self.blank.pitch_angle)
         cone = np.stack([c * cosine, s * cosine, np.full_like(c, -sine)])
         return np.asarray(cross(points.normal, cone))
 
     def solve(self, u: FloatArray, h: FloatArray) -> tuple[FlankPoints, NDArray[np.bool_]]:
-        """Flank points at blank coordinates (u, h), and which of them exist.
+        """Flank points at blank coordinates (u, h), and a mask of existing points.
 
-        All points start from `anchor` and are led to their places together.
+        All points start from `anchor` and are moved to their positions together.
         """
         anchor, start = np.array([self.anchor]), self._start
         x = np.repeat(start, u.size, axis=1)
@@ -116,7 +116,7 @@ class Flank(ABC):
         return self.points(x), ok
 
     def mean_point(self) -> FlankPoints:
-        """The point in the middle of the face on the pitch cone."""
+        """The point at the middle of the face width on the pitch cone."""
         points, found = self.solve(np.zeros(1), np.zeros(1))
         if not found.all():
             raise ConvergenceError("undercut", f"the {self.side} flank does not reach the mean point")
@@ -144,13 +144,12 @@ class Flank(ABC):
         """Parameters (3, 1) of the point at `anchor`."""
         start, found = self._to(np.array([self.anchor]), self.guess())
         if not found.all():
-            raise ConvergenceError(
-                "flank", f"the {self.side} flank does not reach the mean point of its blank; check the settings"
-            )
+            what = f"the {self.side} flank does not reach the mean point of its blank; check the settings"
+            raise ConvergenceError("flank", what)
         return start
 
     def refine(self, radius: FloatArray, z: FloatArray, x: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Cutting parameters of the points at given radius and axial position, from a start nearby."""
+        """Cutting parameters of the points at given radius and axial position, from starting values nearby."""
 
         def linearised(y: FloatArray) -> tuple[FloatArray, FloatArray]:
             state, slope = self.linearise(y)
@@ -170,12 +169,12 @@ class Flank(ABC):
 
 @dataclass(frozen=True)
 class CutFlank(Flank):
-    """Flank cut by one blade on one machine setting."""
+    """Flank cut by one blade with one machine setting."""
 
     blade: Blade  # blade of the cutter
     machine: MachineSettings  # machine settings
     blank: Blank  # blank of the member
-    # cutter angle at which the indexing of face hobbing starts [rad]; without effect in face milling
+    # cutter angle at which the indexing of face hobbing starts [rad]; no effect in face milling
     index_zero: float = 0.0
     side: FlankSide = field(init=False)
 
@@ -184,13 +183,13 @@ class CutFlank(Flank):
 
     @property
     def index_ratio(self) -> float:
-        """Continuous indexing: rotation of the work about its axis per rotation of the cutter."""
+        """Rotation of the work about its axis per rotation of the cutter in continuous indexing."""
         return self.blade.groups / self.blank.teeth
 
     def sweep(self, x: Array) -> tuple[Array, Array, Array]:
         """Point, normal and equation of meshing at cutting parameters (s, th, phi).
 
-        The equation of meshing is ``normal . d point / d phi`` [m]; a non-generated flank has phi in its place.
+        The equation of meshing is ``normal . d point / d phi`` [m]; for a non-generated flank it is replaced by phi.
         """
         s, th, phi = x
         pose = self.machine.at(phi)
@@ -201,7 +200,7 @@ class CutFlank(Flank):
             edge, along, _ = self.blade.edge(s)
             in_cutter = turn(edge, th)
             point = pose.place(in_cutter)
-            # the indexing work turns away under the blade
+            # the indexing work rotates away under the blade
             cutting = pose.direct(spin(in_cutter)) + self.index_ratio * pose.about_work(point + pose.shift[0])
             normal = -self.blade.sign * unit(cross(np.asarray(pose.direct(turn(along, th))), cutting))
         condition = dot(normal, pose.rolling(point)) if self.machine.generation.rolls else phi + 0.0 * s
@@ -209,19 +208,19 @@ class CutFlank(Flank):
         return pose.to_work(point, indexed), pose.to_work_direction(normal, indexed), condition
 
     def position(self, x: Array) -> Array:
-        """Points (3, n) at cutting parameters, as of `sweep`."""
+        """Points (3, n) at cutting parameters, as in `sweep`."""
         s, th, phi = x
         pose = self.machine.at(phi)
         return pose.to_work(pose.place(turn(self.blade.edge(s)[0], th)), self._indexed(th))
 
     def linearise(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """State and derivatives as in the base class, in closed form and real arithmetic."""
+        """State and derivatives as in the base class, in closed form with real arithmetic."""
         s, th, phi = x
         index, pose, sign = self.index_ratio, self.machine.at(phi), self.blade.sign
-        # vectors of the same kind side by side, (3, k, n): few calls for many points
+        # vectors of the same kind are stacked, (3, k, n), to reduce the number of calls
         edge, along, bend = turn(np.array(self.blade.edge(s)).swapaxes(0, 1), th).swapaxes(0, 1)
         by_th = spin(edge)
-        # machine frame; r with its first and second derivatives by s and th while the cradle stands
+        # machine frame; r with its first and second derivatives by s and th at fixed cradle
         r = pose.place(edge)
         second = pose.direct(np.array([along, by_th, bend, spin(along), spin(by_th)]).swapaxes(0, 1))
         r_s, r_t, r_ss, r_st, r_tt = second.swapaxes(0, 1)
@@ -243,7 +242,7 @@ class CutFlank(Flank):
         change = -sign * (cross(by_s, cutting[:, None]) + cross(r_s[:, None], cutting_rates)) / size
         change = change - normal[:, None] * dot(normal[:, None], change)
         moved = pose.to_work_direction(np.concatenate([arms, change], axis=1), indexed)
-        # the work turns as well: with the indexing, and against the generating roll
+        # the work rotates as well: with the indexing, and against the generating roll
         turned = np.array([still[0], still[0] + index, -pose.work[1] + still[0]])
         jacobian = np.empty((7, 3, x.shape[1]))
         jacobian[:3] = moved[:, :3] + turned * spin(position)[:, None]
@@ -255,7 +254,7 @@ class CutFlank(Flank):
         return np.concatenate([position, facing, condition[None]]), jacobian.transpose(2, 0, 1)
 
     def marks(self, points: FlankPoints) -> FloatArray:
-        """Tangents (3, n) along the path of the blade over the flank: the cutter turns, the roll is slow beside it."""
+        """Tangents (3, n) along the path of the blade over the flank, neglecting the slow generating roll."""
         _, slope = self.linearise(points.parameters)
         return np.asarray(slope[:, :3, 1].T)
 
@@ -266,10 +265,10 @@ class CutFlank(Flank):
     def regression(self, x: FloatArray) -> FloatArray:
         """Rate of the equation of meshing that vanishes on the edge of regression [m], at flank points x (3, n).
 
-        A flank point stands still in the work where ``r_s ds + r_th dth + r_phi dphi = 0``; if the equation of meshing
-        holds to first order along that motion, the flank has no tangent plane of its own there. The tool that leaves
-        the flank comes nearest to the tooth there: the rate is positive; behind the edge of regression it is negative,
-        and another roll cuts that point away.
+        A flank point is at rest in the work where ``r_s ds + r_th dth + r_phi dphi = 0``. If the equation of meshing
+        holds to first order along that motion, the flank has no tangent plane at this point. The rate is positive where
+        the tool is nearest to the tooth. Behind the edge of regression it is negative, and another roll position cuts
+        the point away.
         """
         _, slope = self.linearise(x)
         r_s, r_t, r_p = np.moveaxis(slope[:, :3], 0, -1).transpose(1, 0, 2)
@@ -283,9 +282,9 @@ class CutFlank(Flank):
     def _start(self) -> FloatArray:
         """Parameters (3, 1) of the mean point on the sheet of the envelope that is the flank.
 
-        The surface the cutter leaves passes the cone of the mean point more than once: again on the other side of the
-        cutter, and behind its edge of regression. Of what the starts lead to, that counts which lies before the edge of
-        regression, and nearest to the tool in front of the machine centre.
+        The cutter surface passes the cone of the mean point more than once: also on the opposite side of the cutter,
+        and behind its edge of regression. Among the solutions, the one before the edge of regression and nearest to the
+        tool position in front of the machine centre is selected.
         """
         found = self._solved(np.zeros(1))
         if not self._regular(found).any() and self.machine.generation.rolls:
@@ -305,22 +304,22 @@ class CutFlank(Flank):
         return found[:, [int(np.argmin(off))]]
 
     def _solved(self, rolls: FloatArray) -> FloatArray:
-        """Parameters (3, k) that the starts of `_candidates` lead to."""
+        """Parameters (3, k) to which the starting points of `_candidates` converge."""
         starts = self._candidates(rolls)
         solved, reached = self._to(np.zeros((starts.shape[1], 2)), starts)
         return solved[:, reached]
 
     def _regular(self, x: FloatArray) -> NDArray[np.bool_]:
-        """Which points lie before the edge of regression: all of a flank that is not enveloped."""
+        """Mask of points before the edge of regression; all points of a flank that is not an envelope."""
         if not self.machine.generation.rolls or not x.size:
             return np.ones(x.shape[1], dtype=bool)
         return self.regression(x) > 0.0
 
     def _candidates(self, rolls: FloatArray) -> FloatArray:
-        """Starts (3, k) around the cutter at cradle rolls: where the edge crosses the cone of the mean point.
+        """Starting points (3, k) around the cutter at cradle rolls: intersections with the cone of the mean point.
 
-        Its length there follows from the height of the edge over the pitch cone, however deep the tip reaches. Kept are
-        the places close to the mean cone distance and about to generate.
+        The edge length follows from the height of the edge above the pitch cone, for any depth of the tip. Only points
+        close to the mean cone distance and close to the equation of meshing are used.
         """
         count = 180
         around = np.linspace(-np.pi, np.pi, count, endpoint=False)
@@ -333,7 +332,7 @@ class CutFlank(Flank):
             u, h = self.blank.coordinates(np.hypot(point[0], point[1]), point[2])
             return np.real(u), np.real(h), np.real(condition)
 
-        # the height is nearly linear in the length; a slope that vanishes belongs to the far side of the cutter
+        # the height is nearly linear in the length; a vanishing slope occurs on the opposite side of the cutter
         _, height, _ = placed(s)
         for _ in range(2):
             slope = (placed(s + 1e-3 * depth)[1] - height) / (1e-3 * depth)
@@ -352,7 +351,7 @@ class CutFlank(Flank):
         return self._start
 
     def _depth_of_tip(self) -> str:
-        """In words, how far the blade tip reaches below the root cone; nothing where that is not the trouble."""
+        """Distance of the blade tip below the root cone in words; empty if it is small."""
         depth = self.tip_below_root
         if depth < 0.5 * self.blank.mean_dedendum:
             return ""
@@ -360,7 +359,7 @@ class CutFlank(Flank):
 
     @property
     def tip_below_root(self) -> float:
-        """How far the blade tip reaches below the root cone in the middle of the face, with the cradle at rest [m]."""
+        """Largest depth of the blade tip below the root cone at mid-face, with the cradle at rest [m]."""
         th = np.linspace(-np.pi, np.pi, 360, endpoint=False)
         point = np.real(self.sweep(np.stack([np.full(360, self.blade.tip), th, np.zeros(360)]))[0])
         u, h = self.blank.coordinates(np.hypot(point[0], point[1]), point[2])
@@ -369,9 +368,9 @@ class CutFlank(Flank):
 
 
 def index_start(machine: MachineSettings, blank: Blank) -> float:
-    """Cutter angle at which a blade faces the mean point of the blank [rad]: where indexing starts by convention.
+    """Cutter angle at which a blade faces the mean point of the blank [rad]: start of the indexing by convention.
 
-    It depends on the setting and the blank only, so that both flanks of one setting share it.
+    It depends only on the setting and the blank, so that both flanks of one setting share it.
     """
     radius, z = blank.axial(np.zeros(1), np.zeros(1))
     point = np.array([radius[0], 0.0, z[0] + machine.machine_centre_to_back])

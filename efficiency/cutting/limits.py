@@ -1,12 +1,12 @@
-"""Where a cut flank ends: root fillet and root line, undercut.
+"""Limits of a cut flank: root fillet, root line, and undercut.
 
-Below the profile the edge radius of the blade cuts the fillet; where the tip plane takes over lies the root line. A
-generated flank is undercut where it turns back on itself (edge of regression) before the profile of the blade ends:
-the fillet then crosses the flank above that edge, and the flank ends where they cross.
+Below the profile the edge radius of the blade cuts the fillet; the root line is the limit to the tip plane. A generated
+flank is undercut if it has an edge of regression before the end of the blade profile. The fillet then intersects the
+flank above that edge, and the flank ends at this intersection.
 
 Points along the blade (`columns`): at a station u of the face the edge length s is prescribed; cutter angle and cradle
-roll follow from the place and the equation of meshing. Unlike the search at a given height this stays regular where the
-flank turns back on itself (undercut).
+roll follow from the station and the equation of meshing. In contrast to the search at a given height, this remains
+regular at the edge of regression (undercut).
 """
 
 from __future__ import annotations
@@ -20,27 +20,27 @@ from efficiency.cutting.flank import CutFlank
 from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.errors import ConvergenceError
 
-# every so many rows the edge is followed step by step
+# every n-th row is followed step by step
 _STRIDE = 4
 
 
 @dataclass(frozen=True)
 class EdgeColumns:
-    """Points cut by m lengths of the edge at k stations."""
+    """Points of m edge lengths at k stations."""
 
     parameters: FloatArray  # cutting parameters s, th, phi
     # points in the work frame [m] and unit normals out of the tooth
     position: FloatArray
     normal: FloatArray
-    height: FloatArray  # height over the pitch cone [m]
-    # rate of the equation of meshing along the motion of the contact point that leaves it in place in the work [m];
-    # zero on the edge of regression, of one sign on the flank, of the other behind it
+    height: FloatArray  # height above the pitch cone [m]
+    # rate of the equation of meshing along the motion of the contact point for which it is at rest in the work [m];
+    # zero on the edge of regression, with opposite signs on the flank and behind the edge
     regression: FloatArray
     found: BoolArray  # whether the edge reaches the station
 
 
 def at_length(flank: CutFlank, u: FloatArray, x: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Cutting parameters at stations u for the edge lengths ``x[0]``, from a start nearby (3, k)."""
+    """Cutting parameters at stations u for the edge lengths ``x[0]``, from starting values nearby (3, k)."""
     blank = flank.blank
     sine, cosine = np.sin(blank.pitch_angle), np.cos(blank.pitch_angle)
     s = x[:1]
@@ -60,10 +60,10 @@ def at_length(flank: CutFlank, u: FloatArray, x: FloatArray) -> tuple[FloatArray
 def columns(flank: CutFlank, u: FloatArray, lengths: FloatArray, start: FloatArray) -> EdgeColumns:
     """Follow the edge through prescribed lengths at all stations together.
 
-    flank: flank, or fillet (its blade cutting with the edge radius).
+    flank: flank, or fillet (with the edge radius of its blade).
     u (k,): stations: distance from the mean point along the pitch cone [m].
-    lengths (m, k): edge lengths in the order they are followed [m], the first near `start`.
-    start (3, k): cutting parameters to start from.
+    lengths (m, k): edge lengths in the order of the steps [m], the first near `start`.
+    start (3, k): cutting parameters of the starting points.
     """
     count = lengths.shape[0]
     marks = np.unique(np.linspace(0, count - 1, -(-count // _STRIDE) + 1).round().astype(np.int64))
@@ -73,7 +73,7 @@ def columns(flank: CutFlank, u: FloatArray, lengths: FloatArray, start: FloatArr
     for s in lengths[marks]:
         ahead = np.zeros_like(x)
         if len(marked) > 1:
-            # on along the straight line through the last two
+            # linear extrapolation from the last two rows
             run = marked[-1][0] - marked[-2][0]
             ahead = (marked[-1] - marked[-2]) * np.where(run != 0.0, (s - x[0]) / np.where(run != 0.0, run, 1.0), 0.0)
         moved, found = at_length(flank, u, np.stack([s, x[1] + ahead[1], x[2] + ahead[2]]))
@@ -81,7 +81,7 @@ def columns(flank: CutFlank, u: FloatArray, lengths: FloatArray, start: FloatArr
         x = np.where(alive, moved, x)
         marked.append(x)
         reached.append(alive)
-    # the rows between from those beside them, all at once
+    # the intermediate rows start from linear interpolation, all at once
     place = np.arange(count)
     after = np.searchsorted(marks, place)
     before = np.maximum(after - 1, 0)
@@ -96,11 +96,8 @@ def columns(flank: CutFlank, u: FloatArray, lengths: FloatArray, start: FloatArr
     points = flank.points(flat)
     _, height = flank.blank.coordinates(np.hypot(points.position[0], points.position[1]), points.position[2])
     shape = lengths.shape
-    if flank.machine.generation.rolls:
-        rate = flank.regression(flat).reshape(shape)
-    else:
-        # a surface that is not enveloped has no edge of regression
-        rate = np.ones(shape)
+    # a surface that is not an envelope has no edge of regression
+    rate = flank.regression(flat).reshape(shape) if flank.machine.generation.rolls else np.ones(shape)
 
     def by_row(values: FloatArray) -> FloatArray:
         return np.moveaxis(values.reshape(3, *shape), 0, 1)
@@ -115,7 +112,7 @@ def columns(flank: CutFlank, u: FloatArray, lengths: FloatArray, start: FloatArr
     )
 
 
-# smallest edge radius of a real blade: what a sharp corner is rounded with, so that it cuts a fillet at all
+# smallest edge radius of a real blade: a sharp corner is given this radius, so that it cuts a fillet
 SHARP = 1e-5
 _ROWS = 24
 
@@ -125,32 +122,32 @@ class FlankLimits:
     """Limits of a flank at stations along its face."""
 
     u: FloatArray  # stations: distance from the mean point along the pitch cone, from toe to heel [m]
-    tip: FloatArray  # height of the blank's face cone [m]; heights count from the pitch cone, positive towards the tip
-    # height where the flank begins: end of the blade's profile, or where the fillet crosses an undercut flank [m]
+    tip: FloatArray  # height of the face cone of the blank above the pitch cone [m]
+    # height of the start of the flank: end of the blade profile, or intersection of fillet and undercut flank [m]
     start: FloatArray
-    # height of the cut root: where the blade's tip plane touches [m]; nan where the cutter does not reach
+    # height of the cut root at the tip plane of the blade [m]; nan where the cutter does not reach it
     root: FloatArray
-    blank_root: FloatArray  # height of the blank's root cone [m]
-    undercut: BoolArray  # where the flank turns back on itself above the end of the profile
-    regression: FloatArray  # height of the edge of regression [m]; nan where there is none
+    blank_root: FloatArray  # height of the root cone of the blank [m]
+    undercut: BoolArray  # whether the edge of regression lies above the end of the profile
+    regression: FloatArray  # height of the edge of regression [m]; nan without one
     fillet: EdgeColumns  # points of the fillet, from the profile to the root line
-    roll: tuple[float, float]  # cradle roll between which flank and fillet are cut [rad]
+    roll: tuple[float, float]  # range of the cradle roll of flank and fillet [rad]
 
     @property
     def undercut_depth(self) -> FloatArray:
-        """Height of the flank lost to undercut over the edge of regression, 0 where there is none [m]."""
+        """Height of the flank lost to undercut above the edge of regression, 0 without undercut [m]."""
         return np.where(self.undercut, self.start - np.where(self.undercut, self.regression, 0.0), 0.0)
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a designer has to know of these limits, in words: undercut with its place, and missing parts."""
+        """Notes on undercut with its position, and on missing parts."""
         notes = []
         if self.undercut.any():
             worst = int(np.argmax(self.undercut_depth))
             u, start, lost = self.u[worst] * 1e3, self.start[worst] * 1e3, self.undercut_depth[worst] * 1e6
             notes.append(
                 f"undercut at {self.undercut.sum()} of {self.u.size} stations, worst {u:+.4g} mm along the face from "
-                f"the mean point: the flank ends {start:+.4g} mm from the pitch cone, {lost:.3g} um over its edge of "
+                f"the mean point: the flank ends {start:+.4g} mm from the pitch cone, {lost:.3g} um above its edge of "
                 "regression"
             )
         if np.isnan(self.root).any():
@@ -159,12 +156,12 @@ class FlankLimits:
 
     @property
     def root_error(self) -> FloatArray:
-        """Height of the cut root over the blank's root cone, negative where it is cut too deep [m]."""
+        """Height of the cut root above the root cone of the blank, negative if it is cut too deep [m]."""
         return self.root - self.blank_root
 
 
 def fillet(flank: CutFlank) -> CutFlank:
-    """The root fillet as a flank of its own, cut by the edge radius; its s runs from `Blade.tip` to `profile_start`."""
+    """The root fillet as a flank cut by the edge radius; its s ranges from `Blade.tip` to `profile_start`."""
     radius = float(np.real(flank.blade.edge_radius)) or SHARP
     return replace(flank, blade=replace(flank.blade, edge_radius=radius, part="fillet"))
 
@@ -173,8 +170,8 @@ def flank_limits(flank: CutFlank, stations: int = 15, margin: float = 0.0) -> Fl
     """Fillet, root line and undercut of a flank.
 
     flank: the flank.
-    stations: stations along the face.
-    margin: how far they stay away from toe and heel, as a fraction of the face width.
+    stations: number of stations along the face.
+    margin: distance of the stations from toe and heel, as a fraction of the face width.
     """
     blank, root_cut = flank.blank, fillet(flank)
     u = np.linspace(-0.5 + margin, 0.5 - margin, stations) * blank.face_width
@@ -185,7 +182,7 @@ def flank_limits(flank: CutFlank, stations: int = 15, margin: float = 0.0) -> Fl
     top = middle.parameters[0]
     down = np.linspace(0.0, 1.0, _ROWS)[:, None]
     profile = columns(flank, u, top + down * (s_start - top), middle.parameters)
-    # the fillet leaves the profile steeply: more of its points near there
+    # more points near the profile, where the fillet is steep
     arc = s_start + down**2 * (root_cut.blade.tip - s_start) + 0.0 * u
     curve = columns(root_cut, u, arc, profile.parameters[-1])
 
@@ -215,7 +212,7 @@ def flank_limits(flank: CutFlank, stations: int = 15, margin: float = 0.0) -> Fl
 def _edge_of_regression(
     flank: CutFlank, u: FloatArray, profile: EdgeColumns, behind: BoolArray, undercut: BoolArray
 ) -> EdgeColumns:
-    """The undercut stations from the middle of the tooth to the edge of regression, found by false position."""
+    """The undercut stations from mid-depth to the edge of regression, computed by the Illinois method."""
     own = np.flatnonzero(undercut)
     last = np.argmax(behind[:, own], axis=0)
     front, back = profile.parameters[last - 1, :, own].T, profile.parameters[last, :, own].T
@@ -225,7 +222,7 @@ def _edge_of_regression(
         x, _ = at_length(flank, u[own], front + ahead / (ahead - beyond) * (back - front))
         rate = flank.regression(x)
         nearer = rate * ahead > 0.0
-        # Illinois: an end that stays twice counts half
+        # Illinois method: the value of an end retained twice is halved
         beyond = np.where(nearer, beyond * np.where(kept > 0.0, 0.5, 1.0), rate)
         ahead = np.where(nearer, rate, ahead * np.where(kept < 0.0, 0.5, 1.0))
         front, back = np.where(nearer, x, front), np.where(nearer, back, x)
@@ -238,9 +235,9 @@ def _edge_of_regression(
 def _crossing(
     root_cut: CutFlank, u: FloatArray, limit: EdgeColumns, curve: EdgeColumns, undercut: BoolArray
 ) -> FloatArray:
-    """Heights where the fillet crosses the undercut flank; those of the edge of regression where it does not."""
+    """Heights of the intersection of fillet and undercut flank; those of the edge of regression without one."""
     edge, begin = limit.height[-1], curve.parameters[0][:, undercut]
-    # the fillet from where it leaves the profile to where it has sunk below the edge of regression
+    # the fillet from the profile to the height of the edge of regression
     sunk = np.argmax(curve.height[:, undercut] < edge, axis=0)
     end = np.take_along_axis(curve.parameters[:, 0, undercut], sunk[None], axis=0)[0]
     steps = np.linspace(0.0, 1.0, 2 * _ROWS)[:, None]

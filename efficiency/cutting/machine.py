@@ -1,9 +1,9 @@
-"""Machine: carries a cutter point to the work piece while cradle, work and, in face hobbing, the cutter head turn.
+"""Machine: transformation of a cutter point to the work, with rotation of cradle, work and face-hobbing head.
 
 One chain for generated and non-generated (Formate) members, face milling and face hobbing. Frames and signs: machine
 frame with its origin at the machine centre, x along the root line from toe to heel, z along the cradle axis, teeth at
-z < 0; work frame with z along its axis from apex to heel. What depends on whether the flank is generated is one object
-each, found by name in `GENERATIONS`.
+z < 0; work frame with z along its axis from apex to heel. Properties that depend on generation are objects in
+`GENERATIONS`.
 """
 
 from __future__ import annotations
@@ -23,24 +23,24 @@ from ehl.common.validation import InputModel
 
 Turn = Annotated[float, ValueRange("rad", ge=-3.1416, le=3.1416)]
 
-# natural steps of settings that a correction changes [m], [rad]
+# natural steps of settings in a correction [m], [rad]
 LENGTH_STEP, ANGLE_STEP = 1e-4, 1e-3
 
 
 @dataclass(frozen=True)
 class Generation:
-    """How the profile of a flank comes about."""
+    """Generation of the profile of a flank."""
 
-    name: str  # in files
-    label: str  # in a sentence
-    words: tuple[str, ...]  # in setting sheets
-    # whether cradle and work roll, so that the flank is the envelope of the tool: it obeys the equation of meshing, may
-    # be undercut, and its root is cut deepest at one roll
+    name: str  # name in files
+    label: str  # name in a sentence
+    words: tuple[str, ...]  # names in setting sheets
+    # whether cradle and work roll, so that the flank is the envelope of the tool: it satisfies the equation of meshing,
+    # may be undercut, and its root is cut deepest at one roll
     rolls: bool
-    # settings of a machine correction next to those of every machine, with their natural steps
+    # settings of a machine correction in addition to those of every machine, with their natural steps
     first_order: tuple[tuple[str, float], ...]
     second_order: tuple[tuple[str, float], ...] = ()
-    correction_note: str = ""  # what a correction leaves open
+    correction_note: str = ""  # limitation of a correction
 
 
 GENERATED = Generation(
@@ -57,7 +57,7 @@ FORMATE = Generation(
     words=("formate", "non-generated", "helixform"),
     rolls=False,
     first_order=(("cradle_angle", ANGLE_STEP),),
-    correction_note="the root of a Formate member is not held: check its depth after a change of the sliding base",
+    correction_note="the root of a Formate member is not constrained: check its depth after changing the sliding base",
 )
 GENERATIONS = {generation.name: generation for generation in (GENERATED, FORMATE)}
 
@@ -75,13 +75,12 @@ def _polynomial(coefficients: tuple[float, ...], phi: Array) -> tuple[Array, Arr
 
 @dataclass(frozen=True)
 class MachineSettings:
-    """Settings of one flank, SI units and rad: the numbers of `MachineInput`, which a fit may differentiate.
+    """Settings of one flank, SI units and rad: numeric values of `MachineInput` for differentiation.
 
     Symbols: radial setting Sr, cradle angle q (positive for a right-hand member), blank offset Em, sliding base Xb,
     machine centre to back Xd, tilt i about y, then swivel j about z, about the tip-plane centre. Roll ratio Ra and
-    modified roll 2C, 6D, 24E, 120F, 720G: the work turns by ``Ra (phi - C phi^2 - D phi^3 - E phi^4 - F phi^5 - G
-    phi^6)`` while the cradle turns by phi. Cradle and generating work rotation stand still where `generation` does not
-    roll.
+    modified roll 2C, 6D, 24E, 120F, 720G: the work rotates by ``Ra (phi - C phi^2 - D phi^3 - E phi^4 - F phi^5 - G
+    phi^6)`` while the cradle rotates by phi. Cradle and work are at rest if `generation` does not roll.
     """
 
     radial_setting: float
@@ -122,22 +121,17 @@ class MachineSettings:
 
     @cached_property
     def work_axes(self) -> FloatArray:
-        """Rotation from the machine to the (not yet turned) work frame; its last row is the work axis."""
+        """Rotation from the machine to the (not yet rotated) work frame; its last row is the work axis."""
         c, s = np.cos(self.machine_root_angle), np.sin(self.machine_root_angle)
         return np.array([[s, 0.0, -c], [0.0, 1.0, 0.0], [c, 0.0, s]])
 
     def at(self, phi: Array) -> Pose:
-        """The machine at cradle rolls phi, (n,) [rad]; a non-generated flank sees it stand still."""
+        """The machine at cradle rolls phi, (n,) [rad]; for a non-generated flank it is at rest."""
         zero = 0.0 * phi
         if not self.generation.rolls:
             phi = zero
-        modified = (
-            self.modified_roll_2c,
-            self.modified_roll_6d,
-            self.modified_roll_24e,
-            self.modified_roll_120f,
-            self.modified_roll_720g,
-        )
+        orders = ("2c", "6d", "24e", "120f", "720g")
+        modified = (getattr(self, f"modified_roll_{order}") for order in orders)
         vertical = (self.blank_offset, self.vertical_motion_1, self.vertical_motion_2, self.vertical_motion_3)
         helical = (self.sliding_base, self.helical_motion_1, self.helical_motion_2, self.helical_motion_3)
         ratio = self.roll_ratio if self.generation.rolls else 0.0
@@ -152,13 +146,13 @@ class MachineSettings:
 
 
 class MachineInput(InputModel):
-    """Table `machine` of a flank: settings that all machines share."""
+    """Table `machine` of a flank: common settings of all machines."""
 
     process: str
-    radial_setting: Length  # cutter centre from the cradle axis [m]
-    cradle_angle: Turn  # of the cutter centre around the cradle axis; positive for a right-hand member [rad]
-    machine_root_angle: Turn  # of the work axis to the machine plane [rad]
-    # of the cutter axis [rad]
+    radial_setting: Length  # distance of the cutter centre from the cradle axis [m]
+    cradle_angle: Turn  # angle of the cutter centre around the cradle axis; positive for a right-hand member [rad]
+    machine_root_angle: Turn  # angle of the work axis to the machine plane [rad]
+    # angles of the cutter axis [rad]
     tilt: Turn = 0.0
     swivel: Turn = 0.0
     # position of the work [m]
@@ -167,7 +161,7 @@ class MachineInput(InputModel):
     machine_centre_to_back: Shift = 0.0
 
     def settings(self) -> MachineSettings:
-        """Numbers of the settings."""
+        """Numeric values of the settings."""
         numbers = {"roll_ratio": 0.0, **self.model_dump(exclude={"process"})}
         return MachineSettings(**numbers, generation=GENERATIONS[self.process])
 
@@ -194,7 +188,7 @@ class GeneratedMachine(MachineInput):
 
 
 class FormateMachine(MachineInput):
-    """Settings of a non-generated (Formate) flank: the cradle stands still, the cutter plunges or only indexes."""
+    """Settings of a non-generated (Formate) flank: the cradle is at rest, the cutter plunges or only indexes."""
 
     process: Literal["formate"]
 
@@ -203,7 +197,7 @@ MACHINE_INPUTS: dict[str, type[MachineInput]] = {"generated": GeneratedMachine, 
 
 
 def machine_table(machine: MachineSettings) -> dict[str, str | float]:
-    """Settings as table `machine` of a design file: those the machine needs, and others that are not zero."""
+    """Settings as table `machine` of a design file: required settings, and others that are nonzero."""
     known = MACHINE_INPUTS[machine.generation.name].model_fields
     table: dict[str, str | float] = {"process": machine.generation.name}
     for field in fields(MachineSettings):
@@ -234,19 +228,19 @@ class Pose:
         return turn(self.machine.cutter_axes @ point + self.machine.cutter_centre[:, None], self.roll)
 
     def about_work(self, arm: Array) -> Array:
-        """Velocity of points that turn about the work axis at 1 rad/s, arm from a point of the axis [m/s]."""
+        """Velocity of points for a rotation about the work axis at 1 rad/s, arm from a point of the axis [m/s]."""
         c, s = self.machine.work_axes[2, 0], self.machine.work_axes[2, 2]
         return np.array([-s * arm[1], s * arm[0] - c * arm[2], c * arm[1]])
 
     def rolling(self, point: Array) -> Array:
-        """Velocity of the tool against the work at machine-frame points, cradle at 1 rad/s [m/s]."""
+        """Velocity of the tool relative to the work at machine-frame points, cradle at 1 rad/s [m/s]."""
         return spin(point) + self.shift[1] - self.work[1] * self.about_work(point + self.shift[0])
 
     def to_work(self, point: Array, indexed: Array | float) -> Array:
-        """Machine-frame points in the frame of the work turned by the roll and indexed by an angle [m]."""
+        """Machine-frame points in the frame of the work, rotated by the roll and indexed by an angle [m]."""
         back = np.array([[0.0], [0.0], [self.machine.machine_centre_to_back]])
         return turn(self.machine.work_axes @ (point + self.shift[0]) - back, indexed - self.work[0])
 
     def to_work_direction(self, vector: Array, indexed: Array | float) -> Array:
-        """Machine-frame directions (3, n) or (3, k, n) in the frame of the turned work."""
+        """Machine-frame directions (3, n) or (3, k, n) in the frame of the rotated work."""
         return turn((self.machine.work_axes @ vector.reshape(3, -1)).reshape(vector.shape), indexed - self.work[0])

@@ -1,4 +1,4 @@
-"""Newton's method on many small systems at once, Jacobians by complex step (exact to round-off)."""
+"""Newton's method for many small systems at once, with Jacobians by complex step (exact to rounding)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _STALLED = 4
 def complex_jacobian(function: Callable[[Array], Array], x: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Value and Jacobian of a holomorphic function at many points.
 
-    function: maps (m, n) to (k, n): n independent points, m unknowns each.
+    function: maps (m, n) to (k, n): n independent points with m unknowns each.
     x (m, n): points.
     """
     columns = []
@@ -42,20 +42,20 @@ def iterate(
     tolerance: FloatArray,
     max_iterations: int = 30,
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Newton's method at n points together.
+    """Newton's method at n points together; returns the points and a mask of converged ones.
 
-    linearise: value (m, n) and Jacobian (n, m, m) of what is to vanish at x (m, n).
+    linearise: value (m, n) and Jacobian (n, m, m) of the function at x (m, n).
     start (m, n): starting points.
     step_limit (m,): largest step of each unknown in one iteration.
-    tolerance (m,): a point is done when its last step was below this in every unknown.
-    max_iterations: after that a point counts as not converged.
+    tolerance (m,): a point has converged if its last step is below this value in every unknown.
+    max_iterations: maximum number of iterations.
     """
     x = np.array(start, dtype=np.float64)
     done = np.zeros(x.shape[1], dtype=bool)
     most, stalled = 0, 0
     for _ in range(max_iterations):
         value, jacobian = linearise(x)
-        # A singular point gets no step and stays marked as not converged.
+        # a singular point is not moved and remains marked as not converged
         scale = np.abs(np.linalg.det(jacobian / np.abs(jacobian).max(axis=2, keepdims=True).clip(1e-300)))
         regular = np.isfinite(value).all(axis=0) & (scale > 1e-13)
         step = np.zeros_like(x)
@@ -64,7 +64,7 @@ def iterate(
         shrink = np.minimum(1.0, (step_limit[:, None] / np.abs(step).clip(1e-300)).min(axis=0))
         x -= shrink * step
         done = regular & (np.abs(step) <= tolerance[:, None]).all(axis=0)
-        # when no further point has converged for long, the rest have no solution (undercut)
+        # if no further point converges for several iterations, the others have no solution (undercut)
         stalled = stalled + 1 if int(done.sum()) <= most else 0
         most = max(most, int(done.sum()))
         if done.all() or (most and stalled >= _STALLED):

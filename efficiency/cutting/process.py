@@ -1,9 +1,9 @@
-"""Cutting processes: face milling and face hobbing, one object each, found by name in `PROCESSES`.
+"""Cutting processes: face milling and face hobbing, as objects in `PROCESSES`.
 
-An object holds all that depends on how the head indexes: the blade of a design file, the lengthwise curve, defaults and
-limits of the blank, the blade of the conjugate pinion and the settings a fit may change. Whether the profile is
-generated is the choice of the machine (`efficiency.cutting.machine.GENERATIONS`). The indexing itself is a number: the
-work turns by blade groups over teeth while the cutter turns once (`CutFlank.index_ratio`), zero for a face mill.
+An object holds all properties that depend on the indexing of the head: the blade of a design file, the lengthwise
+curve, defaults and limits of the blank, the blade of the conjugate pinion and the settings of a fit. Whether the
+profile is generated depends on the machine (`efficiency.cutting.machine.GENERATIONS`). The indexing is a number
+(`CutFlank.index_ratio`): the work rotates by blade groups over teeth per rotation of the cutter, zero for a face mill.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ MODIFIED = ("modified_roll_2c", "modified_roll_6d")
 MOTIONS = (*MODIFIED, "helical_motion_1")
 
 CUTTER_TAPERED = 1.1  # smallest r_c0/(R_m2 sin beta_m2) of tapered face-milled teeth (AGMA 2005, from memory)
-CUTTER_UNIFORM = 1.5  # largest for face-milled uniform depth, from the same
+CUTTER_UNIFORM = 1.5  # largest ratio for face-milled uniform depth (AGMA 2005, from memory)
 
 
 class BladeInput(InputModel):
     """Edge of one blade: straight or an arc, with edge radius and reliefs tangent to it."""
 
-    blade_angle: BladeAngle  # of the edge to the cutter axis at the reference height [rad]
-    blade_curvature: Curvature = 0.0  # there [1/m]; 0 for a straight edge
-    reference_height: Depth = 0.0  # over the blade tip [m]; 0 is the tip plane
-    edge_radius: Depth = 0.0  # at the blade tip [m]
+    blade_angle: BladeAngle  # angle of the edge to the cutter axis at the reference height [rad]
+    blade_curvature: Curvature = 0.0  # curvature at the reference height [1/m]; 0 for a straight edge
+    reference_height: Depth = 0.0  # height above the blade tip [m]; 0 is the tip plane
+    edge_radius: Depth = 0.0  # radius at the blade tip [m]
     # reliefs of the profile
     toprem: Relief | None = None
     protuberance: Protuberance | None = None
@@ -55,9 +55,8 @@ class BladeInput(InputModel):
             raise InputError("protuberance", "given together with a toprem", "either toprem or protuberance")
         low = self.toprem or self.protuberance
         if low is not None and self.flankrem is not None and self.flankrem.height <= low.height:
-            raise InputError(
-                "flankrem.height", f"{self.flankrem.height * 1e3:.6g} mm", f"above {low.height * 1e3:.6g} mm"
-            )
+            height = f"{self.flankrem.height * 1e3:.6g} mm"
+            raise InputError("flankrem.height", height, f"above {low.height * 1e3:.6g} mm")
         if low is not None and self.edge_radius >= low.height:
             raise InputError("edge_radius", f"{self.edge_radius * 1e3:.6g} mm", f"below {low.height * 1e3:.6g} mm")
         return self
@@ -67,18 +66,9 @@ class BladeInput(InputModel):
         raise NotImplementedError
 
     def _blade(self, side: FlankSide, radius: float, **head: Any) -> Blade:
-        return Blade(
-            point_radius=radius,
-            blade_angle=self.blade_angle,
-            side=side,
-            curvature=self.blade_curvature,
-            reference_height=self.reference_height,
-            edge_radius=self.edge_radius,
-            toprem=self.toprem,
-            protuberance=self.protuberance,
-            flankrem=self.flankrem,
-            **head,
-        )
+        reliefs = {name: getattr(self, name) for name in ("toprem", "protuberance", "flankrem")}
+        edge: dict[str, Any] = {"reference_height": self.reference_height, "edge_radius": self.edge_radius, **reliefs}
+        return Blade(radius, self.blade_angle, side, self.blade_curvature, **edge, **head)
 
 
 class RadiusLimit(NamedTuple):
@@ -90,17 +80,17 @@ class RadiusLimit(NamedTuple):
 
 
 class CuttingProcess(ABC):
-    """How the head indexes, and what follows from it.
+    """Indexing of the head and dependent properties.
 
-    name: in files.
+    name: name in files.
     cutter: table `cutter` of a flank in a design file.
-    blade_phase: whether the position of a blade around the head is a setting that turns its flank about the work axis.
-    pitch_share: share of half a pitch by which the slot of a gear narrows towards the toe, 0 to 1 (AGMA 929).
-    widest_slot: largest ratio of widest over narrowest slot of one member; infinite where the head changes the slot
-        along the face.
+    blade_phase: whether the position of a blade around the head is a setting that rotates its flank about its axis.
+    pitch_share: fraction of half a pitch by which the slot of a gear narrows towards the toe, 0 to 1 (AGMA 929).
+    widest_slot: largest ratio of widest to narrowest slot of one member; infinite if the head changes the slot along
+        the face.
     root_weight: residual per root error of a pinion whose flanks share one setting.
-    curved_blades: whether pinion blades may be curved where each flank has its own setting.
-    usual: answers for a new targets file: taper, gear_cutting, pinion_cutting; blade_groups where it has none.
+    curved_blades: whether pinion blades may be curved if each flank has its own setting.
+    usual: default answers of a new targets file: taper, gear_cutting, pinion_cutting, blade_groups.
     """
 
     name: ClassVar[str]
@@ -119,18 +109,18 @@ class CuttingProcess(ABC):
 
     @abstractmethod
     def check_blade_groups(self, groups: int | None) -> None:
-        """Refuse blade groups that the head cannot have."""
+        """Raise an `InputError` for an invalid number of blade groups."""
 
     @abstractmethod
     def taper(self, cutter_radius: float, uniform_radius: float) -> str:
-        """Depth taper that is usual, for r_c0 and R_m2 sin beta_m2 [m]."""
+        """Usual depth taper for r_c0 and R_m2 sin beta_m2 [m]."""
 
     def radius_limit(self, taper: str, uniform_radius: float) -> RadiusLimit | None:
         """Recommended limit of the cutter radius for R_m2 sin beta_m2, in the same unit."""
         return None
 
     def common_factors(self, groups: int, teeth: tuple[int, int]) -> Iterator[tuple[str, int]]:
-        """Pairs of numbers that should have no common factor, and the one they have."""
+        """Pairs of numbers that should have no common factor, and their greatest common factor."""
         return iter(())
 
     @abstractmethod
@@ -139,19 +129,19 @@ class CuttingProcess(ABC):
 
     @abstractmethod
     def conjugate_reference(self, blade: Blade, reach: float, depth: float) -> tuple[float, float]:
-        """Radius and reference height [m] of the pinion blade whose profile is that of the gear's blade turned over.
+        """Radius and reference height [m] of the pinion blade with the reversed profile of the gear blade.
 
-        blade: of the gear.
+        blade: blade of the gear.
         reach: distance of both tip planes [m].
         depth: dedendum of the pinion along its cutter axis [m].
         """
 
     @abstractmethod
     def shared_settings(self, free_form: bool, radius_offsets: bool) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Settings that both pinion flanks share, and settings of each, where one setting cuts both.
+        """Common settings of both pinion flanks and settings of each flank, if one setting cuts both.
 
         free_form: any relative motion; otherwise the machine is a cradle machine.
-        radius_offsets: whether each blade may be moved square to its cutting direction.
+        radius_offsets: whether each blade may be displaced normal to its cutting direction.
         """
 
 
@@ -160,7 +150,7 @@ class FaceMillingCutter(BladeInput):
 
     type: Literal["face_milling"] = "face_milling"
     point_radius: Length | None = None  # radius of the (extended) profile at the tip plane [m]
-    # in its place: mean radius and distance of the blades of a spread-blade cutter [m]
+    # alternatively: mean radius and distance of the blades of a spread-blade cutter [m]
     cutter_radius: Length | None = None
     point_width: Depth | None = None
 
@@ -168,9 +158,8 @@ class FaceMillingCutter(BladeInput):
     def _radius(self) -> Self:
         spread = self.cutter_radius, self.point_width
         if self.point_radius is None and None in spread:
-            raise InputError(
-                "point_radius", None, "a length such as '114.3 mm', or cutter_radius and point_width instead"
-            )
+            allowed = "a length such as '114.3 mm', or cutter_radius and point_width instead"
+            raise InputError("point_radius", None, allowed)
         if self.point_radius is not None and spread != (None, None):
             raise InputError("point_radius", "given together with cutter_radius or point_width", "only one of the two")
         if self.point_radius is None and 0.5 * float(self.point_width or 0.0) >= float(self.cutter_radius or 0.0):
@@ -178,7 +167,7 @@ class FaceMillingCutter(BladeInput):
         return self
 
     def blade(self, side: FlankSide, hand: Hand) -> Blade:
-        """The blade that cuts one flank; a face mill suits both hands."""
+        """The blade that cuts one flank; a face mill is used for both hands."""
         sign = 1.0 if side == "concave" else -1.0
         radius = self.point_radius
         if radius is None:
@@ -189,7 +178,7 @@ class FaceMillingCutter(BladeInput):
 
 
 class FaceMilling(CuttingProcess):
-    """Single indexing: the tooth is a circle of the cutter."""
+    """Single indexing: the lengthwise tooth curve is a circle."""
 
     name = "face_milling"
     cutter = FaceMillingCutter
@@ -202,12 +191,12 @@ class FaceMilling(CuttingProcess):
     }
 
     def check_blade_groups(self, groups: int | None) -> None:
-        """None has any."""
+        """Raise an `InputError` for any number; a face mill has no blade groups."""
         if groups is not None:
             raise InputError("blade_groups", groups, "no value: a face mill has no blade groups")
 
     def taper(self, cutter_radius: float, uniform_radius: float) -> str:
-        """Tapered teeth unless the cutter is small."""
+        """Tapered depth unless the cutter is small."""
         return "tilted_root" if cutter_radius > uniform_radius else "uniform"
 
     def radius_limit(self, taper: str, uniform_radius: float) -> RadiusLimit | None:
@@ -215,8 +204,8 @@ class FaceMilling(CuttingProcess):
         if uniform_radius <= 0.0:
             return None
         if taper != "uniform":
-            return RadiusLimit("at least", CUTTER_TAPERED * uniform_radius, "Smaller cutters ask for uniform depth.")
-        return RadiusLimit("at most", CUTTER_UNIFORM * uniform_radius, "Larger cutters ask for tapered depth.")
+            return RadiusLimit("at least", CUTTER_TAPERED * uniform_radius, "Smaller cutters require uniform depth.")
+        return RadiusLimit("at most", CUTTER_UNIFORM * uniform_radius, "Larger cutters require tapered depth.")
 
     def cutter_table(self, blade: Blade, mirror: float) -> dict[str, str | float | int]:
         """Point radius of the profile extended to the tip plane."""
@@ -227,11 +216,11 @@ class FaceMilling(CuttingProcess):
         return table
 
     def conjugate_reference(self, blade: Blade, reach: float, depth: float) -> tuple[float, float]:
-        """At the pitch plane, where the radius depends least on the blade angle."""
+        """Values at the pitch plane, where the radius depends least on the blade angle."""
         return blade.point_radius + blade.sign * (reach - depth) * np.tan(blade.blade_angle), depth
 
     def shared_settings(self, free_form: bool, radius_offsets: bool) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """No blade phase: the rotation of the work is shared and modified roll helps."""
+        """Settings without blade phase: the rotation of the work is shared, and modified roll is used."""
         return (*PLAIN, *MODIFIED, "phase"), ("blade_angle", "point_radius", "curvature")
 
 
@@ -240,18 +229,18 @@ class FaceHobbingCutter(BladeInput):
 
     type: Literal["face_hobbing"]
     cutter_radius: Length  # radius of the profile at the reference height [m]
-    blade_groups: Annotated[int, Field(ge=1, le=60)]  # of the head
-    # of the plane of the profile to the axial plane, at the cutter radius [rad]
+    blade_groups: Annotated[int, Field(ge=1, le=60)]  # number of blade groups of the head
+    # angle of the plane of the profile to the axial plane, at the cutter radius [rad]
     blade_offset_angle: Annotated[float, ValueRange("rad", ge=0.0, lt=1.2)]
-    # moves the profile outwards, square to the cutting direction [m]
+    # displacement of the profile outwards, normal to the cutting direction [m]
     radius_offset: Annotated[float, ValueRange("m", ge=-0.05, le=0.05)] = 0.0
     blade_phase: Turn = 0.0  # position of the blade around the cutter axis [rad]
-    # of the front face [rad]
+    # angles of the front face [rad]
     rake_angle: RakeAngle = 0.0
     hook_angle: RakeAngle = 0.0
 
     def blade(self, side: FlankSide, hand: Hand) -> Blade:
-        """The blade that cuts one flank; the head of a left-hand member is the mirror image."""
+        """The blade that cuts one flank; the head of a left-hand member is mirrored."""
         mirror = 1.0 if hand == "right" else -1.0
         return self._blade(
             side,
@@ -266,7 +255,7 @@ class FaceHobbingCutter(BladeInput):
 
 
 class FaceHobbing(CuttingProcess):
-    """Continuous indexing: the tooth is an epicycloid, the slot is made by the phase of the blades."""
+    """Continuous indexing: the lengthwise tooth curve is an epicycloid, the slot width depends on the blade phase."""
 
     name = "face_hobbing"
     cutter = FaceHobbingCutter
@@ -277,7 +266,7 @@ class FaceHobbing(CuttingProcess):
     usual: ClassVar = {"taper": "uniform", "gear_cutting": "formate", "pinion_cutting": "both_flanks"}
 
     def check_blade_groups(self, groups: int | None) -> None:
-        """The head needs them."""
+        """Raise an `InputError` for a missing number of blade groups."""
         if groups is None:
             raise InputError("blade_groups", None, "the number of blade groups of the face-hobbing head")
 
@@ -286,7 +275,7 @@ class FaceHobbing(CuttingProcess):
         return "uniform"
 
     def common_factors(self, groups: int, teeth: tuple[int, int]) -> Iterator[tuple[str, int]]:
-        """Each blade group and tooth should meet all teeth of the mate."""
+        """Numbers without common factors, so that each blade group and tooth meets all teeth of the mate."""
         numbers = {"z_0": groups, "z_1": teeth[0], "z_2": teeth[1]}
         for one, other in (("z_1", "z_2"), ("z_0", "z_1"), ("z_0", "z_2")):
             yield f"{one} and {other}", gcd(numbers[one], numbers[other])
@@ -306,11 +295,11 @@ class FaceHobbing(CuttingProcess):
         }
 
     def conjugate_reference(self, blade: Blade, reach: float, depth: float) -> tuple[float, float]:
-        """The reference point of the gear's blade, seen from the other tip plane."""
+        """The reference point of the gear blade relative to the other tip plane."""
         return blade.point_radius, reach - blade.reference_height
 
     def shared_settings(self, free_form: bool, radius_offsets: bool) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Cutter axis, radial setting, places of the work and roll ratio; each blade has angle, radius and phase."""
+        """Cutter axis, radial setting, work position and roll ratio; each blade has angle, radius and phase."""
         if not radius_offsets:
             return (*PLAIN, *MOTIONS), ("blade_angle", "curvature", "phase")
         plain = PLAIN if free_form else (*PLAIN, *MODIFIED)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from efficiency.cutting.newton import Array
 
 AnyArray = TypeVar("AnyArray", NDArray[np.float64], Array)
-"""Real or complex, as given."""
+"""Real or complex array."""
 
 
 def turn(vector: AnyArray, angle: AnyArray | float) -> AnyArray:
@@ -20,12 +20,12 @@ def turn(vector: AnyArray, angle: AnyArray | float) -> AnyArray:
 
 
 def spin(vector: AnyArray) -> AnyArray:
-    """Velocity of points that turn about z at 1 rad/s."""
+    """Velocity of points for a rotation about z at 1 rad/s."""
     return np.asarray([-vector[1], vector[0], 0.0 * vector[2]])
 
 
 def dot(a: AnyArray, b: AnyArray) -> AnyArray:
-    """Scalar product; holomorphic, nothing is conjugated."""
+    """Scalar product without complex conjugation (holomorphic)."""
     return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 

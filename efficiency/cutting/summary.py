@@ -1,22 +1,22 @@
-"""Reader for machine summaries: lines of "label, value" as a setting sheet lists them, into tables of a design file.
+"""Reader for machine summaries: lines of "label, value" of a setting sheet, converted to tables of a design file.
 
-A summary is text, one entry a line: the label, a separator (comma, semicolon, tab, ``=``, ``:``), the value. Labels
-are those of `LABELS` in any case; ``#`` starts a comment. Three labels steer the rest: ``units`` (``inch`` or ``mm``;
-angles are degrees), ``member`` (``pinion`` or ``gear``) and ``flank`` (``concave``, ``convex``, ``outside blade``,
-``inside blade`` or ``both``); until they are given again they hold for all lines that follow. A value may carry its
-own unit ("4.108 in"), or the label has it in brackets ("radial [mm]"); degrees may be given with minutes ("67d11m").
-Numbers are taken over as written, with their unit; a decimal comma is read where no comma separates label and value.
+A summary is text with one entry per line: label, separator (comma, semicolon, tab, ``=``, ``:``), value. Labels are
+those of `LABELS` in any case; ``#`` starts a comment. Three labels apply to all following lines until they are given
+again: ``units`` (``inch`` or ``mm``; angles are in degrees), ``member`` (``pinion`` or ``gear``) and ``flank``
+(``concave``, ``convex``, ``outside blade``, ``inside blade`` or ``both``). A value may have its own unit ("4.108 in"),
+or the label has it in brackets ("radial [mm]"); degrees may be given with minutes ("67d11m"). Numbers are kept as
+written, with their unit; a decimal comma is read if no comma separates label and value.
 
-Conventions of a sheet that are turned into those of the design file:
+Conventions of a sheet that are converted to those of the design file:
 
 - cradle angle: unsigned or 0..360 deg on a sheet; negative for a left-hand member here
-- a ratio of roll or a motion of 0 of a Formate member, whose cradle stands still, is left out with a note
+- a zero ratio of roll or motion of a Formate member, whose cradle is at rest, is omitted with a note
 - blank offset ``down`` is positive, ``up`` negative; sliding base ``with`` (drawn) positive, ``advance`` negative
-- cutter diameter, point diameter and blade radius become radii and curvature; horizontal and vertical setting of a
-  Formate member become radial setting and cradle angle; test rolls and the crown gear's teeth over 75 the roll ratio
-- face and root angle, outer cone distance, outer addendum and whole depth become the numbers of the mean section
+- cutter diameter, point diameter and blade radius are converted to radii and curvature; horizontal and vertical setting
+  of a Formate member to radial setting and cradle angle; test rolls, or crown gear teeth over 75, to the roll ratio
+- face and root angle, outer cone distance, outer addendum and whole depth are converted to values of the mean section
 
-Tilt and swivel are taken as written: i about y, then j about z of the cradle frame (docs/cutting.md).
+Tilt and swivel are kept as written: i about y, then j about z of the cradle frame (docs/cutting.md).
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from ehl.common.files import read_text, toml_text
 from ehl.common.units import ValueRange, parse_quantity
 from ehl.common.validation import locate_field
 
-# numbers of a sheet that are turned into others at the end
+# values of a sheet that are converted after reading
 _TURNED = {
     "outer cone distance": ("blank", "OUTER_CONE", "mm"),
     "outer addendum": ("blank", "OUTER_ADDENDUM", "mm"),
@@ -59,7 +59,7 @@ _TURNED = {
     "nc/75": ("machine", "CROWN_TEETH", ""),
 }
 _TURNED_KEYS = {key for _, key, _ in _TURNED.values()}
-# labels of a sheet other than the key of the design file with spaces; the first one of a key is written
+# labels of a sheet that differ from the key of the design file with spaces; the first label of a key is written
 _OTHER_LABELS = {
     "cutter type": "type",
     "pitch apex beyond crossing point": "pitch_apex_beyond_crossing",
@@ -105,30 +105,20 @@ def _entries(model: type[BaseModel], within: str = "") -> Iterator[tuple[str, st
 def _labels() -> dict[str, tuple[str, str, str]]:
     keys = {key: (table, key, unit) for table, key, unit in _keys()}
     plain = {re.sub(r"[_.]", " ", key): entry for key, entry in keys.items() if key != "type"}
-    return _TURNED | _named(_OTHER_LABELS, keys) | plain | _named(_SYNONYMS, keys)
+    other, synonyms = ({label: keys[key] for label, key in given.items()} for given in (_OTHER_LABELS, _SYNONYMS))
+    return _TURNED | other | plain | synonyms
 
 
-def _named(labels: dict[str, str], keys: dict[str, tuple[str, str, str]]) -> dict[str, tuple[str, str, str]]:
-    return {label: keys[key] for label, key in labels.items()}
-
-
-# label: (table, key, unit); keys in capitals are turned into others at the end
+# label: (table, key, unit); keys in capitals are converted after reading
 LABELS = _labels()
-_FLANKS = {
-    "concave": "concave",
-    "convex": "convex",
-    "outside blade": "concave",
-    "inside blade": "convex",
-    "ob": "concave",
-    "ib": "convex",
-    "both": "",
-}
+_FLANKS = dict.fromkeys(("concave", "outside blade", "ob"), "concave")
+_FLANKS |= dict.fromkeys(("convex", "inside blade", "ib"), "convex") | {"both": ""}
 _TEXTS = {
     "type": {process.label: name for name, process in PROCESSES.items()},
     "process": {word: name for name, generation in GENERATIONS.items() for word in generation.words},
     "hand": {"left": "left", "lh": "left", "right": "right", "rh": "right"},
 }
-# direction words of a sheet and their sign here
+# direction words of a sheet with their sign in the design file
 _DIRECTIONS = {"down": 1.0, "up": -1.0, "with": 1.0, "withdraw": 1.0, "advance": -1.0, "adv": -1.0}
 _MINUTES = re.compile(r"([+-]?\d+)\s*(?:d|deg|°)\s*(\d+(?:\.\d+)?)\s*(?:m|min|')\s*", re.IGNORECASE)
 _UNITS = {"inch": "in", "in": "in", "mm": "mm", "metric": "mm"}
@@ -140,11 +130,11 @@ class Summary:
 
     # nested tables ``pinion`` and ``gear`` with ``blank``, ``cutter``, ``machine``, ``concave``, ``convex``
     tables: dict[str, Any]
-    unread: tuple[str, ...]  # lines whose label is not known, as written
-    left_out: tuple[str, ...] = ()  # zeros of settings that the machine of a member does not have
+    unread: tuple[str, ...]  # lines with an unknown label, as written
+    left_out: tuple[str, ...] = ()  # zeros of settings that do not exist for the machine of a member
 
     def toml(self) -> str:
-        """The tables as text of a design file; lines that were not read stand at the end as comments."""
+        """The tables as text of a design file; unread lines are appended as comments."""
         lines = toml_text(self.tables).splitlines()
         if self.unread:
             lines += ["# not read from the summary:", *(f"# {line}" for line in self.unread)]
@@ -154,14 +144,14 @@ class Summary:
 def read_summary(path: str | Path, hands: Mapping[str, str] | None = None) -> Summary:
     """Read a machine summary file; text in any encoding.
 
-    hands: hand of ``pinion`` and ``gear`` where the sheet states none.
-    Raises `InputError`: all lines that cannot be used, together.
+    hands: hand of ``pinion`` and ``gear`` if the sheet states none.
+    Raises `InputError` with all invalid lines.
     """
     return parse_summary(read_text(path, "summary", "a readable text file", any_encoding=True), hands)
 
 
 def parse_summary(text: str, hands: Mapping[str, str] | None = None) -> Summary:
-    """Read a machine summary from text; as `read_summary`."""
+    """Read a machine summary from text, as `read_summary`."""
     length, member, flank = "", "", ""
     found: dict[tuple[str, str, str, str], Any] = {}
     unread: list[str] = []
@@ -205,7 +195,7 @@ def parse_summary(text: str, hands: Mapping[str, str] | None = None) -> Summary:
 
 
 def _entry(line: str) -> tuple[str, str | None, str]:
-    """Label in lower case, unit in brackets behind it, and value of a line; all empty where it has no content."""
+    """Label in lower case, its unit in brackets, and value of a line; all empty for a line without content."""
     bare = line.partition("#")[0].strip().rstrip(",;\t ")
     entry = re.fullmatch(r"([^,;\t=:]+)([,;\t=:](?:\s*[,;\t=:])*)(.*)", bare)
     label, separator, value = (entry[1], entry[2], entry[3].strip()) if entry else (bare, "", "")
@@ -216,7 +206,7 @@ def _entry(line: str) -> tuple[str, str | None, str]:
 
 
 def _unit_of_label(brackets: str, unit: str, where: str) -> str:
-    """Unit that a label has in brackets, checked; that of a motion is a length per radian."""
+    """Validated unit of a label in brackets; the unit of a motion is a length per radian."""
     if unit not in ("mm", "deg"):
         return ""
     own = _UNITS.get(brackets, brackets.removesuffix("/rad"))
@@ -225,7 +215,7 @@ def _unit_of_label(brackets: str, unit: str, where: str) -> str:
 
 
 def _without_rest(own: dict[tuple[str, str, str], Any], name: str) -> list[str]:
-    """Take out zeros of what a machine does not do, as sheets print them for a Formate member; a note for each."""
+    """Remove zeros of settings that do not exist for a machine, such as a Formate member's; returns a note for each."""
     left_out: dict[str, None] = {}
     for flank, table, key in list(own):
         process = own.get((flank, "machine", "process"), own.get(("", "machine", "process")))
@@ -234,7 +224,7 @@ def _without_rest(own: dict[tuple[str, str, str], Any], name: str) -> list[str]:
             number = value[0] if isinstance(value, tuple) else value
             if key not in MACHINE_INPUTS[process].model_fields and number == 0.0:
                 del own[flank, table, key]
-                left_out[f"{name}: {key} is 0, as of a {GENERATIONS[process].label} member"] = None
+                left_out[f"{name}: {key} is 0 and does not apply to a {GENERATIONS[process].label} member"] = None
     return list(left_out)
 
 
@@ -246,7 +236,7 @@ def _chosen(words: dict[str, str], value: str, where: str) -> str:
 
 
 def _value(text: str, key: str, unit: str, length: str, where: str) -> Any:
-    """What stands behind a label: a word, a whole number, a number, or (number, unit)."""
+    """Value of a label: a word, a whole number, a number, or (number, unit)."""
     if unit == "text":
         return _chosen(_TEXTS[key], text, where)
     word = text.split()[-1].lower() if text.split() else ""
@@ -261,7 +251,7 @@ def _value(text: str, key: str, unit: str, length: str, where: str) -> Any:
     try:
         number, own = float(bare), ""
     except ValueError:
-        # the unit is checked here and kept as written
+        # the unit is validated here and kept as written
         si = parse_quantity(bare, {"mm": "m", "deg": "rad"}.get(unit, ""), field=where)
         match = re.fullmatch(r"([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*([^\d]*)", bare)
         # degrees with minutes and seconds become degrees
@@ -276,27 +266,27 @@ def _value(text: str, key: str, unit: str, length: str, where: str) -> Any:
     if unit == "":
         return number
     if unit == "deg" and length in _UNITS.values():
-        length = ""  # of the sheet's lengths
+        length = ""  # unit of lengths only
     if unit == "mm" and not own and not length:
         if number == 0.0:
             return number, "mm"  # the same in any unit
-        raise InputError(where, text, "a value with its unit, or a line 'units, inch' or 'units, mm' before")
+        raise InputError(where, text, "a value with its unit, or a preceding line 'units, inch' or 'units, mm'")
     return number, own or length or "deg"
 
 
 class _Part:
-    """Entries of one table of one flank, taken out as they are turned into those of the design file."""
+    """Entries of one table of one flank, removed as they are converted to those of the design file."""
 
     def __init__(self, values: dict[str, Any]) -> None:
         self.values = values
 
     def si(self, key: str, unit: str) -> float | None:
-        """Value in SI, taken out."""
+        """Remove an entry and return its value in SI units."""
         entry = self.values.pop(key, None)
         return None if entry is None else parse_quantity(f"{entry[0]!r} {entry[1]}", unit, field=key)
 
     def scaled(self, key: str, name: str, factor: float) -> None:
-        """Move a value to another key, multiplied, in the unit it was written in."""
+        """Move a value to another key, multiplied by a factor, in its original unit."""
         if key in self.values:
             number, unit = self.values.pop(key)
             self.values[name] = (factor * number, unit)
@@ -334,7 +324,7 @@ def _member(own: dict[tuple[str, str, str], Any], name: str, hand: str | None) -
 
 
 def _blank(part: _Part, name: str) -> None:
-    """Mean section and cone angles from the dimensions at the heel."""
+    """Compute mean section and cone angles from the dimensions at the heel."""
     values = part.values
 
     def known(key: str, unit: str) -> float | None:
@@ -384,7 +374,7 @@ def _machine(part: _Part, hand: str | None, teeth: int | None, name: str) -> Non
 
 
 def _rounded(length: float) -> float:
-    """Metres as millimetres without the noise of the last binary digits."""
+    """Metres in millimetres, rounded to remove binary noise."""
     return round(length * 1e3, 10)
 
 

@@ -164,7 +164,7 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
         reason=reason,
         deflection={} if mesh.deflection is None else asdict(mesh.deflection),
         skipped=_skipped(loaded.balance is None, operation, mesh.deflection is not None),
-        notes=_notes(loaded, friction, estimate, fine, oil),
+        notes=_notes(loaded, friction, estimate, fine, operation, oil),
         seconds=time.perf_counter() - clock,
         pinion_angle=np.array([p.pinion_angle for p in mesh.fine]),
         power_loss_positions=losses,
@@ -260,7 +260,12 @@ def _skipped(frictionless: bool, operation: Operation, on_springs: bool) -> tupl
 
 
 def _notes(
-    loaded: LoadedGrids, model: FrictionModel, friction: FrictionEstimate, points: LoadedPoints, oil: Oil
+    loaded: LoadedGrids,
+    model: FrictionModel,
+    friction: FrictionEstimate,
+    points: LoadedPoints,
+    operation: Operation,
+    oil: Oil,
 ) -> tuple[str, ...]:
     notes = loaded.notes
     name = model_label(model.name)
@@ -270,6 +275,9 @@ def _notes(
         notes += (f"shafts and bearings deflect: {ways}, shaft angle {angle:.4g} arcmin, after {moved.rounds} rounds",)
     if isinstance(model, Formula) and (other := model.oil_note(oil)):
         notes += (other,)
+    finishes = (operation.finish_pinion, operation.finish_gear)
+    if isinstance(model, Formula) and any(finish is not None and finish.state == "new" for finish in finishes):
+        notes += (f"new surfaces, but {name} was fitted to run-in surfaces: friction is about 5 % too low",)
     if model.name in PUBLISHED and PUBLISHED[model.name].mark:
         notes += (f"{name} {PUBLISHED[model.name].certainty_words}",)
     missing = int(np.count_nonzero(_missing(friction)))

@@ -381,6 +381,7 @@ def _plain(value: Any) -> Any:
 
 GEAR_NOTES: tuple[NoteKind, ...] = (
     # listed before the limits that its sentence also names
+    NoteKind("edges carry only", "for information"),
     NoteKind("edges carry", "warning"),
     NoteKind("not converged:", "fault"),
     NoteKind("no result:", "fault"),
@@ -390,6 +391,7 @@ GEAR_NOTES: tuple[NoteKind, ...] = (
     NoteKind("has no value at", "fault"),
     NoteKind("no state of uniform motion", "fault"),
     NoteKind("contacts not solved", "warning"),
+    NoteKind("fitted to run-in surfaces", "for information"),
     NoteKind("was fitted to", "warning"),
     NoteKind("has been changed since", "warning"),
     NoteKind("of the sliding power lies outside the range", "warning"),

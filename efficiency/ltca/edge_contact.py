@@ -1,19 +1,19 @@
-"""Line contact next to a rounded tooth edge: pressure, half-width and approach.
+"""Line contact near a rounded tooth edge: pressure, half-width and approach.
 
-Section in the plane of contact: the flanks part as x^2/(2R); at the distance e from the place of closest approach the
-edge begins, a rounding of radius r that falls away as (x - e)^2/(2r) more. e > 0: the closest approach lies on the
-flank; e < 0: it lies beyond it and the edge is what touches. Both bodies are half-planes, the pressure vanishes at both
-ends of the contact and p(x) is known in closed form (our derivation, by the finite Hilbert transform; Hertz for e >= b,
-and for e <= -b sqrt(1 + R/r), with the reduced radius 1/(1/R + 1/r)).
+Section in the plane of contact: the separation of the flanks is x^2/(2R). At the distance e from the closest approach
+the edge begins, a rounding of radius r with the additional separation (x - e)^2/(2r). For e > 0 the closest approach
+lies on the flank, for e < 0 beyond it, so that the edge is in contact. Both bodies are half-planes, the pressure
+vanishes at both ends of the contact, and p(x) has a closed form (our derivation, by the finite Hilbert transform; Hertz
+for e >= b, and for e <= -b sqrt(1 + R/r), with the reduced radius 1/(1/R + 1/r)).
 
-In units of the half-width b and pressure p_h that Hertz has for R at the same load, with k = R/r, the contact is
+In units of the half-width b and the Hertz pressure p_h for R at the same load, with k = R/r, the contact is
 x = m + l cos(t), 0 < t < pi, and its part t < a lies on the rounding:
 
     l^2 (1 + (k/pi)(a - sin a cos a)) = 1,   m = -(k/pi) l (sin a - a cos a),   e = m + l cos a,
     p = l sin t + (k l/pi) (a sin t + (cos t - cos a) ln|sin((t + a)/2)/sin((t - a)/2)|).
 
-The mean of the separation over the contact with the weight 1/sqrt(l^2 - (x - m)^2) and the logarithm of l give the
-approach, for which a flat punch of the same half-width gives the derivative.
+The approach follows from the mean separation over the contact with the weight 1/sqrt(l^2 - (x - m)^2), and from the
+logarithm of l; its derivative is that of a flat punch of the same half-width.
 """
 
 from __future__ import annotations
@@ -27,22 +27,22 @@ from ehl.common.arrays import FloatArray
 
 _ANGLES = 121
 # tuned: distance from a side face, in depths over 6, within which a body is a corner: finite elements of the end of a
-# strip; may be changed by whoever repeats `tests/twins/free_edge.py`
+# strip; may be changed after repeating `tests/twins/free_edge.py`
 _CORNER = 6.0
 # last step of Newton's method on the angle a: the next one would be its square
 _LAST_STEP = 1e-9
-# keeps the start of it off the ends, where a has no slope by e
+# keeps the starting value off the ends, where the derivative of a by e is singular
 _MIN_SHARE = 1e-15
 
 
 @dataclass(frozen=True)
 class EdgeSection:
-    """Contact of sections with an edge, in units of Hertz without it; n sections."""
+    """Contact of n sections with an edge, in units of the Hertz contact without it."""
 
     ratio: FloatArray  # (n,) k = R/r
     distance: FloatArray  # (n,) e/b
-    angle: FloatArray  # (n,) a: 0 where the edge is out of the contact, pi where the contact lies on the rounding alone
-    # half_length, middle: (n,) l and m
+    angle: FloatArray  # (n,) a: 0 if the edge is outside the contact, pi if the contact lies on the rounding alone
+    # (n,) l and m
     half_length: FloatArray
     middle: FloatArray
 
@@ -59,7 +59,7 @@ class EdgeSection:
 
     @property
     def approach(self) -> FloatArray:
-        """Approach beyond that of Hertz at the same load, from first touch, in units of b^2/(2R)."""
+        """Approach in excess of Hertz at the same load, from first contact, in units of b^2/(2R)."""
         k, e, a, length, m = self.ratio, self.distance, self.angle, self.half_length, self.middle
         out = m - e
         on_rounding = out**2 * a + 2.0 * out * length * np.sin(a) + length**2 * (0.5 * a + 0.25 * np.sin(2.0 * a))
@@ -70,7 +70,7 @@ class EdgeSection:
 
     @property
     def approach_rate(self) -> FloatArray:
-        """Derivative of that by the load per length, in units of 4/(pi E')."""
+        """Derivative of `approach` by the load per length, in units of 4/(pi E')."""
         return np.asarray(-np.log(self.half_length))
 
     def pressure(self, angle: FloatArray) -> FloatArray:
@@ -99,7 +99,7 @@ def edge_angle(distance: FloatArray, ratio: FloatArray) -> FloatArray:
     angle = np.where(distance < 1.0, np.pi, 0.0)
     at = np.flatnonzero((distance < 1.0) & (distance > -np.sqrt(1.0 + ratio)))
     e, k = distance[at], ratio[at] / np.pi
-    # e falls from 1 to -sqrt(1 + R/r), at both ends as the square of the angle
+    # e decreases from 1 to -sqrt(1 + R/r), at both ends with the square of the angle
     share = (1.0 - e) / (1.0 + np.sqrt(1.0 + ratio[at]))
     a = np.arccos(1.0 - 2.0 * np.clip(share, _MIN_SHARE, 1.0 - _MIN_SHARE))
     low, high = np.zeros(at.size), np.full(at.size, np.pi)
@@ -122,18 +122,18 @@ def edge_angle(distance: FloatArray, ratio: FloatArray) -> FloatArray:
 def free_edge_compliance(
     distance: ArrayLike, depth: ArrayLike, youngs_modulus: float, poisson_ratio: float
 ) -> FloatArray:
-    """What a free side face adds to the local compliance of a body, per load per length [m2/N].
+    """Additional local compliance of a body due to a free side face, per load per length [m2/N].
 
-    Close to the face the body is a quarter-plane loaded at its corner: the stress along its side face is
+    Close to the face the body is a quarter-plane loaded at its corner. The stress along its side face is
     pi/(pi^2/4 - 1) times load over distance (Michell's wedge), that on the axis of a half-plane 2/pi times. The
-    difference is the rate by ln(h/c); where it ends depends on the other boundaries (ours):
+    difference is the rate by ln(h/c); its limit depends on the other boundaries (ours):
 
-        (1 - nu^2)/(pi E) (pi^2 + 4)/(pi^2 - 4) ln(1 + (h/(6 c))^2),
+        (1 - nu^2)/(pi E) (pi^2 + 4)/(pi^2 - 4) ln(1 + (h/(6 c))^2).
 
-    the 6 from finite elements of the end of a strip of thickness 2h, a tooth end (`tests/twins/free_edge.py`); c the
-    distance from the load to the face, square to the flank, h the depth to which the local approach is counted [m]. For
-    c/h from 0.03 to 2 and Poisson's ratios from 0.25 to 0.35 it is within 3 % of the whole approach of the body to the
-    depth h.
+    The factor 6 is from finite elements of the end of a strip of thickness 2h, a tooth end
+    (`tests/twins/free_edge.py`). c is the distance of the load from the face, along the flank, and h the depth of the
+    local approach [m]. For c/h from 0.03 to 2 and Poisson's ratios from 0.25 to 0.35 the result is within 3 % of the
+    whole approach of the body to the depth h.
     """
     ratio = np.asarray(depth, float) / (_CORNER * np.asarray(distance, float))
     rate = (np.pi**2 + 4.0) / (np.pi**2 - 4.0)

@@ -1,12 +1,12 @@
-"""Contact of elastic bodies with given gaps: compatibility and equilibrium with forces that only push.
+"""Contact of elastic bodies with given gaps: compatibility and equilibrium with compressive forces.
 
 Find forces F >= 0 and the approach angle with, for ``g = C F + d(F) + gap - lever angle``,
 
     g >= 0,  F g = 0  at every point,   sum(lever F) = torque,
 
-C a symmetric positive semidefinite compliance and d(F) the local compliance of each point, concave and
-rising. The solution is unique. Newton's method on d; each linear complementarity problem by a primal-dual
-active set, and by a one-change-at-a-time active set, which always ends, should the first one cycle.
+with a symmetric positive semidefinite compliance C and the local compliance d(F) of each point, concave and increasing.
+The solution is unique. It is computed by Newton's method on d, with a primal-dual active set for each linear
+complementarity problem. If that cycles, an active set with single changes is used, which always terminates.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ class Equilibrium:
     angle : float
         Approach angle about the axis of the levers [rad].
     stiffness : float
-        Derivative of the torque by the angle, all points that carry staying in contact [N m/rad].
+        Derivative of the torque by the angle at constant set of loaded points [N m/rad].
     rate : (n,) array
-        Derivative of the forces by the torque, in the same way [1/m].
+        Derivative of the forces by the torque at constant set of loaded points [1/m].
     residual : float
         Maximum violation of compatibility (penetration, or gap under load) over the maximum approach [-].
     torque_residual : float
@@ -51,10 +51,10 @@ class Equilibrium:
     iterations, exchanges : int
         Newton steps, and linear systems solved for the active sets.
     fallbacks : int
-        Newton steps in which the primal-dual active set cycled and the slower one was used.
+        Newton steps in which the primal-dual active set cycled.
     status : {"converged", "failed"}
     reason : str
-        Empty, or why it failed.
+        Reason of failure; empty otherwise.
     """
 
     force: FloatArray
@@ -72,9 +72,9 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class EquilibriumProblem:
-    """One contact problem but for its local compliance; attributes as the arguments of `solve_equilibrium`.
+    """One contact problem without its local compliance; attributes as the arguments of `solve_equilibrium`.
 
-    `start` is a guess of the forces, such as those of a torque near by.
+    `start` is an estimate of the forces, such as those at a similar torque.
     """
 
     compliance: FloatArray
@@ -100,27 +100,27 @@ def solve_equilibrium(
     local : callable
         Local deflection and its derivative from the forces.
     gap, lever : (n,) arrays
-        Unloaded separation, at least 0 [m], and arm of each normal force [m], positive.
+        Unloaded separation, at least 0 [m], and lever arm of each normal force [m], positive.
     torque : float
         Torque to be carried [N m], positive.
 
     Returns
     -------
     Equilibrium
-        Never raises for non-convergence: see ``status``.
+        Failure is reported by ``status``; it does not raise an error.
     """
     return solve_equilibria([EquilibriumProblem(compliance, gap, lever, torque)], local)[0]
 
 
 def solve_equilibria(problems: Sequence[EquilibriumProblem], local: Local) -> list[Equilibrium]:
-    """Several problems, Newton steps of all of them side by side.
+    """Several problems with parallel Newton steps.
 
     Parameters
     ----------
     problems : sequence of EquilibriumProblem
-        They do not know of each other.
+        Independent problems.
     local : callable
-        Local deflection and its derivative from the forces of all problems, one problem after the other.
+        Local deflection and its derivative from the forces of all problems, concatenated.
     """
     parts = np.split(np.arange(sum(p.gap.size for p in problems)), np.cumsum([p.gap.size for p in problems])[:-1])
     runs = [_newton(problem) for problem in problems]
@@ -139,7 +139,7 @@ def solve_equilibria(problems: Sequence[EquilibriumProblem], local: Local) -> li
 
 
 def _newton(problem: EquilibriumProblem) -> Generator[FloatArray, tuple[FloatArray, FloatArray], Equilibrium]:
-    """Newton's method on one problem; asks for the local deflection and its derivative at the forces it yields."""
+    """Newton's method on one problem; yields forces and receives the local deflection and its derivative."""
     compliance, gap, lever, torque = problem.compliance, problem.gap, problem.lever, problem.torque
     typical = torque / float(lever.sum())
     floor = _FLOOR * typical
@@ -191,10 +191,10 @@ def _newton(problem: EquilibriumProblem) -> Generator[FloatArray, tuple[FloatArr
 
 
 def _touching(deflection: FloatArray, force: float, gap: FloatArray, lever: FloatArray, torque: float) -> BoolArray:
-    """Points that separate springs would load, which give way by `deflection` under `force`: the first active set."""
+    """First active set: loaded points of independent springs with `deflection` under `force`."""
     touch, stiffness = gap / lever, force * lever / deflection
     order = np.argsort(touch)
-    # torque at the angle at which each further spring touches
+    # torque at the angle of first contact of each further spring
     rate = np.cumsum((stiffness * lever)[order])
     carried = touch[order] * rate - np.cumsum((stiffness * gap)[order])
     return np.asarray(touch <= touch[order[np.searchsorted(carried, torque) - 1]])
@@ -220,15 +220,15 @@ _Solution = tuple[FloatArray, float, float, BoolArray, int, FloatArray]
 def _linear(
     matrix: FloatArray, offset: FloatArray, lever: FloatArray, torque: float, active: BoolArray
 ) -> tuple[FloatArray, float, float, FloatArray]:
-    """Forces on the active points (zero elsewhere), the angle, dT/d(angle) and dF/dT, all of them in contact."""
+    """Forces on the active points (zero elsewhere), angle, dT/d(angle) and dF/dT, with all active points in contact."""
     at = active.nonzero()[0]
     sides = np.empty((at.size, 2), order="F")
     sides[:, 0], sides[:, 1] = lever[at], offset[at]
-    # symmetric: in the order of columns, which LAPACK takes without a copy
+    # symmetric: column order, which LAPACK uses without a copy
     own = matrix.take(at, 0).take(at, 1).T
     _, inverse, fault = dposv(own, sides, overwrite_a=True)
     if fault:
-        # a compliance that rounding has left indefinite
+        # a compliance that is indefinite by rounding
         inverse = np.linalg.lstsq(matrix[at[:, None], at], sides, rcond=None)[0]
     stiffness = float(lever[at] @ inverse[:, 0])
     angle = (torque + float(lever[at] @ inverse[:, 1])) / stiffness
@@ -246,7 +246,7 @@ def _primal_dual(
     active: BoolArray,
     limit: int = 40,
 ) -> _Solution | None:
-    """All points that pull leave and all that penetrate enter at once; None if it does not settle."""
+    """All points in tension leave and all penetrating points enter at once; None without convergence."""
     for count in range(1, limit + 1):
         force, angle, stiffness, rate = _linear(matrix, offset, lever, torque, active)
         entering = ~active & (matrix @ force + offset - lever * angle < 0.0)
@@ -260,7 +260,7 @@ def _primal_dual(
 
 
 def _one_by_one(matrix: FloatArray, offset: FloatArray, lever: FloatArray, torque: float) -> _Solution | None:
-    """Primal active set from a feasible point: the energy falls with each change, so no set comes twice."""
+    """Primal active set from a feasible point: the energy decreases with each change, so that no set repeats."""
     active = np.ones(offset.size, bool)
     force = np.full(offset.size, torque / float(lever.sum()))
     for count in range(1, 20 * offset.size + 1):

@@ -1,34 +1,34 @@
-"""Load distributions as CSV files: of another program in place of the own one, and the own one out.
+"""Load distributions as CSV files: import from another program, and export.
 
-First line ``# torque = 300 N m``: torque of the pinion that the forces carry. A second line ``# friction =
-constant:0.05, pinion driving`` says that the normal forces carry it together with that friction. Then a header of
-column names with units (``pinion_angle [deg],face_gear [mm],height_gear [mm],force [N]``) and one row per point and
-mesh position:
+First line ``# torque = 300 N m``: pinion torque carried by the forces. A second line ``# friction = constant:0.05,
+pinion driving`` states that the normal forces carry it together with this friction. Then follow a header of column
+names with units (``pinion_angle [deg],face_gear [mm],height_gear [mm],force [N]``) and one row per point and mesh
+position:
 
 ``pinion_angle``
-    Roll of the pinion from the design point in the driving direction; the positions divide one pitch evenly.
+    Roll angle of the pinion from the design point in the driving direction; the positions divide one pitch evenly.
 ``face_gear``, ``height_gear``
-    Place on the gear tooth, from the toe along the pitch cone and from the root cone square to it; or
+    Position on the gear tooth, from the toe along the pitch cone and from the root cone normal to it; or
 ``x``, ``y``, ``z``
     in the mesh frame.
 ``force``, or ``load_per_length`` with ``length``
     Normal force at the point, or along its part of the contact line.
-``length`` (optional beside ``force``)
-    Length of contact line the point stands for; without it half the way to both neighbours.
+``length`` (optional with ``force``)
+    Length of contact line represented by the point; default: half the distance to both neighbours.
 ``pair`` (optional)
-    Number of the tooth pair, 0 for the one at the design point, +1 further along in mesh.
+    Number of the tooth pair, 0 for the one at the design point, +1 for the next one ahead in mesh.
 ``edge``, ``edge_distance``, ``edge_section``, ``edge_touching`` (optional, together)
-    As of `efficiency.contact.contact_lines.EdgeProximity`; without them the nearest edge is searched, and none touches.
+    As in `efficiency.contact.contact_lines.EdgeProximity`; default: the nearest edge, without edge contact.
 ``radius_equivalent`` (optional)
-    In place of that of the design, as where an edge touches.
+    Equivalent radius in place of that of the design, such as for edge contact.
 ``pressure_hertz`` (optional)
-    At which friction is computed, in place of that by force, length and radius: the last forces of a saved load were
-    brought into balance with friction at those before.
+    Pressure for friction, in place of that from force, length and radius: the final forces of a saved load were
+    balanced with friction at the previous ones.
 ``grid`` (optional)
-    1 for points of the coarse grid without friction, by which a saved load estimates the bulk temperature of the teeth;
-    0 for the load itself. Without such points the load itself serves.
+    1 for points of the coarse grid without friction, from which the bulk temperature of the teeth is estimated; 0 for
+    the load itself. Without such points the load itself is used.
 
-Normals, arms, velocities and curvatures at the points are those of the design.
+Normals, lever arms, velocities and curvatures at the points are those of the design.
 """
 
 from __future__ import annotations
@@ -77,20 +77,20 @@ _COLUMNS = {
     "grid": ValueRange("", ge=0.0, le=1.0),
 }
 _OF_EDGE = ("edge", "edge_distance", "edge_section", "edge_touching")
-# how far beyond an edge a point may lie, for the rounding of another mesh [m]
+# largest distance of a point beyond an edge, for the rounding of another mesh [m]
 _BEYOND = 2e-4
-# how far the forces of a position may be from the torque stated
+# largest relative deviation of the forces of a position from the stated torque
 _TORQUE = 0.05
-# the same where friction, stated in the file, carries a part
+# the same with friction stated in the file, which carries a part of the torque
 _FRICTION = 0.3
-# how far positions may be from dividing the pitch evenly, as a share of their distance
+# largest deviation of positions from even division of the pitch, relative to their distance
 _EVEN = 0.02
 
 
 def write_load(load: LoadDistribution, thermal: LoadDistribution, path: Path, friction: str = "") -> None:
-    """Write a load distribution in the format `read_load` reads; points without load are left out.
+    """Write a load distribution in the format of `read_load`, without unloaded points.
 
-    load, thermal: what is written, and the load that estimates the bulk temperature of the teeth.
+    load, thermal: the load, and the load for the bulk temperature of the teeth.
     friction: friction that carries the torque together with the normal forces, as ``"constant:0.05, pinion driving"``.
     """
     with replacing(path, "save_load") as draft, draft.open("w", newline="", encoding="utf-8") as file:
@@ -115,13 +115,13 @@ def write_load(load: LoadDistribution, thermal: LoadDistribution, path: Path, fr
 
 
 def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: float | None = None) -> LoadedGrids:
-    """Load distribution of another program on the flanks of a pair, in place of the own one.
+    """Load distribution of another program on the flanks of a pair, in place of the computed one.
 
-    Materials and edges of the teeth are used, their compliance is not. A torque given has to be that of the file [N m].
+    Materials and edges of the teeth are used, but not their compliance. A given torque must be that of the file [N m].
     Transmission error and compatibility of the result are unknown (nan).
 
-    Raises `InputError`: with the row: a column or unit that cannot be used, a point off the tooth; a torque that is not
-    above 0 or that the forces do not carry; positions that do not divide the pitch evenly.
+    Raises `InputError` with the row for an invalid column or unit or a point off the tooth; for a torque that is not
+    above 0 or not carried by the forces; for positions that do not divide the pitch evenly.
     """
     stated, friction, columns, rows = _table(path)
     if torque is None:
@@ -150,11 +150,11 @@ def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: fl
     cycle = tuple(p.position for p in load.positions)
     most = max(line.size for position in cycle for line in position.lines)
     note = (
-        f"load distribution from {path.name}: its forces carry {_carried(load):.4f} of the torque stated; transmission "
-        "error and compatibility are not known, and no error of its grid along the lines"
+        f"load distribution from {path.name}: its forces carry {_carried(load):.4f} of the stated torque; transmission "
+        "error, compatibility and discretisation error along the lines are unknown"
     )
     if friction:
-        note += f"; the normal forces are those with the friction {friction}"
+        note += f"; the normal forces include the effect of friction, {friction}"
     mesh = MeshGrids(contact.name, contact.side, cycle, cycle, teeth, most, None, (*contact.notes, note))
     mesh = replace(mesh, transmission_error=contact.transmission.peak_to_peak)
     balance = FrictionBalance(-1.0 if friction.endswith("gear driving") else 1.0, 0) if friction else None
@@ -172,7 +172,7 @@ def _loads(
     places: tuple[FloatArray, FloatArray, IntArray],
     chosen: IntArray,
 ) -> tuple[PositionLoad, ...]:
-    """Loads at the positions of the chosen rows; their torque may be off by the share allowed."""
+    """Loads at the positions of the chosen rows; their torque may deviate by the fraction `allowed`."""
     u, v, tooth = places
     loads: list[PositionLoad] = []
     angles = np.unique(np.round(columns["pinion_angle"][chosen], 12))
@@ -193,7 +193,7 @@ def _loads(
             raise InputError(
                 f"{path.name}: forces at pinion angle {angle:.6g} rad (rows {rows[here[0]]} to {rows[here[-1]]})",
                 f"{carried:.6g} N m about the pinion axis",
-                f"within {allowed:.0%} of the {torque:.6g} N m stated",
+                f"within {allowed:.0%} of the stated {torque:.6g} N m",
                 "Check units, sign of the pinion angle, side (drive or coast), and that no tooth pair is missing.",
             )
         loads.append(_load(position, teeth, force, carried / torque - 1.0))
@@ -207,7 +207,7 @@ def _carried(load: LoadDistribution) -> float:
 
 
 def _table(path: Path) -> tuple[float, str, dict[str, FloatArray], tuple[int, ...]]:
-    """Torque [N m] and friction stated, columns in SI units, and the line of the file each row stands in."""
+    """Stated torque [N m] and friction, columns in SI units, and the line of the file of each row."""
     torque, friction = None, ""
     lines = read_text(path, "load_from", "a CSV file with a load distribution", any_encoding=True).splitlines()
     for number, line in enumerate(lines, 1):
@@ -223,7 +223,7 @@ def _table(path: Path) -> tuple[float, str, dict[str, FloatArray], tuple[int, ..
     require_torque(torque)
     columns, rows = numbered_table(path, _COLUMNS, ("pinion_angle",), bare=False)
     if not ({"face_gear", "height_gear"} <= columns.keys() or {"x", "y", "z"} <= columns.keys()):
-        raise InputError(f"{path.name}: place of the points", None, "columns face_gear and height_gear, or x, y and z")
+        raise InputError(f"{path.name}: position of points", None, "columns face_gear and height_gear, or x, y and z")
     return torque, friction, {name: np.array(column, float) for name, column in columns.items()}, rows
 
 
@@ -246,8 +246,8 @@ def _places(
         face, over = u[worst] + 0.5 * blank.face_width, height[worst] - float(blank.root(u[worst : worst + 1])[0])
         raise InputError(
             f"{path.name}, row {rows[worst]}",
-            f"{face * 1e3:.4g} mm from the toe, {over * 1e3:.4g} mm over the root of the gear",
-            f"a point of the common flank; this one is {-margin[worst] * 1e3:.3g} mm outside of it",
+            f"{face * 1e3:.4g} mm from the toe, {over * 1e3:.4g} mm above the root of the gear",
+            f"a point of the common flank; this one is {-margin[worst] * 1e3:.3g} mm outside",
             "Check units, frame and that the file belongs to this pair.",
         )
     if "pair" in columns:
@@ -264,7 +264,7 @@ def _require_even(path: Path, angles: FloatArray, pitch: float) -> None:
         raise InputError(
             f"{path.name}: pinion_angle",
             f"{len(angles)} positions from {angles[0]:.6g} to {angles[-1]:.6g} rad",
-            f"positions that divide one pitch of {pitch:.6g} rad evenly, its end left out",
+            f"positions that divide one pitch of {pitch:.6g} rad evenly, without its end",
         )
 
 
@@ -291,7 +291,7 @@ def _position(
 
 
 def _spacing(surface: MeshSurface, u: FloatArray, v: FloatArray, tooth: IntArray) -> FloatArray:
-    """Half the way to both neighbours of the same tooth pair; at the ends the whole way to the only one."""
+    """Half the distance to both neighbours of the same tooth pair; at the ends the whole distance to the only one."""
     point = surface.patch(u, v, ("x", "y", "z"))
     length = np.zeros(u.size)
     for pair in np.unique(tooth):
@@ -308,8 +308,7 @@ def _load(position: MeshPosition, teeth: TeethElasticity, force: FloatArray, off
     size = position.pair.size
     rounding = np.ones(size) if position.edge is None else teeth.rounding(position.edge)
     elastic = ElasticPosition(position, np.zeros((size, size)), teeth.local([position])[0], np.zeros(size), rounding)
-    given = Equilibrium(
-        force, math.nan, math.nan, np.full(size, math.nan), math.nan, abs(off), 0, 0, 0, "converged", ""
-    )
+    unknown = np.full(size, math.nan)
+    given = Equilibrium(force, math.nan, math.nan, unknown, math.nan, abs(off), 0, 0, 0, "converged", "")
     unknown = np.full(1, math.nan)
     return loads_of_forces([elastic], elastic.approach, force, unknown, unknown, [given])[0]

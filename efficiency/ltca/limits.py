@@ -15,18 +15,18 @@ from ehl.common.arrays import FloatArray
 from ehl.common.units import ARCSEC
 from ehl.line_contact import half_width_of_pressure
 
-# points within this share of the face width or tooth height from the middle belong to no side
+# points within this fraction of the face width or tooth height from the middle belong to neither side
 _MIDDLE = 1.0 / 6.0
-# tuned: matched flanks stay well below (ours), more is a design whose flanks do not belong together; may be changed
-# freely
+# tuned: largest transmission error of matching flanks (ours); may be changed freely
 _LARGE_ERROR = 100.0 * ARCSEC
-# tuned: elastic pressure at an edge over the hardness from which it certainly yields (ours); may be changed freely
-_EDGE_LIMIT = 2.0
-# tuned: share of the torque from which edges are reported (ours); may be changed freely
+# tuned: elastic pressure at an edge over the hardness above which it certainly yields (ours); may be changed freely
+_EDGE_YIELD = 2.0
+# tuned: share of the torque above which edge load is noted (ours); may be changed freely
 EDGE_NOTE = 1e-3
-
-
-# tuned: factor to which the radius of an edge is known (ours); may be changed freely, pressures of a result follow it
+# tuned: share of the torque above which edge load is a warning, and largest share of a design sized for a load (ours);
+# may be changed freely
+EDGE_LIMIT = 5e-3
+# tuned: uncertainty factor of the radius of an edge (ours); may be changed freely, pressures of a result depend on it
 _RADIUS_FACTOR = 2.0
 
 
@@ -34,21 +34,21 @@ _RADIUS_FACTOR = 2.0
 class EdgeLoad:
     """Load at the tip, toe and heel edges over one mesh cycle."""
 
-    share: float = 0.0  # of the torque, where the contact reaches an edge [-]
-    share_extended: float = 0.0  # of the torque, carried by edges before and after the path of the smooth flanks [-]
-    # share of the torque at each edge [-]; only edges that carry
+    share: float = 0.0  # share of the torque where the contact reaches an edge [-]
+    share_extended: float = 0.0  # share carried by edges before and after the path of the smooth flanks [-]
+    # share of the torque at each loaded edge [-]
     shares: dict[str, float] = field(default_factory=dict)
-    pressure: float = 0.0  # maximum elastic pressure at an edge [Pa]; 0 where none carries
-    # pressure_lower, pressure_upper: the same load on edges of twice and of half the radius [Pa]
+    pressure: float = 0.0  # maximum elastic pressure at an edge [Pa]; 0 without edge load
+    # maximum pressure for edges of twice and of half the radius [Pa]
     pressure_lower: float = 0.0
     pressure_upper: float = 0.0
-    edge: str = ""  # where the largest one is, such as ``gear tip``; empty where no edge carries
-    # position, point: its mesh position and point
+    edge: str = ""  # edge of the maximum pressure, such as ``gear tip``; empty without edge load
+    # mesh position and point of the maximum pressure
     position: int = -1
     point: int = -1
 
     def towards(self, other: EdgeLoad, share: float) -> EdgeLoad:
-        """Linear interpolation to a load near by, never below zero; the place is that of the nearer load."""
+        """Linear interpolation to a neighbouring load, at least zero; the place is that of the nearer load."""
         near = other if share > 0.5 else self
 
         def between(here: float, there: float) -> float:
@@ -100,11 +100,11 @@ def edge_load(load: LoadDistribution, teeth: TeethElasticity) -> EdgeLoad:
 
 @dataclass(frozen=True)
 class Peak:
-    """Where the maximum Hertz pressure of the cycle lies."""
+    """Maximum Hertz pressure of the cycle."""
 
     pressure: float  # [Pa]
-    place: str  # where on the gear flank, in words and figures
-    edge: str  # the edge the contact reaches there, such as ``gear tip``; empty inside the flank
+    place: str  # position on the gear flank, in words and figures
+    edge: str  # edge in contact there, such as ``gear tip``; empty inside the flank
 
 
 def hardness(teeth: TeethElasticity) -> float:
@@ -119,13 +119,13 @@ def points_above_hardness(load: LoadDistribution, teeth: TeethElasticity) -> tup
 
 
 def edges_yield(load: LoadDistribution, teeth: TeethElasticity) -> bool:
-    """Whether an edge certainly yields, so that the elastic load distribution says nothing."""
+    """Whether an edge certainly yields, so that the elastic load distribution is invalid."""
     highest = max((float(p.pressure_max[p.at_edge].max(initial=0.0)) for p in load.positions), default=0.0)
-    return highest > _EDGE_LIMIT * hardness(teeth)
+    return highest > _EDGE_YIELD * hardness(teeth)
 
 
 def pressure_peak(load: LoadDistribution, teeth: TeethElasticity) -> Peak:
-    """Where the maximum Hertz pressure of the cycle lies."""
+    """Maximum Hertz pressure of the cycle with its position."""
     number = int(np.argmax([p.pressure_hertz.max() for p in load.positions]))
     at = load.positions[number]
     point = int(np.argmax(at.pressure_hertz))
@@ -135,13 +135,13 @@ def pressure_peak(load: LoadDistribution, teeth: TeethElasticity) -> Peak:
 
 
 def flank_place(load: LoadDistribution, teeth: TeethElasticity, number: int, point: int) -> str:
-    """Place of a point of a mesh position on the gear flank, in words and figures."""
+    """Position of a point of a mesh position on the gear flank, in words and figures."""
     position = load.cycle[number]
     face, height = float(position.face_gear[point]), float(position.height_gear[point])
     width, depth = _extent(teeth.gear, face)
     return (
         f"{_side(face / width, 'toe', 'heel')}, {_side(height / depth, 'root', 'tip')} of the gear flank "
-        f"({face * 1e3:.2f} of {width * 1e3:.2f} mm from the toe, {height * 1e3:.2f} of {depth * 1e3:.2f} mm over the "
+        f"({face * 1e3:.2f} of {width * 1e3:.2f} mm from the toe, {height * 1e3:.2f} of {depth * 1e3:.2f} mm above the "
         f"root, position {number + 1} of {len(load.cycle)})"
     )
 
@@ -151,7 +151,7 @@ def limit_notes(
 ) -> tuple[str, ...]:
     """Notes on the load: pressure above the hardness, load at edges, flanks that do not match.
 
-    `unloaded` is the transmission error without load, peak to peak [rad]; `edges` what is known of the edges already.
+    `unloaded` is the peak-to-peak transmission error without load [rad]; `edges` the edge load, if known.
     """
     notes = []
     above, loaded = points_above_hardness(load, teeth)
@@ -164,9 +164,9 @@ def limit_notes(
     edges = edges or edge_load(load, teeth)
     if edges_yield(load, teeth):
         notes.append(
-            f"elastic pressure of {edges.pressure / 1e9:.3g} GPa at the {edges.edge}, more than {_EDGE_LIMIT:g} times "
-            f"the {hardness(teeth) / 1e9:.3g} GPa hardness: the edge yields and the load distribution is not known; "
-            "add relief there, more crowning, or lower the torque"
+            f"elastic pressure of {edges.pressure / 1e9:.3g} GPa at the {edges.edge}, more than {_EDGE_YIELD:g} times "
+            f"the {hardness(teeth) / 1e9:.3g} GPa hardness: the edge yields and the load distribution is unknown; add "
+            "relief there, more crowning, or reduce the torque"
         )
     if edges.share >= EDGE_NOTE:
         notes.append(_edge_note(edges, load, teeth))
@@ -181,16 +181,19 @@ def limit_notes(
 def _edge_note(edges: EdgeLoad, load: LoadDistribution, teeth: TeethElasticity) -> str:
     names = ", ".join(f"{name} {100.0 * share:.2g} %" for name, share in edges.shares.items())
     radius = teeth.edge_rounding_gear if edges.edge.startswith("gear") else teeth.edge_rounding_pinion
+    yields = edges.pressure > hardness(teeth)
     text = (
-        f"edges carry {100.0 * edges.share:.2g} % of the torque ({names}), {100.0 * edges.share_extended:.2g} % before "
-        f"and after the path of the smooth flanks; elastic pressure at the {edges.edge} edge, radius "
-        f"{radius * 1e3:.3g} mm, up to {edges.pressure / 1e9:.3g} GPa ({edges.pressure_lower / 1e9:.3g} to "
-        f"{edges.pressure_upper / 1e9:.3g} GPa for twice and half the radius), "
-        f"{flank_place(load, teeth, edges.position, edges.point)}"
+        f"{edges_carry(edges, yields)} of the torque ({names}), {100.0 * edges.share_extended:.2g} % before and after "
+        f"the path of the smooth flanks; elastic pressure at the {edges.edge} edge, radius {radius * 1e3:.3g} mm, up "
+        f"to {edges.pressure / 1e9:.3g} GPa ({edges.pressure_lower / 1e9:.3g} to {edges.pressure_upper / 1e9:.3g} GPa "
+        f"for twice and half the radius), {flank_place(load, teeth, edges.position, edges.point)}"
     )
-    if edges.pressure > hardness(teeth):
-        text += f"; above the {hardness(teeth) / 1e9:.3g} GPa hardness: the edge yields or wears in there"
-    return text
+    return text + f"; above the {hardness(teeth) / 1e9:.3g} GPa hardness: the edge yields or wears in" * yields
+
+
+def edges_carry(edges: EdgeLoad, severe: bool) -> str:
+    """Beginning of a note on edge load, whose kind is a warning if it is `severe` or at least `EDGE_LIMIT`."""
+    return f"edges carry {'' if severe or edges.share >= EDGE_LIMIT else 'only '}{100.0 * edges.share:.2g} %"
 
 
 def _extent(tooth: SolidTooth, face: float) -> tuple[float, float]:

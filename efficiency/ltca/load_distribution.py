@@ -1,7 +1,7 @@
-"""Stage 3: how the torque spreads over all potential contact lines of all tooth pairs in mesh.
+"""Stage 3: distribution of the torque over the potential contact lines of all tooth pairs in mesh.
 
-Compatibility: where two flanks touch, tooth deflection plus local approach equals what the rotation closes of the
-unloaded gap. Equilibrium: the normal forces carry the pinion torque. Both are solved together, without friction.
+Compatibility: where two flanks touch, tooth deflection plus local approach equals the reduction of the unloaded gap by
+the rotation. Equilibrium: the normal forces carry the pinion torque. Both are solved together, without friction.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from ehl.material import Material, effective_modulus
 
 _PLACE = ("face", "height")
 _OF_LOAD = ("force", "pressure_hertz", "at_edge")
-# angles of the lay, which not every mesh has
+# angles of the lay, which are unknown for some meshes
 LAYS = ("lay_pinion", "lay_gear")
 OF_POSITION = ("radius_equivalent", "entrainment", "sliding_across", "sliding_along")
 
@@ -35,13 +35,13 @@ OF_POSITION = ("radius_equivalent", "entrainment", "sliding_across", "sliding_al
 class TeethElasticity:
     """Elastic properties of the teeth of both members."""
 
-    # pinion, gear: compliance of one tooth of each member
+    # compliance of one tooth of each member
     pinion: SolidTooth
     gear: SolidTooth
-    # material_pinion, material_gear: elastic constants
+    # elastic constants
     material_pinion: Material
     material_gear: Material
-    # edge_rounding_pinion, edge_rounding_gear: radius at the tip, toe and heel edges of each member [m]
+    # radius at the tip, toe and heel edges of each member [m]
     edge_rounding_pinion: float = 2e-4
     edge_rounding_gear: float = 2e-4
 
@@ -55,7 +55,7 @@ class TeethElasticity:
 
         A load on one tooth pair deflects the others through the body between the teeth.
         """
-        # the loaded flank of the driving pinion looks to the teeth further along in mesh, that of the gear back
+        # the loaded flank of the driving pinion faces the teeth ahead in mesh, that of the gear those behind
         of_pinion = self.pinion.influences([(p.face_pinion, p.height_pinion, p.pair) for p in cycle])
         of_gear = self.gear.influences([(p.face_gear, p.height_gear, -p.pair) for p in cycle])
         return [pinion + gear for pinion, gear in zip(of_pinion, of_gear, strict=True)]
@@ -81,18 +81,18 @@ class TeethElasticity:
         return np.asarray(own / edge.crossing)
 
     def free_edge(self, edge: EdgeProximity, depths: Sequence[FloatArray]) -> FloatArray:
-        """Additional local compliance of the tooth whose edge is next to each point, per load per length [m2/N].
+        """Additional local compliance of the tooth whose edge is nearest to each point, per load per length [m2/N].
 
-        `depths`: from the flank to the middle of pinion and gear tooth [m].
+        `depths`: distance from the flank to the middle of the pinion and gear tooth [m].
         """
         inside = np.maximum(edge.distance, 0.0) * np.sqrt(edge.crossing)
-        radii, materials = (
-            (self.edge_rounding_pinion, self.edge_rounding_gear),
-            (self.material_pinion, self.material_gear),
+        members = (
+            (self.edge_rounding_pinion, depths[0], self.material_pinion),
+            (self.edge_rounding_gear, depths[1], self.material_gear),
         )
         of_pinion, of_gear = (
             free_edge_compliance(np.hypot(inside, radius), depth, material.youngs_modulus, material.poisson_ratio)
-            for radius, depth, material in zip(radii, depths, materials, strict=True)
+            for radius, depth, material in members
         )
         return np.where(_of_gear(edge), of_gear, of_pinion)
 
@@ -104,13 +104,13 @@ def _of_gear(edge: EdgeProximity) -> BoolArray:
 
 @dataclass(frozen=True)
 class ElasticPosition:
-    """One mesh position ready to be loaded: what depends on geometry and bodies alone."""
+    """Load-independent data of one mesh position: geometry and compliance."""
 
     position: MeshPosition
     bending: FloatArray  # (n, n) compliance of the teeth [m/N]
     local: LocalCompliance  # local compliance of the flanks
-    free_edge: FloatArray  # (n,) additional compliance next to a free edge [m2/N]
-    rounding: FloatArray  # (n,) radius of the edge next to each point [m]; not used where edges are left out
+    free_edge: FloatArray  # (n,) additional compliance near a free edge [m2/N]
+    rounding: FloatArray  # (n,) radius of the edge nearest to each point [m]; unused without edges
 
     @classmethod
     def of(cls, position: MeshPosition, teeth: TeethElasticity) -> ElasticPosition:
@@ -119,7 +119,7 @@ class ElasticPosition:
 
     @cached_property
     def approach(self) -> LocalApproach:
-        """Local law of the points."""
+        """Load-deflection law of the points."""
         edge = self.position.edge
         distance = np.full(self.position.pair.size, np.inf) if edge is None else edge.distance
         return LocalApproach(self.position.length, self.local, self.free_edge, distance, self.rounding)
@@ -129,34 +129,32 @@ class ElasticPosition:
 class PositionLoad:
     """Load at one mesh position; arrays with one entry per point of the `MeshPosition`."""
 
-    position: MeshPosition  # where the points are
+    position: MeshPosition  # geometry of the points
     force: FloatArray  # normal force of each point [N]
     load_per_length: FloatArray  # w' [N/m]
     pressure_hertz: FloatArray  # maximum Hertz pressure of the two flanks [Pa]; zero where unloaded
-    pressure_max: FloatArray  # the same with the edges: maximum pressure where the contact reaches a rounded edge [Pa]
-    half_width: FloatArray  # half of the width of the contact, edges included [m]
+    pressure_max: FloatArray  # pressure including edges: maximum of the contact if it reaches a rounded edge [Pa]
+    half_width: FloatArray  # half the width of the contact, including edges [m]
     at_edge: BoolArray  # points whose contact reaches an edge
-    approach: float  # pinion rotation against a held gear that closes gaps and deflects teeth [rad]
-    transmission_error: float  # loaded: unloaded one minus the lag of the gear by the approach [rad of the gear]
+    approach: float  # pinion rotation with fixed gear, from gaps and tooth deflection [rad]
+    transmission_error: float  # loaded: unloaded error minus the lag of the gear [rad of the gear]
     equilibrium: Equilibrium  # residuals, iterations, status of the solver
 
     @cached_property
     def torque(self) -> float:
-        """What the normal forces carry [N m]."""
+        """Torque carried by the normal forces [N m]."""
         return float(self.position.lever_pinion @ self.force)
 
     def forces_at(self, torque: float) -> FloatArray:
-        """Forces by their tangent at another torque of the normal forces [N m]."""
+        """Linear estimate of the forces at another torque of the normal forces [N m]."""
         return np.maximum(self.force + (torque - self.torque) * self.equilibrium.rate, 0.0)
 
     @property
     def share(self) -> dict[int, float]:
         """Share of the torque carried by each tooth pair."""
         torque = self.force * self.position.lever_pinion
-        return {
-            int(pair): float(torque[self.position.pair == pair].sum() / torque.sum())
-            for pair in np.unique(self.position.pair)
-        }
+        pairs = self.position.pair
+        return {int(pair): float(torque[pairs == pair].sum() / torque.sum()) for pair in np.unique(pairs)}
 
 
 @dataclass(frozen=True)
@@ -166,8 +164,8 @@ class LoadDistribution:
     torque: float  # [N m]
     positions: tuple[PositionLoad, ...]  # one entry per pinion angle
     status: Literal["converged", "failed"]
-    reason: str  # first failure's reason
-    tooth_outline: FloatArray  # closed outline of the gear tooth, distance from the toe and over the root cone [m]
+    reason: str  # reason of the first failure
+    tooth_outline: FloatArray  # closed outline of the gear tooth, distance from the toe and above the root cone [m]
 
     @property
     def cycle(self) -> tuple[MeshPosition, ...]:
@@ -181,12 +179,12 @@ class LoadDistribution:
 
     @property
     def torque_residual(self) -> float:
-        """Worst relative error of the torque balance."""
+        """Largest relative error of the torque balance."""
         return max(p.equilibrium.torque_residual for p in self.positions)
 
     @property
     def compatibility_residual(self) -> float:
-        """Worst violation of compatibility relative to the approach."""
+        """Largest violation of compatibility relative to the approach."""
         return max(p.equilibrium.residual for p in self.positions)
 
     @property
@@ -196,48 +194,42 @@ class LoadDistribution:
 
     @property
     def stiffness_tangent(self) -> FloatArray:
-        """Derivative of the pinion torque by the pinion rotation against a held gear, each position [N m/rad]."""
+        """Derivative of the pinion torque by the pinion rotation with fixed gear, at each position [N m/rad]."""
         return np.array([p.equilibrium.stiffness for p in self.positions])
 
     @property
     def contact_ratio(self) -> float:
-        """Contact ratio under load: pitches of roll over which one tooth pair carries, edges included [-]."""
+        """Contact ratio under load: pitches of roll with a loaded tooth pair, including edges [-]."""
         return float(np.mean([len([share for share in p.share.values() if share > 0.0]) for p in self.positions]))
 
     @cached_property
     def loaded(self) -> dict[str, FloatArray]:
-        """Fields of the points that carry load, of all positions one after the other, by their names."""
+        """Fields of the loaded points of all positions, concatenated, by name."""
         where = [np.flatnonzero(p.force > 0.0) for p in self.positions]
+        pairs = list(zip(self.positions, where, strict=True))
         return {
-            name: np.concatenate(
-                [
-                    getattr(p if name in _OF_LOAD else p.position, name)[at]
-                    for p, at in zip(self.positions, where, strict=True)
-                ]
-            )
+            name: np.concatenate([getattr(p if name in _OF_LOAD else p.position, name)[at] for p, at in pairs])
             for name in (*_OF_LOAD, *OF_POSITION)
         } | {name: lay_of(self.cycle, name)[self._at] for name in LAYS}
 
     @property
     def _at(self) -> IntArray:
-        """Numbers of the points that carry load among those of all positions."""
+        """Indices of the loaded points among those of all positions."""
         return np.flatnonzero(np.concatenate([p.force for p in self.positions]) > 0.0)
 
     @cached_property
     def loaded_position(self) -> IntArray:
-        """Number of the position of each of them."""
+        """Number of the position of each loaded point."""
         return np.repeat(np.arange(len(self.positions)), [np.count_nonzero(p.force > 0.0) for p in self.positions])
 
     @cached_property
     def loaded_index(self) -> IntArray:
-        """Number of each of them in its position."""
+        """Index of each loaded point in its position."""
         return np.concatenate([np.flatnonzero(p.force > 0.0) for p in self.positions])
 
     def sharing(self) -> tuple[FloatArray, FloatArray]:
         """Roll of one tooth pair from the design point [rad] and its share of the torque [-] over its whole mesh."""
-        pitch = len(self.positions) * (
-            self.positions[1].position.pinion_angle - self.positions[0].position.pinion_angle
-        )
+        pitch = len(self.positions) * (self.cycle[1].pinion_angle - self.cycle[0].pinion_angle)
         points = sorted(
             (p.position.pinion_angle + pair * pitch, share) for p in self.positions for pair, share in p.share.items()
         )
@@ -246,13 +238,13 @@ class LoadDistribution:
 
 
 def lay_of(cycle: Sequence[MeshPosition], name: str) -> FloatArray:
-    """Angle of the lay at the points of all positions [rad]; 0 where it is not known."""
+    """Angle of the lay at the points of all positions [rad]; 0 where it is unknown."""
     angles = [(p.pair.size, getattr(p, name)) for p in cycle]
     return np.concatenate([np.zeros(size) if lay is None else lay for size, lay in angles])
 
 
 def elastic_cycle(cycle: Sequence[MeshPosition], teeth: TeethElasticity) -> tuple[ElasticPosition, ...]:
-    """What the load distribution needs of a mesh cycle at any torque; computed once, it serves all of them."""
+    """Compliance of a mesh cycle, computed once for all torques."""
     found = []
     for position, bending, local in zip(cycle, teeth.bending(cycle), teeth.local(cycle), strict=True):
         edge, size = position.edge, position.pair.size
@@ -271,13 +263,13 @@ def distribute_load(
 ) -> LoadDistribution:
     """Solve compatibility and equilibrium at each position of a mesh cycle over one pinion pitch.
 
-    cycle: positions; with their compliance from `elastic_cycle` where it is known.
+    cycle: positions, or positions with their compliance from `elastic_cycle`.
     teeth: compliance of both members.
     torque: torque on the pinion in its driving direction [N m]; `InputError` unless it is finite and above 0.
-    normal_torques (positions,): torque carried by the normal forces at each position, where friction carries the rest
+    normal_torques (positions,): torque carried by the normal forces at each position, if friction carries the rest
         [N m].
-    near: solution of the same cycle at torques near by, from which to start.
-    Returns: a position that does not converge is a recorded status, not an error.
+    near: solution of the same cycle at similar torques, used as starting value.
+    Returns: load; failed convergence is reported by its status and does not raise an error.
     """
     require_torque(torque)
     torques = [torque] * len(cycle) if normal_torques is None else list(normal_torques)
@@ -315,7 +307,7 @@ _Contact = tuple[FloatArray, FloatArray, FloatArray, FloatArray, BoolArray]
 
 
 def _contact(law: LocalApproach, force: FloatArray) -> _Contact:
-    """Load per length, Hertz pressure, pressure and half-width with the edges, and which points reach an edge."""
+    """Load per length, Hertz pressure, pressure and half-width including edges, flags of points at an edge."""
     flanks, load = law.flanks, force / law.length
     hertz = hertz_pressure(load, flanks.radius_equivalent, flanks.effective_modulus)
     pressure, half_width = hertz.copy(), law.half_width(load)
@@ -337,8 +329,8 @@ def loads_of_forces(
 ) -> tuple[PositionLoad, ...]:
     """Load per length, pressure and width of the contacts from the normal forces.
 
-    `law` and `force` [N] are of the points of all positions, one position after the other; `approach` of the pinion
-    [rad] and `transmission_error` [rad of the gear] of each position.
+    `law` and `force` [N] are concatenated over the positions. `approach` of the pinion [rad] and `transmission_error`
+    [rad of the gear] have one value per position.
     """
     ends = np.cumsum([e.position.pair.size for e in cycle])[:-1]
     load, hertz, pressure, half_width, at_edge = _contact(law, force)

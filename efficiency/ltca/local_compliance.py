@@ -1,4 +1,4 @@
-"""Local compliance of the flanks in contact (Weber), with the tooth edges next to the contact."""
+"""Local compliance of the flanks in contact (Weber), with the tooth edges near the contact."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from ehl.material import Material
 def weber_local(
     load_per_length: ArrayLike, half_width: ArrayLike, depth: ArrayLike, youngs_modulus: float, poisson_ratio: float
 ) -> FloatArray:
-    """Approach of a Hertz line contact of half-width b to a point at the depth h under it, one body [m].
+    """Approach of a Hertz line contact of half-width b to a point at the depth h below it, for one body [m].
 
     Plane strain of the Hertz stresses on the axis of symmetry, integrated from the surface to the depth (ours):
 
         d = 2 w'(1 - nu^2)/(pi E) [asinh(h/b) - nu/(1 - nu) (H sqrt(1 + H^2) - H^2)],  H = h/b.
 
-    For h >> b it is the formula of Weber (1949), ``ln(2 h/b) - nu/(2 (1 - nu))`` in the bracket; unlike
-    that it never turns negative.
+    For h >> b it approaches the formula of Weber (1949) with ``ln(2 h/b) - nu/(2 (1 - nu))`` in the bracket, but it is
+    never negative.
     """
     ratio = np.asarray(depth, float) / np.asarray(half_width, float)
     scale = 2.0 * np.asarray(load_per_length, float) * (1.0 - poisson_ratio**2) / (np.pi * youngs_modulus)
-    # H sqrt(1+H^2) - H^2 written without cancellation
+    # H sqrt(1+H^2) - H^2 without cancellation
     lateral = ratio / (np.sqrt(1.0 + ratio**2) + ratio)
     return np.asarray(scale * (np.arcsinh(ratio) - poisson_ratio / (1.0 - poisson_ratio) * lateral))
 
@@ -43,7 +43,7 @@ class LocalCompliance:
     effective_modulus: float  # E' [Pa]
 
     def approach(self, load_per_length: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Approach of both middle planes [m] and its derivative by the load per length [m2/N], loads above 0."""
+        """Approach of both middle planes [m] and its derivative by the load per length [m2/N], for loads above 0."""
         b = hertz_half_width(load_per_length, self.radius_equivalent, self.effective_modulus)
         total, slope = np.zeros_like(b), np.zeros_like(b)
         for depth, material in zip(self.depths, self.materials, strict=True):
@@ -61,18 +61,18 @@ class LocalCompliance:
 
 @dataclass(frozen=True)
 class LocalApproach:
-    """Local law of n points."""
+    """Load-deflection law of n points."""
 
-    length: FloatArray  # (n,) length of contact line each stands for [m]
-    flanks: LocalCompliance  # of the flanks where no edge is near
-    free_edge: FloatArray  # (n,) additional compliance next to a free edge [m2/N]
-    # (n,) from the place of closest approach to the edge [m], negative beyond it; infinite where edges are left out
+    length: FloatArray  # (n,) length of contact line represented by each point [m]
+    flanks: LocalCompliance  # compliance of the flanks without edges
+    free_edge: FloatArray  # (n,) additional compliance near a free edge [m2/N]
+    # (n,) distance of the closest approach from the edge [m], negative beyond it; infinite without edges
     edge_distance: FloatArray
     rounding: FloatArray  # (n,) radius of the edge [m]
 
     @classmethod
     def joined(cls, parts: Sequence[LocalApproach]) -> LocalApproach:
-        """The points of several laws of the same bodies, one after the other."""
+        """Concatenated points of several laws of the same bodies."""
         first = parts[0].flanks
         flanks = LocalCompliance(
             np.concatenate([part.flanks.radius_equivalent for part in parts]),
@@ -87,20 +87,19 @@ class LocalApproach:
         return cls(length, flanks, free_edge, distance, rounding)
 
     def half_width(self, load: FloatArray) -> FloatArray:
-        """Hertz half-width of the flanks for a load per length, edges left out [m]."""
-        radius, modulus = self.flanks.radius_equivalent, self.flanks.effective_modulus
-        return hertz_half_width(load, radius, modulus)
+        """Hertz half-width of the flanks without edges for a load per length [m]."""
+        return hertz_half_width(load, self.flanks.radius_equivalent, self.flanks.effective_modulus)
 
     def sections(self, load: FloatArray) -> tuple[IntArray, EdgeSection]:
-        """Points whose contact reaches an edge, and the contact there."""
+        """Points whose contact reaches an edge, and their edge contact."""
         half_width = self.half_width(load)
-        # a force so small that it has no width in floating point is none
+        # a force whose contact width underflows to zero is no contact
         at = np.flatnonzero((self.edge_distance < half_width) & (half_width > 0.0))
         ratio = self.flanks.radius_equivalent[at] / self.rounding[at]
         return at, EdgeSection.of(self.edge_distance[at] / half_width[at], ratio)
 
     def __call__(self, force: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Local approach at each point [m] and its derivative by the force [m/N], forces above 0 [N]."""
+        """Local approach at each point [m] and its derivative by the force [m/N], for forces above 0 [N]."""
         load = force / self.length
         approach, slope = self.flanks.approach(load)
         approach, slope = approach + self.free_edge * load, slope + self.free_edge

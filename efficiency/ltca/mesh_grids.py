@@ -1,8 +1,8 @@
-"""A mesh on two grids and its load at a torque, with contact lines as long as that load needs them.
+"""Mesh on two grids and its load at a torque, with contact lines of adequate length for that load.
 
-Light loads touch a small part of each line, heavy ones push edges further into the mating flank. The grid follows:
-where few points carry, the lines are cut down to what the load can close and all points fall there; where the approach
-goes beyond the gap up to which edges were followed, they are followed further.
+Light loads touch a small part of each line, heavy loads push edges further into the mating flank. The grid is adapted:
+where few points are loaded, the lines are limited to the range that the load can close. Where the approach exceeds the
+largest gap of the edge search, edges are searched further.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ from efficiency.ltca.tangent_load import TangentLoad, TangentLoads
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 
-# tuned: below this share of loaded points on the line that carries most, the lines are cut down (ours); may be
-# changed by whoever runs `test_error_estimate_covers_a_finer_grid`
+# tuned: share of loaded points on the most loaded line below which the lines are shortened (ours); may be changed after
+# running `test_error_estimate_covers_a_finer_grid`
 _MIN_LOADED_SHARE = 0.4
-# tuned: how far beyond the approach of the load lines and edges are followed (ours); may be raised freely
+# tuned: length of lines and edges over the approach of the load (ours); may be raised freely
 _MARGIN = 1.2
 
 
 class MakeCycle(Protocol):
-    """Mesh cycle from a number of positions, of points per contact line, and from how far the load closes gaps."""
+    """Mesh cycle from the number of positions, points per contact line, and the gaps closed by the load."""
 
     def __call__(self, positions: int, points: int, reach: float | None = None, /) -> tuple[MeshPosition, ...]:
         """See `efficiency.contact.contact_lines.mesh_cycle`."""
@@ -48,29 +48,29 @@ class MakeCycle(Protocol):
 class MeshGrids:
     """Geometry of the mesh on two grids, and the compliance of the teeth."""
 
-    # design, side: name of the design and of the flank pair
+    # names of the design and of the flank pair
     design: str
     side: str
-    # fine, coarse: the same positions with all and with about half of the points per contact line
+    # the same positions with all and with about half of the points per contact line
     fine: tuple[MeshPosition, ...]
     coarse: tuple[MeshPosition, ...]
     teeth: TeethElasticity  # compliance of both members
-    points_per_line: int  # of the fine grid
-    axes: tuple[Axis, Axis] | None = None  # of pinion and gear, for the arms of the friction forces
-    notes: tuple[str, ...] = ()  # on the geometry
-    # without load, peak to peak of all pairs together [rad]; nan where it follows from the positions
+    points_per_line: int  # points per line of the fine grid
+    axes: tuple[Axis, Axis] | None = None  # axes of pinion and gear, for the lever arms of the friction forces
+    notes: tuple[str, ...] = ()  # notes on the geometry
+    # unloaded peak-to-peak transmission error of all pairs together [rad]; nan if it follows from the positions
     transmission_error: float = math.nan
-    # makes lines for another reach; without it the lines stay as they are
+    # function that makes lines for another reach; None: fixed lines
     make_cycle: MakeCycle | None = field(default=None, repr=False, compare=False)
     reach: float = math.inf  # gear rotation up to which edges are followed [rad]
-    deflection: ShaftDeflection | None = None  # of shafts and bearings, where they were solved with the contact
-    # the mesh with shafts and bearings deflected by a pinion torque [N m]; without it they do not give way
+    deflection: ShaftDeflection | None = None  # deflection of shafts and bearings, if solved with the contact
+    # mesh with shafts and bearings deflected by a pinion torque [N m]; None: rigid shafts and bearings
     under_torque: Callable[[float], MeshGrids] | None = field(default=None, repr=False, compare=False)
     _refitted: dict[int, MeshGrids] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def unloaded_error(self) -> float:
-        """Transmission error without load, peak to peak [rad]."""
+        """Unloaded peak-to-peak transmission error [rad]."""
         if math.isnan(self.transmission_error):
             return float(np.ptp([p.transmission_error for p in self.fine]))
         return self.transmission_error
@@ -87,14 +87,14 @@ class MeshGrids:
 
     @cached_property
     def friction_arms(self) -> tuple[list[FloatArray], list[FloatArray]]:
-        """Arms of the unit friction force about the pinion axis at the points of both grids [m]."""
+        """Lever arms of the unit friction force about the pinion axis at the points of both grids [m]."""
         if self.axes is None:
-            raise InputError("mesh.axes", None, "the axes of both members, for the arms of the friction forces")
+            raise InputError("mesh.axes", None, "the axes of both members, for the lever arms of the friction forces")
         fine, coarse = ([friction_arm(p, self.axes[0]) for p in cycle] for cycle in (self.fine, self.coarse))
         return fine, coarse
 
     def fitted(self, load: LoadDistribution) -> MeshGrids:
-        """The mesh with lines and edges as long as a load needs them, known from its solution on one of the grids."""
+        """The mesh with lines and edges of adequate length for a load solved on one of the grids."""
         if self.make_cycle is None:
             return self
         closed = max(
@@ -102,7 +102,7 @@ class MeshGrids:
         )
         if _MARGIN * closed <= self.reach and loaded_share(load) >= _MIN_LOADED_SHARE:
             return self
-        # in steps of two, so that torques near each other share their lines
+        # in powers of two, so that similar torques share their lines
         step = math.ceil(math.log2(_MARGIN * closed))
         if step not in self._refitted:
             reach = 2.0**step
@@ -115,7 +115,7 @@ class MeshGrids:
 def both_cycles(
     make_cycle: MakeCycle, positions: int, points_per_line: int
 ) -> tuple[tuple[MeshPosition, ...], tuple[MeshPosition, ...]]:
-    """Fine and coarse grid of a mesh cycle; an even number of positions lets every second one estimate the error."""
+    """Fine and coarse grid of a mesh cycle; the error estimate requires an even number of positions."""
     if positions < 4 or positions % 2:
         raise InputError("positions", positions, "an even number of at least 4")
     if points_per_line < 5:
@@ -124,15 +124,15 @@ def both_cycles(
 
 
 def friction_arm(position: MeshPosition, axis: Axis) -> FloatArray:
-    """Arm about an axis of the unit friction force that the pinion exerts on the gear [m], (n,).
+    """Lever arm about an axis of the unit friction force that the pinion exerts on the gear [m], (n,).
 
-    Counted like the levers of the normal force: positive where friction on the pinion adds to the torque it needs, and
-    where friction on the gear adds to the torque it delivers. A driving gear reverses the friction.
+    The sign is that of the levers of the normal force: positive if friction on the pinion increases the required
+    torque, and if friction on the gear increases the delivered torque. A driving gear reverses the friction.
     """
     along, across = position.sliding_along[:, None], position.sliding_across[:, None]
     sliding = along * position.along + across * position.across
     speed = np.linalg.norm(sliding, axis=1)
-    # at the pitch line friction has no direction and does no work
+    # at the pitch line friction has no direction and no work
     force = sliding / np.where(speed > 0.0, speed, 1.0)[:, None]
     arm = position.position - axis.origin
 
@@ -143,7 +143,7 @@ def friction_arm(position: MeshPosition, axis: Axis) -> FloatArray:
 
 
 def loaded_share(load: LoadDistribution) -> float:
-    """Share of the points that carry load on the line that carries most, mean over the positions [-]."""
+    """Fraction of loaded points on the most loaded line, mean over the positions [-]."""
     shares = []
     for p in load.positions:
         line = max(p.position.lines, key=lambda at: float(p.force[at].sum()))
@@ -153,33 +153,33 @@ def loaded_share(load: LoadDistribution) -> float:
 
 @dataclass(frozen=True)
 class ShaftDeflection:
-    """Misalignment that the load of the mesh adds by shafts, bearings and housing."""
+    """Additional misalignment due to the deflection of shafts, bearings and housing."""
 
-    # E, P, G, shaft_angle_error: as in the misalignment of a design [m], shaft_angle_error [rad]
+    # as in the misalignment of a design: E, P, G [m], shaft_angle_error [rad]
     E: float
     P: float
     G: float
     shaft_angle_error: float
     rounds: int  # solutions of the loaded contact
-    change: float  # what one more would change of E, P, G [m]
+    change: float  # change of E, P, G by one more solution [m]
 
 
 @dataclass(frozen=True)
 class FrictionBalance:
-    """How friction takes part in carrying the torque."""
+    """Contribution of friction to the torque."""
 
-    way: float  # 1 where friction on the pinion adds to the torque by its arm, -1 where the gear drives
+    way: float  # 1 if friction on the pinion adds to the torque by its lever arm, -1 if the gear drives
     rounds: int  # corrections of the forces
 
 
 class LoadedGrids:
     """A mesh under one torque: the load on both of its grids.
 
-    mesh: that carries: deflected, and with lines as long as the load needs them.
-    fine: on the fine grid; None: solved without friction when it is first read.
-    coarse: on the coarse one.
-    balance: None where the normal forces alone carry the torque.
-    thermal: the load that estimates the bulk temperature of the teeth; the coarse one where not given.
+    mesh: loaded mesh, with deflection and with lines of adequate length for the load.
+    fine: load on the fine grid; None: solved without friction on first access.
+    coarse: load on the coarse grid.
+    balance: None if the normal forces alone carry the torque.
+    thermal: load for the bulk temperature of the teeth; default: the coarse one.
     """
 
     def __init__(
@@ -202,7 +202,7 @@ class LoadedGrids:
         return distribute_load(self.mesh.elastic_fine, self.mesh.teeth, self.coarse.torque)
 
     def tangents(self, way: float) -> tuple[TangentLoads, TangentLoads]:
-        """Loads of fine and coarse grid where friction carries a part of the torque; -1 where the gear drives."""
+        """Loads of fine and coarse grid with friction as a part of the torque; `way` is -1 if the gear drives."""
         if way not in self._tangents:
             mesh, torque, (arms, arms_coarse) = self.mesh, self.coarse.torque, self.mesh.friction_arms
             loads = zip(self.coarse.positions, arms_coarse, strict=True)
@@ -228,7 +228,7 @@ class LoadedGrids:
 def load_grids(mesh: MeshGrids, torque: float) -> LoadedGrids:
     """Load over the cycle for a pinion torque [N m]; `InputError` unless it is above 0.
 
-    The mesh of the result is the one that carries: deflected, and with lines as long as the load needs them.
+    The mesh of the result is deflected and has lines of adequate length for the load.
     """
     require_torque(torque)
     if mesh.under_torque is not None:

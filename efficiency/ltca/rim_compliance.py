@@ -1,7 +1,7 @@
-"""A member as a ring of equal tooth cells: deflections of a tooth and of its neighbours under loads on it.
+"""A member as a ring of equal tooth cells: deflections of a loaded tooth and of its neighbours.
 
-Each cell shares the functions on its left side with the cell before. What happens inside is condensed onto the two
-sides; the ring of sides has a block-circulant stiffness, solved by the discrete Fourier transform over the teeth.
+Each cell shares the functions on its left side with the previous cell. Its inner unknowns are condensed onto the two
+sides. The ring of sides has a block-circulant stiffness, solved by the discrete Fourier transform over the teeth.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ REACH = 3
 
 @dataclass(frozen=True)
 class RingResponse:
-    """What functionals of the displacement of a tooth read under loads on one tooth."""
+    """Values of functionals of the displacement of a tooth under loads on one tooth."""
 
-    own: FloatArray  # (k, m) reading on the loaded tooth per unit load [m/N]
-    ahead: tuple[FloatArray, ...]  # reading on the next teeth in rising azimuth [m/N]
+    own: FloatArray  # (k, m) value on the loaded tooth per unit load [m/N]
+    ahead: tuple[FloatArray, ...]  # value on the next teeth in increasing azimuth [m/N]
 
 
 def ring_response(solid: RitzSolid, pitch: float, cells: int, functionals: FloatArray, loads: int) -> RingResponse:
-    """Solve a ring of cells, at least three, a pitch [rad] apart; `ConvergenceError` where the member is not held.
+    """Solve a ring of cells, at least three, a pitch [rad] apart; `ConvergenceError` if the member is not held.
 
     `functionals` (k, 3 n): displacement at the points of interest, of all components of all functions. The first
-    `loads` of them are the places of unit forces as well, each the displacement its force works on.
+    `loads` of them are also the places of unit forces in the direction of the displacement.
     """
     count, side = solid.count, 3 * solid.left.size
 
@@ -58,7 +58,7 @@ def ring_response(solid: RitzSolid, pitch: float, cells: int, functionals: Float
 
 @dataclass(frozen=True)
 class _CondensedBody:
-    """A body condensed onto some of its unknowns: stiffness, functionals (columns), and what the rest adds to these."""
+    """A body condensed onto some unknowns: stiffness, functionals (columns), compliance of the eliminated unknowns."""
 
     unknowns: IntArray
     stiffness: FloatArray
@@ -76,7 +76,7 @@ class _CondensedBody:
         except LinAlgError as error:
             raise ConvergenceError("tooth_not_held", "the stiffness of the tooth is not positive definite") from error
         coupling = self.stiffness[np.ix_(inner, outer)]
-        # what does not touch the inside stays as it is
+        # unknowns without coupling to the inside do not change
         touched = np.flatnonzero(coupling.any(axis=0))
         sides = np.concatenate([coupling[:, touched], self.functionals[inner]], axis=1)
         half = solve_triangular(factor, scale[:, None] * sides, lower=True, overwrite_b=True, check_finite=False)
@@ -89,13 +89,13 @@ class _CondensedBody:
 
 
 def rotation(angle: float) -> FloatArray:
-    """Components in a frame from those in the frame turned by an angle about z."""
+    """Components in a frame from those in a frame rotated by an angle about z."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def ring_displacements(condensed: FloatArray, force: FloatArray, cells: int, count: int) -> FloatArray:
-    """Displacements (count, side, loads) of the left sides of the loaded cell and of those behind it."""
+    """Displacements (count, side, loads) of the left sides of the loaded cell and of the following cells."""
     side = condensed.shape[0] // 2
     ll, lr, rr = condensed[:side, :side], condensed[:side, side:], condensed[side:, side:]
     moved = np.zeros((count, side, force.shape[1]))
@@ -109,9 +109,9 @@ def ring_displacements(condensed: FloatArray, force: FloatArray, cells: int, cou
         else:
             share = 2.0
         try:
-            answer = cho_solve(cho_factor(matrix, lower=True, check_finite=False), pull, check_finite=False)
+            found = cho_solve(cho_factor(matrix, lower=True, check_finite=False), pull, check_finite=False)
         except LinAlgError as error:
             raise ConvergenceError("tooth_not_held", "the body of the member is not held") from error
         for j in range(count):
-            moved[j] += share / cells * np.real(phase**j * answer)
+            moved[j] += share / cells * np.real(phase**j * found)
     return moved

@@ -1,8 +1,8 @@
-"""Three-dimensional Rayleigh-Ritz model of a tooth cell: polynomials in its blocks that minimise the potential energy.
+"""Three-dimensional Rayleigh-Ritz model of a tooth cell: polynomials in its blocks with minimum potential energy.
 
 Displacements are products of three polynomials of the block coordinates, continuous across the blocks: hierarchic
-functions across and over the height, Legendre polynomials along the face. Of the products those are kept whose
-degrees k fulfil ``k_a/p_a + k_b/p_b + k_c/p_c <= 1`` (trunk space with an order p for each direction).
+functions across and over the height, Legendre polynomials along the face. The products of degrees k with
+``k_a/p_a + k_b/p_b + k_c/p_c <= 1`` are used (trunk space with an order p for each direction).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
 
 Key = tuple[tuple[str, int, int], tuple[str, int, int], int]
-"""A function: node or bubble across (interval, degree), over the height, and degree along the face."""
+"""Key of a function: node or bubble across (interval, degree), over the height, and degree along the face."""
 
 # column and layer of each block: columns share the nodes 1 (right of the tooth), layers the node 1 (root)
 PLACES: dict[Part, tuple[int, int]] = {"foot": (0, 0), "slot": (1, 0), "tooth": (0, 1)}
@@ -45,12 +45,12 @@ class Orders:
 
 
 ORDERS = Orders(tooth=(7, 9, 16), body=(6, 6, 14))
-# tuned: convergence of line loads to 4 % (docs/tooth_compliance.md); may be changed by whoever repeats that table
+# tuned: convergence of line loads to 4 % (docs/tooth_compliance.md); may be changed after repeating that table
 
 
 @dataclass(frozen=True)
 class BlockFunctions:
-    """Functions that live in a block."""
+    """Functions of a block."""
 
     block: Block
     # (n, 3) number of the one-dimensional function across and over the height (0 and 1: linear), degree along the face
@@ -58,7 +58,7 @@ class BlockFunctions:
     number: IntArray  # (n,) number of the function in the cell
 
     def values(self, a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
-        """Values (points, n) at places of the block."""
+        """Values (points, n) at positions in the block."""
         na, nb, nc = self.degrees.max(axis=0)
         across, over = hierarchic_functions(int(na), a)[0], hierarchic_functions(int(nb), b)[0]
         along = legendre_polynomials(int(nc), c)[0]
@@ -66,7 +66,7 @@ class BlockFunctions:
         return across[:, ia] * over[:, ib] * along[:, ic]
 
     def stiffness(self, youngs_modulus: float, poisson_ratio: float) -> FloatArray:
-        """Stiffness (3, n, 3, n) of the block [N/m]; `ConvergenceError` where it is folded."""
+        """Stiffness (3, n, 3, n) of the block [N/m]; `ConvergenceError` if it is folded."""
         highest = self.degrees.max(axis=0)
         rules = [gauss_rule(int(k) + _EXTRA) for k in highest]
         x, y, z = (rule[0] for rule in rules)
@@ -114,7 +114,7 @@ class RitzSolid:
 
     functions: dict[Part, BlockFunctions]
     stiffness: FloatArray  # (3 n, 3 n) of all components of all functions, component by component [N/m]
-    # left, right: (m,) functions on the side where the cell meets the one before and the one behind, in the same order
+    # (m,) functions on the sides shared with the previous and the next cell, in the same order
     left: IntArray
     right: IntArray
 
@@ -127,7 +127,7 @@ class RitzSolid:
 def ritz_solid(
     cell: ToothCell, moduli: dict[Part, float], poisson_ratio: float, held: frozenset[str], orders: Orders
 ) -> RitzSolid:
-    """Assemble a cell of parts with Young's moduli [Pa], held without displacement at "base", "toe" or "heel"."""
+    """Assemble a cell of parts with Young's moduli [Pa], without displacement at "base", "toe" or "heel"."""
     number: dict[Key, int] = {}
     functions = {
         block.part: _functions(block, orders, number, "base" in held) for block in (cell.foot, cell.slot, cell.tooth)
@@ -149,13 +149,13 @@ def ritz_solid(
 
 
 def _shared(key: Key) -> bool:
-    """Whether a function reaches into the body."""
+    """Whether a function extends into the body."""
     kind, interval, _ = key[1]
     return (kind == "node" and interval < 2) or (kind == "bubble" and interval == 0)
 
 
 def _functions(block: Block, orders: Orders, number: dict[Key, int], base_held: bool) -> BlockFunctions:
-    """Functions of a block, numbered as they turn up."""
+    """Functions of a block, numbered in order of appearance."""
     column, layer = PLACES[block.part]
     highest = [max(pair) for pair in zip(orders.tooth, orders.body, strict=True)]
     degrees, numbers = [], []
@@ -165,7 +165,7 @@ def _functions(block: Block, orders: Orders, number: dict[Key, int], base_held: 
             over = ("node", layer + ib, 0) if ib < 2 else ("bubble", layer, ib)
             if base_held and over == _BASE:
                 continue
-            # what moves the root belongs to the tooth all round the pitch
+            # functions that move the root belong to the tooth along the whole pitch
             fine = over == ("node", 1, 0) or layer == 1
             limit = orders.tooth if fine and not (across[0] == "bubble" and column == 1) else orders.body
             for ic in range(limit[2] + 1):
@@ -177,7 +177,7 @@ def _functions(block: Block, orders: Orders, number: dict[Key, int], base_held: 
 
 
 def _hold_end(total: FloatArray, own: BlockFunctions, end: str, modulus: float) -> None:
-    """Springs on an end face of the body, stiff against the body itself."""
+    """Springs on an end face of the body, much stiffer than the body."""
     degrees = own.degrees.max(axis=0)
     (a, wa), (b, wb) = gauss_rule(int(degrees[0]) + _EXTRA), gauss_rule(int(degrees[1]) + _EXTRA)
     across, over = np.repeat(a, b.size), np.tile(b, a.size)
@@ -190,6 +190,6 @@ def _hold_end(total: FloatArray, own: BlockFunctions, end: str, modulus: float) 
         total[i, :, i][np.ix_(own.number, own.number)] += spring
 
 
-# tuned: stiffness of a held end face over that of a body of its own size, rigid against it (ours); may be changed
-# by whoever runs `test_body_and_how_it_is_held`
+# tuned: stiffness of a held end face over that of a body of its own size, practically rigid (ours); may be changed
+# after running `test_body_and_how_it_is_held`
 _HOLD = 1e4

@@ -1,10 +1,10 @@
-"""Shafts, bearings and housing that give way under the mesh force, solved with the contact.
+"""Deflection of shafts, bearings and housing under the mesh force, solved with the contact.
 
 mesh force and its moment, mean of the cycle  ->  K^-1  ->  moved axes  ->  misalignment  ->  contact  ->  mesh force
 
-The forces are the normal forces that carry the torque. Friction is left out of the load of the shafts: it would need a
-mesh for each friction model, speed and driver. For the hypoid pair of the tests it is worth 6 % of the displacements
-and 0.5 % of the loss at a friction coefficient of 0.05, 13 % and 1 % at 0.1.
+The forces are the normal forces that carry the torque. Friction is neglected in the load of the shafts, because it
+would require a mesh for each friction model, speed and driving member. For the hypoid pair of the tests, friction
+changes the displacements by 6 % and the loss by 0.5 % at a friction coefficient of 0.05, and by 13 % and 1 % at 0.1.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from efficiency.ltca.mesh_grids import MeshGrids, ShaftDeflection, load_grids
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
 
-# tuned: last change of E, P, G [m] and of the shaft angle [rad], a tenth of what changes a transmission error visibly
+# tuned: last change of E, P, G [m] and of the shaft angle [rad], a tenth of a visible change of a transmission error
 # (ours); may be lowered freely
 TOLERANCE, TOLERANCE_ANGLE = 1e-7, 1e-6
 ROUNDS = 12
-# earlier rounds from which the response of the load to a displacement is taken
+# number of earlier rounds for the response of the load to a displacement
 REMEMBERED = 3
 
 
 @dataclass(frozen=True)
 class MemberCompliance:
-    """How a member gives way under a force and a moment at a point of its axis."""
+    """Compliance of a member for a force and a moment at a point of its axis."""
 
     # (6, 6) displacement [m] and rotation [rad] along x, y, z under force [N] and moment [N m], in the frame of the
     # member: z along its axis from the crossing point to the teeth, y = gear axis x pinion axis, x = y x z
     matrix: FloatArray
-    reference: float  # place of the point on the axis, from the crossing point [m]
+    reference: float  # position of the point on the axis, from the crossing point [m]
 
     def move(self, frame: FloatArray, apex: FloatArray, points: FloatArray, forces: FloatArray) -> RigidMove:
         """Displacement under forces (n, 3) [N] at points (n, 3) [m]; axes and apex of the member in the mesh frame."""
@@ -56,23 +56,18 @@ def shaft_compliance(
 ) -> FloatArray:
     """Displacement of a point of a shaft under unit forces and moments there, (6, 6) [m/N], [rad/N], [rad/(N m)].
 
-    Timoshenko beam elements between bearings and point, springs at the bearings. The point is at a place [m] on the
-    axis z; bearings are (place, radial and axial stiffness) [m], [N/m], at two places at least, one of them axial.
-    Rotation about the axis is held at the bearing farthest from the point.
+    Timoshenko beam elements between bearings and point, springs at the bearings. The point is at a position [m] on the
+    axis z. Bearings are (position, radial and axial stiffness) [m], [N/m], at two or more positions, at least one of
+    them with axial stiffness. Rotation about the axis is fixed at the bearing farthest from the point.
     """
     places = np.unique([at, *(place for place, _, _ in bearings)])
     area = math.pi / 4.0 * (diameter**2 - bore**2)
     inertia = math.pi / 64.0 * (diameter**4 - bore**4)
     shear = youngs_modulus / (2.0 * (1.0 + poisson_ratio))
-    ratio = bore / diameter
     # shear coefficient of a hollow circle (Cowper 1966)
+    ratio, nu = bore / diameter, poisson_ratio
     square = (1.0 + ratio**2) ** 2
-    cowper = (
-        6.0
-        * (1.0 + poisson_ratio)
-        * square
-        / ((7.0 + 6.0 * poisson_ratio) * square + (20.0 + 12.0 * poisson_ratio) * ratio**2)
-    )
+    cowper = 6.0 * (1.0 + nu) * square / ((7.0 + 6.0 * nu) * square + (20.0 + 12.0 * nu) * ratio**2)
     bending, pull = np.zeros((2 * places.size, 2 * places.size)), np.zeros((places.size, places.size))
     for i, length in enumerate(np.diff(places)):
         phi = 12.0 * youngs_modulus * inertia / (cowper * shear * area * length**2)
@@ -103,9 +98,9 @@ def axes_under_load(
     load: LoadDistribution,
     now: DisplacedAxes,
 ) -> DisplacedAxes:
-    """Where a load moves the axes of members placed without load; a member without compliance (None) is rigid.
+    """Axes of members displaced by a load; a member without compliance (None) is rigid.
 
-    The load is in the mesh frame of `now`, where the axes stood for it.
+    `placed` are the axes without load; `now` are the axes to whose mesh frame the load refers.
     """
     forces = np.concatenate([p.force[:, None] * p.position.normal for p in load.positions])
     points = np.concatenate([p.position.position for p in load.positions])
@@ -127,12 +122,12 @@ def solve_deflection(
     torque: float,
     meshes: Sequence[Callable[[DisplacedAxes], MeshGrids]],
 ) -> MeshGrids:
-    """The mesh at the misalignment that its own load produces, by fixed-point rounds with secants (Anderson).
+    """The mesh at the misalignment that its own load produces, by fixed-point iteration with Anderson acceleration.
 
     `placed` and `compliances` are the axes without load and the members; `torque` is that of the pinion [N m]. `meshes`
-    make the mesh at other misalignments: with few points first, which come close, the one of the result last. Where the
-    load has no solution the mesh is returned as placed, and the load states why. Raises `ConvergenceError` with
-    ``deflection_limit`` where the misalignments do not settle.
+    make the mesh at other misalignments: first with few points for an approximation, last for the result. If the load
+    has no solution, the mesh is returned as placed, and its load states the reason. Raises `ConvergenceError` with
+    ``deflection_limit`` if the misalignments do not converge.
     """
     rest = RigidMove(np.zeros(3), np.zeros(3), np.zeros(3))
     now = displaced_axes(placed, rest, rest)
@@ -157,8 +152,8 @@ def solve_deflection(
         else:
             raise ConvergenceError(
                 "deflection_limit",
-                f"E, P, G still move by {change * 1e6:.3g} um and the shaft angle by {turned * 1e6:.3g} urad after "
-                f"{ROUNDS} rounds: shafts and bearings are too soft for this torque",
+                f"E, P, G still change by {change * 1e6:.3g} um and the shaft angle by {turned * 1e6:.3g} urad after "
+                f"{ROUNDS} rounds: shafts and bearings are too compliant for this torque",
             )
     turned = now.shaft_angle_error - placed.shaft_angle_error
     moved = (now.E - placed.E, now.P - placed.P, now.G - placed.G, turned)
@@ -176,15 +171,15 @@ def _moved(axes: DisplacedAxes, vector: FloatArray) -> DisplacedAxes:
 
 
 def _secant(steps: list[tuple[FloatArray, FloatArray]], left: FloatArray) -> FloatArray:
-    """What the plain round goes too far, after the answers to earlier steps: their mix that leaves least (Anderson).
+    """Correction of the plain iteration: combination of earlier steps with the smallest residual (Anderson).
 
-    `steps`: change of the displacement put in, and of what the load left of it, of earlier rounds; `left` (4,):
-    displacement under the load less that put in.
+    `steps`: changes of the displacement and of its residual in earlier rounds; `left` (4,): residual, the displacement
+    under the load minus the assumed one.
     """
     if not steps:
         return np.zeros(4)
-    put, answers = (np.array(part).T for part in zip(*steps, strict=True))
-    size = np.linalg.norm(answers, axis=0)
+    put, residuals = (np.array(part).T for part in zip(*steps, strict=True))
+    size = np.linalg.norm(residuals, axis=0)
     size[size == 0.0] = 1.0
-    share = np.linalg.lstsq(answers / size, left, rcond=1e-3)[0] / size
-    return np.asarray((put + answers) @ share)
+    share = np.linalg.lstsq(residuals / size, left, rcond=1e-3)[0] / size
+    return np.asarray((put + residuals) @ share)

@@ -1,8 +1,9 @@
 """One tooth of a member as a three-dimensional elastic solid on its ring of teeth, condensed to one flank.
 
-Deflection under loads on the flank is that of the flank, except near the load: there it is that of the middle surface
-of the tooth on the normal of the contact point, since between both lies the local deformation (`compliance`). Solved
-once per member at the nodes of a grid on the flank; in between by polynomials.
+The deflection under loads on the flank is that of the flank, except near the load. There it is that of the middle
+surface of the tooth on the normal of the contact point: the local deformation between both is a separate part
+(`local_compliance`). The solid is solved once per member at the nodes of a grid on the flank; polynomials interpolate
+in between.
 """
 
 from __future__ import annotations
@@ -25,13 +26,13 @@ from ehl.material import Material
 Points = tuple[FloatArray, FloatArray, NDArray[np.int64]]
 """Face, height [m] and number of the tooth of each contact point."""
 
-# tuned: levels of the depth and stations of the face at which the flanks of the solid are computed (ours); may be
-# changed by whoever runs `test_cell_follows_the_flanks`
+# tuned: rows over the depth and columns along the face at which the flanks of the solid are computed (ours); may be
+# changed after running `test_cell_follows_the_flanks`
 ROWS, COLUMNS = 15, 7
 _MIDDLE = 0.5
 _NEWTON = 4
-# tuned: reach of the local deformation in half thicknesses (in a half-space the difference of displacement between the
-# surface and a depth is gone at a distance of that depth; the factor is ours); may be changed by whoever runs
+# tuned: radius of the local deformation in half thicknesses (in a half-space the difference of displacement between the
+# surface and a depth vanishes at a distance of that depth; the factor is ours); may be changed after running
 # `test_deflection_at_nine_flank_points`
 _REACH = 1.5
 
@@ -40,10 +41,10 @@ _REACH = 1.5
 class ToothBody:
     """Material of a member and the body under its teeth."""
 
-    material: Material  # of the teeth
-    rim_thickness: float  # from the root cone to the base, square to the pitch cone [m]
-    held: frozenset[str] = frozenset({"base"})  # surfaces of the body that do not move against the shaft
-    youngs_modulus: float | None = None  # of the body [Pa]; that of the teeth by default
+    material: Material  # material of the teeth
+    rim_thickness: float  # from the root cone to the base, normal to the pitch cone [m]
+    held: frozenset[str] = frozenset({"base"})  # surfaces of the body that are fixed to the shaft
+    youngs_modulus: float | None = None  # Young's modulus of the body [Pa]; default: that of the teeth
 
     @property
     def moduli(self) -> dict[Part, float]:
@@ -54,27 +55,27 @@ class ToothBody:
 
 
 Bodies = tuple[ToothBody, ToothBody]
-"""Of pinion and gear."""
+"""Bodies of pinion and gear."""
 
 
 @dataclass(frozen=True)
 class SolidTooth:
     """Compliance of a tooth at its loaded flank.
 
-    Contact points are given by their distance from the toe along the pitch cone and over the root cone [m].
+    Contact points are given by their distance from the toe along the pitch cone and above the root cone [m].
     """
 
     body: ToothBody  # material and body under the teeth
     grid: ToothGrid  # both flanks
-    cell: ToothCell  # blocks made of them
-    side: float  # loaded flank, as coordinate across the tooth block: 1 the upper, 0 the lower one
+    cell: ToothCell  # blocks of the tooth and the body
+    side: float  # coordinate of the loaded flank across the tooth block: 1 the upper, 0 the lower one
     nodes: tuple[FloatArray, FloatArray]  # nodes over the height and along the face of the tooth block
-    # (n, n) deflection at the nodes per unit normal force at the nodes [m/N], local deformation left out; symmetric and
-    # positive semidefinite, height slowest
+    # (n, n) deflection at the nodes per unit normal force at the nodes [m/N] without local deformation; symmetric and
+    # positive semidefinite, the height is the slowest index
     own: FloatArray
-    ahead: tuple[FloatArray, ...]  # the same read on the next teeth on the side that the loaded flank looks to
+    ahead: tuple[FloatArray, ...]  # the same on the next teeth on the side that the loaded flank faces
     half_thickness: FloatArray  # (n,) distance along the normal from the flank to the middle surface at the nodes [m]
-    discarded: float  # negative eigenvalue taken from `own` to make it positive semidefinite, over the largest [-]
+    discarded: float  # negative eigenvalue of `own` set to zero, over the largest eigenvalue [-]
 
     @property
     def face_width(self) -> float:
@@ -82,20 +83,20 @@ class SolidTooth:
         return self.cell.width
 
     def whole_depth(self, face: ArrayLike) -> FloatArray:
-        """Height of the tip over the root cone at a distance from the toe [m]."""
+        """Height of the tip above the root cone at a distance from the toe [m]."""
         return np.asarray(np.interp(np.asarray(face, float), self.cell.stations, self.cell.top))
 
     def influence(self, face: ArrayLike, height: ArrayLike, tooth: ArrayLike = 0) -> FloatArray:
         """Deflection along the contact normal per unit normal force [m/N], (n, n).
 
-        `tooth` is the number of the tooth each point lies on, rising to the side that the loaded flanks look to.
+        `tooth` is the number of the tooth each point lies on, increasing to the side that the loaded flanks face.
         """
         return self.influences([(np.asarray(face, float), np.asarray(height, float), np.asarray(tooth))])[0]
 
     def influences(self, sets: Sequence[Points]) -> list[FloatArray]:
         """`influence` of several independent sets of points."""
         shapes = self._interpolation(*(np.concatenate([points[k] for points in sets]) for k in (0, 1)))
-        # the same product for all points at once: the matrices of the nodes are large, those of a set small
+        # one product for all points, because the matrices of the nodes are large and those of a set are small
         read = [shapes @ response for response in (self.own, *self.ahead)]
         matrices, start = [], 0
         for face, _, tooth in sets:
@@ -121,7 +122,7 @@ class SolidTooth:
         return np.asarray(self._interpolation(face, height) @ self.half_thickness)
 
     def outline(self) -> FloatArray:
-        """Closed outline of the flank: distance from the toe and over the root cone [m], (2, k)."""
+        """Closed outline of the flank: distance from the toe and above the root cone [m], (2, k)."""
         face = self.cell.stations
         there = np.stack([face, np.zeros_like(face)])
         back = np.stack([face, self.cell.top])[:, ::-1]
@@ -137,8 +138,8 @@ class SolidTooth:
 def elastic_teeth(flanks: GearFlanks, bodies: Bodies, side: Side) -> tuple[SolidTooth, SolidTooth]:
     """Pinion and gear tooth, loaded on the flanks of a side.
 
-    `InputError` where the flanks of a member cross; `ConvergenceError` where a flank does not span its blank or a tooth
-    is pointed.
+    Raises `InputError` if the flanks of a member cross, and `ConvergenceError` if a flank does not span its blank or a
+    tooth is pointed.
     """
     return solid_tooth_of(flanks, bodies[0], "pinion", side), solid_tooth_of(flanks, bodies[1], "gear", side)
 
@@ -151,7 +152,7 @@ def solid_tooth_of(
         grid = tooth_grid(flanks, member, ROWS, COLUMNS)
     except ConvergenceError as error:
         if error.reason == "flanks_cross":
-            # states where the flanks cross inside the tooth, and what to check
+            # its error states the position of the crossing and the remedy
             tooth_shapes(flanks)
         raise
     return solid_tooth(grid, flanks.loaded_side(member, side), body, orders, cells)
@@ -163,10 +164,10 @@ def solid_tooth(
     """Solve a tooth for loads on its concave or convex flank.
 
     grid: both flanks.
-    loaded ("concave", "convex"): which flank.
+    loaded ("concave", "convex"): loaded flank.
     body: material and body under the teeth.
     orders: polynomial orders.
-    cells: teeth in the ring, all if not given; a ring of fewer cells is closed as if it were whole.
+    cells: teeth in the ring, default: all; a ring of fewer cells is closed like a complete one.
     Raises `ConvergenceError`: the tooth model is folded, or the body is not held.
     """
     if not body.held:
@@ -191,7 +192,7 @@ def solid_tooth(
     on_flank, on_middle = response.own[:count], response.own[count:]
     near = _nearness(flank, half)
     own, discarded = _positive(on_flank - near * (on_flank - on_middle))
-    # the loaded flank looks to the next tooth in rising azimuth if it is the upper one
+    # an upper loaded flank faces the next tooth in increasing azimuth
     ahead = tuple(matrix[:count] if side == 1.0 else matrix[:count].T for matrix in response.ahead)
     return SolidTooth(body, grid, cell, side, nodes, own, ahead, half, discarded)
 
@@ -217,7 +218,7 @@ def _flank_points(cell: ToothCell, side: float, b: FloatArray, c: FloatArray) ->
 def _middle_surface(
     cell: ToothCell, flank: FloatArray, into: FloatArray, b: FloatArray, c: FloatArray
 ) -> tuple[tuple[FloatArray, FloatArray, FloatArray], FloatArray]:
-    """Where the normals meet the middle surface, at its ends put back onto it: places of the block and distances."""
+    """Intersections of the normals with the middle surface, limited to it: block coordinates and distances."""
     # Newton's method on: point of the middle surface = flank point + distance times normal
     b, c = b.copy(), c.copy()
     distance = np.zeros_like(b)
@@ -225,7 +226,7 @@ def _middle_surface(
         points, tangents = cell.tooth.place(np.full_like(b, _MIDDLE), b, c)
         matrix = np.stack([tangents[:, 1], tangents[:, 2], -into], axis=-1)
         step = np.linalg.solve(matrix, (flank + distance[:, None] * into - points)[..., None])[..., 0]
-        # beyond an end of the tooth the normal leaves it before its middle surface
+        # at an end of the tooth the normal may leave it before the middle surface
         b, c = np.clip(b + step[:, 0], 0.0, 1.0), np.clip(c + step[:, 1], 0.0, 1.0)
         distance = distance + step[:, 2]
     points, _ = cell.tooth.place(np.full_like(b, _MIDDLE), b, c)
@@ -233,7 +234,7 @@ def _middle_surface(
 
 
 def _nearness(flank: FloatArray, half: FloatArray) -> FloatArray:
-    """1 where a load is so near that the local deformation takes part, falling to 0 at twice the half thickness."""
+    """Weight of the local deformation: 1 near the load, decreasing to 0 at twice the half thickness."""
     distance = np.linalg.norm(flank[:, None] - flank[None], axis=-1)
     reach = _REACH * 0.5 * (half[:, None] + half[None])
     return np.asarray(np.exp(-((distance / reach) ** 4)))
@@ -242,7 +243,7 @@ def _nearness(flank: FloatArray, half: FloatArray) -> FloatArray:
 def _along_normal(
     solid: RitzSolid, places: tuple[FloatArray, FloatArray, FloatArray], direction: FloatArray
 ) -> FloatArray:
-    """Displacement in given directions (n, 3) at places of the tooth as functionals of all components (n, 3 count)."""
+    """Displacement in given directions (n, 3) at positions in the tooth, as functionals of all components."""
     functions = solid.functions["tooth"]
     values = functions.values(*places)
     rows = np.zeros((values.shape[0], 3, solid.count))
@@ -251,7 +252,7 @@ def _along_normal(
 
 
 def _positive(response: FloatArray) -> tuple[FloatArray, float]:
-    """Nearest symmetric positive semidefinite matrix, and the most negative eigenvalue dropped over the largest."""
+    """Nearest symmetric positive semidefinite matrix, and its most negative eigenvalue over the largest."""
     values, vectors = np.linalg.eigh(0.5 * (response + response.T))
     kept = np.maximum(values, 0.0)
     matrix = (vectors * kept) @ vectors.T

@@ -1,8 +1,8 @@
-"""Loads of a mesh cycle at torques of the normal forces that differ from position to position, from few solutions.
+"""Load distribution over a mesh cycle with position-dependent torque, interpolated from a few solutions.
 
-Friction carries a part of the torque that changes with speed, oil and position. The cycle is solved at the normal
-torques of some friction coefficients, each when it is first needed; the forces at others follow by their derivative.
-What that leaves of their distribution is of second order.
+Friction carries a part of the torque that changes with speed, oil and position. The cycle is solved on demand at the
+normal torques of some friction coefficients. The forces at other torques follow from the derivative, with an error of
+second order in their distribution.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ from ehl.common.arrays import FloatArray, IntArray
 from ehl.line_contact import half_width_of_pressure, hertz_pressure
 
 # friction coefficients at which the cycle is solved: the first, and their distance; change of torque between two
-# tuned: the three are ours; may be changed by whoever checks the stated error of the torque balance
+# tuned: the three are ours; may be changed after checking the stated error of the torque balance
 FRICTION, FRICTION_STEP, TORQUE_STEP = 0.06, 0.08, 0.10
-# tuned: longest way of a tangent, as a share of the torque, for one point and for one of many (ours); may be
-# lowered freely at the cost of time
+# tuned: largest step of the linear estimate over the torque, for one point and for one of many (ours); may be lowered
+# freely at the cost of time
 ONE, MANY = 0.01, 0.06
 _KEPT = 8
 
@@ -46,11 +46,11 @@ class TangentLoads:
 
     cycle: points and compliance.
     teeth: compliance of both members.
-    torque: what normal and friction forces carry together [N m].
-    arms (n,): of the unit friction force about the pinion axis at the points of each position [m].
+    torque: torque of normal and friction forces together [N m].
+    arms (n,): lever arms of the unit friction force about the pinion axis at the points of each position [m].
     arm_ratio (positions,): torque of friction with a coefficient of 1 over that of the normal forces [-].
-    way (1, -1): 1 where friction on the pinion adds to the torque by its arm, -1 where the gear drives.
-    start: a solution from which to start.
+    way (1, -1): 1 if friction on the pinion adds to the torque by its lever arm, -1 if the gear drives.
+    start: a solution used as starting value.
     lever, arm: levers of the normal forces and of friction about the pinion axis at the points of all positions [m].
     """
 
@@ -87,10 +87,10 @@ class TangentLoads:
         return np.asarray(np.add.reduceat(force * lever, self.starts))
 
     def at(self, normal_torques: FloatArray, longest: float = MANY) -> TangentLoad:
-        """Load where the normal forces carry a torque at each position [N m].
+        """Load for given torques of the normal forces at each position [N m].
 
-        Where the next of the solutions for all friction coefficients is further off than `longest`, a share of the
-        torque, that torque is solved itself.
+        If the nearest solution of the friction coefficients deviates by more than the fraction `longest` of the torque,
+        that torque itself is solved.
         """
         arm = self.arm_ratio
         friction = -float(np.log(normal_torques / self.torque) @ arm) / max(float(arm @ arm), 1e-12)
@@ -106,13 +106,13 @@ class TangentLoads:
     def _node(self, step: int) -> LoadDistribution:
         if step not in self._solved:
             torques = self.torque * np.exp(-(self._first + step * self._step) * self.arm_ratio)
-            # always the same start: a load does not depend on what was solved before
+            # always the same start, so that a load does not depend on earlier solutions
             self._solved[step] = distribute_load(self.cycle, self.teeth, self.torque, torques, self._start)
         return self._solved[step]
 
     def _from(self, node: LoadDistribution, torques: FloatArray) -> TangentLoad:
         force = np.concatenate([p.forces_at(float(t)) for p, t in zip(node.positions, torques, strict=True)])
-        # forces that would pull are left out: the others carry the torque
+        # tensile forces are set to zero, and the others carry the torque
         force *= (torques / self.torque_of(force, self.lever))[self.number]
         solved = [p.equilibrium for p in node.positions]
         change = torques - np.array([p.torque for p in node.positions])
@@ -125,11 +125,11 @@ class TangentLoads:
         return {}
 
     def edges(self, load: TangentLoad) -> EdgeLoad:
-        """Load at the edges, between that of a solution and that of a torque a step beyond."""
+        """Load at the edges, interpolated between a solution and a torque one step above."""
         own = np.array([p.torque for p in load.node.positions])
         if id(load.node) not in self._edges:
             here, beyond = (self._from(load.node, own * factor) for factor in (1.0, 1.0 + 0.5 * TORQUE_STEP))
-            # the node is kept with it, so that no other takes its place in memory
+            # keeps the node alive, so that its id is not used again
             self._edges[id(load.node)] = load.node, edge_load(here, self.teeth), edge_load(beyond, self.teeth)
         _, at_node, at_step = self._edges[id(load.node)]
         share = float(np.mean(self.torque_of(load.force, self.lever) / own - 1.0)) / (0.5 * TORQUE_STEP)
@@ -137,18 +137,18 @@ class TangentLoads:
 
 
 def _distance(node: LoadDistribution, torques: FloatArray) -> float:
-    """How far torques of the normal forces are from those of a solution, as a share."""
+    """Largest relative deviation of torques of the normal forces from those of a solution."""
     return float(np.max(np.abs(torques / np.array([p.torque for p in node.positions]) - 1.0)))
 
 
 class TangentLoad(LoadDistribution):
-    """Load over one mesh cycle by tangents: a `LoadDistribution` whose parts are computed when first read.
+    """Load over one mesh cycle by linear estimate: a `LoadDistribution` whose parts are computed on first access.
 
-    loads: where it comes from.
-    node: solution the tangents start from.
+    loads: loads of the cycle.
+    node: solution from which the estimate starts.
     force (n,): normal forces at the points of all positions [N].
     angle, errors (positions,): approach of the pinion [rad] and loaded transmission error [rad of the gear].
-    distance: longest way of a tangent over the torque there [-].
+    distance: largest relative step of the torque [-].
     """
 
     def __init__(
@@ -174,7 +174,7 @@ class TangentLoad(LoadDistribution):
     balance_residual: float
 
     def scaled(self, factor: FloatArray) -> TangentLoad:
-        """The same with the forces of each position times a factor next to 1."""
+        """The same with the forces of each position times a factor close to 1."""
         force = self.force * factor[self.loads.number]
         return TangentLoad(self.loads, self.node, force, self.angle, self.errors, self.distance)
 
@@ -204,7 +204,7 @@ class TangentLoad(LoadDistribution):
 
     @property
     def compatibility_residual(self) -> float:
-        """Worst violation of compatibility of the solutions the tangents start from, relative to the approach."""
+        """Largest violation of compatibility of the underlying solution relative to the approach."""
         return self.node.compatibility_residual
 
     @property
@@ -214,17 +214,17 @@ class TangentLoad(LoadDistribution):
 
     @property
     def stiffness_tangent(self) -> FloatArray:
-        """Derivative of the pinion torque by the pinion rotation against a held gear, each position [N m/rad]."""
+        """Derivative of the pinion torque by the pinion rotation with fixed gear, at each position [N m/rad]."""
         return self.node.stiffness_tangent
 
     @cached_property
     def at(self) -> IntArray:
-        """Numbers of the points that carry load among those of all positions."""
+        """Indices of the loaded points among those of all positions."""
         return np.flatnonzero(self.force > 0.0)
 
     @cached_property
     def loaded(self) -> dict[str, FloatArray]:
-        """Fields of the points that carry load, of all positions one after the other, by their names."""
+        """Fields of the loaded points of all positions, concatenated, by name."""
         at, flanks = self.at, self.loads.law.flanks
         force, radius, modulus = self.force[at], flanks.radius_equivalent[at], flanks.effective_modulus
         pressure = hertz_pressure(force / self.loads.law.length[at], radius, modulus)

@@ -1,9 +1,9 @@
-"""One tooth with its share of the body, as blocks in curvilinear coordinates: the repeating cell of the member.
+"""One tooth with its part of the body, as blocks in curvilinear coordinates: the repeating cell of the member.
 
-Three blocks, each the image of a unit cube by polynomials: the foot under the tooth and the body under the slot reach
-from the held base to the root, the tooth stands on the foot. Coordinates of a cube: a across (rising azimuth), b from
-the base to the tip, c along the face from toe to heel. Flanks and root line are those of `tooth_grid`. First the
-polynomials on [0, 1] by which geometry and displacements are written.
+Three blocks are images of a unit cube by polynomials. The foot under the tooth and the body under the slot extend from
+the held base to the root; the tooth is on the foot. Coordinates of a cube: a across (increasing azimuth), b from the
+base to the tip, c along the face from toe to heel. Flanks and root line are those of `tooth_grid`. The polynomials of
+geometry and displacements on [0, 1] come first.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ Pair = tuple[FloatArray, FloatArray]
 
 @lru_cache(maxsize=32)
 def lobatto_nodes(count: int) -> FloatArray:
-    """Gauss-Lobatto points of [0, 1], at least two, both ends among them."""
-    # all of them are real, whatever the type: NumPy 2.5 states complex numbers
+    """Gauss-Lobatto points of [0, 1], at least two, including both ends."""
+    # the roots are real, but NumPy 2.5 returns complex numbers
     inner = legendre.legroots(legendre.legder(np.eye(count)[count - 1])).real
     nodes = np.asarray(0.5 * (1.0 + np.concatenate([[-1.0], np.sort(inner), [1.0]])))
     nodes.setflags(write=False)
@@ -45,7 +45,7 @@ def gauss_rule(count: int) -> tuple[FloatArray, FloatArray]:
 
 
 def legendre_polynomials(degree: int, x: FloatArray) -> Pair:
-    """Legendre polynomials up to a degree, of ``2 x - 1``."""
+    """Legendre polynomials in ``2 x - 1`` up to a degree."""
     s = 2.0 * x - 1.0
     slopes = legendre.legval(s, legendre.legder(np.eye(degree + 1)))
     return np.asarray(legendre.legvander(s, degree)), np.asarray(2.0 * np.broadcast_to(slopes.T, (x.size, degree + 1)))
@@ -75,17 +75,17 @@ def lagrange_polynomials(nodes: FloatArray, x: FloatArray) -> Pair:
 
 @lru_cache(maxsize=32)
 def _to_legendre(nodes: tuple[float, ...]) -> FloatArray:
-    """Matrix that takes values at nodes to Legendre coefficients."""
+    """Matrix from values at nodes to Legendre coefficients."""
     return np.asarray(np.linalg.inv(legendre.legvander(2.0 * np.array(nodes) - 1.0, len(nodes) - 1)))
 
 
 # tuned: nodes of the polynomials that map a cube to its block (across, over the height, along the face), within
-# 14 um of the flanks; may be changed by whoever runs `test_cell_follows_the_flanks`
+# 14 um of the flanks; may be changed after running `test_cell_follows_the_flanks`
 _ACROSS, _OVER, _ALONG = lobatto_nodes(7), lobatto_nodes(7), lobatto_nodes(9)
 _DEEP = lobatto_nodes(4)
-_FINE = 41  # points of a fillet and of the root line before they are shared out
-# tuned: the tooth block begins where the fillet is as steep as this, at most this fraction of its depth over the root
-# (ours); may be changed by whoever runs `test_deflection_at_nine_flank_points`
+_FINE = 41  # points of a fillet and of the root line before redistribution
+# tuned: slope of the fillet at which the tooth block begins, and largest fraction of the depth of this point (ours);
+# may be changed after running `test_deflection_at_nine_flank_points`
 _STEEPNESS, _HIGHEST = 1.0, 0.25
 
 
@@ -97,7 +97,7 @@ class Block:
     nodes: FloatArray  # (na, nb, nc, 3) points at the Gauss-Lobatto nodes of the cube [m]
 
     def place(self, a: FloatArray, b: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Points (n, 3) [m] and their derivatives (n, 3 coordinates of the cube, 3) at n places of the cube."""
+        """Points (n, 3) [m] and their derivatives (n, 3 coordinates of the cube, 3) at n points of the cube."""
         (fa, da), (fb, db), (fc, dc) = self._polynomials(a, b, c)
         by_c = np.moveaxis(self.nodes, 2, 0).reshape(fc.shape[1], -1)
         shape = (a.size, *self.nodes.shape[:2], 3)
@@ -125,16 +125,16 @@ class Block:
 
 @dataclass(frozen=True)
 class ToothCell:
-    """Blocks of one pitch of a member, and what finds places on its flanks."""
+    """Blocks of one pitch of a member, and the location of points on its flanks."""
 
     teeth: int  # number of teeth of the member
-    # foot, tooth, slot: the slot follows the tooth in rising azimuth
+    # the slot follows the tooth in increasing azimuth
     foot: Block
     tooth: Block
     slot: Block
     width: float  # face width [m]
-    stations: FloatArray  # (k,) distance from the toe at which the heights below are given [m]
-    # floor, top: (k,) height of the lower end and of the tip of the tooth block over the root cone [m]
+    stations: FloatArray  # (k,) distance of `floor` and `top` from the toe [m]
+    # (k,) height of the lower end and of the tip of the tooth block above the root cone [m]
     floor: FloatArray
     top: FloatArray
 
@@ -144,7 +144,7 @@ class ToothCell:
         return 2.0 * np.pi / self.teeth
 
     def on_flank(self, face: FloatArray, height: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Coordinates (b, c) of the tooth block from distances from the toe and over the root cone [m], cut to it."""
+        """Coordinates (b, c) in the tooth block, clipped, from distances from the toe and above the root cone [m]."""
         along = np.clip(face / self.width, 0.0, 1.0)
         floor, top = (np.interp(along * self.width, self.stations, h) for h in (self.floor, self.top))
         return np.clip((height - floor) / (top - floor), 0.0, 1.0), along
@@ -153,8 +153,8 @@ class ToothCell:
 def tooth_cell(grid: ToothGrid, rim_thickness: float, from_root: bool = False) -> ToothCell:
     """Blocks of one tooth from its flanks with fillets or root corners, at least five stations.
 
-    The base lies at a distance `rim_thickness` from the root cone, square to the pitch cone [m]. The tooth block begins
-    half way round the fillets, or at the root.
+    The base is at a distance `rim_thickness` from the root cone, normal to the pitch cone [m]. The tooth block begins
+    at half the fillets, or at the root.
     """
     u = grid.u[0]
     width = float(u[-1] - u[0])
@@ -195,7 +195,7 @@ def tooth_cell(grid: ToothGrid, rim_thickness: float, from_root: bool = False) -
 
 
 def _start(grid: ToothGrid, share: FloatArray) -> float:
-    """Fraction of the depth at which the tooth block begins: half way round the fillets, 0 at sharp corners."""
+    """Fraction of the depth at which the tooth block begins: at half the fillets, 0 at sharp corners."""
     radius, _ = grid.blank.axial(grid.u, grid.height)
     highest = 0.0
     for azimuth in (grid.lower, -grid.upper):
@@ -208,9 +208,9 @@ def _start(grid: ToothGrid, share: FloatArray) -> float:
 def _root_line(
     grid: ToothGrid, flank: Callable[[FloatArray, FloatArray], FloatArray], start: float
 ) -> tuple[FloatArray, FloatArray]:
-    """From one tooth down its fillet, along the root and up to the next: azimuth and fraction of the depth.
+    """Root line from one tooth along its fillet and the root to the next tooth: azimuth and fraction of the depth.
 
-    At the nodes across, by equal shares of the length of the line, for each station (nodes, stations).
+    Both are at the nodes across, with equal parts of the length of the line, for each station (nodes, stations).
     """
     down = np.linspace(start, 0.0, _FINE) if start > 0.0 else np.zeros(1)
     right, following = flank(grid.upper, down), flank(grid.lower, down) + grid.pitch

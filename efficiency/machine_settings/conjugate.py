@@ -1,8 +1,8 @@
-"""The pinion conjugate to the cut gear, and the settings that cut it exactly: the gear's tool mirrored.
+"""The pinion conjugate to the cut gear, and its exact settings: the mirrored tool of the gear.
 
-The pinion is cut by the same tool surface on the same cradle (see `generating`), seen from the other side: the cutter
-is turned over about its x axis and its tip plane moved away by both dedenda. The blade that touches the gear's concave
-flank from the slot becomes the inside blade of the pinion's convex flank.
+The pinion is cut by the same tool surface on the same cradle (see `generating`), from the opposite side: the cutter is
+rotated by 180 deg about its x axis, and its tip plane is displaced by both dedenda. The blade that contacts the concave
+flank of the gear from the slot becomes the inside blade of the convex flank of the pinion.
 """
 
 from __future__ import annotations
@@ -25,51 +25,50 @@ from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
 
 _SHAPE = (15, 9)
-# of the root line, in face widths
+# stations of the root line, in face widths
 _STATIONS = np.array([-0.5, 0.0, 0.5])
 _FACE, _DEPTH = 0.9, (0.03, 0.97)
-# where the gear itself is undercut the grid starts higher
+# starts of the grid over the depth, raised for an undercut gear
 _LOWEST = (0.03, 0.06, 0.1, 0.15, 0.2, 0.3)
 
 
 def opposite(side: FlankSide) -> FlankSide:
-    """The flank that mates."""
+    """The mating flank."""
     return "convex" if side == "concave" else "concave"
 
 
 @dataclass(frozen=True)
 class FitGrid:
-    """Gear points a pinion flank is fitted at."""
+    """Gear points at which a pinion flank is fitted."""
 
     # blank coordinates on the gear [m]
     u: FloatArray
     h: FloatArray
-    # place on the face, -1 at the toe and 1 at the heel, and on the working depth, -1 at the gear's root and 1 at its
-    # tip
+    # position on the face, -1 at the toe and 1 at the heel, and on the working depth, -1 at the root and 1 at the tip
+    # of the gear
     x: FloatArray
     y: FloatArray
-    shape: tuple[int, int]  # points along the face and over the depth; the depth runs slowest
-    lowest: float  # fraction of the working depth where the grid begins
+    shape: tuple[int, int]  # points along the face and over the depth; the depth is the outer index
+    lowest: float  # fraction of the working depth at the start of the grid
 
 
 def fit_grid(pair: PairDimensions, lowest: float = _DEPTH[0], shape: tuple[int, int] = _SHAPE) -> FitGrid:
-    """Grid over nine tenths of the face and nearly the whole working depth."""
+    """Grid over nine tenths of the face width and nearly the whole working depth."""
     blank = pair.gear
-    x, v = (
-        g.ravel() for g in np.meshgrid(np.linspace(-_FACE, _FACE, shape[0]), np.linspace(lowest, _DEPTH[1], shape[1]))
-    )
+    axes = np.linspace(-_FACE, _FACE, shape[0]), np.linspace(lowest, _DEPTH[1], shape[1])
+    x, v = (g.ravel() for g in np.meshgrid(*axes))
     u = 0.5 * x * blank.face_width
     low = blank.root(u) + pair.clearance
     return FitGrid(u, low + v * (blank.tip(u) - low), x, 2.0 * v - 1.0, shape, lowest)
 
 
 def grid_on_gear(pair: PairDimensions, gear: GearCut) -> FitGrid:
-    """The grid, begun above the undercut of the gear where it has one."""
+    """The grid, starting above the undercut of the gear if there is one."""
     for lowest in _LOWEST:
         grid = fit_grid(pair, lowest)
         if all(gear.flank(side).solve(grid.u, grid.h)[1].all() for side in ("concave", "convex")):
             return grid
-    raise ConvergenceError("undercut", "a gear flank does not span its working depth")
+    raise ConvergenceError("undercut", "a gear flank does not cover its working depth")
 
 
 @dataclass(frozen=True)
@@ -77,14 +76,14 @@ class ConjugateFlankStart:
     """One pinion flank at the exactly conjugate settings."""
 
     flank: CutFlank
-    phase: float  # its rotation about the pinion axis in the frame of the unturned pinion [rad]
+    phase: float  # its rotation about the pinion axis in the frame of the pinion at zero rotation [rad]
     points: ConjugatePoints  # conjugate points of the grid
-    parameters: FloatArray  # cutting parameters that cut them
+    parameters: FloatArray  # cutting parameters of these points
     error: float  # largest distance between both [m]
 
 
 def pinion_tool(pair: PairDimensions, gear: GearCut) -> ToolPose:
-    """The gear cutter turned over, its tips at the pinion's root at the mean point."""
+    """The gear cutter rotated by 180 deg, with its tips at the pinion root at the mean point."""
     outwards = -gear.tool.axes[:, 2]
     return ToolPose(gear.tool.centre + _reach(pair) * outwards, gear.tool.axes @ np.diag([1.0, -1.0, -1.0]))
 
@@ -100,13 +99,12 @@ def conjugate_start(pair: PairDimensions, gear: GearCut, side: FlankSide, grid: 
     cut = gear.flank(opposite(side))
     points, found = cut.solve(grid.u, grid.h)
     if not found.all():
-        raise ConvergenceError("undercut", f"the {cut.side} gear flank does not span its working depth")
+        raise ConvergenceError("undercut", f"the {cut.side} gear flank does not cover its working depth")
     conjugate = conjugate_points(points, pair.assembly)
 
     assembly, screw = pair.assembly, gear.screw
-    pose = machine_pose(
-        screw.point, screw.direction, assembly.pinion_origin[:, 0], assembly.pinion_axis[:, 0], pinion_tool(pair, gear)
-    )
+    axis = assembly.pinion_origin[:, 0], assembly.pinion_axis[:, 0]
+    pose = machine_pose(screw.point, screw.direction, *axis, pinion_tool(pair, gear))
     machine = pose.machine(1.0 / screw.rate, -screw.pitch)
     reach = _reach(pair)
     angle = cut.blade.blade_angle
@@ -123,7 +121,7 @@ def conjugate_start(pair: PairDimensions, gear: GearCut, side: FlankSide, grid: 
     )
     flank = CutFlank(blade, machine, pair.pinion, zero)
 
-    # the gear flank is turned by its blade phase; the pinion that touches it is turned back by the ratio
+    # the gear flank is rotated by its blade phase; the mating pinion is rotated back by the ratio
     ahead = -cut.index_ratio * cut.blade.phase
     reference = (gear.rotation - ahead) / assembly.ratio
     facing = assembly.pinion_frame.T @ pose.work_direction
@@ -139,11 +137,11 @@ def conjugate_start(pair: PairDimensions, gear: GearCut, side: FlankSide, grid: 
 def target_flank(
     pair: PairDimensions, start: ConjugateFlankStart, relief: FloatArray, root_weight: float, thinning: float = 0.0
 ) -> TargetFlank:
-    """A flank to be fitted, from its conjugate start.
+    """Target of a flank fit, from its conjugate start.
 
     relief (n,): ease-off at the points of the grid [m].
-    root_weight: residual per root error; 0: the root is left alone and only measured.
-    thinning: angle by which the flank is to stand back from contact [rad].
+    root_weight: residual per root error; with 0 the root is not fitted, only evaluated.
+    thinning: angle by which the flank is moved back from contact [rad].
     """
     flank, parameters = free_axis(start.flank, start.parameters)
     conjugate = start.points
@@ -160,7 +158,7 @@ def target_flank(
 
 
 def root_line(pair: PairDimensions, position: FloatArray, parameters: FloatArray, weight: float) -> RootLine:
-    """The blank's root at toe, middle and heel of the pinion; the nearest flank points are where the search starts."""
+    """Root of the blank at toe, middle and heel of the pinion; the search starts from the nearest flank points."""
     blank = pair.pinion
     u, h = blank.coordinates(np.hypot(position[0], position[1]), position[2])
     stations = _STATIONS * blank.face_width
@@ -169,26 +167,24 @@ def root_line(pair: PairDimensions, position: FloatArray, parameters: FloatArray
 
 
 def backlash_angle(pair: PairDimensions) -> float:
-    """Angle of each pinion flank that gives the pair its backlash [rad]."""
+    """Rotation of each pinion flank that produces the backlash of the pair [rad]."""
     radius, _ = pair.pinion.axial(np.array([pair.calculation_pinion]), np.zeros(1))
     return 0.5 * pair.backlash / float(radius[0] * np.cos(pair.spiral_pinion))
 
 
 def target_relief(target: FlankTarget, x: FloatArray, y: FloatArray) -> FloatArray:
-    """Relief [m] at places on the face (-1 toe, 1 heel) and the working depth (-1 root, 1 tip of the gear).
+    """Relief [m] at positions on the face (-1 toe, 1 heel) and the working depth (-1 root, 1 tip of the gear).
 
     With ``X = x - contact_face - bias (y - contact_depth)`` and ``Y = y - contact_depth`` it is
-    ``(heel + toe)/2 X^2 + (heel - toe)/2 X^3 + (tip + root)/2 Y^2 + (tip - root)/2 Y^3 + twist (x - contact_face) Y``:
-    smooth, and the amounts of the targets at the ends of both axes for a contact in the middle. A map is added.
+    ``(heel + toe)/2 X^2 + (heel - toe)/2 X^3 + (tip + root)/2 Y^2 + (tip - root)/2 Y^3 + twist (x - contact_face) Y``.
+    This function is smooth and has the amounts of the targets at the ends of both axes for a central contact. A map is
+    added.
     """
     across = y - target.contact_depth
     along = x - target.contact_face - target.bias * across
+    twist = target.twist * (x - target.contact_face) * across
     lengthwise = _ends(along, target.crowning_toe, target.crowning_heel)
-    relief = (
-        lengthwise
-        + _ends(across, target.relief_root, target.relief_tip)
-        + target.twist * (x - target.contact_face) * across
-    )
+    relief = lengthwise + _ends(across, target.relief_root, target.relief_tip) + twist
     return relief if target.map is None else relief + read_ease_off_map(Path(target.map))(x, y)
 
 

@@ -1,12 +1,12 @@
-"""Machine corrections from measured flanks: which settings, changed by how much, bring the next part to nominal.
+"""Machine corrections from measured flanks: changes of settings that bring the next part to nominal.
 
-The machine is taken to repeat itself: a part cut with settings ``p + c`` deviates by ``deviation + J c``, with the
+The machine is assumed to be repeatable: a part cut with settings ``p + c`` deviates by ``deviation + J c``, with the
 normal displacement ``J`` of the flank by each setting (exact derivatives of the cutting simulation). The corrections
-make that smallest by least squares, weighed by the measurement uncertainty, together with the root line of a generated
-member; a turn of the part about its axis is free. A setting that the points hardly tell from others stays near its
-value: ten natural steps count as much as the measurement uncertainty of a point (a choice of ours).
+minimise this deviation by least squares, weighted by the measurement uncertainty, together with the root line of a
+generated member; rotation of the part about its axis is free. A setting that the points hardly determine stays near its
+value: ten natural steps have the weight of the measurement uncertainty of a point (ours).
 
-First order settings mend pressure and spiral angle, those of second order crowning and twist as well.
+First-order settings correct pressure and spiral angle, second-order settings also crowning and twist.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _FIRST = {
     "machine_centre_to_back": LENGTH_STEP,
 }
 _SECOND = {"tilt": ANGLE_STEP, "swivel": ANGLE_STEP}
-# natural steps that count as one standard deviation of a point, standard deviation of the root [m], steps of Newton
+# natural steps equal to one standard deviation of a point, standard deviation of the root [m], Newton iterations
 _STEPS, _ROOT, _ITERATIONS = 10.0, 20e-6, 3
 _IMAGINARY = 1e-30
 
@@ -56,27 +56,27 @@ class SettingCorrection:
     """Change of one setting, in SI units."""
 
     setting: str  # its name in a design file
-    flanks: str  # flank it cuts: ``"concave"``, ``"convex"`` or ``"both"``
-    # value before, change, value to set
+    flanks: str  # flank of the setting: ``"concave"``, ``"convex"`` or ``"both"``
+    # previous value, change, new value
     nominal: float
     change: float
     corrected: float
-    uncertainty: float  # standard uncertainty of the change by that of the points
+    uncertainty: float  # standard uncertainty of the change from that of the points
 
 
 @dataclass(frozen=True)
 class FlankDeviation:
-    """Deviation of one flank from nominal in the words of flank inspection; positive is material too much [m]."""
+    """Deviation of one flank from nominal in terms of flank inspection; positive is excess material [m]."""
 
     flank: str  # ``"concave"`` or ``"convex"``
     part: str  # ``"measured"``, or ``"expected"`` after the corrections
-    # of the points, without the mean
+    # deviation of the points without its mean
     deviation_rms: float
     deviation_max: float
     # slope along the face to the heel, and over the depth to the tip [rad]
     spiral_angle_error: float
     pressure_angle_error: float
-    # material at both ends of the face, at root and tip, at the corners heel-tip and toe-root, against the middle
+    # material at both ends of the face, at root and tip, at the corners heel-tip and toe-root, relative to the middle
     lengthwise_crowning: float
     profile_crowning: float
     twist: float
@@ -90,10 +90,10 @@ class MachineCorrections(Reportable):
 
     design: str  # name of the design
     member: Member  # ``"pinion"`` or ``"gear"``
-    corrections: tuple[SettingCorrection, ...]  # what to set
+    corrections: tuple[SettingCorrection, ...]  # changes of the settings
     deviations: tuple[FlankDeviation, ...]  # measured and expected deviation of each flank
-    text: str  # tables of the corrected settings, as a design file holds them
-    notes: tuple[str, ...]  # what to look at
+    text: str  # tables of the corrected settings in the format of a design file
+    notes: tuple[str, ...]  # notes on the corrections
 
     def __repr__(self) -> str:
         before, after = (
@@ -106,7 +106,7 @@ class MachineCorrections(Reportable):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain numbers in SI units."""
+        """Content with numbers in SI units."""
         return {
             "design": self.design,
             "member": self.member,
@@ -118,7 +118,7 @@ class MachineCorrections(Reportable):
 
 @dataclass(frozen=True)
 class _Side:
-    """One measured flank: nominal flank at its points, deviation there."""
+    """One measured flank: nominal flank and deviation at its points."""
 
     side: FlankSide
     nominal: CutFlank
@@ -131,7 +131,7 @@ class _Side:
     root: RootLine | None
 
     def change(self, corrected: CutFlank) -> FloatArray:
-        """Way of the flank along its normal by corrected settings [m]."""
+        """Displacement of the flank along its normal by corrected settings [m]."""
         points, found = corrected.solve(self.u, self.h)
         if not found.all():
             raise ConvergenceError("undercut", f"the corrected {self.side} flank does not reach all measured points")
@@ -151,13 +151,13 @@ def machine_corrections(
     Parameters
     ----------
     design : Design, Path or str
-        Design with the settings the part was cut by.
+        Design with the settings of the part.
     grids : path, or sequence of paths
         Points of one or both flanks; their first lines name member and flank, see `export`.
     uncertainty : float or str
         Standard uncertainty of one point along the normal [m].
     order : {1, 2}
-        1: settings for pressure and spiral angle; 2: for crowning and twist as well.
+        1: settings for pressure and spiral angle; 2: also for crowning and twist.
 
     Returns
     -------
@@ -166,7 +166,7 @@ def machine_corrections(
     Raises
     ------
     InputError
-        A file does not belong to a flank cut by settings, or a value is out of range.
+        A file does not belong to a flank with machine settings, or a value is out of range.
     ConvergenceError
         The corrected flank does not reach the measured points.
 
@@ -190,7 +190,7 @@ def machine_corrections(
     sides = [_side(pair, member, grid, error) for grid in read]
     shared = len({item.nominal.machine for item in sides}) == 1 and getattr(pair, member).completing
     parameters = _parameters(sides[0].nominal, order)
-    # columns: settings of both flanks together, or of each; a turn of each flank
+    # columns: common or separate settings of the flanks; a rotation of each flank
     groups: list[tuple[str, list[_Side]]] = [("both", sides)] if shared else [(item.side, [item]) for item in sides]
     rows, deviations = [], []
     corrected: dict[FlankSide, MachineSettings] = {}
@@ -199,21 +199,15 @@ def machine_corrections(
         for parameter, step, sigma in zip(parameters, vector, uncertainties, strict=True):
             value = float(getattr(group[0].nominal.machine, parameter.name))
             change = float(step) * parameter.scale
-            rows.append(
-                SettingCorrection(parameter.name, name, value, change, value + change, float(sigma) * parameter.scale)
-            )
+            sigma = float(sigma) * parameter.scale
+            rows.append(SettingCorrection(parameter.name, name, value, change, value + change, sigma))
         for item in group:
             corrected[item.side] = _corrected(item.nominal, parameters, vector).machine
             deviations.append(_deviation(item, "measured", item.measured.deviation))
             deviations.append(_deviation(item, "expected", expected[item.side]))
-    return MachineCorrections(
-        pair.name,
-        member,
-        tuple(rows),
-        tuple(deviations),
-        machine_tables(member, corrected),
-        _notes(pair, member, sides, order),
-    )
+    settings = machine_tables(member, corrected)
+    notes = _notes(pair, member, sides, order)
+    return MachineCorrections(pair.name, member, tuple(rows), tuple(deviations), settings, notes)
 
 
 def _one_member(grids: Sequence[PointGrid]) -> Member:
@@ -224,11 +218,11 @@ def _one_member(grids: Sequence[PointGrid]) -> Member:
     if members not in ({"pinion"}, {"gear"}):
         raise InputError(
             "grids",
-            ", ".join(f"{grid.path}: member={grid.member or 'not said'}" for grid in grids),
+            ", ".join(f"{grid.path}: member={grid.member or 'not stated'}" for grid in grids),
             "files of one member, pinion or gear, named in their first lines",
         )
     if len(set(flanks)) < len(flanks) or not set(flanks) <= set(FLANK_SIDES):
-        raise InputError("grids", f"flank={', '.join(flank or 'not said' for flank in flanks)}", "concave, convex")
+        raise InputError("grids", f"flank={', '.join(flank or 'not stated' for flank in flanks)}", "concave, convex")
     return "pinion" if "pinion" in members else "gear"
 
 
@@ -237,9 +231,8 @@ def _side(design: Design, member: Member, grid: PointGrid, error: float) -> _Sid
     side: FlankSide = "concave" if grid.flank == "concave" else "convex"
     cut, blank = getattr(own, side).nominal, own.blank
     if cut is None:
-        raise InputError(
-            "design", f"{design.name}: {member}.{side} without machine settings", "a flank cut by cutter and machine"
-        )
+        stated = f"{design.name}: {member}.{side} without machine settings"
+        raise InputError("design", stated, "a flank cut by cutter and machine")
     flank = cut.flank(side, blank)
     measured = measured_flank(grid, side, blank, blank.hand, error, flank)
     u = 0.5 * blank.face_width * measured.place[0]
@@ -253,7 +246,7 @@ def _side(design: Design, member: Member, grid: PointGrid, error: float) -> _Sid
         line = RootLine(stations, np.zeros(3), 1.0, points.parameters[1:, nearest])
         state = line.cut(flank)
         if np.isfinite(state.error).all():
-            # the root is to stay where it is
+            # the root is to keep its height
             root = replace(line, height=state.error)
     return _Side(side, flank, measured, u, h, points.parameters, x * ny - y * nx, np.arctan2(y, x), root)
 
@@ -264,7 +257,7 @@ def _parameters(flank: CutFlank, order: Order) -> list[FitParameter]:
     if order == 2:
         steps = steps | _SECOND | dict(generation.second_order)
     if flank.machine.tilt == 0.0:
-        # without tilt its direction moves nothing
+        # without tilt the swivel has no effect
         steps.pop("swivel", None)
     return [FitParameter("machine", name, scale) for name, scale in steps.items()]
 
@@ -279,7 +272,7 @@ def _corrected(flank: CutFlank, parameters: Sequence[FitParameter], vector: Floa
 def _solve(
     group: Sequence[_Side], parameters: Sequence[FitParameter], error: float
 ) -> tuple[FloatArray, FloatArray, dict[FlankSide, FloatArray]]:
-    """Steps of the settings, their standard uncertainties, and the deviation that is left of each flank [m]."""
+    """Steps of the settings, their standard uncertainties, and the remaining deviation of each flank [m]."""
     count = len(parameters)
     blocks: list[FloatArray] = []
     for k, item in enumerate(group):
@@ -327,7 +320,7 @@ def _solve(
 def _deviation(item: _Side, part: str, values: FloatArray) -> FlankDeviation:
     x, y = item.measured.place
     terms = np.stack([np.ones_like(x), x, y, x * x, y * y, x * y, item.lever / np.abs(item.lever).mean()], axis=1)
-    # a turn about the axis is no deviation of form
+    # a rotation about the axis is not a deviation of form
     left = values - terms[:, [-1]] @ np.linalg.lstsq(terms[:, [-1]], values, rcond=None)[0]
     found = np.linalg.lstsq(terms[:, :6], left, rcond=None)[0]
     blank = item.nominal.blank
@@ -346,12 +339,10 @@ def _deviation(item: _Side, part: str, values: FloatArray) -> FlankDeviation:
 def _notes(design: Design, member: Member, sides: Sequence[_Side], order: Order) -> tuple[str, ...]:
     notes = [f"{member} {item.side}: {item.measured.note}" for item in sides]
     if getattr(design, member).completing and len(sides) == 1:
-        notes.append(
-            f"one machine setting cuts both flanks of this {member}: the other flank moves as well; measure it"
-        )
+        notes.append(f"one machine setting cuts both flanks of this {member}: the other flank changes too; measure it")
     if order == 1:
-        notes.append("settings of first order leave crowning and twist as they are")
+        notes.append("first-order settings do not change crowning and twist")
     if note := sides[0].nominal.machine.generation.correction_note:
         notes.append(note)
-    notes.append("the thickness of the tooth is free: keep it by the depth of the cut or the point width")
+    notes.append("the tooth thickness is not constrained: keep it by the depth of cut or the point width")
     return tuple(notes)

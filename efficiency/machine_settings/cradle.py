@@ -1,11 +1,11 @@
-"""Settings a classic cradle machine can hold: the work at its root angle, the cutter axis near the cradle axis.
+"""Settings of a classic cradle machine: the work at its root angle, the cutter axis near the cradle axis.
 
-The exactly conjugate start has the gear's axis as cradle axis (Formate) or the cradle of the generating gear, with the
-cutter tilted by 15 to 30 deg against the pinion's root. A cradle along another axis of the cylindroid of gear and
-pinion axis (`generating`) keeps the line of contact of the moment, so the cut flank still touches the conjugate one
-along that line and leaves it in second order across it. The cradle is led in steps from the exact axis to the one whose
-machine root angle is the pinion's root angle; at each step the tool keeps its place in space and the settings are
-fitted anew.
+The exactly conjugate start has the gear axis as cradle axis (Formate) or the cradle of the generating gear, with the
+cutter tilted by 15 to 30 deg relative to the pinion root. A cradle along another axis of the cylindroid of gear and
+pinion axis (`generating`) preserves the instantaneous line of contact: the cut flank still contacts the conjugate one
+along that line and deviates to second order across it. The cradle is moved in steps from the exact axis to the axis
+whose machine root angle is the root angle of the pinion. At each step the tool keeps its position in space and the
+settings are fitted again.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from ehl.common.arrays import FloatArray
 
 
 def cradle_shares(pair: PairDimensions, screw: GeneratingScrew, steps: int) -> FloatArray:
-    """Shares from the exact cradle to the one at the pinion's root angle, the exact one left out."""
+    """Shares from the exact cradle to the one at the root angle of the pinion, without the exact one."""
     root = pair.pinion.pitch_angle - pair.pinion.dedendum_angle
     last = share_of_root_angle(pair.assembly, root, "pinion")
     now = float(np.arcsin(screw.direction @ pair.assembly.pinion_axis[:, 0]))
@@ -42,7 +42,7 @@ def cradle_shares(pair: PairDimensions, screw: GeneratingScrew, steps: int) -> F
 
 
 def tool_in_space(pair: PairDimensions, flank: CutFlank, screw: GeneratingScrew) -> ToolPose:
-    """Pose of a flank's cutter in the mesh frame at the design point, from its settings on a cradle."""
+    """Pose of the cutter of a flank in the mesh frame at the design point, from its settings on a cradle."""
     machine = tilt_and_swivel(flank).machine
     axis, origin = pair.assembly.pinion_axis[:, 0], pair.assembly.pinion_origin[:, 0]
     z = screw.direction
@@ -63,7 +63,7 @@ def fit_on_cradle(
     tilt_limit: float,
     steps: int = 3,
 ) -> FitResult:
-    """Fit on the cradle of a classic machine, led there in steps; tilt beyond the limit is cut back and held.
+    """Fit on the cradle of a classic machine in steps; tilt beyond the limit is reduced to it and fixed.
 
     targets: flanks at the exactly conjugate start.
     screw: cradle of that start.
@@ -74,7 +74,7 @@ def fit_on_cradle(
     for share in shares:
         following = generating_screw(pair.assembly, float(share))
         here = [_on_cradle(pair, target, screw, following) for target in here]
-        # on the way a coarse fit is enough to keep the flanks near
+        # a coarse fit is sufficient for the intermediate steps
         result = fit(here, free.common, free.own, max_iterations=60 if share == shares[-1] else 12)
         here = [_from_fit(target, fitted) for target, fitted in zip(here, result.flanks, strict=True)]
         screw = following
@@ -110,14 +110,9 @@ def _without_axis(parameters: tuple[FitParameter, ...]) -> tuple[FitParameter, .
 
 
 def _on_cradle(pair: PairDimensions, target: TargetFlank, old: GeneratingScrew, new: GeneratingScrew) -> TargetFlank:
-    """The same tool in space on another cradle; cutting parameters only as a start."""
-    pose = machine_pose(
-        new.point,
-        new.direction,
-        pair.assembly.pinion_origin[:, 0],
-        pair.assembly.pinion_axis[:, 0],
-        tool_in_space(pair, target.flank, old),
-    )
+    """The same tool in space on another cradle; the cutting parameters are starting values."""
+    axis = pair.assembly.pinion_origin[:, 0], pair.assembly.pinion_axis[:, 0]
+    pose = machine_pose(new.point, new.direction, *axis, tool_in_space(pair, target.flank, old))
     before = tilt_and_swivel(target.flank)
     shift = before.index_zero - target.flank.index_zero
     facing = (pair.assembly.pinion_frame.T @ pose.work_direction)[:2]
@@ -129,7 +124,7 @@ def _on_cradle(pair: PairDimensions, target: TargetFlank, old: GeneratingScrew, 
         modified_roll_2c=was_set.modified_roll_2c,
         modified_roll_6d=was_set.modified_roll_6d,
     )
-    # the cutter keeps its place around its axis as well
+    # the angular position of the cutter about its axis is kept as well
     own = tool_in_space(pair, before, old).axes
     turned_cutter = tool_in_space(pair, replace(before, machine=machine), new).axes.T @ own
     ahead = float(np.arctan2(turned_cutter[1, 0], turned_cutter[0, 0]))

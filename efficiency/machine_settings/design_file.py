@@ -1,4 +1,4 @@
-"""The design file that settings are written to."""
+"""Design and targets files of machine settings."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def machine_tables(member: str, machines: Mapping[FlankSide, MachineSettings]) -
 
 
 def ease_off_table(target: FlankTarget, scale: float) -> Table:
-    """Ease-off of a pinion flank that is defined by it."""
+    """Ease-off table of a conjugate pinion flank."""
     return {
         "lengthwise_crowning": scale * target.crowning_toe,
         "profile_crowning": scale * target.relief_tip,
@@ -115,9 +115,9 @@ def _cut_tables(
 
 
 def written_flank(flank: CutFlank, phase: float) -> CutFlank:
-    """A fitted flank as a design file holds it: tilt and swivel, indexing from the mean point, phase in the blade.
+    """A fitted flank in the conventions of a design file: tilt and swivel, indexing from the mean point, blade phase.
 
-    In face milling the rotation of a flank about its axis is no setting; it is left out.
+    In face milling the rotation of a flank about its axis is not a setting and is omitted.
     """
     flank = tilt_and_swivel(flank)
     start = index_start(flank.machine, flank.blank)
@@ -128,7 +128,7 @@ def written_flank(flank: CutFlank, phase: float) -> CutFlank:
 
 
 def header(inputs: SettingsInput, fitted: dict[FlankSide, FittedFlank]) -> list[str]:
-    """Comment of a design file: what it is, where from, what was chosen."""
+    """Comment of a design file: origin and choices."""
     cutting, blank = inputs.cutting, inputs.blank
     conjugate = cutting.pinion == "conjugate"
     lines = [
@@ -137,14 +137,11 @@ def header(inputs: SettingsInput, fitted: dict[FlankSide, FittedFlank]) -> list[
         f"Gear: {cutting.gear}, {blank.process}.",
     ]
     if conjugate:
-        lines.append(
-            "Pinion: no settings; its flanks are the conjugate ones less an ease-off, whether or not a machine can cut"
-        )
-        lines.append("them. Ease-off in um at the ends of the face and of the working depth of the gear:")
+        lines.append("Pinion: no settings; its flanks are the conjugate ones less an ease-off, possibly not cuttable.")
+        lines.append("Ease-off in um at the ends of the face and of the working depth of the gear:")
     else:
-        lines.append(
-            f"Pinion: {cutting.pinion}, {cutting.machine} machine, fitted to the conjugate flank plus ease-off, in um"
-        )
+        machine = f"{cutting.pinion}, {cutting.machine} machine"
+        lines.append(f"Pinion: {machine}, fitted to the conjugate flank plus ease-off, in um")
         lines.append("at the ends of the face and of the working depth of the gear:")
     for side in FLANK_SIDES:
         target, state = inputs.targets.of(side), fitted[side]
@@ -164,7 +161,7 @@ def header(inputs: SettingsInput, fitted: dict[FlankSide, FittedFlank]) -> list[
         lines.append(f"    {'' if conjugate else residual}{lost} of {state.found.size} points undercut.")
     lines += [
         "Machine settings and cutters are constructed, not published; ease-off, operating point, oil, material and",
-        "roughness are our choice where the source does not name them. No fillet is defined.",
+        "roughness are our choice unless the source states them. No fillet is defined.",
     ]
     return lines
 
@@ -178,26 +175,20 @@ def design_text(
 ) -> str:
     """Text of the design file."""
     operation = inputs.operation
+    lengths = {"hypoid_offset": blank.hypoid_offset, "normal_backlash": blank.backlash_normal}
+    offset, backlash = (f"{_short(value * 1e3, 7)} mm" for value in lengths.values())
+    shaft_angle = f"{_short(np.degrees(blank.shaft_angle), 8)} deg"
+    assembly: Table = {"shaft_angle": shaft_angle, "hypoid_offset": offset, "drive_flank_pinion": "concave"}
+    running: Table = {
+        "torque": f"{operation.torque:.6g} N m",
+        "speed": f"{operation.speed * 30.0 / np.pi:.6g} rpm",
+        "temperature": f"{operation.temperature - KELVIN:.6g} degC",
+        "oil": operation.oil,
+    }
     tables: list[tuple[str, Table]] = [
         ("", {"name": inputs.name, "source": inputs.source or inputs.blank.source}),
-        (
-            "assembly",
-            {
-                "shaft_angle": f"{_short(np.degrees(blank.shaft_angle), 8)} deg",
-                "hypoid_offset": f"{_short(blank.hypoid_offset * 1e3, 7)} mm",
-                "drive_flank_pinion": "concave",
-                "normal_backlash": f"{_short(blank.backlash_normal * 1e3, 7)} mm",
-            },
-        ),
-        (
-            "operation",
-            {
-                "torque": f"{operation.torque:.6g} N m",
-                "speed": f"{operation.speed * 30.0 / np.pi:.6g} rpm",
-                "temperature": f"{operation.temperature - KELVIN:.6g} degC",
-                "oil": operation.oil,
-            },
-        ),
+        ("assembly", assembly | {"normal_backlash": backlash}),
+        ("operation", running),
     ]
     for name, chosen, member, flanks in (
         ("pinion", inputs.pinion, blank.pinion, pinion),
@@ -217,12 +208,12 @@ def design_text(
 
 
 def targets_text(inputs: SettingsInput, comment: str) -> str:
-    """Text of a targets file: what was given, none of the defaults."""
+    """Text of a targets file with the given values, without defaults."""
     return f"# {comment}\n\n" + _tables(_model_tables("", inputs))
 
 
 def _model_tables(name: str, model: BaseModel) -> Iterator[tuple[str, Table]]:
-    """A model as tables of a file, each after the one it is part of."""
+    """A model as tables of a file, each after the table that contains it."""
     plain: Table = {}
     inner: list[tuple[str, BaseModel]] = []
     for key in type(model).model_fields:
@@ -239,7 +230,7 @@ def _model_tables(name: str, model: BaseModel) -> Iterator[tuple[str, Table]]:
 
 
 def _with_unit(model: type[BaseModel], key: str, value: float) -> Value:
-    """A value as a user would write it; ten digits."""
+    """A value with a usual unit and ten digits."""
     unit = value_range_of(model, key).unit
     shown, factor, shift = {
         "m": ("mm", 1e3, 0.0) if abs(value) >= 1e-3 else ("um", 1e6, 0.0),
@@ -252,5 +243,5 @@ def _with_unit(model: type[BaseModel], key: str, value: float) -> Value:
 
 
 def parse_design(text: str) -> Design:
-    """The design that a text holds."""
+    """The design of a text."""
     return validate(Design, tomllib.loads(text))

@@ -1,15 +1,15 @@
 """Least-squares fit of machine and blade settings to target flanks.
 
-Residual: distance along the normal of the conjugate flank to the flank that the settings cut, minus its ease-off. Its
+Residual: distance along the normal of the conjugate flank to the flank of the settings, minus its ease-off. Its
 derivative by a setting is exact from one flank evaluation: at fixed cutting parameters the surface point moves by
 dr/dp, and to first order only the component along the flank normal changes the distance, ``dd/dp = n . (dr/dp) / (n .
-n_c)`` (envelope theorem). Where the normal misses the flank (undercut) the same formula continues the residual
-linearly, so that such a point never blocks a step; it is reported and left out of the measures.
+n_c)`` (envelope theorem). If the normal misses the flank (undercut) the same formula extrapolates the residual
+linearly, so that such a point never blocks a step; it is reported and excluded from the measures.
 
-The root of a generated member is where its blade tips cut deepest. At a station u along the face it is the deepest
-point that the tip edge s = 0 reaches: h(th, phi) at fixed u(th, phi) has its minimum there, so ``h_th u_phi - h_phi
-u_th = 0``. By the envelope theorem the height then changes with a setting as it does at fixed (th, phi), minus the
-slope of the root times the change of u.
+The root of a generated member is the deepest cut of its blade tips. At a station u along the face it is the deepest
+point of the tip edge s = 0: h(th, phi) at fixed u(th, phi) has its minimum there, so ``h_th u_phi - h_phi u_th = 0``.
+By the envelope theorem the height changes with a setting as it does at fixed (th, phi), minus the slope of the root
+times the change of u.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ class RootState:
     """Tip points on the root."""
 
     parameters: FloatArray  # cutter angle and cradle roll
-    error: FloatArray  # height over the blank's root [m]
-    slope: FloatArray  # dh/du along the cut root at the stations, per metre
+    error: FloatArray  # height above the root of the blank [m]
+    slope: FloatArray  # dh/du along the cut root at the stations [-]
     blank: Blank  # blank of the member
 
     @property
@@ -56,7 +56,7 @@ class RootState:
         return np.stack([np.zeros(self.parameters.shape[1]), *self.parameters])
 
     def derivative(self, moved: Array, step: float) -> FloatArray:
-        """Change of `error` with a setting, from the tip points (3, k) with that setting moved by an imaginary step."""
+        """Change of `error` with a setting, from the tip points (3, k) for an imaginary step of that setting."""
         radius = np.sqrt(moved[0] ** 2 + moved[1] ** 2)
         u, h = (value.imag / step for value in self.blank.coordinates(radius, moved[2]))
         return np.asarray(h - self.slope * u)
@@ -64,7 +64,7 @@ class RootState:
 
 @dataclass(frozen=True)
 class RootLine:
-    """Where the root should be."""
+    """Target of the root."""
 
     u: FloatArray  # stations along the face [m]
     height: FloatArray  # target height of the root [m]
@@ -72,23 +72,20 @@ class RootLine:
     start: FloatArray  # cutter angle and cradle roll near the root points
 
     def cut(self, flank: CutFlank, previous: RootState | None = None) -> RootState:
-        """The root as the flank's blade cuts it."""
+        """The root cut by the blade of a flank."""
         x = np.array(self.start if previous is None else previous.parameters)
         size = flank.blank.mean_cone_distance
 
         def lagrange(y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
             value, slopes = _linearised(flank, y)
             (u_th, u_phi), (h_th, h_phi) = slopes
-            return (
-                value,
-                slopes,
-                np.stack([value[0] - np.resize(self.u, y.shape[1]), (h_th * u_phi - h_phi * u_th) / size]),
-            )
+            gap = value[0] - np.resize(self.u, y.shape[1])
+            return value, slopes, np.stack([gap, (h_th * u_phi - h_phi * u_th) / size])
 
         shifts = _DELTA * np.array([[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]])
         value, slopes, residual = lagrange(x)
         for _ in range(12):
-            # shifted points side by side: a call costs far more than its few points
+            # shifted points are stacked to reduce the number of calls
             moved = lagrange((x[:, None] + shifts[:, :, None]).reshape(2, -1))[2].reshape(2, 4, -1)
             matrix = np.moveaxis((moved[:, ::2] - moved[:, 1::2]) / (2.0 * _DELTA), 2, 0)
             if not np.isfinite(matrix).all() or np.abs(np.linalg.det(matrix)).min() < 1e-30:
@@ -107,13 +104,13 @@ class RootLine:
 _STEP = 1e-30
 # rows of a linearised flank: the point and the condition
 _GAP = [0, 1, 2, 6]
-# weight of points whose residual is only continued linearly: enough to keep them near, too little to bend the others
+# weight of points with an extrapolated residual: sufficient to keep them near, small enough not to affect the others
 _MISSED = 0.1
 
 
 @dataclass(frozen=True)
 class FitParameter:
-    """A free setting: the part that holds it, its name there, and the size of a natural step."""
+    """A free setting: the part that contains it, its name there, and the size of a natural step."""
 
     part: Literal["machine", "blade", "phase"]
     name: str
@@ -142,7 +139,7 @@ PARAMETERS = {name: FitParameter(part, name, scale) for name, (part, scale) in _
 
 @dataclass(frozen=True)
 class FreeSettings:
-    """Settings that a fit changes: those of both flanks, and those of each."""
+    """Settings changed by a fit: common settings of both flanks, and settings of each flank."""
 
     common: tuple[FitParameter, ...]
     own: tuple[FitParameter, ...]
@@ -150,57 +147,54 @@ class FreeSettings:
 
 @dataclass(frozen=True)
 class TargetFlank:
-    """One pinion flank to be cut."""
+    """One pinion flank to be fitted."""
 
     flank: CutFlank  # flank of the start settings
     phase: float  # rotation of that flank about its axis [rad]
-    # points of the conjugate pinion flank in the frame of the unturned pinion [m], and unit normals out of the gear
-    # tooth
+    # points of the conjugate pinion flank in the frame of the pinion at zero rotation [m], and unit normals out of the
+    # gear tooth
     position: FloatArray
     normal: FloatArray
-    relief: FloatArray  # ease-off, positive where material is to be missing [m]
+    relief: FloatArray  # ease-off, positive for missing material [m]
     parameters: FloatArray  # cutting parameters of the start, near the points
-    root: RootLine | None = None  # where the blade tips should cut the root
+    root: RootLine | None = None  # target of the root
 
 
 @dataclass(frozen=True)
 class FittedFlank:
-    """What settings make of a target flank.
-
-    root_error (k,): height of the cut root over the blank's at the stations of the root line [m].
-    """
+    """Result of the fit of a target flank."""
 
     flank: CutFlank
     phase: float
     parameters: FloatArray  # cutting parameters of the points
-    relief: FloatArray  # distance to the conjugate flank [m], linearly continued where `found` is false
+    relief: FloatArray  # distance to the conjugate flank [m], linearly extrapolated where `found` is false
     residual: FloatArray  # relief minus target [m]
     found: BoolArray  # false where the flank does not exist (undercut)
     root: RootState | None
 
     @property
     def root_error(self) -> FloatArray:
-        """Height of the cut root over the target at the stations of the root line [m]."""
+        """Height of the cut root above the target at the stations of the root line [m]."""
         return np.zeros(0) if self.root is None or not np.isfinite(self.root.error).all() else self.root.error
 
     @property
     def rms(self) -> float:
-        """Root mean square of the residual where the flank exists [m]."""
+        """Root mean square of the residual over the existing flank [m]."""
         return float(np.sqrt(np.mean(self.residual[self.found] ** 2))) if self.found.any() else float("inf")
 
     @property
     def largest(self) -> float:
-        """Largest residual where the flank exists [m]."""
+        """Largest residual over the existing flank [m]."""
         return float(np.abs(self.residual[self.found]).max()) if self.found.any() else float("inf")
 
 
 @dataclass(frozen=True)
 class FitResult:
-    """Outcome of a fit."""
+    """Result of a fit."""
 
     flanks: tuple[FittedFlank, ...]
     iterations: int
-    converged: bool  # the last accepted step changed the sum of squares by less than the tolerance
+    converged: bool  # whether the last accepted step changed the sum of squares by less than the tolerance
 
     @property
     def rms(self) -> float:
@@ -230,8 +224,8 @@ def measure(
 ) -> FittedFlank:
     """Distance of a flank to the conjugate points, and the height of its root.
 
-    Points that were once missed stay linear (`held` false): a point that comes and goes would make the sum of squares
-    jump.
+    Points once missed remain linear (`held` false), because alternating points would make the sum of squares
+    discontinuous.
     """
     position, normal = turn(target.position, -phase), turn(target.normal, -phase)
 
@@ -252,7 +246,7 @@ def measure(
     if held is not None:
         found &= held
     if found.any():
-        # the bordered determinant changes its sign at the limit of undercut: beyond it lies the other branch
+        # the bordered determinant changes its sign at the limit of undercut, behind which is the other branch
         determinant = np.linalg.det(gap(np.where(found, x, x[:, found][:, :1]))[1])
         found &= determinant * np.sign(np.median(determinant[found])) > 0.0
     relief = np.where(found, x[3], linear)
@@ -264,7 +258,7 @@ def measure(
 def _derivatives(
     target: TargetFlank, now: FittedFlank, parameters: Sequence[FitParameter], weighed: bool
 ) -> FloatArray:
-    """Rows of points, and of the root where it is weighed, over the settings, (n + k, m), in metres per scale."""
+    """Rows of points, and of a weighted root, over the settings, (n + k, m), in metres per scale."""
     point, facing, _ = now.flank.sweep(now.parameters)
     share = 1.0 / dot(facing, turn(target.normal, -now.phase))
     root_state = now.root if weighed else None
@@ -299,13 +293,13 @@ def fit(
     Parameters
     ----------
     targets : sequence of TargetFlank
-        One flank, or both flanks of a member cut in one setting.
+        One flank, or both flanks of a member with one setting.
     common, own : sequences of FitParameter
-        Settings that all flanks share, and settings of each flank.
+        Common settings of all flanks, and settings of each flank.
     ridge : float
-        Pull towards the start [m per scale].
+        Regularisation towards the start [m per scale].
     tolerance : float
-        The fit ends when an accepted step lowers the sum of squares by less than this share, twice in a row.
+        The fit ends if two successive accepted steps reduce the sum of squares by less than this fraction.
     """
     parameters = [*common, *own]
     count, flanks = len(common), len(targets)
@@ -367,7 +361,7 @@ def fit(
             damping, growth = damping * growth, 2.0 * growth
         else:
             break
-        # gain ratio of the accepted step steers the damping (Nielsen 1999)
+        # the gain ratio of the accepted step determines the damping (Nielsen 1999)
         predicted = float(-2.0 * gradient @ step - step @ normal @ step)
         ratio = (cost - cost_new) / predicted if predicted > 0.0 else 0.0
         damping, growth = max(damping * max(1.0 / 9.0, 1.0 - (2.0 * ratio - 1.0) ** 3), 1e-14), 2.0

@@ -1,11 +1,12 @@
 """Settings of the gear from blank and cutter.
 
-The cutter axis is square to the root cone at the mean point; the cutter centre lies so that the mean trace has the mean
-spiral angle. A face-hobbed gear has spiral and pressure angles then exactly, both blades at the reference radius on the
-pitch plane and the slot made by their phase. A face-milled one gets its two point radii, blade angles and the place of
-the cutter centre along the root line from the five conditions slot width, two pressure angles, mean spiral angle and
-nominal cutter radius: the slot has a width, so none of them is exact without (without it a Formate gear loses about
-0.8 deg of pressure angle a flank, a generated one its dedendum angle's share).
+The cutter axis is normal to the root cone at the mean point; the position of the cutter centre gives the mean trace the
+mean spiral angle. A face-hobbed gear then has exact spiral and pressure angles, with both blades at the reference
+radius on the pitch plane; the phase of the blades determines the slot. For a face-milled gear two point radii, two
+blade angles and the position of the cutter centre along the root line follow from five conditions: slot width, two
+pressure angles, mean spiral angle and nominal cutter radius. Without this solution the finite slot width causes an
+error of about 0.8 deg of the pressure angle of each flank of a Formate gear, and an error of the order of the dedendum
+angle for a generated one.
 """
 
 from __future__ import annotations
@@ -35,15 +36,15 @@ from ehl.common.errors import ConvergenceError, InputError
 
 @dataclass(frozen=True)
 class PairDimensions:
-    """Dimensions of a pair that machine settings are made from, SI units and rad."""
+    """Dimensions of a pair for machine settings, SI units and rad."""
 
     assembly: Assembly  # position of the axes, aligned
     pinion: Blank
     gear: Blank
     hand_gear: float  # +1 for a right-hand gear, -1 for a left-hand one
-    offset_angle: float  # azimuth of the gear's mean point in the mesh frame
-    # calculation point from the middle of the face towards the heel [m]; spiral angle, pressure angles, thickness and
-    # offset angle belong there
+    offset_angle: float  # azimuth of the mean point of the gear in the mesh frame
+    # distance of the calculation point from the middle of the face towards the heel [m]; reference of spiral angle,
+    # pressure angles, thickness and offset angle
     calculation_gear: float
     calculation_pinion: float
     # mean spiral angles
@@ -53,12 +54,12 @@ class PairDimensions:
     pressure_concave: float
     pressure_convex: float
     thickness_gear: float  # mean normal circular tooth thickness of the gear [m]
-    clearance: float  # between tip and root [m]
-    backlash: float  # normal backlash [m], taken off the normal circular thickness of the pinion
+    clearance: float  # clearance between tip and root [m]
+    backlash: float  # normal backlash [m], removed from the normal circular thickness of the pinion
     cutter_radius: float  # nominal radius of the gear cutter [m]
-    blade_groups: int  # of a face-hob head, 0 for a face mill
-    process: CuttingProcess  # how the head indexes
-    generation: Generation  # how the profile of the gear comes about
+    blade_groups: int  # blade groups of a face-hobbing head, 0 for a face mill
+    process: CuttingProcess  # indexing of the head
+    generation: Generation  # generation of the gear profile
 
     def pressure(self, side: FlankSide) -> float:
         """Normal pressure angle of a gear flank [rad]."""
@@ -66,7 +67,7 @@ class PairDimensions:
 
     @property
     def point_gear(self) -> tuple[float, float]:
-        """Radius and axial position of the gear's calculation point [m]."""
+        """Radius and axial position of the calculation point of the gear [m]."""
         radius, z = self.gear.axial(np.array([self.calculation_gear]), np.zeros(1))
         return float(radius[0]), float(z[0])
 
@@ -82,7 +83,7 @@ class PairDimensions:
 
     @property
     def slot_angle(self) -> float:
-        """Angle of a gear slot at the calculation point [rad]."""
+        """Angular width of a gear slot at the calculation point [rad]."""
         radius = self.point_gear[0]
         return float(2.0 * np.pi / self.gear.teeth - self.thickness_gear / (radius * np.cos(self.spiral_gear)))
 
@@ -109,8 +110,8 @@ class GearCut:
     tool: ToolPose  # cutter in the mesh frame at the design point
     screw: GeneratingScrew  # cradle of the generating gear; the gear itself for a Formate gear
     tool_angle: float  # cutter angle of the mean point in the axes of `tool` [rad]
-    cutter_turn: float  # what a cutter angle in the axes of `tool` has to grow by to be one of the gear's machine [rad]
-    rotation: float  # azimuth of the gear's work frame in the mesh frame at the design point [rad]
+    cutter_turn: float  # difference of the cutter angle of the gear machine from that in the axes of `tool` [rad]
+    rotation: float  # azimuth of the work frame of the gear in the mesh frame at the design point [rad]
 
     def flank(self, side: FlankSide) -> CutFlank:
         """One of the two flanks."""
@@ -129,8 +130,7 @@ def cut_gear(pair: PairDimensions) -> GearCut:
 
 
 def _tool(pair: PairDimensions, shift: float) -> tuple[ToolPose, float]:
-    """Cutter on the root at the gear's calculation point, that point at azimuth 0 in the gear frame; its cutter
-    angle."""
+    """Cutter on the root at the calculation point of the gear, which has azimuth 0; and its cutter angle."""
     blank, hand = pair.gear, pair.hand_gear
     root = blank.pitch_angle - blank.dedendum_angle
     axes = np.array([[np.sin(root), 0.0, -np.cos(root)], [0.0, 1.0, 0.0], [np.cos(root), 0.0, np.sin(root)]])
@@ -143,7 +143,7 @@ def _tool(pair: PairDimensions, shift: float) -> tuple[ToolPose, float]:
 
 @dataclass(frozen=True)
 class _Setup:
-    """Gear machine of a tool."""
+    """Gear machine for a tool."""
 
     machine: MachineSettings
     tool: ToolPose
@@ -153,7 +153,7 @@ class _Setup:
 
 
 def _setup(pair: PairDimensions, tool: ToolPose, to_back: float | None = None) -> _Setup:
-    """Machine of a tool; `to_back` of a Formate gear, by default that of a machine centre at the root apex [m]."""
+    """Machine for a tool; `to_back` of a Formate gear, by default for a machine centre at the root apex [m]."""
     placed = tool.moved(turned(pair.offset_angle), np.zeros(3))
     if pair.generation.rolls:
         root = pair.gear.pitch_angle - pair.gear.dedendum_angle
@@ -187,45 +187,31 @@ def _cut(pair: PairDimensions, setup: _Setup, angle: float, blades: tuple[Blade,
 
 
 def _hobbed(pair: PairDimensions) -> GearCut:
-    """Both blades at the reference radius on the pitch plane, the slot made by their phase."""
+    """Both blades at the reference radius on the pitch plane; the slot follows from their phase."""
     tool, angle = _tool(pair, 0.0)
     # Formate: the machine centre at the pitch apex
     setup = _setup(pair, tool, pair.gear.pitch_apex_beyond_crossing)
     index = pair.blade_groups / pair.gear.teeth
     blades = []
     for side in FLANK_SIDES:
-        # the slot lies between the flanks: half of it to each side of the mean point's azimuth
+        # the slot lies between the flanks, symmetric to the azimuth of the mean point
         rotation = (-0.5 if side == "concave" else 0.5) * pair.hand_gear * pair.slot_angle
-        blades.append(
-            Blade(
-                point_radius=pair.cutter_radius,
-                blade_angle=pair.pressure(side),
-                side=side,
-                reference_height=pair.dedendum_gear,
-                groups=pair.blade_groups,
-                offset_angle=pair.hand_gear * pair.lead_angle,
-                phase=-rotation / index,
-            )
-        )
+        head = {"groups": pair.blade_groups, "offset_angle": pair.hand_gear * pair.lead_angle}
+        edge = pair.cutter_radius, pair.pressure(side), side
+        blades.append(Blade(*edge, reference_height=pair.dedendum_gear, **head, phase=-rotation / index))
     return _cut(pair, setup, angle, (blades[0], blades[1]))
 
 
 def _milled(pair: PairDimensions) -> GearCut:
-    """Point radii, blade angles and place of the cutter by Newton's method on the calculation point of both flanks."""
+    """Point radii, blade angles and cutter position by Newton's method for the calculation point of both flanks."""
     depth, radius = pair.dedendum_gear, pair.point_gear[0]
     place = np.array([pair.calculation_gear]), np.zeros(1)
     width = pair.slot_angle * radius * np.cos(pair.spiral_gear)
     width -= depth * (np.tan(pair.pressure_concave) + np.tan(pair.pressure_convex))
     scale = np.array([1e-3, 1e-3, 0.01, 0.01, 1e-3])
-    x = np.array(
-        [
-            pair.cutter_radius + 0.5 * width,
-            pair.cutter_radius - 0.5 * width,
-            pair.pressure_concave - pair.gear.dedendum_angle * np.sin(pair.spiral_gear) * pair.generation.rolls,
-            pair.pressure_convex + pair.gear.dedendum_angle * np.sin(pair.spiral_gear) * pair.generation.rolls,
-            0.0,
-        ]
-    )
+    taper = pair.gear.dedendum_angle * np.sin(pair.spiral_gear) * pair.generation.rolls
+    radii = pair.cutter_radius + 0.5 * width, pair.cutter_radius - 0.5 * width
+    x = np.array([*radii, pair.pressure_concave - taper, pair.pressure_convex + taper, 0.0])
 
     def cut(x: FloatArray) -> GearCut:
         tool, angle = _tool(pair, float(x[4]))
@@ -261,9 +247,8 @@ def _milled(pair: PairDimensions) -> GearCut:
         try:
             x = x - scale * np.linalg.solve(np.stack(columns, axis=1), value)
         except np.linalg.LinAlgError:
-            raise ConvergenceError(
-                "gear_settings", "radii, angles and place of the gear cutter are not defined"
-            ) from None
+            what = "radii, angles and position of the gear cutter are not determined"
+            raise ConvergenceError("gear_settings", what) from None
     else:
         if np.abs(value).max() > 1e-6:
             raise ConvergenceError("gear_settings", "no point radii and blade angles give the slot of the gear")
@@ -271,7 +256,7 @@ def _milled(pair: PairDimensions) -> GearCut:
 
 
 def _signed_spiral(pair: PairDimensions, points: FlankPoints) -> float:
-    """Spiral angle of one point [rad], positive in the sense of the member's hand."""
+    """Spiral angle of one point [rad], positive for the hand of the member."""
     normal, azimuth = points.normal[:, 0], float(points.azimuth[0])
     outwards = normal[0] * np.cos(azimuth) + normal[1] * np.sin(azimuth)
     around = normal[1] * np.cos(azimuth) - normal[0] * np.sin(azimuth)
@@ -283,7 +268,7 @@ GEAR_CUTS: dict[str, Callable[[PairDimensions], GearCut]] = {"face_milling": _mi
 
 
 def pair_dimensions(blank: PairBlank) -> PairDimensions:
-    """Dimensions of a pair from its blank; drive is the concave pinion flank, hence the convex gear flank."""
+    """Dimensions of a pair from its blank; the drive side is the concave pinion and convex gear flank."""
     hand = 1.0 if blank.gear.hand == "right" else -1.0
     assembly = Assembly(blank.pinion.teeth, blank.gear.teeth, blank.shaft_angle, hand * blank.hypoid_offset)
     return PairDimensions(

@@ -1,4 +1,4 @@
-"""The targets file: blank, way of cutting, target ease-off, operating point."""
+"""Content of a targets file: blank, cutting method, target ease-off, operating point."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ Place = Annotated[float, ValueRange("", ge=-0.6, le=0.6)]
 
 
 class Cutting(InputModel):
-    """How the members are cut."""
+    """Cutting method of the members."""
 
     gear: GenerationName = "formate"  # ``"formate"`` (not generated) or ``"generated"``
-    # ``"both_flanks"``: one machine setting for both flanks (completing); ``"each_flank"``: a setting per flank;
-    # ``"conjugate"``: no settings, the flanks are defined as conjugate to the gear's plus the ease-off
+    # ``"both_flanks"``: one machine setting for both flanks (completing); ``"each_flank"``: one setting per flank;
+    # ``"conjugate"``: no settings, the flanks are conjugate to those of the gear plus the ease-off
     pinion: Literal["both_flanks", "each_flank", "conjugate"] = "both_flanks"
-    # ``"free_form"``: any relative motion; ``"cradle"``: machine root angle near the pinion's root cone and tilt within
-    # `tilt_limit`
+    # ``"free_form"``: any relative motion; ``"cradle"``: machine root angle near the root cone of the pinion and tilt
+    # within `tilt_limit`
     machine: Literal["free_form", "cradle"] = "free_form"
     # largest tilt of a cradle machine [rad]
     tilt_limit: Annotated[float, ValueRange("rad", ge=0.0, le=radians(60.0))] = radians(30.0)
-    # ``"straight"`` or ``"curved"`` pinion blades; left out, straight where each face-milled flank has its own setting
-    # and curved elsewhere
+    # ``"straight"`` or ``"curved"`` pinion blades; default: straight for face milling with one setting per flank,
+    # otherwise curved
     blades: Literal["straight", "curved"] | None = None
     radius_offsets: Literal["free", "none"] = "free"
 
@@ -50,26 +50,26 @@ class Cutting(InputModel):
 class FlankTarget(InputModel):
     """Target ease-off of one flank pair.
 
-    Relief is nothing at the contact position and grows with the square of the distance; the four amounts hold at the
-    ends of the face and of the working depth for a contact in the middle. Sides are those of the gear.
+    Relief is zero at the contact position and increases with the square of the distance. The four amounts apply at the
+    ends of the face and of the working depth for a central contact. Sides are those of the gear.
     """
 
     # relief at both ends of the face [m]
     crowning_toe: Relief = 40e-6
     crowning_heel: Relief = 40e-6
-    # relief at root and tip of the gear's working depth [m]
+    # relief at root and tip of the working depth of the gear [m]
     relief_root: Relief = 12e-6
     relief_tip: Relief = 12e-6
-    # how far the line of no lengthwise relief leans: its shift from mid-depth to the gear tip towards the heel, in half
-    # faces
+    # inclination of the line of zero lengthwise relief: its displacement towards the heel from mid-depth to the gear
+    # tip, in half face widths
     bias: Slope = 0.0
-    twist: Twist = 0.0  # relief added at the corners heel-tip and toe-root, taken from the two others [m]
+    twist: Twist = 0.0  # relief added at the corners heel-tip and toe-root, and subtracted at the other corners [m]
     # contact position, -1 at toe (root), 1 at heel (tip) of the gear
     contact_face: Place = 0.0
     contact_depth: Place = 0.0
-    # target peak-to-peak unloaded transmission error over one pitch [rad]; all reliefs are then scaled alike to give it
+    # target peak-to-peak unloaded transmission error over one pitch [rad], reached by a common factor on all reliefs
     transmission_error: Annotated[float, ValueRange("rad", gt=0.0, le=2e-3)] | None = None
-    # path of a CSV file with an ease-off that is added, measured or of another program; see `contact.conjugate`
+    # path of a CSV file with an additional ease-off, measured or from another program; see `contact.conjugate`
     map: str | None = None
 
     @model_validator(mode="after")
@@ -78,30 +78,25 @@ class FlankTarget(InputModel):
             return self
         read_ease_off_map(Path(self.map))
         if self.transmission_error is not None:
-            raise InputError(
-                "transmission_error",
-                self.transmission_error,
-                "no value with a map, whose ease-off is not scaled",
-            )
+            allowed = "no value with a map, whose ease-off is not scaled"
+            raise InputError("transmission_error", self.transmission_error, allowed)
         return self
 
     @model_validator(mode="after")
     def _some_relief(self) -> Self:
-        if self.transmission_error is not None and not max(
-            self.crowning_toe, self.crowning_heel, self.relief_root, self.relief_tip
-        ):
-            raise InputError("transmission_error", self.transmission_error, "no value where all reliefs are 0")
+        reliefs = self.crowning_toe, self.crowning_heel, self.relief_root, self.relief_tip
+        if self.transmission_error is not None and not max(reliefs):
+            raise InputError("transmission_error", self.transmission_error, "no value if all reliefs are 0")
         return self
 
 
 class Targets(InputModel):
-    """Ease-off of both flank pairs and how near the root has to come to the blank's."""
+    """Ease-off of both flank pairs and weight of the root of the pinion."""
 
-    # drive is the concave pinion flank
+    # the drive side is the concave pinion flank
     drive: FlankTarget = FlankTarget()
     coast: FlankTarget = FlankTarget()
-    # residual that one metre of root error counts as; left out, 0.02 where both face-hobbed flanks share a setting,
-    # 0.03 elsewhere
+    # residual per metre of root error; default: 0.02 for face hobbing with one setting for both flanks, otherwise 0.03
     root_weight: Annotated[float, ValueRange("", ge=0.0, le=1.0)] | None = None
 
     def of(self, side: FlankSide) -> FlankTarget:
@@ -110,7 +105,7 @@ class Targets(InputModel):
 
 
 class MemberTargets(InputModel):
-    """What a design file says of a member besides its cut flanks: a finish by its name, else the roughness; relief."""
+    """Inputs of a member in addition to its flanks: material, finish by name or roughness, relief."""
 
     material: str = "steel"
     finish: str | None = None
@@ -151,15 +146,15 @@ class SettingsInput(InputModel):
             raise InputError(
                 "cutting.gear",
                 self.cutting.gear,
-                f"{self.blank.gear_cutting}, as gear_cutting of the blank says",
-                "Change one of both, or leave gear_cutting out of the blank.",
+                f"{self.blank.gear_cutting}, the gear_cutting of the blank",
+                "Change one of both, or omit gear_cutting in the blank.",
             )
         if self.blank.inside_blade_angle_gear is not None:
             raise InputError(
                 "blank.inside_blade_angle_gear",
                 f"{degrees(self.blank.inside_blade_angle_gear):.6g} deg",
-                "no value: the settings keep the cutter axis square to the root cone",
-                "The blade angles then follow from the pressure angles; leave it out.",
+                "no value, because the settings keep the cutter axis normal to the root cone",
+                "The blade angles then follow from the pressure angles; omit it.",
             )
         return self
 
@@ -172,12 +167,12 @@ class SettingsInput(InputModel):
                     raise InputError(
                         f"targets.{side}.map",
                         target.map,
-                        "no map where the pinion is conjugate",
+                        "no map for a conjugate pinion",
                         "Give it as ease_off.map of the flank in the design file.",
                     )
                 for one, other in (("crowning_toe", "crowning_heel"), ("relief_root", "relief_tip")):
                     if getattr(target, one) != getattr(target, other):
-                        allowed = f"equal to {one} where the pinion is conjugate"
+                        allowed = f"equal to {one} for a conjugate pinion"
                         raise InputError(f"targets.{side}.{other}", getattr(target, other), allowed)
         return self
 
@@ -190,11 +185,11 @@ class SettingsInput(InputModel):
 
 
 def targets_beside(design: Path) -> Path:
-    """Where the targets that a design file was made from lie."""
+    """Path of the targets file that belongs to a design file."""
     return design.with_name(f"{design.stem}_targets{design.suffix}")
 
 
 def load_targets(name: str | Path) -> SettingsInput:
-    """Read and check a targets file, or shipped targets by their name."""
+    """Read and validate a targets file or shipped targets."""
     path = named_file("targets", "targets", name)
     return validate(SettingsInput, from_folder(read_toml(path, "targets"), path.parent))

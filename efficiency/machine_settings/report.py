@@ -1,4 +1,4 @@
-"""Tables of machine settings: settings of all four flanks, residuals, residual maps; warnings below."""
+"""Report sections of machine settings and corrections: settings, residuals, residual maps, warnings."""
 
 from __future__ import annotations
 
@@ -12,54 +12,36 @@ if TYPE_CHECKING:
     from efficiency.machine_settings.correction import MachineCorrections
     from efficiency.machine_settings.settings_result import FlankFit, SettingsResult
 
-MAP_FROM = 1e-9  # a residual map is shown where the largest residual exceeds this [m]
+MAP_FROM = 1e-9  # largest residual above which a residual map is shown [m]
 
 
 def settings_sections(result: SettingsResult, medium: Medium) -> list[Section]:
-    """Settings, fit, and the residual map of a flank that does not meet its target; warnings below the fit."""
+    """Settings, fit with warnings, and residual maps of flanks that do not meet their targets."""
     maps = [_map(flank) for flank in result.flanks if flank.fitted.largest > MAP_FROM]
     head = Head(f"Machine settings: {result.design.name}")
     return [Section("", [head, _settings(result), _fit(result), *maps])]
 
 
 def correction_sections(result: MachineCorrections, medium: Medium) -> list[Section]:
-    """What to set on the machine, then the deviations before and after."""
+    """New settings of the machine, and the deviations before and after correction."""
     tables = []
     for flanks in dict.fromkeys(item.flanks for item in result.corrections):
         own = [item for item in result.corrections if item.flanks == flanks]
-        rows = [
-            (part, *(getattr(item, name) for item in own))
-            for part, name in (
-                ("change", "change"),
-                ("its uncertainty", "uncertainty"),
-                ("before", "nominal"),
-                ("to set", "corrected"),
-            )
-        ]
+        parts = {"change": "change", "its uncertainty": "uncertainty", "before": "nominal", "to set": "corrected"}
+        rows = [(part, *(getattr(item, name) for item in own)) for part, name in parts.items()]
         of = "both flanks" if flanks == "both" else f"{flanks} flank"
-        tables.append(
-            Table(
-                ["setting", *(Column(item.setting, label=item.setting.replace("_", " "), digits=6) for item in own)],
-                rows,
-                f"{result.design}, {result.member}, {of}: machine corrections",
-                name=f"corrections_{flanks}",
-                vertical=True,
-            )
-        )
+        settings = (Column(item.setting, label=item.setting.replace("_", " "), digits=6) for item in own)
+        title = f"{result.design}, {result.member}, {of}: machine corrections"
+        tables.append(Table(["setting", *settings], rows, title, name=f"corrections_{flanks}", vertical=True))
     fields = (
-        "deviation_rms",
-        "deviation_max",
-        "spiral_angle_error",
-        "pressure_angle_error",
-        "lengthwise_crowning",
-        "profile_crowning",
-        "twist",
+        *("deviation_rms", "deviation_max", "spiral_angle_error", "pressure_angle_error"),
+        *("lengthwise_crowning", "profile_crowning", "twist"),
     )
     labels = {name: name.replace("_", " ") for name in fields}
     deviations = Table(
         ["flank", *(Column(name, label=labels[name]) for name in fields)],
         [(f"{item.flank}, {item.part}", *(getattr(item, name) for name in fields)) for item in result.deviations],
-        "Deviation from nominal, material too much positive",
+        "Deviation from nominal, positive for excess material",
         result.notes,
         name="deviations",
         vertical=True,
@@ -69,7 +51,7 @@ def correction_sections(result: MachineCorrections, medium: Medium) -> list[Sect
 
 
 def _settings(result: SettingsResult) -> Table:
-    """The numbers of the design file, a column per flank."""
+    """Settings of the design file, one column per flank."""
     columns = {}
     for member in ("pinion", "gear"):
         for side in ("concave", "convex"):
@@ -117,7 +99,7 @@ def _fit(result: SettingsResult) -> Table:
 
 
 def _map(flank: FlankFit) -> Table:
-    """Residual over the gear flank, tip on top, root to tip down the rows and toe to heel along them."""
+    """Residual over the gear flank: depth fraction over the rows with the tip on top, toe to heel over the columns."""
     along, deep = flank.grid.shape
     shape = (deep, along)
     residual, found = flank.fitted.residual.reshape(shape), flank.fitted.found.reshape(shape)

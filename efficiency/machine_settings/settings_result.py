@@ -1,4 +1,4 @@
-"""What the search for machine settings leaves behind."""
+"""Result of the search for machine settings."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ RESIDUAL_LIMIT = 3e-6
 
 @dataclass(frozen=True)
 class UndercutPoint:
-    """A point that the pinion flank does not reach."""
+    """A point that does not exist on the pinion flank."""
 
-    # blank coordinates of the gear point that would touch it [m]
+    # blank coordinates of the mating gear point [m]
     gear_u: float
     gear_h: float
-    place: str  # where on the gear flank: toe, middle or heel, and root, middle or tip
+    place: str  # position on the gear flank: toe, middle or heel, and root, middle or tip
 
 
 @dataclass(frozen=True)
@@ -37,42 +37,42 @@ class FlankFit:
     """Residual of one pinion flank."""
 
     side: FlankSide  # pinion flank, ``"concave"`` (drive) or ``"convex"`` (coast)
-    grid: FitGrid  # where it was fitted
+    grid: FitGrid  # points of the fit
     fitted: FittedFlank  # relief and residual at the points of the grid
     start_error: float  # distance of the conjugate start from the conjugate flank [m]
     undercut: tuple[UndercutPoint, ...]  # points that do not exist on the flank
-    # unloaded transmission error of the mesh; None where it was not or could not be computed
+    # unloaded transmission error of the mesh; None if it was not or could not be computed
     transmission: Transmission | None = None
 
     @property
     def transmission_error(self) -> float | None:
-        """Peak to peak of the unloaded transmission error of the mesh [rad]."""
+        """Peak-to-peak unloaded transmission error of the mesh [rad]."""
         return None if self.transmission is None else self.transmission.peak_to_peak
 
     @property
     def residual_map(self) -> FloatArray:
-        """Rows (u [m], h [m], residual [m]); undercut points are not a number."""
+        """Rows (u [m], h [m], residual [m]); nan for undercut points."""
         residual = np.where(self.fitted.found, self.fitted.residual, np.nan)
         return np.stack([self.grid.u, self.grid.h, residual], axis=1)
 
 
 @dataclass(frozen=True, repr=False)
 class SettingsResult(Reportable):
-    """Machine settings from targets."""
+    """Machine settings computed from targets."""
 
     presenter = "efficiency.machine_settings.report:settings"
 
-    design: Design  # the pair as its file holds it
-    text: str  # the design file
+    design: Design  # content of the design file
+    text: str  # text of the design file
     # residuals of both pinion flanks
     concave: FlankFit
     convex: FlankFit
-    iterations: int  # of the fits together
-    seconds: float  # wall time
-    # ``"converged"``; ``"pointed"`` where the cut flanks of a member cross below its tip; ``"undercut"`` where more
-    # than a twentieth of a working flank is undercut; ``"residual"`` where a residual exceeds `RESIDUAL_LIMIT`
+    iterations: int  # total number of iterations of the fits
+    seconds: float  # wall time [s]
+    # ``"converged"``; ``"pointed"`` if the cut flanks of a member intersect below its tip; ``"undercut"`` if more than
+    # a twentieth of a working flank is undercut; ``"residual"`` if a residual exceeds `RESIDUAL_LIMIT`
     status: str
-    warnings: tuple[str, ...]  # what to look at
+    warnings: tuple[str, ...]  # warnings
 
     @property
     def flanks(self) -> tuple[FlankFit, FlankFit]:
@@ -91,10 +91,7 @@ class SettingsResult(Reportable):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain numbers in SI units.
-
-        Returns: points that do not exist are null.
-        """
+        """Content with numbers in SI units; points that do not exist are null."""
         out: dict[str, Any] = {
             "name": self.design.name,
             "status": self.status,
@@ -117,7 +114,7 @@ class SettingsResult(Reportable):
         return out
 
 
-# share of a flank's points, or of the gear's working depth, that may be undercut in a usable pair (ours)
+# largest undercut fraction of the points of a flank, or of the working depth of the gear, in a usable pair (ours)
 UNDERCUT_LIMIT = 0.05
 
 Flaw = Literal["pointed", "undercut"]
@@ -125,16 +122,16 @@ Flaw = Literal["pointed", "undercut"]
 
 @dataclass(frozen=True)
 class ToothFinding:
-    """What is wrong with a cut tooth."""
+    """A defect of a cut tooth."""
 
-    # ``"pointed"``: the flanks cross below the tip; ``"undercut"``: the cutter took away working flank. None for what a
-    # designer has to know but may accept.
+    # ``"pointed"``: the flanks intersect below the tip; ``"undercut"``: the cutter removed part of the working flank;
+    # None: acceptable
     flaw: Flaw | None
     text: str  # place, amount and remedy
 
 
 def tip_findings(flanks: GearFlanks, module_normal: float) -> list[ToothFinding]:
-    """Tip thickness of the cut teeth of both members: no tooth, or less than a hard tip needs.
+    """Findings on the tip thickness of the cut teeth of both members: pointed, or too thin for a hardened tip.
 
     flanks: the four flanks.
     module_normal: mean normal module [m].
@@ -146,7 +143,7 @@ def tip_findings(flanks: GearFlanks, module_normal: float) -> list[ToothFinding]
         tip, place = float(shape.thickness_tip[thinnest]) * 1e3, float(shape.face[thinnest]) * 1e3
         what = f"{member}: the cut tooth is {tip:.2f} mm thick at its tip, {place:.3g} mm from the toe"
         if tip <= 0.0:
-            findings.append(ToothFinding("pointed", f"{what}: its flanks cross; {TIP_REMEDIES[member]}"))
+            findings.append(ToothFinding("pointed", f"{what}: its flanks intersect; {TIP_REMEDIES[member]}"))
         elif tip < TOP_LAND * module_normal * 1e3:
             limit = f"below {TOP_LAND:g} mean normal modules ({TOP_LAND * module_normal * 1e3:.2f} mm)"
             findings.append(ToothFinding(None, f"{what}, {limit}: a hardened tip breaks; {TIP_REMEDIES[member]}"))
@@ -154,28 +151,20 @@ def tip_findings(flanks: GearFlanks, module_normal: float) -> list[ToothFinding]
 
 
 def undercut_findings(fits: tuple[FlankFit, ...], gear_lowest: float) -> list[ToothFinding]:
-    """Undercut of the working flanks of pinion and gear.
+    """Findings on the undercut of the working flanks of pinion and gear.
 
     fits: both pinion flanks.
-    gear_lowest: fraction of the gear's working depth from which on its flanks span the face.
+    gear_lowest: fraction of the working depth of the gear above which its flanks cover the face width.
     """
     findings = []
     if gear_lowest > 0.03:
-        findings.append(
-            ToothFinding(
-                "undercut" if gear_lowest > UNDERCUT_LIMIT else None,
-                f"gear: undercut below {gear_lowest:.2g} of its working depth; no contact was asked for there; "
-                "raise depth.gear_addendum_factor or the pressure angle",
-            )
-        )
+        text = f"gear: undercut below {gear_lowest:.2g} of its working depth, where no contact was required; "
+        text += "raise depth.gear_addendum_factor or the pressure angle"
+        findings.append(ToothFinding("undercut" if gear_lowest > UNDERCUT_LIMIT else None, text))
     for fit in fits:
         if fit.undercut:
             count, total, where = len(fit.undercut), fit.grid.u.size, fit.undercut[0].place
-            findings.append(
-                ToothFinding(
-                    "undercut" if count > UNDERCUT_LIMIT * total else None,
-                    f"{fit.side}: {count} of {total} points undercut ({where}); raise the pressure angle, lower "
-                    "depth.depth_factor or depth.gear_addendum_factor",
-                )
-            )
+            text = f"{fit.side}: {count} of {total} points undercut ({where}); raise the pressure angle, reduce "
+            text += "depth.depth_factor or depth.gear_addendum_factor"
+            findings.append(ToothFinding("undercut" if count > UNDERCUT_LIMIT * total else None, text))
     return findings

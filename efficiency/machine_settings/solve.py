@@ -1,4 +1,4 @@
-"""Machine settings from targets: blank -> gear settings -> conjugate start -> fit -> design file."""
+"""Machine settings from targets: blank, gear settings, conjugate start, fit, design file."""
 
 from __future__ import annotations
 
@@ -56,11 +56,11 @@ _DRIVE: dict[FlankSide, Side] = {"concave": "drive", "convex": "coast"}
 _AMPLITUDE_TOLERANCE = 0.01
 _LOOSER = 0.2
 _ROOT_WEIGHT = 0.03
-# coefficients of the map of the mesh: enough for the transmission error to 0.03 arcsec
+# coefficients of the map of the mesh, sufficient for the transmission error to 0.03 arcsec
 _SHAPE = (12, 10)
-# a flank farther off than this needs no transmission error, and a larger one is none
+# largest residual for which the transmission error is computed, and its largest plausible value
 _MESHES, _MESHES_ANGLE = 2.0 * RESIDUAL_LIMIT, 0.01
-_WAYS_OUT = 'a setting per flank, less ease-off, or cutting.pinion = "conjugate" are ways out'
+_WAYS_OUT = 'remedies: one setting per flank, less ease-off, or cutting.pinion = "conjugate"'
 
 
 @one_thread
@@ -70,19 +70,19 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
     Parameters
     ----------
     inputs : SettingsInput, Path or str
-        Content of a targets file, the file, or the name of a shipped one.
+        Targets: the object, a file, or the name of shipped targets.
     transmission : bool
-        Whether to compute the unloaded transmission error where no target asks for it.
+        Whether the unloaded transmission error is computed if it is not a target.
 
     Returns
     -------
     SettingsResult
-        Machine settings of both members, what is left of the targets, and the design file.
+        Machine settings of both members, residuals of the targets, and the design file.
 
     Raises
     ------
     InputError
-        The blank or the cutter is impossible.
+        The blank or the cutter is invalid.
     ConvergenceError
         The gear or the conjugate pinion does not exist over the working depth.
 
@@ -124,13 +124,11 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
         side: FlankFit(side, grid, fitted[side], starts[side].error, _undercut(grid, fitted[side]), mesh[side])
         for side in FLANK_SIDES
     }
-    findings = [
-        *tip_findings(design.flanks(), blank.module_normal),
-        *undercut_findings(tuple(reports.values()), grid.lowest),
-    ]
+    findings = tip_findings(design.flanks(), blank.module_normal)
+    findings += undercut_findings(tuple(reports.values()), grid.lowest)
     warnings = (*(finding.text for finding in findings), *_warnings(blank, reports, transmission))
     if inputs.cutting.pinion == "conjugate":
-        warnings = ("pinion: flanks defined by conjugate plus ease-off, not cut by settings", *warnings)
+        warnings = ("pinion: flanks defined as conjugate plus ease-off, without machine settings", *warnings)
     flaws = {finding.flaw for finding in findings}
     short = any(report.fitted.rms > RESIDUAL_LIMIT for report in reports.values())
     status = next((flaw for flaw in ("pointed", "undercut") if flaw in flaws), "residual" if short else "converged")
@@ -148,7 +146,7 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
 
 @dataclass(frozen=True)
 class _Start:
-    """What does not depend on the ease-off: blanks, the cut gear, the conjugate pinion."""
+    """Data that do not depend on the ease-off: blanks, cut gear, conjugate pinion."""
 
     blank: PairBlank
     pair: PairDimensions
@@ -167,7 +165,7 @@ def _start(blank_input: PairBlankInput, cutting: Cutting) -> _Start:
 
 
 def forget_fits() -> None:
-    """Forget what earlier calls have left: conjugate starts of blanks and cutters, fits of flanks."""
+    """Clear cached results of earlier calls: conjugate starts of blanks and cutters, fits of flanks."""
     _start.cache_clear()
     _fit_flanks.cache_clear()
 
@@ -183,16 +181,16 @@ def _fit(inputs: SettingsInput, scale: dict[FlankSide, float]) -> list[FitResult
     ]
 
 
-# what a fit of flanks does not depend on
+# inputs without effect on the fit of flanks
 _NO_LOAD: dict[str, object] = {"name": "", "source": "", "pinion": MemberTargets(), "gear": MemberTargets()}
 
 
 @lru_cache(maxsize=8)
 def _fit_flanks(inputs: SettingsInput, wanted: tuple[tuple[FlankSide, FlankTarget, float], ...]) -> FitResult:
-    """Settings of flanks that share them; `wanted`: flank, its target, and the scale of its ease-off."""
+    """Settings of flanks with common settings; `wanted`: flank, its target, and the factor on its ease-off."""
     start = _start(inputs.blank, inputs.cutting)
     pair, grid, free = start.pair, start.grid, free_settings(inputs)
-    # one setting without blade phase has one rotation of the work: the backlash has to come from the point radii
+    # one setting without blade phase has one rotation of the work: the backlash follows from the point radii
     thinning = backlash_angle(pair) if free.common and not pair.process.blade_phase else 0.0
 
     def attempt(weight: float, settings: FreeSettings) -> FitResult:
@@ -204,7 +202,7 @@ def _fit_flanks(inputs: SettingsInput, wanted: tuple[tuple[FlankSide, FlankTarge
             return fit_on_cradle(pair, flanks, start.gear.screw, settings, inputs.cutting.tilt_limit)
         return fit(flanks, settings.common, settings.own)
 
-    # where the plain settings do not do: more motions, then a root somewhat off the blank's as the lesser evil
+    # if the plain settings are insufficient: more motions, then a larger root error
     weight = root_weight(inputs, pair)
     ways = [(weight, free), (weight, with_motions(free))]
     if weight > 0.0 and inputs.targets.root_weight is None:
@@ -222,8 +220,8 @@ def _fit_flanks(inputs: SettingsInput, wanted: tuple[tuple[FlankSide, FlankTarge
 def free_settings(inputs: SettingsInput) -> FreeSettings:
     """Free settings of the pinion.
 
-    One setting for both flanks: those of the cutting process. In a setting per flank everything is the flank's own;
-    cutter axis, radial setting, radius and blade alone would do for the flank, but leave the root 1 to 3 mm off.
+    One setting for both flanks: those of the cutting process. With one setting per flank all settings are separate.
+    Cutter axis, radial setting, radius and blade alone would suffice for the flank, with a root error of 1 to 3 mm.
     """
     cutting = inputs.cutting
     common: tuple[str, ...] = ()
@@ -236,7 +234,7 @@ def free_settings(inputs: SettingsInput) -> FreeSettings:
 
 
 def with_motions(free: FreeSettings) -> FreeSettings:
-    """The same with modified roll and helical motion, for targets that the plain settings miss."""
+    """The settings with modified roll and helical motion, for targets that the plain settings do not reach."""
     motions = [PARAMETERS[name] for name in MOTIONS]
     if free.common:
         return FreeSettings((*free.common, *(m for m in motions if m not in free.common)), free.own)
@@ -244,7 +242,7 @@ def with_motions(free: FreeSettings) -> FreeSettings:
 
 
 def root_weight(inputs: SettingsInput, pair: PairDimensions) -> float:
-    """Residual that a metre of root error counts as: less where both flanks share few settings."""
+    """Residual per metre of root error, smaller if both flanks share few settings."""
     if inputs.targets.root_weight is not None:
         return inputs.targets.root_weight
     return pair.process.root_weight if inputs.cutting.pinion == "both_flanks" else _ROOT_WEIGHT
@@ -253,15 +251,13 @@ def root_weight(inputs: SettingsInput, pair: PairDimensions) -> float:
 def _by_side(fits: list[FitResult]) -> dict[FlankSide, FittedFlank]:
     found = {flank.flank.side: flank for result in fits for flank in result.flanks}
     for side, flank in found.items():
-        if flank.found.mean() < 0.5:
-            raise ConvergenceError(
-                "undercut", f"the {side} pinion flank exists at {flank.found.mean():.0%} of its points only"
-            )
+        if (share := flank.found.mean()) < 0.5:
+            raise ConvergenceError("undercut", f"the {side} pinion flank exists at {share:.0%} of its points only")
     return found
 
 
 def _uncut(pair: PairDimensions, start: ConjugateFlankStart) -> FittedFlank:
-    """The conjugate flank itself: nothing is left to fit, only its undercut is looked for."""
+    """The conjugate flank itself, evaluated for undercut only."""
     target = target_flank(pair, start, np.zeros(start.parameters.shape[1]), 0.0)
     return measure(target, target.flank, target.phase, target.parameters)
 
@@ -279,7 +275,7 @@ def _design(
     if inputs.cutting.pinion == "conjugate":
         pinion = {side: ease_off_table(inputs.targets.of(side), scale[side]) for side in FLANK_SIDES}
     else:
-        # blade phases of both flanks from their mean rotation; the backlash is taken off the pinion tooth
+        # blade phases of both flanks from their mean rotation; the backlash is removed from the pinion tooth
         back = _backlash_turns(pair, fitted)
         middle = 0.5 * sum(fitted[side].phase for side in FLANK_SIDES)
         pinion = {
@@ -290,19 +286,19 @@ def _design(
 
 
 def _backlash_turns(pair: PairDimensions, fitted: dict[FlankSide, FittedFlank]) -> dict[FlankSide, float]:
-    """Turn of each flank from contact on both sides into its tooth [rad]."""
+    """Rotation of each flank from contact on both sides into its tooth [rad]."""
     turns: dict[FlankSide, float] = {}
     for side in FLANK_SIDES:
         flank = fitted[side]
         points = flank.flank.points(flank.parameters[:, flank.found])
         spun = spin(points.position)
-        # turning against the outward normal makes the tooth thinning
+        # rotation against the outward normal thins the tooth
         turns[side] = float(np.sign(np.median(dot(points.normal, spun)))) * backlash_angle(pair)
     return turns
 
 
 def unloaded_mesh(design: Design, side: Side, fitted: FittedFlank) -> Transmission | None:
-    """Unloaded transmission error of the mesh; None where the pair does not mesh, or is far from the target."""
+    """Unloaded transmission error of the mesh; None if the pair does not mesh or is far from the target."""
     if fitted.rms > _MESHES:
         return None
     try:
@@ -332,12 +328,12 @@ def _warnings(blank: PairBlank, reports: dict[FlankSide, FlankFit], transmission
         clearance = blank.clearance
         if error.size and np.abs(error).max() > 0.5 * clearance:
             out.append(
-                f"{side}: root {np.abs(error).max() * 1e3:.2f} mm off the blank's, more than half the clearance of "
+                f"{side}: root error {np.abs(error).max() * 1e3:.2f} mm, more than half the clearance of "
                 f"{clearance * 1e3:.2f} mm"
             )
         if report.transmission is None:
             if transmission:
-                out.append(f"{side}: no unloaded transmission error, the flanks do not mesh over the whole map")
+                out.append(f"{side}: no unloaded transmission error, because the flanks do not mesh over the whole map")
         elif report.transmission.edges:
             out.append(f"{side}: unloaded contact runs over an edge: {', '.join(report.transmission.edges)}")
     return tuple(out)

@@ -16,7 +16,7 @@ from pathlib import Path
 from efficiency.conditions.conditions import checked
 from efficiency.contact.gear_flanks import MEMBERS
 from efficiency.contact.relief import EdgeRelief
-from efficiency.ltca.limits import edge_load
+from efficiency.ltca.limits import EDGE_LIMIT, edge_load
 from efficiency.machine_settings.design_file import targets_text
 from efficiency.machine_settings.inputs import FlankTarget, MemberTargets, SettingsInput, load_targets, targets_beside
 from efficiency.machine_settings.solve import machine_settings
@@ -27,8 +27,6 @@ from ehl.common.progress import report_progress
 from ehl.common.threads import one_thread
 from ehl.common.units import parse_quantity
 
-EDGE_LIMIT = 0.005
-"""Largest share of the torque on all edges together in the worst state."""
 BOX = {"E": "0.05 mm", "P": "0.05 mm"}
 """Default half widths of the box of misalignments."""
 # relief of edges without one: amount and length in mean normal modules, length at the ends in face widths (ours)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from efficiency.geometry.misalignment import AXES
+from efficiency.ltca.limits import EDGE_LIMIT
 from efficiency.output.plots_misalignment import misalignment_figures, misalignment_quantity, plot_misalignment
 from ehl.common.quantities import quantity
 from ehl.common.sections import Head, Medium, Row, Section
@@ -15,8 +16,6 @@ if TYPE_CHECKING:
 
 __all__ = ["misalignment_sections", "plot_misalignment"]
 _ROWS = 60
-# share of the torque at edges above which a note is given
-EDGE_SHARE = 0.02
 
 
 def misalignment_table(study: MisalignmentStudy) -> Table:
@@ -76,7 +75,7 @@ def _notes(study: MisalignmentStudy) -> list[str]:
     ]
     if study.torque is not None and failed < count:
         worst = max((p for p in study.points if p.status != "failed"), key=lambda p: p.edge_load_share)
-        if worst.edge_load_share > EDGE_SHARE:
+        if worst.edge_load_share >= EDGE_LIMIT:
             place = ", ".join(
                 f"{name} {misalignment_quantity(name).text(getattr(worst, name))}" for name in study.varied
             )

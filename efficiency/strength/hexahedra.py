@@ -1,7 +1,7 @@
 """Quadratic hexahedra with 20 nodes, and the Cholesky factors of their stiffness by nested dissection.
 
-The elements are split in two again and again; each part is condensed onto the nodes it shares with the others, and two
-parts are joined and condensed in turn (multifrontal method; George 1973). All work is in dense blocks.
+The elements are bisected recursively. Each part is condensed onto the nodes that it shares with the others; two parts
+are then joined and condensed again (multifrontal method; George 1973). All operations are on dense blocks.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from ehl.common.arrays import BoolArray, FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
 
 CORNERS_AND_EDGES = np.array([p for p in product((-1, 0, 1), repeat=3) if p.count(0) <= 1])
-"""Places of the nodes in the cube from -1 to 1, (20, 3): corners and middles of edges."""
+"""Positions of the nodes in the cube from -1 to 1, (20, 3): corners and middles of edges."""
 FACE = np.flatnonzero(CORNERS_AND_EDGES[:, 1] == -1)
-"""Nodes of the face where the second coordinate is -1."""
-# elements that are not split any further
+"""Nodes of the face with the second coordinate -1."""
+# largest number of elements of a part that is not split
 _LEAF = 24
 
 
 def shape_functions(places: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Values (p, 20) and derivatives (p, 20, 3) of the shape functions at places (p, 3) of the cube."""
+    """Values (p, 20) and derivatives (p, 20, 3) of the shape functions at points (p, 3) of the cube."""
     x, node = places[:, None, :], CORNERS_AND_EDGES.astype(float)
     middle = node == 0.0
     factor = np.where(middle, 1.0 - x**2, 1.0 + x * node)
@@ -52,7 +52,7 @@ def _rule(count: int) -> tuple[FloatArray, FloatArray]:
 def element_stiffness(corners: FloatArray, youngs_modulus: FloatArray, poisson_ratio: float) -> FloatArray:
     """Stiffness (e, 60, 60) of elements from their nodes (e, 20, 3) [m] and Young's moduli (e,) [Pa].
 
-    Unknowns node by node. `ConvergenceError` where an element is folded.
+    The unknowns are ordered by node. Raises `ConvergenceError` if an element is folded.
     """
     places, weights = _rule(3)
     _, slopes = shape_functions(places)
@@ -60,7 +60,7 @@ def element_stiffness(corners: FloatArray, youngs_modulus: FloatArray, poisson_r
     volume = np.linalg.det(jacobian)
     if np.any(volume * np.sign(volume[:, :1]) <= 0.0):
         raise ConvergenceError(
-            "root_folded", "finite elements of the tooth root are folded: give the cutter another edge radius"
+            "root_folded", "finite elements of the tooth root are folded: change the edge radius of the cutter"
         )
     gradient = np.matmul(np.linalg.inv(jacobian), slopes.transpose(0, 2, 1)[None])
     gradient *= np.sqrt(np.abs(volume) * weights)[..., None, None]
@@ -77,16 +77,16 @@ def element_stiffness(corners: FloatArray, youngs_modulus: FloatArray, poisson_r
 
 @dataclass(frozen=True)
 class _Front:
-    """A part of the body, condensed onto the nodes it shares."""
+    """A part of the body, condensed onto its shared nodes."""
 
-    nodes: IntArray  # of the border
-    count: IntArray  # elements of the part at each of them
+    nodes: IntArray  # nodes of the border
+    count: IntArray  # number of elements of the part at each node
     stiffness: FloatArray
 
 
 @dataclass(frozen=True)
 class _Step:
-    """Unknowns that leave a front."""
+    """Unknowns eliminated from a front."""
 
     inner: IntArray
     outer: IntArray
@@ -99,11 +99,11 @@ class Factors:
 
     elements (e, 20): nodes of the elements.
     stiffness (e, 60, 60)
-    places (e, 3): middles of the elements by which they are split, in element lengths.
+    places (e, 3): centres of the elements for the bisection, in element lengths.
     kept (n,): nodes that remain.
     held (n,): nodes without displacement.
-    border (m,): the nodes that remain.
-    stiffness (3 m, 3 m): what is left on them [N/m].
+    border (m,): the remaining nodes.
+    stiffness (3 m, 3 m): condensed stiffness [N/m].
     """
 
     def __init__(
@@ -141,14 +141,14 @@ class Factors:
         matrix = np.zeros((3 * nodes.size,) * 2)
         self._at[nodes] = np.arange(nodes.size)
         for part in parts:
-            unknowns = _unknowns(self._at[part.nodes])
+            unknowns = degrees_of_freedom(self._at[part.nodes])
             wide = np.zeros((unknowns.size, 3 * nodes.size))
             wide[:, unknowns] = part.stiffness
             matrix[unknowns] += wide
         return self._eliminated(_Front(nodes, count, matrix), leave)
 
     def _ordered(self, nodes: IntArray, count: IntArray) -> tuple[IntArray, IntArray, int]:
-        """Nodes and counts with those first that no other part has elements at, and the number of these."""
+        """Nodes and counts, first those without elements of another part, and the number of these."""
         done = (count == self._total[nodes]) & ~self._kept[nodes]
         order = np.concatenate([np.flatnonzero(done), np.flatnonzero(~done)])
         return nodes[order], count[order], int(done.sum())
@@ -164,11 +164,13 @@ class Factors:
         coupling = solve_triangular(factor, front.stiffness[:size, size:], lower=True, check_finite=False)
         rest = front.stiffness[size:, size:]
         rest -= coupling.T @ coupling
-        self._steps.append(_Step(_unknowns(front.nodes[:leave]), _unknowns(front.nodes[leave:]), factor, coupling))
+        self._steps.append(
+            _Step(degrees_of_freedom(front.nodes[:leave]), degrees_of_freedom(front.nodes[leave:]), factor, coupling)
+        )
         return _Front(front.nodes[leave:], front.count[leave:], rest)
 
     def condensed_load(self, force: FloatArray) -> FloatArray:
-        """Forces (3 n, k), in place: on the border condensed, elsewhere half solved."""
+        """Forces (3 n, k), in place: condensed on the border, after forward substitution elsewhere."""
         for step in self._steps:
             part = force[step.inner]
             if not part.any():
@@ -179,7 +181,7 @@ class Factors:
         return force
 
     def displacement(self, reduced: FloatArray, wanted: BoolArray) -> FloatArray:
-        """Displacement (3 n, k), in place, from half solved forces and the displacement of the border.
+        """Displacement (3 n, k), in place, from forward-substituted forces and the displacement of the border.
 
         Only that of the wanted nodes (n,) is complete.
         """
@@ -195,5 +197,6 @@ class Factors:
         return reduced
 
 
-def _unknowns(nodes: IntArray) -> IntArray:
+def degrees_of_freedom(nodes: IntArray) -> IntArray:
+    """Numbers of the three unknowns of each node."""
     return np.asarray((3 * nodes[:, None] + np.arange(3)).ravel())

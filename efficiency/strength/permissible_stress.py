@@ -1,17 +1,17 @@
 """Permissible stresses: ISO 10300 factors of case-hardened steel; yield and shakedown of a line contact.
 
 Factors after ISO 10300-2 and -3 (2023), formula numbers and values from public sources: the public repository
-github.com/afuentesaz/AGMAStandards (ISO10300Calc), whose self test against ISO/TR 10300-30:2024, samples 1 to 3, gives
-the figures of the tests. The standard itself was not seen: not a certified calculation.
+github.com/afuentesaz/AGMAStandards (ISO10300Calc). Its self test against ISO/TR 10300-30:2024, samples 1 to 3, provides
+the values of the tests. The standard itself was not available: this is not a certified calculation.
 
-Hertz pressure of a half-plane that carries a normal load and sliding friction mu. With the yield stress Y in tension
-and k = Y/sqrt(3) in shear (von Mises):
+Hertz pressure of a half-plane with a normal load and sliding friction mu. With the yield stress Y in tension and
+k = Y/sqrt(3) in shear (von Mises):
 
-    first yield, mu = 0:   p = 1.79 Y = 3.1 k, at 0.70 b; greatest shear stress 0.30 p at 0.79 b
-    shakedown:             p = k/max |tau_zx/p|;  4 k at mu = 0, k/mu where the surface decides
+    first yield, mu = 0:   p = 1.79 Y = 3.1 k, at 0.70 b; maximum shear stress 0.30 p at 0.79 b
+    shakedown:             p = k/max |tau_zx/p|;  4 k at mu = 0, k/mu where the surface governs
 
-Residual stresses that a rolling line contact leaves cannot balance tau_zx, so where it exceeds k the material flows at
-every pass (Johnson, Contact Mechanics; Johnson & Jefferis 1963, both from memory). The stresses are McEwen's.
+Residual stresses of a rolling line contact cannot balance tau_zx. Where it exceeds k, cyclic plasticity occurs
+(Johnson, Contact Mechanics; Johnson & Jefferis 1963, both from memory). The stresses are McEwen's.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from ehl.common.arrays import FloatArray
 STRESS_CORRECTION = 2.0
 """Y_ST: root stress of the test gears over their nominal one."""
 ROOT_ROUGHNESS = 16e-6
-"""Rz of the root fillets where nothing is known of them [m] (ISO/TR 10300-30, sample 1)."""
+"""Default Rz of the root fillets [m] (ISO/TR 10300-30, sample 1)."""
 RZ_OF_RQ = 6.0 * math.sqrt(2.0 / math.pi)
 """Rz over Rq: Rz = 6 Ra, and Ra of Gaussian heights."""
 # slip layer of case-hardened steel [mm]
 _SLIP_LAYER = 0.0030
-# endurance between which the constants of the lubricant film change [MPa]
+# range of endurance with variable constants of the lubricant film [MPa]
 _LOW, _HIGH = 850.0, 1200.0
 
 
@@ -55,7 +55,8 @@ def speed_factor(endurance: float, speed: float) -> float:
 def roughness_factor(endurance: float, mean_rz: float, radius: float) -> float:
     """Z_R (59): contact endurance [Pa], mean Rz of both flanks [m], radius of relative curvature [m].
 
-    Smoother than the test gears counts as 1 (ours): the formula has no upper end, superfinished flanks would get 1.3.
+    Surfaces smoother than the test gears have the value 1 (ours), because the formula has no upper limit and would give
+    1.3 for superfinished flanks.
     """
     relative = float(1e6 * mean_rz * (10.0 / (1e3 * radius)) ** (1.0 / 3.0))
     if relative <= 3.0:
@@ -69,7 +70,7 @@ def hypoid_factor(
     """Z_Hyp (12) to (19): sliding along the contact line over the sum of velocities across it; 1 without offset.
 
     Mean spiral angles, generated and effective pressure angle of the flank [rad]. The formula is for shaft angles at
-    which the contact line leans as on the virtual gears; its range is 0.6 to 1.
+    which the inclination of the contact line is that on the virtual gears; its range is 0.6 to 1.
     """
     cos_1, cos_2 = math.cos(spiral_pinion), math.cos(spiral_gear)
     lean = math.atan(math.tan(0.5 * (spiral_pinion + spiral_gear)) * math.sin(effective_pressure_angle))
@@ -105,7 +106,7 @@ _FRICTIONS = np.linspace(0.0, 0.5, 26)
 
 
 def yield_stress(hardness: float) -> float:
-    """Yield stress in tension of a material of some hardness [Pa] (Tabor)."""
+    """Yield stress in tension of a material [Pa] from its hardness (Tabor)."""
     return hardness / HARDNESS_RATIO
 
 
@@ -115,7 +116,7 @@ def yield_pressure(stress: float) -> float:
 
 
 def shear_stress(across: FloatArray, depth: FloatArray, friction: float) -> FloatArray:
-    """tau_zx over the Hertz pressure at places in half-widths, depth positive (McEwen; Johnson)."""
+    """tau_zx over the Hertz pressure at points in half-widths, positive for depth (McEwen; Johnson)."""
     x, z = np.broadcast_arrays(across, depth)
     level = 1.0 - x**2 + z**2
     root = np.sqrt(level**2 + 4.0 * x**2 * z**2)
@@ -129,15 +130,15 @@ def shear_stress(across: FloatArray, depth: FloatArray, friction: float) -> Floa
 
 @lru_cache(maxsize=1)
 def _greatest_shear() -> FloatArray:
-    """Greatest |tau_zx|/p for each of `_FRICTIONS`."""
+    """Maximum |tau_zx|/p for each of `_FRICTIONS`."""
     across, depth = np.linspace(-1.5, 1.5, 301)[:, None], np.linspace(1e-6, 1.5, 151)[None]
     return np.array([np.abs(shear_stress(across, depth, mu)).max() for mu in _FRICTIONS])
 
 
 def shakedown_pressure(stress: float, friction: ArrayLike = 0.0) -> FloatArray:
-    """Shakedown limit of a line contact: Hertz pressure above which cyclic plasticity sets in [Pa].
+    """Shakedown limit of a line contact: Hertz pressure above which cyclic plasticity occurs [Pa].
 
-    `stress` is the yield stress in tension [Pa]; a friction coefficient beyond 0.5 counts as 0.5.
+    `stress` is the yield stress in tension [Pa]; friction coefficients are limited to 0.5.
     """
     shear = np.interp(np.abs(np.asarray(friction, float)), _FRICTIONS, _greatest_shear())
     return np.asarray(stress / np.sqrt(3.0) / shear)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from efficiency.contact.mesh_surface import EDGES
-from efficiency.ltca.limits import EDGE_NOTE, EdgeLoad, flank_place
+from efficiency.ltca.limits import EDGE_LIMIT, EDGE_NOTE, EdgeLoad, edges_carry, flank_place
 from efficiency.ltca.load_distribution import LoadDistribution, TeethElasticity
 from efficiency.strength import permissible_stress as permissible
 from efficiency.strength.result import Grade, Strength
@@ -20,30 +20,29 @@ from efficiency.strength.root_stress import RootStress, RootTooth, root_stress
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 
-# tuned: share of the torque on edges from which they are worth a warning (ours); may be changed freely
-EDGE_WARNING = 0.02
 INTEGRAL = 1.5
 """C_2: weight of the mean flash in the integral temperature (ISO/TS 6336-21, from memory)."""
 RA_OF_RQ = math.sqrt(2.0 / math.pi)
 ASSUMED = (
-    "torque as given, even speed: application and dynamic factor 1; load distribution by the loaded tooth contact",
-    "left out, factor 1: life, work hardening, bevel factor (of nominal stresses)",
-    "root stress within 5 % of finer finite elements under the same contact forces; friction left out of it",
-    "no scuffing temperature and no permissible film on oil cards: no safety factor against scuffing and micropitting",
+    "torque as given at constant speed: application and dynamic factors are 1; load distribution from the loaded tooth "
+    "contact",
+    "neglected, factor 1: life, work hardening, bevel factor (of nominal stresses)",
+    "root stress within 5 % of a finer finite-element mesh under the same contact forces; friction neglected",
+    "no scuffing temperature and permissible film in the oil data: no safety factor against scuffing and micropitting",
 )
 
 
 @dataclass(frozen=True)
 class LocalConditions:
-    """What the strength needs of lubrication and motion."""
+    """Local conditions of lubrication and motion for the strength."""
 
-    friction: FloatArray  # (n,) at the loaded points [-]
-    film: FloatArray  # (n,) central film thickness there [m]
-    temperature: FloatArray  # (n,) greatest surface temperature there [K]
+    friction: FloatArray  # (n,) friction coefficient at the loaded points [-]
+    film: FloatArray  # (n,) central film thickness [m]
+    temperature: FloatArray  # (n,) maximum surface temperature [K]
     bulk: tuple[float, float]  # bulk temperatures of pinion and gear teeth [K]
     roughness: tuple[float, float]  # Rq of both flanks [m]
     viscosity_40: float  # kinematic viscosity of the oil at 40 degC [m2/s]
-    speed: float  # of the pitch circle of the gear at its mean point [m/s]
+    speed: float  # pitch line speed of the gear at its mean point [m/s]
     module: float  # mean normal module [m]
     hypoid: float  # hypoid factor Z_Hyp of the loaded flank [-]
 
@@ -58,8 +57,8 @@ def rate_strength(
 ) -> Strength:
     """Strength at one operating point: pressures, root stress, safety factors, scuffing and micropitting numbers.
 
-    `roots` of pinion and gear; a text states why there is none. `local` is of the loaded points of `load`; `pitch` is
-    that of the pinion [rad].
+    `roots`: roots of pinion and gear, or the reason why one is missing. `local` belongs to the loaded points of `load`;
+    `pitch` is that of the pinion [rad].
     """
     loaded = load.loaded
     count = loaded["force"].size
@@ -83,33 +82,28 @@ def rate_strength(
     grades += _flank_grades(flank, endurance, first, shakes, where)
     if not math.isfinite(endurance):
         unknown = ", ".join(f"{name} ({m.name})" for name, m in materials.items() if m.contact_endurance is None)
-        grades.append(
-            Grade("contact endurance", "note", f"contact_endurance not in the material of {unknown}: not graded")
-        )
+        text = f"contact_endurance is missing in the material of {unknown}: not graded"
+        grades.append(Grade("contact endurance", "note", text))
     grades += _edge_grades(edges, first, shakes)
     rz = permissible.RZ_OF_RQ * 0.5 * sum(local.roughness)
     factors = _contact_factors(endurance, local, rz, float(loaded["radius_equivalent"][worst]))
     safety = endurance * math.prod(factors.values()) / flank if flank > 0.0 else math.nan
     if safety < 1.0 and flank <= endurance:
-        grades.append(
-            Grade(
-                "pitting",
-                "warning",
-                f"pitting safety {safety:.3f} below 1 with the factors of film and roughness ({where}): finer finish, "
-                "thicker oil",
-            )
-        )
+        text = f"pitting safety {safety:.3f} below 1 with the factors of film and roughness ({where}): finer finish, "
+        grades.append(Grade("pitting", "warning", text + "higher oil viscosity"))
     results, safeties = [], []
     for (member, material), root in zip(materials.items(), roots, strict=True):
-        stress = _root(member, root, load, pitch, grades)
+        stress = None if isinstance(root, str) else root_stress(root, load.positions, pitch)
         results.append(stress)
         safeties.append(math.nan)
         if stress is None:
+            text = f"root stress of the {member} not computed: {root}"
+            grades.append(Grade(f"root of the {member}", "note", text))
             continue
         if stress.fillet.startswith("assumed"):
             notes.append(f"root fillet of the {member} {stress.fillet}")
         if material.bending_endurance is None:
-            text = f"bending_endurance not in the material of the {member} ({material.name}): not graded"
+            text = f"bending_endurance is missing in the material of the {member} ({material.name}): not graded"
             grades.append(Grade(f"root of the {member}", "note", text))
             continue
         own = _root_factors(stress, local.module)
@@ -117,15 +111,12 @@ def rate_strength(
         allowed = material.bending_endurance * permissible.STRESS_CORRECTION * math.prod(own.values())
         safeties[-1] = allowed / stress.tension
         if stress.tension > allowed:
-            grades.append(
-                Grade(
-                    f"root of the {member}",
-                    "warning",
-                    f"root stress of the {member} {stress.tension / 1e6:.0f} MPa above the permissible "
-                    f"{allowed / 1e6:.0f} MPa, {stress.face * 1e3:.1f} mm from the toe: larger edge radius of the "
-                    "cutter, thicker or larger teeth, less torque",
-                )
+            text = (
+                f"root stress of the {member} {stress.tension / 1e6:.0f} MPa above the permissible "
+                f"{allowed / 1e6:.0f} MPa, {stress.face * 1e3:.1f} mm from the toe: larger edge radius of the cutter, "
+                "thicker or larger teeth, less torque"
             )
+            grades.append(Grade(f"root of the {member}", "warning", text))
     bulk = max(local.bulk)
     weight = np.concatenate([p.position.length[p.force > 0.0] for p in load.positions])
     hot = np.isfinite(local.temperature)
@@ -165,7 +156,7 @@ def rate_strength(
 
 
 def _flank_grades(flank: float, endurance: float, first: float, shakes: float, where: str) -> list[Grade]:
-    """Pressure inside the flanks; the worse limits only."""
+    """Grades of the pressure inside the flanks, for the highest exceeded limit and the endurance."""
     found = []
     value = f"{flank / 1e9:.3g} GPa"
     remedy = "less torque, a larger pattern (less crowning), larger teeth"
@@ -176,28 +167,28 @@ def _flank_grades(flank: float, endurance: float, first: float, shakes: float, w
         text = f"flank pressure {value} above first yield below the surface, {first / 1e9:.3g} GPa"
         found.append(Grade("yield", "warning", f"{text}; {where}; {remedy}"))
     if flank > endurance:
-        text = f"flank pressure {value} above the contact endurance, {endurance / 1e9:.3g} GPa: the flanks pit in time"
+        text = f"flank pressure {value} above the contact endurance, {endurance / 1e9:.3g} GPa: pitting is expected"
         found.append(Grade("contact endurance", "warning", f"{text}; {where}; {remedy}"))
     return found
 
 
 def _edge_grades(edges: EdgeLoad, first: float, shakes: float) -> list[Grade]:
-    """Load at the edges, with what to do about it."""
+    """Grade of the load at the edges, with remedies."""
     if edges.share < EDGE_NOTE:
         return []
     names = ", ".join(f"{name} {100.0 * share:.2g} %" for name, share in edges.shares.items())
     tips = [name.split()[0] for name in EDGES if name.endswith("tip") and edges.shares.get(name, 0.0) >= EDGE_NOTE]
     ends = [name for name in EDGES if not name.endswith("tip") and edges.shares.get(name, 0.0) >= EDGE_NOTE]
-    remedies = [f"add tip relief (or more of it) to the {' and the '.join(tips)}"] if tips else []
+    remedies = [f"add or increase the tip relief of the {' and the '.join(tips)}"] if tips else []
     if ends:
         remedies.append(f"more lengthwise crowning, or relief at the {', '.join(ends)}")
-    text = f"edges carry {100.0 * edges.share:.2g} % of the load ({names}): {'; '.join(remedies)}"
+    severe = edges.share >= EDGE_LIMIT or edges.pressure > shakes
+    text = f"{edges_carry(edges, severe)} of the load ({names}): {'; '.join(remedies)}"
     pressure = f"{edges.pressure / 1e9:.3g} GPa"
     if edges.pressure > shakes:
         text += f"; {pressure} at the {edges.edge} is above shakedown, {shakes / 1e9:.3g} GPa: cyclic plasticity"
     elif edges.pressure > first:
         text += f"; {pressure} at the {edges.edge} is above first yield, {first / 1e9:.3g} GPa: local yielding"
-    severe = edges.share >= EDGE_WARNING or edges.pressure > shakes
     return [Grade("edges", "warning" if severe else "note", text)]
 
 
@@ -218,12 +209,3 @@ def _root_factors(stress: RootStress, module: float) -> dict[str, float]:
         "Y_R_relT": permissible.surface_factor(permissible.ROOT_ROUGHNESS),
         "Y_X": permissible.size_factor(module),
     }
-
-
-def _root(
-    member: str, root: RootTooth | str, load: LoadDistribution, pitch: float, grades: list[Grade]
-) -> RootStress | None:
-    if isinstance(root, str):
-        grades.append(Grade(f"root of the {member}", "note", f"root stress of the {member} not computed: {root}"))
-        return None
-    return root_stress(root, load.positions, pitch)

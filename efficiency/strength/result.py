@@ -1,4 +1,4 @@
-"""What the strength of a loaded pair gave: grades, root stress, safety factors, scuffing and micropitting numbers."""
+"""Result of the strength of a loaded pair: grades, root stress, safety factors, scuffing and micropitting numbers."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ COLUMNS = ("safety_contact", "safety_root_pinion", "safety_root_gear", "temperat
 
 @dataclass(frozen=True)
 class Grade:
-    """One kind of limit a load goes beyond, with its worst value."""
+    """An exceeded limit with its most severe value."""
 
     kind: str
     level: Level
-    text: str  # what, where, and what to do about it
+    text: str  # finding, place and remedy
 
     def __str__(self) -> str:
         return f"{self.level.upper() if self.level == 'warning' else self.level}: {self.text}"
@@ -49,38 +49,38 @@ class Grade:
 
 @dataclass(frozen=True)
 class Strength(TableResult):
-    """Strength of a pair at one operating point; SI units, nan where something is not known.
+    """Strength of a pair at one operating point; SI units, nan for unknown values.
 
-    Safety factors are after ISO 10300-2 and -3, from public sources, not a certified calculation. The stresses are
-    those of the loaded tooth contact with the torque as given: the factors K of the standard are 1.
+    Safety factors are after ISO 10300-2 and -3, from public sources, and not a certified calculation. The stresses are
+    those of the loaded tooth contact with the given torque: the K factors of the standard are 1.
     """
 
-    status: Literal["ok", "note", "warning"]  # worst level of the grades
-    grades: tuple[Grade, ...]  # one for each kind of limit, the worst first
-    pressure_flank: float  # greatest Hertz pressure inside the flanks, edges left out [Pa]
-    contact_endurance: float  # of the weaker member [Pa]
-    # pressure at first yield below the surface, and the shakedown limit, above which cyclic plasticity sets in [Pa]
+    status: Literal["ok", "note", "warning"]  # most severe level of the grades
+    grades: tuple[Grade, ...]  # one for each kind of limit, the most severe first
+    pressure_flank: float  # maximum Hertz pressure inside the flanks without edges [Pa]
+    contact_endurance: float  # contact endurance of the weaker member [Pa]
+    # pressure at first yield below the surface, and the shakedown limit, above which cyclic plasticity occurs [Pa]
     pressure_yield: float
     pressure_shakedown: float
-    # greatest elastic pressure at an edge [Pa], share of the torque there [-]
+    # maximum elastic pressure at an edge [Pa], share of the torque on edges [-]
     pressure_edge: float
     edge_load_share: float
     safety_contact: float  # S_H: permissible contact stress over `pressure_flank` [-]
-    # greatest tensile stress of the root fillets over the mesh cycle [Pa]
+    # maximum tensile stress of the root fillets over the mesh cycle [Pa]
     root_stress_pinion: float
     root_stress_gear: float
-    # most negative stress of the fillets on the other side [Pa]
+    # most negative stress of the fillets on the opposite side [Pa]
     root_compression_pinion: float
     root_compression_gear: float
     # S_F: permissible root stress over `root_stress_pinion` or `root_stress_gear` [-]
     safety_root_pinion: float
     safety_root_gear: float
-    temperature_flash: float  # greatest contact temperature, bulk plus flash of Blok [K]
+    temperature_flash: float  # maximum contact temperature, bulk plus flash of Blok [K]
     temperature_integral: float  # bulk temperature plus 1.5 times the mean flash over the contact lines of the mesh [K]
-    film_specific: float  # least film thickness over the mean Ra of both flanks [-]
-    factors: dict[str, float]  # factors of the permissible stresses by their names [-]
-    notes: tuple[str, ...]  # what is assumed and what is left out
-    # root stress over the mesh; None where the tooth is no solid
+    film_specific: float  # minimum film thickness over the mean Ra of both flanks [-]
+    factors: dict[str, float]  # factors of the permissible stresses by name [-]
+    notes: tuple[str, ...]  # assumptions
+    # root stress over the mesh; None if it is unavailable
     pinion: RootStress | None = field(repr=False, default=None)
     gear: RootStress | None = field(repr=False, default=None)
     # at the loaded points [-], [K]
@@ -88,15 +88,15 @@ class Strength(TableResult):
     points_temperature: FloatArray = field(repr=False, default_factory=lambda: np.zeros(0))
 
     def scalars(self) -> dict[str, Any]:
-        """The single values by their names, SI units."""
+        """Scalar values by name, SI units."""
         return {n: v for n in self.__dataclass_fields__ if isinstance(v := getattr(self, n), str | float)}
 
     def columns(self) -> dict[str, str | float]:
-        """Worst grade, safety factors, integral temperature and specific film: the columns of maps and studies."""
+        """Columns of maps and studies: most severe grade, safety factors, integral temperature, specific film."""
         return {"strength": self.status} | {name: getattr(self, name) for name in COLUMNS}
 
     def to_dict(self) -> dict[str, Any]:
-        """Single values, grades, factors, root stress over the mesh, for JSON; not-a-number becomes None."""
+        """Scalar values, grades, factors and root stress over the mesh, for JSON; nan becomes None."""
         plain: dict[str, Any] = {n: _plain(v) for n, v in self.scalars().items()}
         plain["grades"] = [{"kind": g.kind, "level": g.level, "text": g.text} for g in self.grades]
         plain["factors"] = {n: _plain(v) for n, v in self.factors.items()}
@@ -106,13 +106,13 @@ class Strength(TableResult):
         return plain
 
     def to_frame(self) -> pandas.DataFrame:
-        """One row: the single values by their names, SI units."""
+        """One row of the scalar values by name, SI units."""
         import pandas
 
         return pandas.DataFrame([self.scalars() | {"grades": "; ".join(map(str, self.grades))}])
 
     def table(self) -> Table:
-        """The figures a reader looks for first; grades, assumptions and what is left out below."""
+        """The most important figures, with grades and assumptions below."""
         values = {name: getattr(self, name) for name in _SHOWN}
         kept = tuple(name for name in _SHOWN if math.isfinite(values[name]))
         return Table(

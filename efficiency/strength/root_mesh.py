@@ -1,9 +1,9 @@
-"""Finite-element mesh of one pitch of a member: a tooth with its cut fillets and its share of the rim.
+"""Finite-element mesh of one pitch of a member: a tooth with its cut fillets and its part of the rim.
 
-Sections by cones square to the pitch cone at stations along the face. Each section is flattened (azimuth times radius
-and cosine of the spiral angle across, height up) and meshed alike: two layers of elements follow flank, fillet and
-root from the middle of one slot to the tip; the core of the tooth, the rim under it and the rim under the slots fill
-the rest. The pitch is cut at the middle of the slots, so that both cuts are equal.
+Sections are cones normal to the pitch cone at stations along the face. Each section is flattened (azimuth times radius
+and cosine of the spiral angle across, height up), and all have the same topology. Two layers of elements follow flank,
+fillet and root from the middle of one slot to the tip. The core of the tooth, the rim under it and the rim under the
+slots fill the rest. The pitch is cut at the middle of the slots, so that both cuts are equal.
 """
 
 from __future__ import annotations
@@ -23,31 +23,30 @@ from efficiency.strength.hexahedra import CORNERS_AND_EDGES
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError, InputError
 
-# tuned: edge radius of a cutter that states none, in mean normal modules (ours; basic racks have 0.2 to 0.4); may be
-# changed freely, a design states its own
+# tuned: default edge radius of a cutter, in mean normal modules (ours; basic racks have 0.2 to 0.4); may be changed
+# freely, the value of a design has priority
 EDGE_RADIUS = 0.25
-# radii tried one after the other where the slot is too narrow for it
+# fractions of it that are tried in turn if the slot is too narrow
 _RADII = (1.0, 0.75, 0.5)
-_FINE = 400  # points of one side of the outline before they are shared out
-# tuned: weight of curvature over length when nodes are shared out along the outline (ours); may be changed by whoever
-# runs `test_root_stress_converges`
+_FINE = 400  # points of one side of the outline before redistribution
+# tuned: weight of curvature over length in the distribution of nodes along the outline (ours); may be changed after
+# running `test_root_stress_converges`
 _BEND = 1.5
-# tuned: thickness of the layers next to the surface over the thickness of the tooth at the fillets and at the tip, and
-# of the outer layer over both (ours); may be changed by whoever runs `test_root_stress_converges`
+# tuned: thickness of the surface layers over the thickness of the tooth at the fillets and at the tip, and of the outer
+# layer over both (ours); may be changed after running `test_root_stress_converges`
 _LAYER, _LAYER_TIP, _OUTER = 0.16, 0.22, 0.4
-
-# tuned: across, up and along: what makes the factors of shipped designs cheapest (ours); may be changed freely
+# tuned: weights across, up and along with the shortest factorisation for shipped designs (ours); may be changed freely
 _SPLIT = np.array([2.0, 1.0, 3.0])
 
 
 @dataclass(frozen=True)
 class Counts:
-    """Elements of a pitch."""
+    """Numbers of elements of a pitch."""
 
     # along the outline from the middle of the slot to the middle of the fillet, and from there to the tip
     low: int = 4
     high: int = 6
-    layer: int = 2  # in the layers next to the surface
+    layer: int = 2  # in the surface layers
     # across the core of the tooth, and down the rim
     across: int = 2
     deep: int = 2
@@ -56,10 +55,10 @@ class Counts:
 
 @dataclass(frozen=True)
 class Outline:
-    """One side of a tooth, middle of the slot to tip, at stations along the face."""
+    """One side of a tooth from the middle of the slot to the tip, at stations along the face."""
 
-    azimuth: FloatArray  # (n, k) about the axis of the member, against the middle of the tooth [rad]
-    height: FloatArray  # (n, k) over the pitch cone [m]
+    azimuth: FloatArray  # (n, k) about the axis of the member, from the middle of the tooth [rad]
+    height: FloatArray  # (n, k) above the pitch cone [m]
 
 
 @dataclass(frozen=True)
@@ -68,13 +67,13 @@ class RootMesh:
 
     counts: Counts
     nodes: FloatArray  # [m]
-    elements: IntArray  # nodes in the order of `CORNERS_AND_EDGES`: along the outline, inwards, along the face
-    places: FloatArray  # middles of the elements in element lengths, stretched where splitting is cheap
+    elements: IntArray  # nodes in the order of `CORNERS_AND_EDGES`: along the outline, inward, along the face
+    places: FloatArray  # centres of the elements in element lengths, weighted for the bisection
     rim: NDArray[np.bool_]  # elements of the body under the root
     # nodes of the two cuts, in the same order
     left: IntArray
     right: IntArray
-    # nodes at which the body may be held
+    # nodes of the surfaces that can be held
     base: NDArray[np.bool_]
     toe: NDArray[np.bool_]
     heel: NDArray[np.bool_]
@@ -82,20 +81,20 @@ class RootMesh:
     surface: tuple[IntArray, IntArray]
     stations: FloatArray  # distance from the toe [m]
     outlines: tuple[Outline, Outline]  # lower and upper side at all nodes
-    columns: FloatArray  # distance from the toe [m] at which radius and chord are given
+    columns: FloatArray  # distance of `radius` and `chord` from the toe [m]
     # radius of the fillets of the lower and the upper side between their tangents of 30 and 60 deg [m]
     radius: tuple[FloatArray, FloatArray]
     chord: FloatArray  # thickness of the tooth between the tangents of 30 deg [m]
-    fillet: str  # where the fillets come from, in words
+    fillet: str  # origin of the fillets, in words
 
 
 def root_mesh(
     flanks: GearFlanks, member: Member, grid: ToothGrid, rim_thickness: float, module: float, counts: Counts
 ) -> RootMesh:
-    """Mesh of one pitch of a member; `ConvergenceError` where no fillet fits.
+    """Mesh of one pitch of a member; `ConvergenceError` if no fillet fits.
 
-    `grid`: the flanks of the tooth at some stations; `module`: the mean normal module, for the edge radius of a cutter
-    that states none [m].
+    `grid`: the flanks of the tooth at some stations; `module`: the mean normal module, for the default edge radius of a
+    cutter [m].
     """
     if not (np.isfinite(module) and module > 0.0):
         raise InputError("module", module, "a finite length above 0 m")
@@ -116,7 +115,7 @@ def root_mesh(
     azimuth, height = section[:, 0] / scale, section[:, 1]
     points = grid.point(azimuth, np.broadcast_to(at, azimuth.shape), height)  # (m, planes, 3)
     number = np.full((section.shape[0], planes.size), -1)
-    # only corners lie between the planes
+    # only corners are between the planes
     corners = np.unique(elements[:, _section_nodes(corners=True)])
     used = np.zeros(number.shape, bool)
     used[np.unique(elements[:, _section_nodes(corners=False)])[:, None], planes[::2]] = True
@@ -164,7 +163,7 @@ def root_mesh(
 
 
 def _section_nodes(*, corners: bool) -> IntArray:
-    """Of the nine nodes of an element of a section: its corners, or these and the middles of its sides."""
+    """Indices of the corners of an element of a section with nine nodes, or of corners and middles of sides."""
     parity = np.array([[i % 2, j % 2] for i in range(3) for j in range(3)]).sum(axis=1)
     return np.flatnonzero(parity == 0 if corners else parity < 2)
 
@@ -172,7 +171,7 @@ def _section_nodes(*, corners: bool) -> IntArray:
 def _section(
     outlines: Sequence[FloatArray], base: FloatArray, counts: Counts
 ) -> tuple[FloatArray, IntArray, NDArray[np.bool_], FloatArray, tuple[IntArray, IntArray], list[IntArray], IntArray]:
-    """Nodes (m, 2, k) of the flattened sections, elements (e, 9) and what is known of them."""
+    """Nodes (m, 2, k) of the flattened sections, elements (e, 9) and their attributes."""
     low = 2 * counts.low
     inner = [_layer(line, other, counts) for line, other in zip(outlines, outlines[::-1], strict=True)]
     layers = 2 * counts.layer + 1
@@ -187,7 +186,7 @@ def _section(
     down = np.linspace(0.0, 1.0, 2 * counts.deep + 1) ** 1.3
     floor = [np.stack([x, base]) for x in (left[0, 0], left[low, 0], right[low, 0], right[0, 0])]
     for x, y in ((1, 0), (2, 3)):
-        # under the fillets the base is wider than the tooth
+        # the base under the fillets is wider than the tooth
         floor[x][0] = 0.75 * floor[x][0] + 0.25 * floor[y][0]
     foot = core[0][:, None]
     under = floor[1] * (1.0 - t[0]) + floor[2] * t[0]
@@ -230,12 +229,12 @@ def _section(
 
 
 def _layer(line: FloatArray, other: FloatArray, counts: Counts) -> FloatArray:
-    """Inner side (n, 2, k) of the layers next to one side of the outline; `other` is the other side."""
+    """Inner side (n, 2, k) of the surface layers of one side of the outline; `other` is the other side."""
     low = 2 * counts.low
     inwards = np.sign(other[-1, 0] - line[-1, 0])
     tangent = np.gradient(line, axis=0)
     angle = np.unwrap(np.arctan2(tangent[:, 1], tangent[:, 0] * inwards), axis=0) - 0.5 * np.pi
-    # straight down in the middle of the slot and never out of the pitch, level at the tip
+    # vertical in the middle of the slot, inside the pitch, horizontal at the tip
     place = np.arange(len(line))[:, None]
     angle[0] = -0.5 * np.pi
     angle = np.clip(angle, -0.5 * np.pi, 0.25 * np.pi)
@@ -252,8 +251,8 @@ def _layer(line: FloatArray, other: FloatArray, counts: Counts) -> FloatArray:
 def _nodes_along(curves: Sequence[FloatArray], u: FloatArray, counts: Counts) -> FloatArray:
     """Nodes (n, 2, k) along one side of the flattened sections, given by curves from the middle of the slot.
 
-    Corners are even in length and curvature, the middle of the fillet among them, by shares of the length of the curve
-    that vary smoothly along the face.
+    Corners, including the middle of the fillet, are evenly distributed in length and curvature. Their fractions of the
+    length of the curve vary smoothly along the face.
     """
     lengths = [np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(c, axis=0), axis=1))]) for c in curves]
     shares = np.stack([_shares(c, length, counts) for c, length in zip(curves, lengths, strict=True)], axis=-1)
@@ -268,7 +267,7 @@ def _nodes_along(curves: Sequence[FloatArray], u: FloatArray, counts: Counts) ->
 
 
 def _notch(curve: FloatArray) -> tuple[float, float]:
-    """Mean radius of a fillet between its tangents of 60 and 30 deg to the middle of the tooth, and where the last is.
+    """Mean radius of a fillet between its tangents of 60 and 30 deg to the tooth axis, and place of the latter.
 
     The curve (n, 2) begins in the middle of the slot [m].
     """
@@ -281,14 +280,14 @@ def _notch(curve: FloatArray) -> tuple[float, float]:
 
 
 def _shares(curve: FloatArray, length: FloatArray, counts: Counts) -> FloatArray:
-    """Corners of the elements along a curve (n, 2) by shares of its length."""
+    """Corners of the elements along a curve (n, 2), as fractions of its length."""
     even = np.linspace(0.0, 1.0, _FINE)
     fine = np.stack([np.interp(even * length[-1], length, x) for x in curve.T], axis=-1)
     turn = np.unwrap(np.arctan2(*np.diff(fine, axis=0).T[::-1]))
     bend = np.abs(np.gradient(turn))
     kernel = np.hanning(_FINE // 10)
     bend = np.convolve(bend, kernel / kernel.sum(), mode="same")
-    # the middle of the fillet is where half of the turn to the flank, or 45 deg of it, is done
+    # the middle of the fillet is at half of the angle to the flank, at most 45 deg
     away = np.maximum.accumulate(np.abs(turn - turn[0]))
     half = max(int(np.argmax(away > min(0.5 * away[-1], 0.25 * np.pi))), _FINE // 20)
     share = np.concatenate([[0.0], np.cumsum(1.0 / bend.size + _BEND * bend / bend.sum())])
@@ -297,13 +296,11 @@ def _shares(curve: FloatArray, length: FloatArray, counts: Counts) -> FloatArray
 
 
 def _curves(flanks: GearFlanks, member: Member, grid: ToothGrid, module: float) -> tuple[list[list[FloatArray]], str]:
-    """Azimuth and height (n, 2) of both sides, slot to tip, at the columns of the grid; where the fillets are from."""
+    """Azimuth and height (n, 2) of both sides, slot to tip, at the columns of the grid; origin of the fillets."""
     given = [flank.blade.edge_radius if isinstance(flank, CutFlank) else 0.0 for flank in flanks.of(member).values()]
     stated = all(radius > 0.0 for radius in given)
-    if stated:
-        origin = "cut, edge radius of the design"
-    else:
-        origin = f"assumed, edge radius {EDGE_RADIUS:g} normal modules (none in the design)"
+    default = f"assumed, edge radius {EDGE_RADIUS:g} normal modules (none in the design)"
+    origin = "cut, edge radius of the design" if stated else default
     error: ConvergenceError | None = None
     for share in _RADII:
         radius = share * EDGE_RADIUS * module
@@ -321,12 +318,12 @@ def _curves(flanks: GearFlanks, member: Member, grid: ToothGrid, module: float) 
 
 
 def _joined(low: FloatArray, high: FloatArray, pitch: float) -> tuple[FloatArray, FloatArray]:
-    """Both sides of a slot (azimuth and height, tip first) ended in its middle, and turned round: slot first."""
+    """Both sides of a slot (azimuth and height, tip first) cut in its middle and reversed: slot first."""
     following = low + np.array([pitch, 0.0])
     if high[-1, 0] < following[-1, 0]:
         middle = 0.5 * (high[-1] + following[-1])
         return np.concatenate([(middle - [pitch, 0.0])[None], low[::-1]]), np.concatenate([middle[None], high[::-1]])
-    # the fillets cross: each cutter removes what the other has left
+    # the fillets cross, and each cutter removes material of the other one
     order = np.argsort(following[:, 0])
     ahead = high[:, 0] >= following[:, 0].min()
     gap = high[ahead, 1] - np.interp(high[ahead, 0], following[order, 0], following[order, 1])
@@ -336,9 +333,8 @@ def _joined(low: FloatArray, high: FloatArray, pitch: float) -> tuple[FloatArray
     first = int(np.flatnonzero(ahead)[found[0]])
     middle = np.array([high[first, 0], np.interp(high[first, 0], following[order, 0], following[order, 1])])
     other = low[low[:, 0] + pitch > middle[0]]
-    return np.concatenate([(middle - [pitch, 0.0])[None], other[::-1]]), np.concatenate(
-        [middle[None], high[:first][::-1]]
-    )
+    start = (middle - [pitch, 0.0])[None]
+    return np.concatenate([start, other[::-1]]), np.concatenate([middle[None], high[:first][::-1]])
 
 
 def _side(root: RootProfile | None, grid: ToothGrid, radius: float, upper: int) -> list[FloatArray]:
@@ -364,11 +360,11 @@ def _side(root: RootProfile | None, grid: ToothGrid, radius: float, upper: int) 
 
 
 def _with_arc(flank: FloatArray, root: float, radius: float) -> FloatArray:
-    """A flank (n, 2), tip first, that goes over into a level root by an arc [m]; it faces rising first coordinates.
+    """A flank (n, 2), tip first, joined to a horizontal root by an arc [m]; it faces increasing first coordinates.
 
-    `ConvergenceError` where the flank stays away from the root, or the arc does not fit.
+    Raises `ConvergenceError` if the flank does not reach the root or the arc does not fit.
     """
-    # straight on below its last point
+    # linear extrapolation below its last point
     slope = flank[-1] - flank[-2]
     ahead = flank[-1] + slope / np.linalg.norm(slope) * np.linspace(0.0, 3.0, 13)[1:, None] * radius
     line = np.concatenate([flank, ahead])
@@ -393,7 +389,7 @@ def _with_arc(flank: FloatArray, root: float, radius: float) -> FloatArray:
 def _cut_fillets(
     flanks: GearFlanks, member: Member, grid: ToothGrid, radius: float
 ) -> tuple[RootProfile | None, RootProfile | None]:
-    """Fillets the cutters leave on both sides, with a given edge radius where theirs is none; or none of both."""
+    """Fillets cut on both sides, with the given radius for cutters without edge radius; None if unavailable."""
     blank, mate = flanks.blank(member), flanks.blank("gear" if member == "pinion" else "pinion")
     clearance = max(blank.mean_dedendum - mate.mean_addendum, 0.0)
     cut: list[CutFlank] = []
@@ -410,6 +406,6 @@ def _cut_fillets(
     stations = grid.u.shape[1]
     low, high = (root_profile(flank, stations, clearance) for flank in cut)
     if (low is None) != (high is None):
-        # a slot has one root: where one side is cut deep enough, the other is taken as it is cut
+        # a slot has one root: if one side is cut to full depth, the other is used as cut
         low, high = (root_profile(flank, stations, np.inf) for flank in cut)
     return (None, None) if low is None or high is None else (low, high)

@@ -1,8 +1,8 @@
 """Root stress of the teeth over the mesh cycle: finite elements of one pitch in a ring, loaded by the contact forces.
 
-The stiffness is factorised once for each member; unit forces on the flank give the stress along both fillets, of the
-loaded tooth and of its two neighbours. Any load distribution is a sum of these. Stress is the greatest principal stress
-at the free surface, from the strain in the surface. Normal forces alone.
+The stiffness is factorised once for each member. Unit forces on the flank produce the stress along both fillets of the
+loaded tooth and of its two neighbours; any load distribution is a superposition of these. The stress is the maximum
+principal stress at the free surface, from the strain in the surface, and only normal forces are included.
 """
 
 from __future__ import annotations
@@ -17,14 +17,21 @@ from efficiency.contact.gear_flanks import GearFlanks, Member
 from efficiency.ltca.load_distribution import PositionLoad
 from efficiency.ltca.rim_compliance import ring_displacements, rotation
 from efficiency.ltca.solid_tooth import SolidTooth
-from efficiency.strength.hexahedra import CORNERS_AND_EDGES, FACE, Factors, element_stiffness, shape_functions
+from efficiency.strength.hexahedra import (
+    CORNERS_AND_EDGES,
+    FACE,
+    Factors,
+    degrees_of_freedom,
+    element_stiffness,
+    shape_functions,
+)
 from efficiency.strength.root_mesh import Counts, RootMesh, root_mesh
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 
-# teeth in the ring: more change the stress by less than 0.1 %
+# teeth in the ring; more teeth change the stress by less than 0.1 %
 _RING = 3
-# elements over the middle of the fillet at whose surface the stress is read
+# elements above the middle of the fillet for which the stress is evaluated
 _OVER = 3
 _GAUSS = 1.0 / np.sqrt(3.0)
 _CORNERS = [(x, z) for x in (0, 1) for z in (0, 1)]
@@ -32,28 +39,28 @@ _CORNERS = [(x, z) for x in (0, 1) for z in (0, 1)]
 
 @dataclass(frozen=True)
 class RootTooth:
-    """A tooth of one member, ready for any load on its flank."""
+    """Stress response of a tooth of one member to unit forces on its flank."""
 
     member: Member
-    # stress at p points along the fillets of s stations on the loaded and the other side of a tooth per unit normal
-    # force at n places of the flank of this pair (0) and of the next (1) and the one before (-1): along the outline,
+    # stress at p points along the fillets of s stations on the loaded and the opposite side of a tooth per unit normal
+    # force at n points of the flank of this pair (0), of the next (1) and of the previous one (-1): along the outline,
     # across it and shear [1/m2]
     loaded: dict[int, NDArray[np.float32]]
     far: dict[int, NDArray[np.float32]]
-    levels: FloatArray  # height of the places of load over the root cone, at stations along the face [m]
+    levels: FloatArray  # height of the load points above the root cone, at stations along the face [m]
     width: float  # face width [m]
     station: FloatArray  # distance from the toe [m]
-    height: FloatArray  # of the points on the loaded side over the root cone [m]
+    height: FloatArray  # height of the points on the loaded side above the root cone [m]
     # radius of the fillet on the loaded side, and thickness of the tooth between its tangents of 30 deg [m]
     radius: FloatArray
     chord: FloatArray
-    fillet: str  # where the fillets come from, in words
-    unknowns: int  # of the finite elements of one pitch
+    fillet: str  # origin of the fillets, in words
+    unknowns: int  # number of unknowns of one pitch
 
     def shares(self, face: FloatArray, height: FloatArray) -> FloatArray:
-        """Shares (m, n) of the places of load in forces at distances from the toe and over the root cone (m,) [m].
+        """Weights (m, n) of the load points for forces at distances from the toe and above the root cone (m,) [m].
 
-        Linear in between, so that forces and moments are kept.
+        They are linear in between, so that forces and moments are preserved.
         """
         rows, columns = self.levels.shape
         at = np.clip(face / self.width, 0.0, 1.0) * (columns - 1)
@@ -72,33 +79,33 @@ class RootTooth:
 
 @dataclass(frozen=True)
 class RootStress:
-    """Root stress of one tooth as it goes through the mesh."""
+    """Root stress of one tooth over its mesh."""
 
     member: Member
-    tension: float  # greatest principal stress along the fillet on the loaded side [Pa]
-    compression: float  # most negative principal stress on the other side [Pa]
-    # where the greatest tension is: distance from the toe, height over the root cone [m]
+    tension: float  # maximum principal stress along the fillet on the loaded side [Pa]
+    compression: float  # most negative principal stress on the opposite side [Pa]
+    # place of the maximum tension: distance from the toe, height above the root cone [m]
     face: float
     height: float
     roll: FloatArray  # roll of the tooth pair [rad of the pinion]
-    # greatest tension and compression along the face at each roll [Pa]
+    # maximum tension and compression along the face at each roll [Pa]
     history: FloatArray
     history_compression: FloatArray
     station: FloatArray  # distance from the toe [m]
-    along: FloatArray  # greatest tension of the mesh cycle at these stations [Pa]
+    along: FloatArray  # maximum tension of the mesh cycle at these stations [Pa]
     # radius of the fillet there [m], and its notch parameter: thickness over twice the radius [-]
     radius: float
     notch: float
-    fillet: str  # where the fillet comes from, in words
+    fillet: str  # origin of the fillet, in words
 
 
 def root_tooth(
     flanks: GearFlanks, member: Member, tooth: SolidTooth, module: float, counts: Counts | None = None
 ) -> RootTooth:
-    """Mesh, factors and unit stresses of one member; `ConvergenceError` where no fillet fits or elements are folded.
+    """Mesh, factors and unit stresses of one member; `ConvergenceError` if no fillet fits or elements are folded.
 
-    `tooth` gives the flanks, the body and which flank is loaded; `module` is the mean normal module, for the edge
-    radius of a cutter that states none [m].
+    `tooth` contains the flanks, the body and the loaded side; `module` is the mean normal module for the default edge
+    radius of a cutter [m].
     """
     body, grid, counts = tooth.body, tooth.grid, counts or Counts()
     mesh = root_mesh(flanks, member, grid, body.rim_thickness, module, counts)
@@ -112,7 +119,7 @@ def root_tooth(
     kept[mesh.left] = kept[mesh.right] = True
     stiffness = element_stiffness(mesh.nodes[mesh.elements], modulus, poisson)
     factors = Factors(mesh.elements, stiffness, mesh.places, kept, held)
-    # the loaded flank of the pinion looks to the next pair, that of the gear to the one before
+    # the loaded flank of the pinion faces the next pair, that of the gear the previous one
     ahead = (1 if side else -1) * (-1 if member == "pinion" else 1)
     read = {k: _Surface(mesh, k) for k in (0, 1)}
     wanted = np.zeros(len(mesh.nodes), bool)
@@ -149,7 +156,7 @@ def root_tooth(
 
 
 def root_stress(tooth: RootTooth, loads: Sequence[PositionLoad], pitch: float) -> RootStress:
-    """Stress of a tooth over the mesh cycle: loads over one pitch of the pinion [rad]."""
+    """Stress of a tooth over the mesh cycle from loads over one pitch of the pinion [rad]."""
     rolls: list[float] = []
     forces: dict[int, list[FloatArray]] = {j: [] for j in tooth.loaded}
     for load in loads:
@@ -166,7 +173,7 @@ def root_stress(tooth: RootTooth, loads: Sequence[PositionLoad], pitch: float) -
     carried_by = {j: np.stack(found)[order].T for j, found in forces.items()}
 
     def principal(unit: dict[int, NDArray[np.float32]], sign: float) -> FloatArray:
-        """Greatest (sign 1) or least principal stress (s, p, k)."""
+        """Maximum (sign 1) or minimum principal stress (s, p, k)."""
         one, two, shear = np.moveaxis(sum((unit[j] @ f for j, f in carried_by.items()), np.zeros(())), 2, 0)
         return np.asarray(0.5 * (one + two) + sign * np.hypot(0.5 * (one - two), shear))
 
@@ -191,10 +198,10 @@ def root_stress(tooth: RootTooth, loads: Sequence[PositionLoad], pitch: float) -
 
 
 def _unit_forces(mesh: RootMesh, side: int) -> FloatArray:
-    """Consistent forces (3 nodes, places) of unit normal loads at places of a flank: pressures linear between them.
+    """Consistent forces (3 nodes, points) of unit normal loads at points of a flank, with linear pressures in between.
 
-    The pressures are those whose moments with all linear functions are those of the unit load, so that force and moment
-    are kept.
+    The moments of the pressures with all linear functions are those of the unit load, so that force and moment are
+    preserved.
     """
     elements = mesh.elements[mesh.surface[side][mesh.counts.low :]]
     rows, columns = elements.shape[:2]
@@ -231,41 +238,41 @@ def _ring_solution(
     forces: FloatArray,
     pitch: float,
 ) -> dict[int, FloatArray]:
-    """Displacement (3 nodes, places) of the loaded tooth (0) and of the next in rising (1) and falling azimuth (-1).
+    """Displacement (3 nodes, points) of the loaded tooth (0) and of the next in increasing (1) and decreasing azimuth.
 
-    Of the wanted nodes alone.
+    The latter has the key -1. Only the displacement of the wanted nodes is complete.
     """
     free = ~held[mesh.left]
     cuts = mesh.left[free], mesh.right[free]
     position = np.empty(len(mesh.nodes), np.int64)
     position[factors.border] = np.arange(factors.border.size)
     both = np.concatenate(cuts)
-    order = _unknowns(position[both])
+    order = degrees_of_freedom(position[both])
     side = order.size // 2
     turn = rotation(pitch)
 
     def turned(values: FloatArray, matrix: FloatArray) -> FloatArray:
-        """Values of both cuts with those of the right one in another frame."""
+        """Values of both cuts with those of the right cut in another frame."""
         right = matrix @ values[side:].reshape(-1, 3, values.shape[1])
         return np.concatenate([values[:side], right.reshape(side, -1)])
 
     reduced = factors.condensed_load(forces)
     # displacements on the right cut in the frame of the next pitch
     stiffness = turned(turned(factors.stiffness[np.ix_(order, order)], turn.T).T, turn.T)
-    around = ring_displacements(stiffness, turned(reduced[_unknowns(both)], turn.T), _RING, _RING)
+    around = ring_displacements(stiffness, turned(reduced[degrees_of_freedom(both)], turn.T), _RING, _RING)
     count = reduced.shape[1]
     whole = np.zeros((reduced.shape[0], 3 * count))
     whole[:, :count] = reduced
     for k, j in enumerate((0, 1, -1)):
         ends = np.concatenate([around[j % _RING], around[(j + 1) % _RING]])
-        whole[_unknowns(both), k * count : (k + 1) * count] = turned(ends, turn)
-    whole[_unknowns(np.flatnonzero(held))] = 0.0
+        whole[degrees_of_freedom(both), k * count : (k + 1) * count] = turned(ends, turn)
+    whole[degrees_of_freedom(np.flatnonzero(held))] = 0.0
     whole = factors.displacement(whole, wanted)
     return {j: whole[:, k * count : (k + 1) * count] for k, j in enumerate((0, 1, -1))}
 
 
 class _Surface:
-    """Points of the fillet surface of one side: the best ones of quadratic elements, and the strain there."""
+    """Optimal stress points of quadratic elements on the fillet surface of one side, and their strain."""
 
     def __init__(self, mesh: RootMesh, side: int) -> None:
         self.elements = mesh.elements[mesh.surface[side][: mesh.counts.low + _OVER]]  # (o, c, 20)
@@ -294,12 +301,8 @@ class _Surface:
 
     @staticmethod
     def sorted(values: FloatArray) -> FloatArray:
-        """From elements along outline and face with four points (o, c, 4, ...) to stations and points (s, p, ...)."""
+        """Values of elements with four points each (o, c, 4, ...) as stations and points (s, p, ...)."""
         outline, along = values.shape[:2]
         rest = values.shape[3:]
         split = values.reshape(outline, along, 2, 2, *rest).swapaxes(0, 1)  # along, outline, x, z
         return np.moveaxis(split, 3, 1).reshape(2 * along, 2 * outline, *rest)
-
-
-def _unknowns(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
-    return np.asarray((3 * nodes[:, None] + np.arange(3)).ravel())

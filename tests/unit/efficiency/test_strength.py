@@ -121,7 +121,7 @@ def test_grades_say_what_to_do(loaded: LoadedMesh) -> None:
     assert strength.status == "warning"
     [edges] = [grade for grade in strength.grades if grade.kind == "edges"]
     assert str(edges).startswith("WARNING: edges carry ")
-    assert "add tip relief (or more of it) to the gear and the pinion" in edges.text
+    assert "tip relief of the gear and the pinion" in edges.text
     hard = loaded.mesh.load("900 N m").efficiency().strength
     kinds = [grade.kind for grade in hard.grades]
     assert len(kinds) == len(set(kinds))
@@ -181,7 +181,7 @@ def test_material_without_endurance_is_not_graded(loaded: LoadedMesh) -> None:
     bare = Material.load("steel").model_copy(update={"contact_endurance": None, "name": "bronze"})
     strength = rated(loaded, teeth=replace(loaded.mesh.grids.teeth, material_gear=bare))
     assert math.isnan(strength.safety_contact)
-    assert any("contact_endurance not in the material of gear (bronze)" in grade.text for grade in strength.grades)
+    assert any("material of gear (bronze)" in grade.text for grade in strength.grades)
 
 
 def test_impossible_input_is_refused(loaded: LoadedMesh) -> None:
