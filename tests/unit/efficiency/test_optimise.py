@@ -313,7 +313,7 @@ def test_a_figure_without_data_is_refused_or_left_out(
     refused = mixed_ehl(*call, "--E", "0 mm", "--P", "0 mm", "--jobs", "1")
     assert refused.code == 2
     assert "no fillet, for the test" in refused.err
-    assert "To do: give the tooth a root" in refused.err
+    assert "Give the tooth a root" in refused.err
     bare = Evaluation("k", {}, dict.fromkeys(found.problem.figures, 1.0) | {"pressure_max": math.nan})
     pair = GearPair(settings_of(found.problem, {}).design)
     with pytest.raises(InputError, match="pressure_max"):

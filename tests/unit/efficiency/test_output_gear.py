@@ -245,7 +245,7 @@ def test_page_of_a_point_and_of_a_map(geared: Meshed, grid: Grid, tmp_path: Path
     for text_of_point in (f"{100.0 * r.efficiency:.3f}" for r in grid.results):
         assert text_of_point in text
     assert page.sections[0].count("edges carry") == 1
-    assert page.sections[-1].startswith(f"{len(page.sections) - 1}. How it was computed")
+    assert page.sections[-1].startswith(f"{len(page.sections) - 1}. Method")
     header, *rows = sheet_rows(tmp_path / "map.xlsx", "map")
     losses = [row[header.index("power_loss [W]")] for row in rows]
     np.testing.assert_allclose(losses, grid.values("power_loss").ravel(), rtol=1e-14)

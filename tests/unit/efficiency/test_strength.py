@@ -10,12 +10,14 @@ import pytest
 from refusals import refuses
 
 import efficiency
-from efficiency.ltca.limits import EdgeLoad
+from efficiency.loss.efficiency_result import GEAR_NOTES
+from efficiency.ltca.limits import EDGE_LIMIT, EdgeLoad
 from efficiency.mesh import LoadedMesh
 from efficiency.strength import permissible_stress as iso_10300
 from efficiency.strength.permissible_stress import YIELD_RATIO, shakedown_pressure, shear_stress
-from efficiency.strength.rating import LocalConditions, rate_strength
+from efficiency.strength.rating import LocalConditions, _edge_grades, rate_strength
 from efficiency.strength.root_stress import root_tooth
+from ehl.common.notes import grade_of
 from ehl.material import Material
 
 
@@ -120,7 +122,12 @@ def test_grades_say_what_to_do(loaded: LoadedMesh) -> None:
     strength = loaded.efficiency().strength
     assert strength.status == "warning"
     [edges] = [grade for grade in strength.grades if grade.kind == "edges"]
-    assert str(edges).startswith("WARNING: edges carry ")
+    assert strength.edge_load_share > EDGE_LIMIT
+    assert edges.level == "warning"
+    mild = EdgeLoad(share=0.5 * EDGE_LIMIT, shares={"gear tip": 0.5 * EDGE_LIMIT})
+    for share, level, grade in ((0.5, "note", "for information"), (1.0, "warning", "warning")):
+        [found] = _edge_grades(replace(mild, share=share * EDGE_LIMIT), 1e9, 2e9)
+        assert (found.level, grade_of(found.text, GEAR_NOTES)) == (level, grade)
     assert "tip relief of the gear and the pinion" in edges.text
     hard = loaded.mesh.load("900 N m").efficiency().strength
     kinds = [grade.kind for grade in hard.grades]
