@@ -142,7 +142,7 @@ class EfficiencyResult(Reportable):
         Effects that the model neglects.
     notes : tuple of str
         Limits of the model that this case exceeds, with their place.
-        Limits of the model this case touches, and where.
+    seconds : float
         Wall time of loss and friction; geometry and load are shared between results [s].
     pinion_angle, power_loss_positions, power_loss_rolling_positions, transmission_error_positions : arrays
         Values over the mesh cycle [rad], [W], [W], [rad].
