@@ -40,7 +40,9 @@ class CarriedKernels(BuildHookInterface):  # type: ignore[type-arg]
             "NUMBA_CPU_NAME": "x86-64-v3",
             "NUMBA_CPU_FEATURES": "+avx2",
         }  # the name says the other features
-        surrounding |= {"PYTHONPATH": self.root, "NUMBA_CACHE_DIR": f"{self._temporary.name}/compiled"}
+        # pip reaches the dependencies of the build through PYTHONPATH
+        paths = os.pathsep.join(filter(None, (self.root, os.environ.get("PYTHONPATH"))))
+        surrounding |= {"PYTHONPATH": paths, "NUMBA_CACHE_DIR": f"{self._temporary.name}/compiled"}
         compiling = "import sys; from ehl.warmup import write_kernels; write_kernels(sys.argv[1])"
         subprocess.run([sys.executable, "-P", "-c", compiling, str(kernels)], env=surrounding, check=True)
         build_data["pure_python"] = False

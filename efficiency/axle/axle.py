@@ -413,7 +413,8 @@ class Axle:
     def _result(
         self, kind: Kind, rows: Sequence[DutyRow], meshes: Sequence[_MeshLoss], nodes: _Nodes | None = None
     ) -> AxleResult:
-        points, said, bearings = [], [], ()
+        points, said = [], []
+        bearings: tuple[BearingLoss, ...] = ()
         loads: dict[float, list[list[tuple[float, float]]]] = {}
         for row, mesh in zip(rows, meshes, strict=True):
             where = f"{row.torque:.4g} N m, {row.speed * 30.0 / math.pi:.4g} rpm, {row.temperature - 273.15:.4g} degC"

@@ -204,8 +204,8 @@ class AxleResult(LossTable):
         names = ("kind", "axle", "design", "friction_model", "oil", "methods", "status", "reason")
         about = {name: getattr(self, name) for name in names}
         if self.kind != "map":
-            names = ("value", "lower", "upper", "share")
-            about["sources"] = finite_or_none({k: dict(zip(names, v, strict=True)) for k, v in self.split().items()})
+            parts = ("value", "lower", "upper", "share")
+            about["sources"] = finite_or_none({k: dict(zip(parts, v, strict=True)) for k, v in self.split().items()})
         arrays = {"points": finite_or_none(self.points), "bearings": finite_or_none(self.bearings)}
         about["interval_factors"] = interval_factors(self.methods["bearings"])
         return {**about, "alternatives": self.alternatives, **arrays, "notes": list(self.notes), "outside": OUTSIDE}
