@@ -6,6 +6,7 @@ Nothing is fitted: the axle file has the ratio, the ring gear and the oil volume
 from __future__ import annotations
 
 import csv
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -109,11 +110,11 @@ def draw(rows: list[Compared], path: Path) -> None:
     figure.savefig(path, dpi=130)
 
 
-def main() -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Draw the figure, write all points, print the table."""
     parser = command_line(__doc__)
     parser.add_argument("--out", type=Path, default=Path("docs/figures"), help="folder of the figure")
-    out = parser.parse_args().out
+    out = parser.parse_args(argv).out
     rows = compared()
     write_rows(OUT / "axle_maps.csv", rows)
     draw(rows, out / "axle_maps.png")

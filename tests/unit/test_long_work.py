@@ -107,7 +107,7 @@ def test_stopped_commands(mixed_ehl: Cli, monkeypatch: pytest.MonkeyPatch, tmp_p
 
     monkeypatch.setattr(regression, "fit", stop)
     fitted = mixed_ehl("fit", "gear_fva3", "-o", tmp_path / "f.json")
-    assert (fitted.code, "the same command begins again" in fitted.err) == (130, True)
+    assert (fitted.code, "the same command starts again" in fitted.err) == (130, True)
     monkeypatch.setattr(regression, "sweep", stop)
     swept = mixed_ehl("sweep", "demo", "-o", tmp_path / "run")
     assert swept.code == 130

@@ -82,7 +82,7 @@ ONLY_READ = {
     "mypy": "the gate runs it",
     "pytest": "the tests themselves",
     "jupytext": "converts examples, which test_examples runs",
-    "cc -O2": "test_example_of_the_page compiles and runs it",
+    "cc -O3": "test_example_of_the_page compiles and runs it",
     "./main": "test_example_of_the_page compiles and runs it",
     "mixed-ehl --install-completion": "writes into the start file of the shell",
     "mixed-ehl app": "the browser test serves it",

@@ -94,7 +94,7 @@ def test_dirt_inches_reversed_numbers_and_missing_points_change_nothing(tmp_path
         new = "\r\n".join([head.replace("units=mm", "units=inch") + ";;;", names.replace(",", ";"), *rows])
         file.write_bytes(new.encode("utf-16"))
     found = machine_corrections(BEVEL, files, 1e-6)
-    assert sum("left out" in note for note in found.notes) == 2
+    assert sum("omitted" in note for note in found.notes) == 2
     for row in found.corrections:
         assert abs(row.change - clean[row.setting, row.flanks].change) < row.uncertainty
 
@@ -108,7 +108,7 @@ def test_a_part_as_designed_asks_for_nothing(tmp_path: Path) -> None:
 
 def test_one_flank_of_a_completing_pinion_is_told(tmp_path: Path) -> None:
     found = machine_corrections(HOBBED, grids(tmp_path, HOBBED, {"tilt": 2e-4}, sides="convex"))
-    assert any("the other flank moves as well" in note for note in found.notes)
+    assert any("the other flank changes too" in note for note in found.notes)
 
 
 @pytest.mark.parametrize(

@@ -63,7 +63,7 @@ def test_round_trip(lines: list[str], loaded: LoadedGrids, geared: Mesh, tmp_pat
     content = again.to_dict()
     assert content["transmission_error_loaded"] is None
     assert content["compatibility_residual"] is None
-    assert any("load.csv" in note and "1.0000 of the torque" in note for note in again.notes)
+    assert any("load.csv" in note and "1.0000 of the stated torque" in note for note in again.notes)
 
 
 @pytest.mark.parametrize("spreadsheet", [False, True])
@@ -132,13 +132,13 @@ def change(number: int, name: str, value: str) -> Callable[[list[str]], list[str
     ("damage", "words"),
     [
         (change(5, "face_gear", "27.4"), ["load.csv, row 5", "27.4 mm from the toe", "outside"]),
-        (change(7, "height_gear", "-3"), ["load.csv, row 7", "over the root of the gear"]),
+        (change(7, "height_gear", "-3"), ["load.csv, row 7", "above the root of the gear"]),
         (change(4, "force", "much"), ["load.csv, row 4, force", "'much'"]),
         (change(4, "force", "nan"), ["load.csv, row 4, force"]),
         (change(6, "force", "-1"), ["load.csv, row 6, force"]),
         (lambda lines: ["# torque = 0 N m", *lines[1:]], ["torque", "above 0 N m"]),
         (lambda lines: ["# torque = 300", *lines[1:]], ["line 1: torque", "unit"]),
-        (lambda lines: ["# torque = 400 N m", *lines[1:]], ["about the pinion axis", "400 N m stated", "rows 3 to"]),
+        (lambda lines: ["# torque = 400 N m", *lines[1:]], ["about the pinion axis", "the stated 400 N m", "rows 3 to"]),
         (lambda lines: lines[1:], ["torque is missing", "# torque = 300 N m"]),
         (lambda lines: lines[:2], ["load.csv"]),
         (lambda lines: [lines[0], lines[1].replace("face_gear [mm]", "face_gear"), *lines[2:]], ["face_gear", "unit"]),

@@ -216,10 +216,10 @@ def changed(i: int, j: int, value: float) -> list[list[float]]:
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"matrix": changed(5, 5, 0.0)}, "row 6.*symmetric positive definite.*twisting"),
+        ({"matrix": changed(5, 5, 0.0)}, "row 6.*symmetric positive definite"),
         ({"matrix": changed(2, 2, -1.0)}, "row 3"),
         ({"matrix": changed(0, 1, 1e7)}, "row 1, column 2"),
-        ({"matrix": (GOOD + 2e8 * (np.eye(6, k=1) + np.eye(6, k=-1))).tolist()}, "an eigenvalue of -"),
+        ({"matrix": (GOOD + 2e8 * (np.eye(6, k=1) + np.eye(6, k=-1))).tolist()}, "smallest eigenvalue -"),
         ({"matrix": changed(0, 0, math.nan)}, "matrix"),
         ({"matrix": GOOD[:5].tolist()}, "matrix"),
         ({"matrix": GOOD[:, :5].tolist()}, "matrix"),
@@ -244,7 +244,6 @@ def test_a_stiffness_that_is_none_ends_the_command(mixed_ehl: Any, tmp_path: Pat
     told = " ".join(outcome.err.split())
     assert "assembly.stiffness.pinion.matrix" in told
     assert "symmetric positive definite" in told
-    assert "Give the stiffness of the member as it is held" in told
 
 
 def test_shafts_of_rubber_are_refused() -> None:

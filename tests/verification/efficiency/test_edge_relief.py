@@ -139,7 +139,7 @@ TEXT = data_path("designs", f"{PAIR}.toml").read_text(encoding="utf-8")
 @pytest.mark.parametrize(
     ("tables", "field", "remedy"),
     [
-        ('tip = { amount = "20 um", length = "30 mm" }', "gear.edge_relief.tip.length", "least whole depth"),
+        ('tip = { amount = "20 um", length = "30 mm" }', "gear.edge_relief.tip.length", "whole depth"),
         ('tip = { amount = "-20 um", length = "1 mm" }', "gear.edge_relief.tip.amount", "above 0"),
         ('tip = { amount = "20 um", length = "1 mm", form = "wavy" }', "gear.edge_relief.tip.form", "'circular'"),
         ('tip = { amount = "0.9 mm", length = "0.5 mm" }', "gear.edge_relief.tip.amount", "at most its length"),

