@@ -95,7 +95,7 @@ def test_nothing_uncertain_leaves_nothing_open() -> None:
     assert found.efficiency_lower == found.efficiency_upper == found.efficiency
     constant = solve(friction_model("constant:0.05"), UncertaintyInput())
     assert constant.efficiency_lower == constant.efficiency_upper == constant.efficiency
-    assert "not known" in constant.inputs.notes[0]
+    assert "not included" in constant.inputs.notes[0]
 
 
 def test_published_formula_says_that_its_own_error_is_missing() -> None:
