@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import asdict, replace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +44,7 @@ AS_WARM_AS_THE_OIL = "tooth temperature: the teeth are as warm as the oil"
 # the change on halving a grid can be small by chance, as line ends and the edge of the loaded area move past points
 SAFETY = 2.0
 # results that are nan after a failure
-_UNKNOWN = dict.fromkeys(
+_UNKNOWN: dict[str, Any] = dict.fromkeys(
     (
         *("efficiency", "efficiency_with_rolling", "efficiency_error", "efficiency_error_positions"),
         *("efficiency_error_points", "efficiency_error_contacts", "efficiency_error_balance"),

@@ -196,9 +196,17 @@ def _hobbed(pair: PairDimensions) -> GearCut:
     for side in FLANK_SIDES:
         # the slot lies between the flanks, symmetric to the azimuth of the mean point
         rotation = (-0.5 if side == "concave" else 0.5) * pair.hand_gear * pair.slot_angle
-        head = {"groups": pair.blade_groups, "offset_angle": pair.hand_gear * pair.lead_angle}
-        edge = pair.cutter_radius, pair.pressure(side), side
-        blades.append(Blade(*edge, reference_height=pair.dedendum_gear, **head, phase=-rotation / index))
+        blades.append(
+            Blade(
+                pair.cutter_radius,
+                pair.pressure(side),
+                side,
+                reference_height=pair.dedendum_gear,
+                groups=pair.blade_groups,
+                offset_angle=pair.hand_gear * pair.lead_angle,
+                phase=-rotation / index,
+            )
+        )
     return _cut(pair, setup, angle, (blades[0], blades[1]))
 
 

@@ -79,7 +79,7 @@ def evaluations_table(result: Optimisation) -> Table:
         )
         for number, point in enumerate(result.evaluations)
     ]
-    columns = ("number", *map(_variable, variables), *names, "status", "front", "reason", "seconds")
+    columns: list[Column | str] = ["number", *map(_variable, variables), *names, "status", "front", "reason", "seconds"]
     return Table(columns, rows, name="evaluations")
 
 

@@ -164,8 +164,8 @@ def radius_figure(pair: FlankPair, cycle: tuple[MeshPosition, ...], lines: int =
     )
     axes.set_title(f"{pair.name}, {pair.side}:\nequivalent radius along contact lines", fontsize=10)
     axes.grid(alpha=0.3)
-    place = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
-    axes.legend(title="roll of the pair\n[pinion pitches]", fontsize=8, title_fontsize=8, **place)
+    title = "roll of the pair\n[pinion pitches]"
+    axes.legend(title=title, fontsize=8, title_fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure
 
 

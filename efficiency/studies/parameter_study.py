@@ -179,6 +179,7 @@ class StudyPoint:
         apart = ("strength", "causes", "notes")
         return {name: getattr(self, name) for name in self.__dataclass_fields__ if name not in apart} | self.strength
 
+    @property
     def aligned(self) -> bool:
         """Whether no misalignment is added."""
         return not any(getattr(self, name) for name in MISALIGNED)

@@ -169,8 +169,8 @@ def influence_figure(study: Study, ax: Axes | None = None) -> Axes:
         low, high = (np.array([100.0 * bound[side] for bound in bounds]) for side in (0, 1))
         place = np.arange(len(names))[::-1] + 0.8 * (0.5 - (number + 0.5) / count)
         # bars of zero length would be invisible
-        style = {"height": 0.72 / count, "color": _colour(number), "label": _design_text(study, design)}
-        axes.barh(place, np.maximum(high - low, 0.004), left=low, **style)
+        length, label = np.maximum(high - low, 0.004), _design_text(study, design)
+        axes.barh(place, length, left=low, height=0.72 / count, color=_colour(number), label=label)
         axes.axvline(100.0 * study.reference_point(design).efficiency, color=_colour(number), lw=0.9, ls="--")
     labels = [f"{level_quantity(name).label}\n{span_text(study, name)}" for name in names]
     axes.set_yticks(np.arange(len(names))[::-1], labels, fontsize=8)
