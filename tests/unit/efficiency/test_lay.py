@@ -12,6 +12,7 @@ from efficiency.contact.mesh_surface import tangent_angle, undirected
 from efficiency.cutting.rotation import turn
 from efficiency.design.design import Design
 from efficiency.loss.kinematics import Operation
+from efficiency.pair import GearPair
 from ehl.common.validation import validate
 from ehl.surface.finish import Finish, lay_seen
 
@@ -101,3 +102,12 @@ def test_finish_in_a_design(pair):
     assert own.gear.roughness_rms == pytest.approx(0.3e-6)
     with refuses("gear.finish"):
         validate(Design, content | {"gear": content["gear"] | {"finish": "polished"}})
+
+
+def test_new_surfaces_are_noted_with_a_formula(pair):
+    content = pair.design.model_dump(exclude_unset=True)
+    for state, count in (("run_in", 0), ("new", 1)):
+        content["pinion"] = content["pinion"] | {"finish": "ground", "finish_state": state}
+        mesh = GearPair(validate(Design, content)).mesh(positions=4, points_per_line=9).load()
+        assert sum("run-in" in note for note in mesh.efficiency("75w90").notes) == count
+        assert not any("run-in" in note for note in mesh.efficiency("constant:0.05").notes)

@@ -18,7 +18,7 @@ import efficiency
 from efficiency.design.design import Design, load_design
 from efficiency.mesh import Mesh
 from efficiency.pair import GearPair
-from efficiency.studies.parameter_study import Levels, Study, level_quantity, run_study
+from efficiency.studies.parameter_study import Levels, Study, StudyPoint, level_quantity, run_study
 from efficiency.studies.plots import causes_figure, causes_of, designs_figure, influence_figure, study_figures
 from efficiency.studies.report import causes_table, influence_table, section_table, study_tables
 from ehl.common.errors import ConvergenceError, InputError
@@ -106,6 +106,11 @@ def test_sections_hold_all_else_at_the_reference(study: Study) -> None:
     low, high = study.influence("fh_hypoid_9x34", "speed")
     assert (low, high) == tuple(sorted(p.efficiency for p in study.section("fh_hypoid_9x34", "speed")))
     assert study.varied == ["torque", "speed", "temperature", "roughness_rms_each", "E"]
+
+
+def test_the_reference_is_aligned(study: Study, designs: list[Design]) -> None:
+    assert [StudyPoint("a", 0.0, E=shift).aligned for shift in (0.0, 1e-4)] == [True, False]
+    assert all(study.reference_point(design.name).aligned is True for design in designs)
 
 
 def test_a_killed_study_goes_on(study: Study, designs: list[Design], store: Path) -> None:
