@@ -490,6 +490,8 @@ def _read_csv(path: Path, text: str, quantities: Mapping[str, ValueRange | None]
         return pd.DataFrame()
     except pd.errors.ParserError as error:
         raise InputError("file", str(path), "a CSV file", f"It could not be read: {error}.") from None
+    if frame.empty:
+        return frame
     frame = frame.fillna("")
     # a cell in quotes may hold line breaks
     height = 1 + frame.apply(lambda column: column.str.count("\n")).sum(axis=1)

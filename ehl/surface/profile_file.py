@@ -10,6 +10,7 @@ import contextlib
 import io
 import math
 import re
+import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -409,7 +410,8 @@ def read_topography(path: str | Path, unit: str = "", own: InputError | None = N
     name = str(path)
     read_bytes(path, "profile", "an existing file")  # other readers would block on a named pipe
     try:
-        import SurfaceTopography
+        with warnings.catch_warnings(action="ignore", category=ImportWarning):  # it warns without the optional mpi4py
+            import SurfaceTopography
     except ImportError:
         allowed = "a text file with positions and heights, or an instrument file with SurfaceTopography installed"
         problem = own or InputError("profile", name, allowed)
