@@ -171,6 +171,14 @@ TIMED = {
         many_points,
         lambda result: load_error(DESIGN),
     ),
+    "axle_map": Timed(
+        "`mixed-ehl axle NAME --json`, map of 20 x 20, in a process of its own; its CPU seconds in place of the error",
+        command(
+            *("-c", "from efficiency.cli import main; main()", "axle", "truck_hypoid", "--json"),
+            *("--torque", "20:400:20 N m", "--speed", "200:4000:20 rpm", "--temperature", "80 degC"),
+        ),
+        float,
+    ),
     "machine_settings": Timed(
         "machine settings of a hypoid pair from targets; none",
         lambda: lambda: efficiency.settings("fh_hypoid_9x34_offset_10"),

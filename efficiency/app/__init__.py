@@ -20,7 +20,7 @@ def serve_app(design: str | PathLike[str] | None = None, *, port: int = 8642, br
     Parameters
     ----------
     design : str or path, optional
-        Design file to offer beside the shipped pairs: the only file the page opens.
+        Design file listed with the shipped pairs: the only file the page opens.
     port : int
         1024 to 65535.
     browser : bool

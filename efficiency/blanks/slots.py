@@ -3,7 +3,7 @@
 Equations (16) to (81) and (164) to (182) as read in the public repository afuentesaz/AGMAStandards; the information
 sheet itself was not seen. They are written here in cone distances; that W_2 needs only the mean slot is derived.
 
-A Formate gear is cut by a flat tip plane that touches the root cone along one line: beside it the slot is shallower,
+A Formate gear is cut by a flat tip plane that touches the root cone along one line: next to it the slot is shallower,
 the tooth thicker at the pitch cone. Its profile is straight. The pinion's profile departs from the involute by what the
 straight gear tooth departs from the involute one at the depth where the pinion's tip works; this reading of Equation
 (180) is ours and gives the printed top lands of both samples, which the public source misses by up to 0.6 mm.

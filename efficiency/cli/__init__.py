@@ -76,7 +76,7 @@ def warmup(
 @app.command("app", rich_help_panel=PROGRAM)
 def show_app(
     design: Annotated[
-        Path | None, typer.Argument(metavar="DESIGN", help="Design file to offer besides the shipped pairs.")
+        Path | None, typer.Argument(metavar="DESIGN", help="Design file listed with the shipped pairs.")
     ] = None,
     port: Annotated[int, typer.Option(help="Port on the loopback address.", min=1024, max=65535)] = 8642,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open a browser.")] = True,

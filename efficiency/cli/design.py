@@ -112,7 +112,7 @@ def settings(
     if output is not None:
         write_text(output, result.text)
         if sizing is not None:
-            sizing.write_beside(output)
+            sizing.write_next_to(output)
     print_json(result.to_dict()) if json_output else result.show()
     if output is not None and not json_output:
         print(f"design: {output}")

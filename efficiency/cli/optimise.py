@@ -129,7 +129,7 @@ def _limits(texts: list[str] | None) -> dict[str, Any] | None:
         return None
     if "none" in texts:
         if len(texts) > 1:
-            raise InputError("limit", "none", "nothing beside it")
+            raise InputError("limit", "none", "no other limit with it")
         return {}
     return {name: value if equals else "start" for name, equals, value in _parts(texts)}
 

@@ -195,8 +195,13 @@ def tooth_grid(pair: GearFlanks, member: Member, rows: int = 15, columns: int = 
     middle = azimuth[lower] + shift + 0.5 * thickness
     centre = float(middle[rows // 2, columns // 2])
     grid = ToothGrid(
-        *(blank, u, h, azimuth[lower] + shift - centre, azimuth[upper] - centre),
-        *((lower, upper), (roots[lower] is not None, roots[upper] is not None)),
+        blank,
+        u,
+        h,
+        azimuth[lower] + shift - centre,
+        azimuth[upper] - centre,
+        (lower, upper),
+        (roots[lower] is not None, roots[upper] is not None),
     )
     tip, root = "a smaller addendum or more tooth thickness", "less tooth thickness or a smaller dedendum"
     ends = ("tip", thickness[-1], "tooth", tip), ("root", pitch - thickness[0], "slot", root)

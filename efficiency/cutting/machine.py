@@ -130,8 +130,13 @@ class MachineSettings:
         zero = 0.0 * phi
         if not self.generation.rolls:
             phi = zero
-        orders = ("2c", "6d", "24e", "120f", "720g")
-        modified = (getattr(self, f"modified_roll_{order}") for order in orders)
+        modified = (
+            self.modified_roll_2c,
+            self.modified_roll_6d,
+            self.modified_roll_24e,
+            self.modified_roll_120f,
+            self.modified_roll_720g,
+        )
         vertical = (self.blank_offset, self.vertical_motion_1, self.vertical_motion_2, self.vertical_motion_3)
         helical = (self.sliding_base, self.helical_motion_1, self.helical_motion_2, self.helical_motion_3)
         ratio = self.roll_ratio if self.generation.rolls else 0.0

@@ -66,9 +66,18 @@ class BladeInput(InputModel):
         raise NotImplementedError
 
     def _blade(self, side: FlankSide, radius: float, **head: Any) -> Blade:
-        reliefs = {name: getattr(self, name) for name in ("toprem", "protuberance", "flankrem")}
-        edge: dict[str, Any] = {"reference_height": self.reference_height, "edge_radius": self.edge_radius, **reliefs}
-        return Blade(radius, self.blade_angle, side, self.blade_curvature, **edge, **head)
+        return Blade(
+            point_radius=radius,
+            blade_angle=self.blade_angle,
+            side=side,
+            curvature=self.blade_curvature,
+            reference_height=self.reference_height,
+            edge_radius=self.edge_radius,
+            toprem=self.toprem,
+            protuberance=self.protuberance,
+            flankrem=self.flankrem,
+            **head,
+        )
 
 
 class RadiusLimit(NamedTuple):

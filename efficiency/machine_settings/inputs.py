@@ -184,7 +184,7 @@ class SettingsInput(InputModel):
         return PROCESSES[self.blank.process].curved_blades or self.cutting.pinion == "both_flanks"
 
 
-def targets_beside(design: Path) -> Path:
+def targets_next_to(design: Path) -> Path:
     """Path of the targets file that belongs to a design file."""
     return design.with_name(f"{design.stem}_targets{design.suffix}")
 

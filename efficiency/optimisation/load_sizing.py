@@ -18,7 +18,7 @@ from efficiency.contact.gear_flanks import MEMBERS
 from efficiency.contact.relief import EdgeRelief
 from efficiency.ltca.limits import EDGE_LIMIT, edge_load
 from efficiency.machine_settings.design_file import targets_text
-from efficiency.machine_settings.inputs import FlankTarget, MemberTargets, SettingsInput, load_targets, targets_beside
+from efficiency.machine_settings.inputs import FlankTarget, MemberTargets, SettingsInput, load_targets, targets_next_to
 from efficiency.machine_settings.solve import machine_settings
 from efficiency.pair import GearPair
 from ehl.common.errors import ConvergenceError
@@ -43,9 +43,9 @@ class LoadSizing:
     targets: SettingsInput  # with their crowning and relief
     shares: tuple[float, ...]  # share of the torque on edges in the worst state after each step [-]
 
-    def write_beside(self, design: Path) -> Path:
+    def write_next_to(self, design: Path) -> Path:
         """Write the targets to the folder of the design file made from them; returns their file."""
-        path = targets_beside(design)
+        path = targets_next_to(design)
         write_file(path, targets_text(self.targets, f"Targets of {design.name}."))
         return path
 

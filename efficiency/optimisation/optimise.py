@@ -20,7 +20,7 @@ import numpy as np
 from efficiency.conditions.conditions import default_friction, resolve_friction
 from efficiency.conditions.duty import DutyRow, read_duty
 from efficiency.loss.ehl_friction import ehl_friction
-from efficiency.machine_settings.inputs import SettingsInput, load_targets, targets_beside
+from efficiency.machine_settings.inputs import SettingsInput, load_targets, targets_next_to
 from efficiency.machine_settings.settings_result import SettingsResult
 from efficiency.optimisation.check import Correction, Evaluate, check_best, check_front, check_solved
 from efficiency.optimisation.evaluation import (
@@ -234,7 +234,7 @@ def load_start(name: Path | str) -> SettingsInput:
     content = read_toml(path)
     if "assembly" not in content or "targets" in content:
         return load_targets(path)
-    own = targets_beside(path)
+    own = targets_next_to(path)
     if own.is_file():
         return load_targets(own)
     raise InputError(

@@ -14,7 +14,7 @@ import numpy as np
 
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.machine_settings.design_file import targets_text
-from efficiency.machine_settings.inputs import targets_beside
+from efficiency.machine_settings.inputs import targets_next_to
 from efficiency.optimisation.check import CHECK_GRID
 from efficiency.optimisation.evaluation import duty_results, settings_of, targets_of
 from efficiency.optimisation.plots import optimisation_figures, progress_figure
@@ -217,7 +217,7 @@ def write_designs(result: Optimisation, folder: Path) -> list[Path]:
         write_file(path, design_head(result, candidate) + result.settings(candidate).text, "output", folder=True)
         GearPair(path).export(folder / candidate.name, ("summary",))
         inputs = targets_of(result.problem, candidate.point.variables, candidate.name)
-        file = targets_beside(path)
+        file = targets_next_to(path)
         write_file(file, targets_text(inputs, f"Targets of {path.name}."), "output")
         written += [path, file]
     return written

@@ -312,14 +312,14 @@ def solve_loss_map(
     interval: whether the points have the interval of their torque loss.
     **about: `design`, `friction_model`, `oil` of the map.
     """
-    beside = {(t, w): axle.torque_loss(t, w) if axle else 0.0 for t in torques for w in speeds}
+    others = {(t, w): axle.torque_loss(t, w) if axle else 0.0 for t in torques for w in speeds}
     # neighbours in torque keep geometry and load
     places = [(t, w) for t in sorted(torques, key=lambda t: (t < 0.0, t)) if t != 0.0 for w in speeds]
     rows = [DutyRow(float(t), float(w), temperature, 1.0) for t, w in places]
     conditions = [row.condition for row in rows]
     solved = dict(zip(places, solve_points(conditions, solve, progress, interval=interval), strict=True))
     points = tuple(
-        _point(float(t), float(w), beside[t, w], None if t == 0.0 else solved[t, w], interval)
+        _point(float(t), float(w), others[t, w], None if t == 0.0 else solved[t, w], interval)
         for w in speeds
         for t in torques
     )
@@ -327,8 +327,8 @@ def solve_loss_map(
 
 
 def _said(points: Iterable[GridPoint], axle: AxleLosses | None) -> tuple[tuple[str, str], ...]:
-    beside = MESH_ALONE if axle is None else axle.description
-    return (("", beside), *(_said_of(point, note) for point in points for note in point.notes))
+    others = MESH_ALONE if axle is None else axle.description
+    return (("", others), *(_said_of(point, note) for point in points for note in point.notes))
 
 
 def _said_of(point: GridPoint, note: str) -> tuple[str, str]:
@@ -341,20 +341,20 @@ def _said_of(point: GridPoint, note: str) -> tuple[str, str]:
     return place, note if point.result is not None else f"no result: {note}"
 
 
-def _point(torque: float, speed: float, beside: float, point: GridPoint | None, interval: bool) -> LossPoint:
+def _point(torque: float, speed: float, others: float, point: GridPoint | None, interval: bool) -> LossPoint:
     if point is None:
-        ends = [beside, beside] if interval else []
-        return LossPoint(torque, speed, beside, 0.0, beside, 0.0, "converged", "", *ends)
+        ends = [others, others] if interval else []
+        return LossPoint(torque, speed, others, 0.0, others, 0.0, "converged", "", *ends)
     result = point.result
     if result is None or point.reason:
-        return LossPoint(torque, speed, math.nan, math.nan, beside, math.nan, "failed", point.reason)
+        return LossPoint(torque, speed, math.nan, math.nan, others, math.nan, "failed", point.reason)
     mesh = (result.power_loss + result.power_loss_rolling) / speed
     ends = [
-        mesh + beside + (_sliding_loss(float(point.requested[f"efficiency_{end}"]), torque) - result.power_loss / speed)
+        mesh + others + (_sliding_loss(float(point.requested[f"efficiency_{end}"]), torque) - result.power_loss / speed)
         for end in ("upper", "lower")
         if interval
     ]
-    return LossPoint(torque, speed, mesh + beside, mesh, beside, result.outside_range_share, point.status, "", *ends)
+    return LossPoint(torque, speed, mesh + others, mesh, others, result.outside_range_share, point.status, "", *ends)
 
 
 def _sliding_loss(efficiency: float, torque: float) -> float:

@@ -1,6 +1,6 @@
 """Common parts of the command lines of the three packages: options in errors, progress bars, files, JSON.
 
-The one module beside the public names that a command line imports.
+Apart from the public names, a command line imports this module only.
 """
 
 from __future__ import annotations

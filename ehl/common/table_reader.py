@@ -259,7 +259,7 @@ def _head(position: int, row: Sequence[Cell], quantities: Mapping[str, ValueRang
     units: list[str | None] = []
     mine: list[str] = []
     exact = True
-    while row and (row[-1] is None or not str(row[-1]).strip()):  # beside the table of a workbook there may be notes
+    while row and (row[-1] is None or not str(row[-1]).strip()):  # a workbook may have notes next to the table
         row = row[:-1]
     for cell in row:
         match = _HEADER.fullmatch(str(cell).strip().strip('"'))

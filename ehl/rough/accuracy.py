@@ -72,17 +72,17 @@ class RunPlan:
     window_fine: float = BATCH  # shortest averaging window on all meshes but the coarsest [b]
     budget: float = math.inf  # work of the whole contact, in node-iterations (`ehl.rough.averaging.Window.work`)
     inlet: float = math.inf  # width of the inlet sweep, which every mesh must resolve [b]
-    bound: float = math.inf  # work above which the reduced plan is used (`thrifty`)
+    bound: float = math.inf  # work above which the reduced plan is used (`reduced_plan`)
     give_up: float = math.inf  # work above which another model gives the result instead
     block: float = BLOCK  # travel between two evaluations of the interval [b]
     step_tolerance: float = Settings.tolerance  # of mass and gap in one step, over the film unit
-    thrifty: bool = False  # whether start-up, blocks and steps are reduced because of the cost
+    reduced: bool = False  # whether start-up, blocks and steps are reduced because of the cost
 
 
 # work of a contact that is not smooth, in node-iterations of some 150 ns: a contact that needs more ends with the
 # interval reached
 WORK: dict[str, float] = {"fast": 1e7, "standard": 4e7, "reference": 1e9}
-BOUND = 2.5  # multiple of the budget above which the plan is reduced (`thrifty`)
+BOUND = 2.5  # multiple of the budget above which the plan is reduced (`reduced_plan`)
 LEVELS_MAX = 4  # meshes of one contact
 FINE_WINDOW = 8.0  # shortest window of the finer meshes, which supply differences only [b]
 
@@ -185,7 +185,7 @@ def _shortened(plan: RunPlan, correlation_length: float) -> RunPlan:
     )
 
 
-def thrifty(plan: RunPlan, correlation_length: float) -> RunPlan:
+def reduced_plan(plan: RunPlan, correlation_length: float) -> RunPlan:
     """Reduced plan of a contact whose work would exceed its bound; ``correlation_length`` in b.
 
     The surfaces are preheated and the step tolerance is looser. Start-up, blocks and batches of fine roughness are
@@ -196,7 +196,7 @@ def thrifty(plan: RunPlan, correlation_length: float) -> RunPlan:
         plan = replace(_shortened(plan, correlation_length), exchange_window=plan.exchange_window)
     share = min(max(correlation_length / FINE_LENGTH, MIN_SHARE), 1.0)
     return replace(
-        plan, block=share * plan.block, batch=share * plan.batch, step_tolerance=LOOSE_STEP_TOLERANCE, thrifty=True
+        plan, block=share * plan.block, batch=share * plan.batch, step_tolerance=LOOSE_STEP_TOLERANCE, reduced=True
     )
 
 

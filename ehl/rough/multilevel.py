@@ -22,7 +22,7 @@ from ehl.rough.accuracy import FRONT_STARTUP, PER_SWEEP, SETTLING, RunPlan
 from ehl.rough.averaging import Window
 from ehl.rough.batch_means import ONE_DRAW, batch_means, interval_of_means, richardson
 
-HOPELESS = 1.5  # predicted interval at the end of the budget, over the tolerance, above which convergence is unlikely
+UNLIKELY = 1.5  # predicted interval at the end of the budget, over the tolerance, above which convergence is unlikely
 SHARE_WITHOUT_HOPE = 0.75  # share of the budget for such a contact
 SMALL_PART = 0.05  # share of the squared error below which a level is not extended
 # difference of mu on two meshes above which a finer mesh than the budget permits is added, and the budgets for it
@@ -149,7 +149,7 @@ class MeshLevels:
         The window counts as one draw of the block means on the coarsest mesh after the roughness has filled it. They
         contain slow changes and the drift of mu.
         """
-        if not self.plan.thrifty:
+        if not self.plan.reduced:
             return 0.0
         coarsest = self.windows[0]
         steps_per_half_width = coarsest.run.problem.units.steps_per_half_width
@@ -255,7 +255,7 @@ class MeshLevels:
         affordable = max(budget - self.work, 0.0) + spent
         least = sum(math.sqrt(term) for term in terms) / math.sqrt(affordable)
         most = math.sqrt(self.half_widths()[0] ** 2 * self.windows[0].rolled / self.plan.window_max)
-        return max(least, most) <= HOPELESS * self.plan.tolerance * abs(self.friction())
+        return max(least, most) <= UNLIKELY * self.plan.tolerance * abs(self.friction())
 
 
 def least_levels(plan: RunPlan, levels: int) -> int:

@@ -217,7 +217,7 @@ def _notes(
     notes = []
     if problem.settings.nodes == plan.nodes_max:
         notes.append("the mesh has the maximum number of nodes of this accuracy")
-    if plan.thrifty:
+    if plan.reduced:
         notes.append("work bounded: shorter start-up and window, looser step tolerance; drift of mu counts as error")
     elif plan.exchange_window < EXCHANGE_WINDOW:
         warm = ", surfaces preheated by the mean heat flux" if plan.preheating else ""

@@ -1,8 +1,8 @@
 """Start-up of the coarsest mesh until roughness, macroscopic pressure and heat are settled, with bounded work.
 
 The work is checked every few b. If even the shortest windows would exceed the bound of the plan, the run continues with
-the reduced plan (`thrifty`), or ends if another model can replace it. Work is counted in iterations, not timed, so that
-results do not depend on the machine.
+the reduced plan (`reduced_plan`), or ends if another model can replace it. Work is counted in iterations, not timed,
+so that results do not depend on the machine.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
-from ehl.rough.accuracy import FRONT_STARTUP, SETTLING, RunPlan, thrifty
+from ehl.rough.accuracy import FRONT_STARTUP, SETTLING, RunPlan, reduced_plan
 from ehl.rough.averaging import Window
 from ehl.rough.multilevel import FINER_STEP, least_levels
 from ehl.rough.scaling import RunProblem
@@ -46,8 +46,8 @@ def start_up(
         window.start(piece)
         left = (steps - window.steps) / per_half_width
         rate = (window.work - before) / piece
-        if bounded and not plan.thrifty and window.work + least_work(plan, rate, left, levels) > plan.bound:
-            plan = thrifty(plan, correlation_length)
+        if bounded and not plan.reduced and window.work + least_work(plan, rate, left, levels) > plan.bound:
+            plan = reduced_plan(plan, correlation_length)
             window.batch = plan.batch
             window.run = window.run.branch(problem(plan))
             steps = round(plan.startup * per_half_width)

@@ -96,7 +96,7 @@ class _StateTable(InputModel):
 
 
 class MeasuredParameters(InputModel):
-    """What a profile has besides the figures of its finish, SI: as of `ehl.measured_surface`."""
+    """Further values of a measured profile, SI units, as in `ehl.measured_surface`."""
 
     kurtosis: float
     rsm: float | None = None

@@ -44,6 +44,7 @@ _PLATFORMS = {
     ("Windows", "AMD64"): ("win64", ".dll"),
     ("Darwin", "x86_64"): ("darwin64", ".dylib"),
 }
+_log = logging.getLogger("mixed_ehl")
 _FLAGS = ("-std=c99", "-O3", "-fno-math-errno", "-shared", "-fPIC", "-fvisibility=hidden")
 _START = {
     "pressure_hertz": 1e9,
@@ -176,11 +177,15 @@ def _library(name: str, text: str) -> dict[str, bytes]:
     place = _PLATFORMS.get((platform.system(), platform.machine()))
     if compiler is None or place is None:
         lacking = "no C compiler was found" if place else f"FMI 2.0 has no name for {platform.machine()}"
-        logging.getLogger("mixed_ehl").warning("%s: the FMU contains C sources without a library", lacking)
+        _log.warning("%s: the FMU contains C sources without a library", lacking)
         return {}
     folder, suffix = place
     with tempfile.TemporaryDirectory() as work:
         source, library = Path(work, f"{name}.c"), Path(work, f"{name}{suffix}")
         source.write_text(text, encoding="utf-8")
-        subprocess.run([compiler, *_FLAGS, source, "-o", library, "-lm"], check=True, capture_output=True)
+        try:
+            subprocess.run([compiler, *_FLAGS, source, "-o", library, "-lm"], check=True, capture_output=True)
+        except (OSError, subprocess.CalledProcessError) as error:
+            _log.warning("%s failed (%s): the FMU contains C sources without a library", compiler, error)
+            return {}
         return {f"binaries/{folder}/{name}{suffix}": library.read_bytes()}

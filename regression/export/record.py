@@ -268,7 +268,7 @@ def local_names(packages: tuple[str, ...]) -> Iterator[None]:
 
 
 def _name_locals() -> None:
-    """Name the values held by local variables of the functions that compute; a profiler hangs beside other threads."""
+    """Name the values held by local variables of the functions that compute; a profiler can block other threads."""
     frame: FrameType | None = sys._getframe(2)
     while frame is not None:
         module = str(frame.f_globals.get("__name__", ""))

@@ -54,8 +54,8 @@ def fit_formula(
         reasons = ", ".join(f"{count} {reason}" for reason, count in excluded.items()) or "none excluded"
         needed = f"at least {2 * len(family.terms)} usable cases for family {family.name}"
         raise InputError("run", f"{own_rows(frame, oil).sum()} usable cases", needed, f"Excluded: {reasons}.")
-    for name, beside in (("paths", paths), ("noise", noise)):
-        others = sorted(set(beside.oils) - set(dataset.oils)) if beside is not None else []
+    for name, extra in (("paths", paths), ("noise", noise)):
+        others = sorted(set(extra.oils) - set(dataset.oils)) if extra is not None else []
         if others:
             hint = f"Repeat the sweep of {name} with that oil, or omit {name}."
             allowed = f"contacts with the oils of the data, {', '.join(dataset.oils)}"

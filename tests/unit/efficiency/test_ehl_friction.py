@@ -288,7 +288,7 @@ def test_growth_goes_where_the_others_are_missed(monkeypatch: pytest.MonkeyPatch
     assert np.mean(added > 0.0) > 0.65
 
 
-def test_hopeless_solver_gives_no_friction_at_all(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failing_solver_gives_no_friction_at_all(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "solve_contact", Solver(lambda contact: True))
     estimate = EhlFriction("ehl", points=module.SAMPLED, jobs=1).mu(states(200), oil=OIL)
     assert np.all(np.isnan(estimate.mu))

@@ -127,9 +127,9 @@ def test_where_too_much_failed_there_is_no_efficiency_and_no_share(
     assert any("contacts not solved" in note for note in result.notes)
     assert any("has no value at" in note for note in result.notes)
     monkeypatch.setattr(module, "solve_contact", solver(lambda contact: True))
-    hopeless = mesh_efficiency(loaded, model(), OIL, OPERATION)
-    assert hopeless.reason == "friction_not_converged"
-    (shown,) = efficiency_table(hopeless).records()
+    failed = mesh_efficiency(loaded, model(), OIL, OPERATION)
+    assert failed.reason == "friction_not_converged"
+    (shown,) = efficiency_table(failed).records()
     assert (shown["contacts"], shown["failed"], shown["film_ratio_min"]) == (60, 60, None)
 
 

@@ -387,7 +387,7 @@ def test_bounded_run_is_one_draw_of_stretches_as_long_as_a_block() -> None:
     start[:18, MU_FLUID] = 9.0
     start[18:, MU_FLUID] = np.repeat([0.04, 0.06, 0.05, 0.05], 10)
     coarse.started.append(start)
-    levels = MeshLevels([coarse, rolled(np.full(20, 0.051), 10)], replace(PLAN, thrifty=True, block=2.0))
+    levels = MeshLevels([coarse, rolled(np.full(20, 0.051), 10)], replace(PLAN, reduced=True, block=2.0))
     assert levels.drift() == pytest.approx(2.13185 * math.sqrt(2e-4 / 4.0), rel=1e-5)
     assert levels.interval() == pytest.approx((0.051 + 0.001 / 3.0, levels.drift()), rel=1e-9)
     assert replace(levels, plan=PLAN).drift() == 0.0

@@ -129,6 +129,16 @@ def test_extrapolation_bounds_the_error_of_second_and_third_order_terms(value, s
     assert limit.errors[0] <= 1.001 * expected + 1e-12
 
 
+@pytest.mark.parametrize("ratio", [1.6, 2.0, 3.0])
+def test_extrapolation_bounds_changes_of_lower_order(ratio):
+    """Changes of the ratio r have the limit fine + change/(r - 1); the error is the distance to it."""
+    levels = [np.array([2.0 + 0.01 * ratio**-k]) for k in range(3)]
+    limit = extrapolate(levels, 49)
+    deviation = abs(limit.values[0] - 2.0)
+    assert deviation <= limit.errors[0] * (1.0 + 1e-9)
+    assert limit.errors[0] <= 1.1 * deviation + 0.03 * abs(levels[2][0] - levels[1][0]) + FLOOR * limit.values[0]
+
+
 def test_extrapolation_of_equal_levels_is_their_value():
     limit = extrapolate([np.array([2.0, 0.0])] * 3, 49)
     assert limit.values.tolist() == [2.0, 0.0]

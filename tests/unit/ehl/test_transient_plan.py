@@ -242,7 +242,7 @@ def test_a_contact_beyond_its_bound_is_shortened_and_its_interval_holds_the_long
     longer = bounded().solve()
     monkeypatch.setattr(accuracy, "BOUND", 1.0)
     shorter = bounded().solve()
-    assert [levels.plan.thrifty for levels in found] == [False, True]
+    assert [levels.plan.reduced for levels in found] == [False, True]
     assert any("work bounded" in note for note in shorter.notes)
     assert not any("work bounded" in note for note in longer.notes)
     assert found[1].windows[0].rolled < 0.5 * found[0].windows[0].rolled
@@ -268,7 +268,7 @@ def test_the_dearest_contacts_of_the_gear_range_stay_near_their_bound(found: lis
     )  # fmt: skip
     result = dear.solve()
     assert result.status != "failed"
-    assert found[-1].plan.thrifty
+    assert found[-1].plan.reduced
     assert found[-1].work < WORK["fast"] * accuracy.BOUND
     assert abs(result.friction_coefficient - 0.0312) <= result.friction_error * result.friction_coefficient
     assert result.friction_error < 0.4

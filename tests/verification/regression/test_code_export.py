@@ -323,10 +323,11 @@ def test_fmu_is_valid_and_gives_the_friction(kind: str, tmp_path: Path) -> None:
     subprocess.run(["gcc", "-std=c99", *warnings, *prefix, "-c", source, "-o", tmp_path / "friction.o"], check=True)
 
 
+@pytest.mark.parametrize("compiler", [None, "false"])
 def test_fmu_without_a_compiler_contains_its_sources(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    compiler: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(shutil, "which", lambda name: None)
+    monkeypatch.setattr(shutil, "which", lambda name: compiler)
     export_formula(formula_of("fva3_short"), tmp_path / "friction.fmu")
     with zipfile.ZipFile(tmp_path / "friction.fmu") as unit:
         assert unit.namelist() == ["modelDescription.xml", "sources/friction.c"]
