@@ -28,6 +28,7 @@ from efficiency.design.design import PairDesign
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.ltca.load_distribution import LoadDistribution
 from efficiency.mesh import LoadedMesh
+from efficiency.output.notes import outside_note
 from efficiency.pairs import load
 from efficiency.vehicle.axle_test import AxleTest
 from efficiency.vehicle.loss_map import signed_axes
@@ -37,6 +38,7 @@ from ehl.common.threads import one_thread
 from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
+from regression.friction.published_registry import model_label
 
 BALANCE = "balance"
 _Nodes = Mapping[Side, Sequence[float]]  # torques of a side whose loads are known
@@ -65,7 +67,8 @@ class _MeshLoss:
         if point.reason:
             return cls.failed(point.reason, point.notes)
         loss = float(point.figure("power_loss") + point.figure("power_loss_rolling"))
-        outside, said = float(point.figure("outside_range_share")), (*point.notes, *([ends[2]] if ends[2] else []))
+        outside = float(point.figure("outside_range_share"))
+        said = (*point.notes, *filter(None, (ends[2], outside_note(outside, model_label(model)))))
         return cls(loss, loss * ends[0], loss * ends[1], outside, "", said, model)
 
 

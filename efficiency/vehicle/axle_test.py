@@ -175,8 +175,8 @@ def solve_axle_test(points: AxleTestPoints, mesh: LossMap, ratio: float, axle: A
     axle: losses outside the mesh.
     Raises `ConvergenceError`: more than a fifth of the input torque is lost at the greatest output torque.
     """
-    beside = mesh.said[:1] if axle is None else (("", axle.description),)
-    said = (*beside, ("", SOURCE), *mesh.said[1:])
+    others = mesh.said[:1] if axle is None else (("", axle.description),)
+    said = (*others, ("", SOURCE), *mesh.said[1:])
     if mesh.reason:
         return AxleTest(mesh, ratio, (), said)
     torques, rows = mesh.torques, []
@@ -187,8 +187,8 @@ def solve_axle_test(points: AxleTestPoints, mesh: LossMap, ratio: float, axle: A
             def missing(
                 torque: float, speed: float = speed, share: Any = share, given: float = output / ratio
             ) -> float:
-                beside = axle.torque_loss(torque, speed) if axle else 0.0
-                return torque - float(share(max(torque, torques[0]))) * torque - beside - given
+                others = axle.torque_loss(torque, speed) if axle else 0.0
+                return torque - float(share(max(torque, torques[0]))) * torque - others - given
 
             if missing(float(torques[-1])) <= 0.0:
                 where = f"{quantity('torque_output').text(output)} and {quantity('speed_wheel').text(wheel)}"

@@ -19,6 +19,7 @@ from efficiency.conditions.duty import DutyRow
 from efficiency.conditions.grid import Condition, GridPoint, count_reasons, solve_points
 from efficiency.loss.efficiency_result import EfficiencyResult, pair_notes
 from efficiency.loss.kinematics import OPERATION_LIMITS
+from efficiency.output.notes import outside_note
 from efficiency.vehicle.axle_losses import SIGNED_TORQUE, AxleLosses
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
@@ -323,12 +324,17 @@ def solve_loss_map(
         for w in speeds
         for t in torques
     )
-    return LossMap(temperature=temperature, points=points, said=_said(solved.values(), axle), **about)
+    return LossMap(
+        temperature=temperature, points=points, said=_said(solved.values(), axle, about["friction_model"]), **about
+    )
 
 
-def _said(points: Iterable[GridPoint], axle: AxleLosses | None) -> tuple[tuple[str, str], ...]:
-    others = MESH_ALONE if axle is None else axle.description
-    return (("", others), *(_said_of(point, note) for point in points for note in point.notes))
+def _said(points: Iterable[GridPoint], axle: AxleLosses | None, model: str) -> tuple[tuple[str, str], ...]:
+    others, found = MESH_ALONE if axle is None else axle.description, []
+    for point in points:
+        outside = "" if point.reason else outside_note(point.figure("outside_range_share"), model_label(model))
+        found += [_said_of(point, note) for note in (*point.notes, outside) if note]
+    return (("", others), *found)
 
 
 def _said_of(point: GridPoint, note: str) -> tuple[str, str]:

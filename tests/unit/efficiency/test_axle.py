@@ -266,3 +266,14 @@ def test_command(mixed_ehl: Callable[..., Any], monkeypatch: pytest.MonkeyPatch,
     assert outcome.code == 0, outcome.err
     assert "90 % interval" in outcome.out
     assert (tmp_path / "axle.html").stat().st_size > 1000
+
+
+def test_friction_outside_its_range_is_a_warning() -> None:
+    """At 117 kW the teeth of the pair are hotter than the data of the formula."""
+    hot = efficiency.Axle("truck_hypoid", grid=(4, 9)).at("250 N m", "4500 rpm", "90 degC")
+    assert hot.points[0].outside_range_share > 0.9
+    assert sum("lies outside the range" in note for note in hot.notes) == 1
+    assert not any(
+        "lies outside the range" in note
+        for note in efficiency.Axle("truck_hypoid", grid=(4, 9)).at("250 N m", "1500 rpm", "80 degC").notes
+    )
