@@ -29,8 +29,7 @@ from efficiency.conditions.conditions import (
     resolve_friction,
     split_axes,
 )
-from efficiency.conditions.grid import Condition, Grid, Solve, solve_grid
-from efficiency.conditions.interpolation import solve_map
+from efficiency.conditions.grid import Condition, Grid, Solve, solve_grid, solve_map
 from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPosition, cycle_lines, mesh_cycle
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.gear_flanks import MEMBERS, Side
@@ -41,7 +40,7 @@ from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.efficiency import solve_balanced
 from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance
 from efficiency.loss.kinematics import Axis, Operation, loaded_points
-from efficiency.loss.tooth_temperature import LUBRICATION_FACTORS, warm_operation
+from efficiency.loss.lubrication import LUBRICATION_FACTORS, warm_operation
 from efficiency.loss.uncertainty import stand_in
 from efficiency.ltca.external_load import read_load, write_load
 from efficiency.ltca.limits import edge_load
@@ -49,8 +48,7 @@ from efficiency.ltca.load_distribution import ElasticPosition, TeethElasticity, 
 from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids, both_cycles, load_grids
 from efficiency.ltca.shaft_deflection import solve_deflection
 from efficiency.ltca.solid_tooth import SolidTooth, elastic_teeth
-from efficiency.strength.permissible_stress import hypoid_factor
-from efficiency.strength.rating import LocalConditions, rate_strength
+from efficiency.strength.rating import LocalConditions, hypoid_factor, rate_strength
 from efficiency.strength.result import Strength
 from efficiency.strength.root_stress import RootTooth, root_tooth
 from ehl.common.errors import ConvergenceError, InputError
@@ -303,7 +301,7 @@ class Mesh:
     ) -> Grid:
         """Map over torque, speed and temperature, in this order; the default values are those of the design.
 
-        An axis with ten or more values is interpolated between seven of them (`efficiency.conditions.interpolation`).
+        An axis with ten or more values is interpolated between seven of them (`efficiency.conditions.grid`).
         Interpolated points have figures with their error, but no `EfficiencyResult`.
 
         Parameters

@@ -38,9 +38,8 @@ from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import OPERATION_LIMITS, loaded_points
 from efficiency.mesh import POINTS_PER_LINE, POSITIONS, Mesh, elastic_bodies
 from efficiency.strength.root_stress import RootTooth
-from efficiency.vehicle.axle_losses import AxleLosses, resolve_axle
 from efficiency.vehicle.axle_test import REVOLUTIONS_PER_MILE, AxleTest, axle_test_points, solve_axle_test
-from efficiency.vehicle.loss_map import LossMap, signed_axes, solve_loss_map
+from efficiency.vehicle.loss_map import AxleLosses, LossMap, resolve_axle, signed_axes, solve_loss_map
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.figures import interactive
 from ehl.common.progress import ProgressCallback

@@ -237,7 +237,7 @@ class ContactResult(Reportable):
         return contact_sections(self, medium, uncertainty)
 
     def _plot(self, ax: Axes | None, **options: Any) -> Axes:
-        from ehl.view.plots import plot_contact
+        from ehl.view.contact_report import plot_contact
 
         return plot_contact(self, ax)
 

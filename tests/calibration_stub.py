@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from ehl.fluid.film_formulas import moes_1992
 from ehl.fluid.oil import Oil
-from regression.calibration.parameters import card_with, lubricant_of
 from regression.calibration.prediction import FrictionSolver, FrozenFilm, log_moes_film
+from regression.calibration.setup import card_with, lubricant_of
 
 Array = NDArray[np.float64]
 

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.assembly import Assembly
+from efficiency.contact.contact_search import ContactPath
 from efficiency.contact.ease_off import conjugate_points, ease_off
 from efficiency.contact.mesh_surface import EDGES, MeshSurface
-from efficiency.contact.transmission import ContactPath
 from efficiency.cutting import newton
 from efficiency.cutting.blank import Blank
 from efficiency.cutting.flank import Flank

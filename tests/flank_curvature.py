@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.cutting.flank import Flank
-from efficiency.cutting.rotation import cross, dot
+from efficiency.cutting.machine import cross, dot
 
 FloatArray = NDArray[np.float64]
 

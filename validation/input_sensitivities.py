@@ -24,7 +24,7 @@ from scipy.stats import qmc
 import ehl
 from ehl.common.data import data_path
 from ehl.fluid.oil import Oil
-from ehl.uncertainty.stated import FILM_RATIOS
+from ehl.uncertainty.spread import FILM_RATIOS
 from regression.friction.conditions import conditions_of, contact_points
 
 # lower and upper ends of what gear meshes see; lambda takes the speed with it

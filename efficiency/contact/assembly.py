@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.cutting.rotation import AnyArray, cross, dot, spin, turn
+from efficiency.cutting.machine import AnyArray, cross, dot, spin, turn
 from ehl.common.arrays import FloatArray
 
 

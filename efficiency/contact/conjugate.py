@@ -30,8 +30,8 @@ from efficiency.contact.mesh_surface import NORMAL, POSITION
 from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank, FlankPoints
+from efficiency.cutting.machine import dot, spin, turn
 from efficiency.cutting.newton import Array
-from efficiency.cutting.rotation import dot, spin, turn
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import read_text

@@ -17,7 +17,7 @@ from efficiency.contact.edge_lines import EdgePiece, EdgePoints, edge_pieces, ed
 from efficiency.contact.line_tracing import Lines, Spans, line_points, line_spans, within_reach
 from efficiency.contact.mesh_surface import EDGES, NORMAL, POSITION, MeshSurface, line_frame, tangent_angle, undirected
 from efficiency.contact.relief import relief_section
-from efficiency.cutting.rotation import cross, dot, turn
+from efficiency.cutting.machine import cross, dot, turn
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError, InputError
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from efficiency.contact.assembly import Assembly
 from efficiency.cutting import newton
 from efficiency.cutting.flank import Flank, FlankPoints
-from efficiency.cutting.rotation import turn
+from efficiency.cutting.machine import turn
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
 

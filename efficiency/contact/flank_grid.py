@@ -10,7 +10,7 @@ from efficiency.contact.assembly import Assembly
 from efficiency.contact.chebyshev import Patch
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off, pinion_phase, relative_regularity
 from efficiency.cutting.flank import Flank, FlankPoints
-from efficiency.cutting.rotation import turn
+from efficiency.cutting.machine import turn
 from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.errors import ConvergenceError
 

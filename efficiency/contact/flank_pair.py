@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from efficiency.contact.conjugate import ConjugateFlank
+from efficiency.contact.contact_search import ContactPath, Transmission, transmission
 from efficiency.contact.flank_grid import SHAPE, FlankGrid
 from efficiency.contact.gear_flanks import GearFlanks, Side
 from efficiency.contact.grid_flank import GridFlank
 from efficiency.contact.measured_flank import MeasuredFlank
 from efficiency.contact.mesh_surface import EDGES, MeshSurface, mesh_surface
-from efficiency.contact.transmission import ContactPath, Transmission, transmission
 from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.quantities import to_display
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.contact.mesh_surface import POSITION, MeshSurface
-from efficiency.cutting.rotation import dot
+from efficiency.cutting.machine import dot
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
 

@@ -21,10 +21,9 @@ from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_
 from efficiency.contact.flank_grid import SHAPE, FlankGrid, flank_grid, last_point, regular_part
 from efficiency.contact.relief import PairRelief
 from efficiency.cutting.flank import CutFlank, Flank
-from efficiency.cutting.rotation import cross, dot, turn, unit
+from efficiency.cutting.machine import cross, dot, turn, unit
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
-
-FloatArray = NDArray[np.float64]
 
 POSITION = ("x", "y", "z")
 

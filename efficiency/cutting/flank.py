@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from efficiency.cutting import newton
 from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import Blade, FlankSide
-from efficiency.cutting.machine import MachineSettings
+from efficiency.cutting.machine import MachineSettings, cross, dot, spin, turn, unit
 from efficiency.cutting.newton import Array
-from efficiency.cutting.rotation import cross, dot, spin, turn, unit
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
 

@@ -10,16 +10,46 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from efficiency.cutting.blank import Length, Shift
 from efficiency.cutting.newton import Array
-from efficiency.cutting.rotation import spin, turn
 from ehl.common.arrays import FloatArray
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
+
+AnyArray = TypeVar("AnyArray", NDArray[np.float64], Array)
+"""Real or complex array."""
+
+
+def turn(vector: AnyArray, angle: AnyArray | float) -> AnyArray:
+    """Rotate vectors about z."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.asarray([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1], vector[2] + 0.0 * c])
+
+
+def spin(vector: AnyArray) -> AnyArray:
+    """Velocity of points for a rotation about z at 1 rad/s."""
+    return np.asarray([-vector[1], vector[0], 0.0 * vector[2]])
+
+
+def dot(a: AnyArray, b: AnyArray) -> AnyArray:
+    """Scalar product without complex conjugation (holomorphic)."""
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+def cross(a: AnyArray, b: AnyArray) -> AnyArray:
+    """Vector product."""
+    return np.asarray([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+def unit(vector: AnyArray) -> AnyArray:
+    """Vectors of length one."""
+    return np.divide(vector, np.sqrt(dot(vector, vector)))
+
 
 Turn = Annotated[float, ValueRange("rad", ge=-3.1416, le=3.1416)]
 

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from ehl.common.arrays import FloatArray
+
 # real or complex
 Array = NDArray[np.inexact[Any]]
 

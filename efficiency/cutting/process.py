@@ -17,8 +17,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from efficiency.cutting.blank import Depth, Hand, Length
-from efficiency.cutting.cutter import Blade, FlankSide
-from efficiency.cutting.edge import Protuberance, Relief
+from efficiency.cutting.cutter import Blade, FlankSide, Protuberance, Relief
 from efficiency.cutting.machine import Turn
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange

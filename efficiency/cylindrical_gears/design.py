@@ -14,7 +14,7 @@ from efficiency.cutting.blank import Depth, Length
 from efficiency.cylindrical_gears.involute import InvolutePair
 from efficiency.design.design import EdgeRounding, FlankSurfaceInput, MemberSurface, PairDesign, Rms
 from efficiency.loss.kinematics import OperatingPoint
-from efficiency.loss.tooth_temperature import CoolingInput
+from efficiency.loss.lubrication import CoolingInput
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange

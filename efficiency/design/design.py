@@ -26,7 +26,7 @@ from efficiency.design.flank_input import (
 )
 from efficiency.design.stiffness_input import StiffnessInput
 from efficiency.loss.kinematics import Driver, OperatingPoint, Operation
-from efficiency.loss.tooth_temperature import CoolingInput
+from efficiency.loss.lubrication import CoolingInput
 from efficiency.ltca.solid_tooth import Bodies, ToothBody
 from ehl.common.data import data_names, data_path, named_file
 from ehl.common.errors import InputError

@@ -25,6 +25,7 @@ from efficiency.loss.contact_sample import (
     worth_solving,
 )
 from efficiency.loss.lubrication import SolvedFriction
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.progress import report_progress
 from ehl.common.runner import checked_jobs, run_tasks
@@ -42,7 +43,6 @@ from regression.friction.conditions import Conditions, conditions_of, state_of
 from regression.friction.models import FrictionFlag, FrictionModel
 from regression.plan.cost import contact_seconds
 
-FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Scene = tuple[LineContact, Lubricant, SurfaceInput, tuple[float, float]]
 

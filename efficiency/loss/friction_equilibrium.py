@@ -10,18 +10,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from efficiency.loss.kinematics import Operation, loaded_points
 from efficiency.loss.uncertainty import stand_in
 from efficiency.ltca.mesh_grids import FrictionBalance, LoadedGrids
 from efficiency.ltca.tangent_load import MANY, ONE, TangentLoad
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
 from ehl.fluid.oil import Oil
 from regression.friction.models import COLEMAN_FRICTION, FrictionModel
 from regression.friction.uncertainty import friction_of
-
-FloatArray = NDArray[np.float64]
 
 ROUNDS = 40
 # stated error of the efficiency that requires another round, for one point and for one of many

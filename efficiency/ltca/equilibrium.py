@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dposv
 
-FloatArray = NDArray[np.float64]
+from ehl.common.arrays import FloatArray
+
 BoolArray = NDArray[np.bool_]
 Local = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 """Deflection [m] and its derivative [m/N] at each point from the (positive) force at it [N]."""

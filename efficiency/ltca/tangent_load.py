@@ -22,13 +22,13 @@ from efficiency.ltca.load_distribution import (
     OF_POSITION,
     ElasticPosition,
     LoadDistribution,
+    LocalApproach,
     PositionLoad,
     TeethElasticity,
     distribute_load,
     lay_of,
     loads_of_forces,
 )
-from efficiency.ltca.local_compliance import LocalApproach
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.line_contact import half_width_of_pressure, hertz_pressure
 

@@ -24,8 +24,7 @@ from efficiency.contact.grid_flank import PointGrid, read_point_grid
 from efficiency.contact.measured_flank import MeasuredFlank, measured_flank
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank
-from efficiency.cutting.machine import ANGLE_STEP, LENGTH_STEP, MachineSettings
-from efficiency.cutting.rotation import dot, spin
+from efficiency.cutting.machine import ANGLE_STEP, LENGTH_STEP, MachineSettings, dot, spin
 from efficiency.design.design import Design, MemberInput, load_design
 from efficiency.machine_settings.design_file import machine_tables
 from efficiency.machine_settings.fit import FitParameter, RootLine, with_setting

@@ -23,8 +23,8 @@ import numpy as np
 from efficiency.cutting import newton
 from efficiency.cutting.blank import Blank
 from efficiency.cutting.flank import CutFlank
+from efficiency.cutting.machine import dot, spin, turn
 from efficiency.cutting.newton import Array
-from efficiency.cutting.rotation import dot, spin, turn
 from ehl.common.arrays import BoolArray, FloatArray
 
 _DELTA = 1e-5

@@ -8,9 +8,9 @@ from typing import Any, Literal
 import numpy as np
 
 from efficiency.blanks.checks import TOP_LAND
+from efficiency.contact.contact_search import Transmission
 from efficiency.contact.gear_flanks import MEMBERS, GearFlanks
 from efficiency.contact.tooth_grid import TIP_REMEDIES, tooth_shape
-from efficiency.contact.transmission import Transmission
 from efficiency.cutting.cutter import FlankSide
 from efficiency.design.design import Design
 from efficiency.machine_settings.conjugate import FitGrid

@@ -12,24 +12,24 @@ import numpy as np
 from efficiency.blanks.inputs import PairBlankInput
 from efficiency.blanks.pair import pair_blank
 from efficiency.blanks.pair_blank import PairBlank
+from efficiency.contact.contact_search import Transmission
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.gear_flanks import Side
-from efficiency.contact.transmission import Transmission
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank
+from efficiency.cutting.machine import dot, spin
 from efficiency.cutting.process import MODIFIED, MOTIONS, PLAIN, PROCESSES
-from efficiency.cutting.rotation import dot, spin
 from efficiency.design.design import Design
 from efficiency.machine_settings.conjugate import (
     ConjugateFlankStart,
     FitGrid,
     backlash_angle,
     conjugate_start,
+    fit_on_cradle,
     grid_on_gear,
     target_flank,
     target_relief,
 )
-from efficiency.machine_settings.cradle import fit_on_cradle
 from efficiency.machine_settings.design_file import (
     PinionFlanks,
     design_text,

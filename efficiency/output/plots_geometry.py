@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from efficiency.contact.contact_lines import MeshPosition
+    from efficiency.contact.contact_search import ContactPath
     from efficiency.contact.flank_pair import ContactPattern, FlankPair
-    from efficiency.contact.transmission import ContactPath
     from efficiency.cutting.blank import Blank
     from efficiency.design.design import Design
     from efficiency.geometry.pair_geometry import SideGeometry

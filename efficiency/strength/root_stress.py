@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from efficiency.contact.gear_flanks import GearFlanks, Member
 from efficiency.ltca.load_distribution import PositionLoad
-from efficiency.ltca.rim_compliance import ring_displacements, rotation
-from efficiency.ltca.solid_tooth import SolidTooth
+from efficiency.ltca.solid_tooth import SolidTooth, ring_displacements, rotation
 from efficiency.strength.hexahedra import (
     CORNERS_AND_EDGES,
     FACE,

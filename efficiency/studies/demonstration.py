@@ -3,22 +3,169 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from efficiency.loss.compare import Comparison
 from efficiency.mesh import Mesh
+from efficiency.output.comparison_report import CAPTION
+from efficiency.output.flank_map import FlankMap
+from efficiency.output.gear_report import SPIN, answer
+from efficiency.output.notes import comparison_notes
+from efficiency.output.plots_comparison import plot_comparison
+from efficiency.output.plots_flank import LOSS, contact_figure, field_figure
+from efficiency.output.plots_geometry import contact_lines_figure, ease_off_figure
+from efficiency.output.plots_load import plot_friction_and_loss, plot_load_sharing, plot_transmission_error
+from efficiency.output.tables import efficiency_table, models_table, operating_point, percent
 from efficiency.pair import GearPair
+from ehl import __version__
 from ehl.common.files import make_folder
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
+from ehl.common.quantities import quantity
 from ehl.common.runner import checked_jobs
+from ehl.common.sections import Code, Folded, Head, KeyFigures, Medium, Notes, Picture, Row, Section, Text
+from ehl.common.table import Table
 from ehl.common.threads import one_thread
 from regression.data.dataset import Dataset
 from regression.formula import fit
 from regression.friction.fitted import FittedFormula
 from regression.sweeping.run import Run, sweep
+from regression.view.plots import plot_bands, plot_friction, plot_parity
+from regression.view.tables import band_table, family_table
+
+
+def demo_sections(result: DemoResult, medium: Medium) -> list[Section]:
+    """Sections of the demonstration: gear pair, friction models, formulas, contacts, provenance."""
+    if medium != "page":
+        return result.comparison.sections(medium)
+    sections = [_summary(result), _gear(result), _comparison(result), _formulas(result), _contacts(result)]
+    return [*sections, _provenance(result)]
+
+
+def _summary(result: DemoResult) -> Section:
+    best, gear = result.formulas[0], result.comparison.results[0]
+    constant = next(row for row in result.comparison.rows if row.name.startswith("constant"))
+    notes = Notes(comparison_notes(result.comparison), len(result.comparison.results))
+    tiles = [
+        (f"{percent(constant.efficiency, 2)} %", "with a constant friction coefficient of 0.05"),
+        (f"{gear.power_loss:.0f} W", f"friction loss of {gear.power_input / 1e3:.1f} kW"),
+        (f"{100 * best.validation.mape:.1f} %", f"mean error of the formula ({best.label}) on held-out contacts"),
+        (f"{result.run.reports[0].total - result.run.unanswered}", "contacts solved"),
+    ]
+    point = operating_point(result.comparison)
+    head = Head("From lubricated contacts to gear efficiency", f"mixed-ehl {__version__}: {point}", SPIN)
+    return Section("", [head, answer(gear), KeyFigures(tiles), notes])
+
+
+def _contacts(result: DemoResult) -> Section:
+    frame = result.dataset.converged
+    report = result.run.reports[0]
+    heated = int((~frame["skipped"].str.contains("heat")).sum())
+    friction_error = frame["friction_error"]
+    return Section(
+        "Contacts",
+        [
+            Text(
+                f"{report.total} line contacts, sampled by a scrambled Sobol sequence over the operating range of the "
+                "contact points of the pair. Each contact is solved as a smooth film, with heat where an estimate "
+                f"predicts a relevant effect ({heated} of {len(frame)}), and then transiently with both rough "
+                f"surfaces. {result.run.unanswered} contacts failed. The numerical error of the friction coefficient "
+                f"is {100 * friction_error.median():.2g} % (median) and at most {100 * friction_error.max():.2g} %. It "
+                "comprises the discretisation and the neglected heat, but not the data of oil and surfaces."
+            ),
+            Row(
+                [
+                    Picture(partial(plot_friction, result.dataset), "Friction of all contacts of the sweep."),
+                    Picture(partial(plot_parity, result.dataset, result.formulas), "Friction: formula over computed."),
+                ]
+            ),
+        ],
+    )
+
+
+def _formulas(result: DemoResult) -> Section:
+    best = result.formulas[0]
+    return Section(
+        "Friction formula",
+        [
+            Text(
+                "Each family is fitted to the same contacts and assessed on held-out cases: cells of pressure and "
+                "radius are held out in turn."
+            ),
+            family_table(result.formulas),
+            Picture(partial(plot_bands, best), "Held-out errors by band of each variable, with the number of cases."),
+            Folded("Errors by region", [band_table(best)]),
+            Folded(f"Equation and coefficients of {best.name}", [Code(best.to_text())]),
+        ],
+    )
+
+
+def _gear(result: DemoResult) -> Section:
+    gear = result.comparison.results[0]
+    pair = result.gear.flanks
+    assert pair is not None
+    cycle = tuple(load.position for load in gear.load.positions)
+    flank = FlankMap.of(pair.flanks, gear)
+    return Section(
+        "Gear pair",
+        [
+            Text(
+                f"{pair.teeth_pinion} x {pair.teeth_gear} spiral bevel pair, face-milled and generated. The flanks "
+                "follow from the machine settings by the equation of meshing. The ease-off refers to the conjugate "
+                f"pinion. The load is {gear.torque:.4g} N m at {quantity('speed').text(gear.speed)} of the pinion."
+            ),
+            Row(
+                [
+                    Picture(partial(ease_off_figure, pair), "Ease-off and unloaded path of contact."),
+                    Picture(partial(contact_lines_figure, pair, cycle), "Potential contact lines over one mesh cycle."),
+                    Picture(partial(contact_figure, flank), "Contact pattern and Hertz pressure under load."),
+                    Picture(partial(field_figure, flank, LOSS), "Power loss per area of the gear flank."),
+                    Picture(partial(plot_load_sharing, gear), "Share of the torque on one tooth pair."),
+                    Picture(partial(plot_transmission_error, gear), "Transmission error, unloaded and loaded."),
+                    Picture(partial(plot_friction_and_loss, gear), "Friction and loss over one mesh cycle."),
+                ]
+            ),
+            replace(efficiency_table(gear), title="", notes=()),
+        ],
+    )
+
+
+def _comparison(result: DemoResult) -> Section:
+    return Section(
+        "Comparison with constant friction and other models",
+        [
+            Text(
+                "The same loaded mesh with each friction model. The model 'ehl' solves contacts of the mesh; its "
+                "difference from the fitted formula is the error of the formula. The closed forms use one constant "
+                "friction coefficient for the pair."
+            ),
+            Picture(partial(plot_comparison, result.comparison), CAPTION),
+            replace(models_table(result.comparison), title=""),
+        ],
+    )
+
+
+def _provenance(result: DemoResult) -> Section:
+    best = result.formulas[0]
+    rows = [
+        ("data hash", best.data.hash[:16]),
+        ("plan hash", best.data.plan_hash[:16]),
+        ("solver", best.data.solver_version),
+        *((f"time: {step}", f"{value:.1f} s") for step, value in result.seconds.items()),
+    ]
+    neglected = "; ".join(result.comparison.results[0].skipped)
+    return Section(
+        "Provenance",
+        [
+            Table(("item", "value"), rows),
+            Text(f"Effects that the gear model neglects: {neglected}."),
+            Text("Files in the same folder: run/ (contacts), formula_*.json (formulas), demo.json (all figures)."),
+        ],
+    )
+
 
 DESIGN = "fm_spiral_bevel_14x39_relieved"
 CONSTANT = "constant:0.05"
@@ -28,7 +175,7 @@ CONSTANT = "constant:0.05"
 class DemoResult(Reportable):
     """Results of the demonstration."""
 
-    presenter = "efficiency.studies.demonstration_report:demo"
+    presenter = "efficiency.studies.demonstration:demo"
 
     folder: Path  # output folder
     run: Run  # run of the contacts

@@ -15,8 +15,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 import scipy
 
-from efficiency.vehicle.axle_losses import AxleLosses
-from efficiency.vehicle.loss_map import LossMap, LossTable, require_all
+from efficiency.vehicle.loss_map import AxleLosses, LossMap, LossTable, require_all
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file

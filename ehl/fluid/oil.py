@@ -192,7 +192,7 @@ class Oil(InputModel):
         iso_vg : int, optional
             ISO VG in place of both; nu100 then follows from the viscosity index or is typical of the family.
         viscosity_index : float, optional
-            Viscosity index, with one of the three above (`ehl.fluid.viscosity_index.astm_d2270`).
+            Viscosity index, with one of the three above (`ehl.fluid.oil_family.astm_d2270`).
         density_15 : float or str, optional
             Density at 15 degC, kg/m3; default: typical of the family.
         name : str, optional

@@ -11,7 +11,7 @@ from ehl.common.errors import InputError
 from ehl.common.units import KELVIN
 from ehl.common.validation import InputModel
 from ehl.fluid.density import DowsonHigginsonDensity, IncompressibleDensity, Murnaghan, Tait
-from ehl.fluid.free_volume import Doolittle, McEwenPaluch
+from ehl.fluid.free_volume import Doolittle, ImprovedYasutomi, McEwenPaluch, OriginalYasutomi
 from ehl.fluid.pressure_viscosity import AlphaDefinition, solve_constant
 from ehl.fluid.viscosity import (
     AbsoluteLaw,
@@ -26,7 +26,6 @@ from ehl.fluid.viscosity import (
     vogel_1921,
     vogel_slope,
 )
-from ehl.fluid.yasutomi import ImprovedYasutomi, OriginalYasutomi
 
 # register of the viscosity and density laws
 AbsoluteViscosity = ImprovedYasutomi | OriginalYasutomi | Doolittle | McEwenPaluch

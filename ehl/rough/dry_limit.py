@@ -21,7 +21,7 @@ from ehl.inputs import ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces
-from ehl.rough.batch_means import ONE_DRAW
+from ehl.rough.averaging import ONE_DRAW
 from ehl.rough.dry import DryContactResult, solve_dry, uniform_grid
 from ehl.rough.mixed import TOLERANCE, rough_surfaces
 from ehl.rough.surfaces import sample_ring

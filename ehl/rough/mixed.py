@@ -1,4 +1,18 @@
-"""Mixed lubrication by the transient solver: its surfaces, unresolved roughness, and estimates of its effect."""
+"""Mixed lubrication by the transient solver: its surfaces, unresolved roughness, and estimates of its effect.
+
+Running-in as plastic flattening of the asperities whose pressure reaches the hardness.
+
+Own work, not validated: wear, tribofilms and the rounding of waves are neglected. It is off by default.
+
+Roughness finer than the mesh: long waves remain a profile, shorter waves are replaced by a subgrid film.
+
+Waves shorter than a cut-off are removed from the profiles; their RMS is sigma_sub. Solids count as touching where the
+gap of the filtered surfaces is c sigma_sub above the boundary film. This is the mean gap of the fine roughness under
+load. In dry contact it decreases with the logarithm of the pressure over the stiffness E* times the RMS slope (form of
+Persson 2007, Phys. Rev. Lett. 99, 125502, from memory; both constants are fitted to runs that resolve the roughness).
+c = 0 (no contact of the fine part) and 2 c + 0.5 (at most 2.5, its peaks) bound friction, and their difference is the
+error: see docs/roughness.md.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from ehl.common.arrays import FloatArray
-from ehl.common.errors import ConvergenceError
+from ehl.common.errors import ConvergenceError, InputError
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.traction import ThermalTraction
 from ehl.inputs import ModelInput, SurfaceInput
@@ -18,11 +32,173 @@ from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces, TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET, NODES_MIN, level_of, mesh_length, min_nodes
-from ehl.rough.running_in import RUNNING_IN, flattened
+from ehl.rough.dry import solve_dry, uniform_grid
 from ehl.rough.solve import ERROR_ALLOWED
-from ehl.rough.subgrid import BUDGET_SHARE, CUTOFF_NODES, SplitSurfaces, share_left_out, split_surfaces
-from ehl.surface.measured_profile import load_profile, profile_points
-from ehl.surface.roughness import CUTOFF_PER_CORRELATION_LENGTH, RoughProfile, generate_profile
+from ehl.surface.measured_profile import detrended, gaussian_mean_line, load_profile, profile_points
+from ehl.surface.roughness import CUTOFF_PER_CORRELATION_LENGTH, RoughProfile, SelfAffine, generate_profile
+
+STYLUS_CUTOFF = 2.5e-6  # shortest wavelength in Rq [m]
+CUTOFF_NODES = 8.0  # nodes per shortest remaining wavelength
+BUDGET_SHARE = 0.6  # share of the nodes of the accuracy; the bounds of the subgrid film dominate the error
+# tuned on runs that resolve the roughness (validation/mixed_shortcuts.py): mean gap/sigma_sub = 0.4 ln(0.5 E* slope/p)
+GAP_LOG, GAP_PRESSURE = 0.4, 0.5
+MIN_GAP, MAX_GAP = 0.1, 2.5
+
+
+@dataclass(frozen=True)
+class SplitSurfaces:
+    """Both surfaces without their fine part, and the properties of that part."""
+
+    surfaces: RoughSurfaces  # the waves longer than the cut-off
+    cutoff: float  # [m]
+    rms: float  # composite Rq of the unfiltered surfaces [m]
+    rms_below: float  # composite RMS below the cut-off, sigma_sub [m]
+    slope: float  # composite RMS slope of that part [-]
+
+    def gap(self, contact: LineContact) -> float:
+        """Mean gap of the fine part under the Hertz pressure, over sigma_sub [-]."""
+        stiffness = 0.5 * contact.effective_modulus * self.slope
+        if stiffness <= 0.0:
+            return MIN_GAP
+        gap = GAP_LOG * math.log(GAP_PRESSURE * stiffness / contact.pressure_hertz)
+        return min(max(gap, MIN_GAP), MAX_GAP)
+
+    def subgrid_films(self, contact: LineContact, base: float) -> tuple[float, float, float]:
+        """Boundary film plus subgrid film [m]: without the fine part, expected value, and upper bound."""
+        gap = self.gap(contact)
+        return base, base + gap * self.rms_below, base + min(2.0 * gap + 0.5, MAX_GAP) * self.rms_below
+
+
+def split_surfaces(surface: SurfaceInput, half_width: float, length: float, cutoff: float) -> SplitSurfaces:
+    """Split the roughness of a contact at a wavelength.
+
+    surface: generated or measured roughness.
+    half_width, length, cutoff: Hertz half-width, length of generated profiles, and cut-off [m].
+    """
+    kept: list[RoughProfile | None] = []
+    whole = below = slope = 0.0
+    for number, (rms, path) in enumerate(
+        ((surface.roughness_rms_1, surface.profile_1), (surface.roughness_rms_2, surface.profile_2)), start=1
+    ):
+        if path is not None:
+            profile, fine_rms, fine_slope = _split_measured(path, surface, cutoff)
+        elif rms > 0.0:
+            profile, fine_rms, fine_slope = _split_generated(rms, surface, 2 * surface.seed + number, length, cutoff)
+        else:
+            kept.append(None)
+            continue
+        kept.append(profile)
+        coarse = profile.rms if profile is not None else 0.0
+        whole += coarse**2 + fine_rms**2
+        below += fine_rms**2
+        slope += fine_slope**2
+    return SplitSurfaces(RoughSurfaces(*kept), cutoff, math.sqrt(whole), math.sqrt(below), math.sqrt(slope))
+
+
+def _split_generated(
+    rms: float, surface: SurfaceInput, seed: int, length: float, cutoff: float
+) -> tuple[RoughProfile | None, float, float]:
+    """Long waves of a generated profile, and RMS and slope of the fine part from its spectrum."""
+    lc = surface.correlation_length
+    left_out = share_left_out(surface, cutoff)
+    slope = math.sqrt(2.0) * rms / lc
+    if surface.hurst is not None:
+        slope = rms * SelfAffine(lc, surface.hurst).slope(STYLUS_CUTOFF, cutoff)
+    if cutoff > length / 4.0:
+        return None, rms, slope
+    profile = generate_profile(
+        rms * math.sqrt(1.0 - left_out),
+        lc,
+        length,
+        cutoff / 4.0,
+        seed,
+        cutoff=cutoff,
+        hurst=surface.hurst,
+        peklenik_number=surface.peklenik_number,
+    )
+    return profile, rms * math.sqrt(left_out), slope
+
+
+def share_left_out(surface: SurfaceInput, cutoff: float) -> float:
+    """Share of the variance of a generated surface in waves shorter than the cut-off [m].
+
+    The whole spectrum exp(-(k lc)^2/4) is included; for a self-affine surface waves down to 2.5 um (ISO 3274).
+    """
+    if surface.hurst is None:
+        return math.erfc(math.pi * surface.correlation_length / cutoff)
+    spectrum = SelfAffine(surface.correlation_length, surface.hurst)
+    unseen = spectrum.share_below(STYLUS_CUTOFF)
+    return max(spectrum.share_below(cutoff) - unseen, 0.0) / (1.0 - unseen)
+
+
+def _split_measured(path: str, surface: SurfaceInput, cutoff: float) -> tuple[RoughProfile | None, float, float]:
+    x, heights, _ = profile_points(path, unit_x=surface.profile_unit_x, unit_height=surface.profile_unit_height)
+    spacing = float(x[1] - x[0])
+    level = detrended(heights, surface.detrend)
+    in_band = gaussian_mean_line(level, spacing, surface.cutoff_short)
+    try:
+        profile = load_profile(path, cutoff_short=cutoff, **surface.profile_reading)
+    except InputError:
+        # the cut-off exceeds the range of the file: all its roughness is fine structure
+        if surface.cutoff_long is not None:
+            in_band = in_band - gaussian_mean_line(in_band, spacing, surface.cutoff_long)
+        return None, float(np.std(in_band)), float(np.std(np.diff(in_band))) / spacing
+    fine = in_band - gaussian_mean_line(level, spacing, cutoff)
+    return profile, float(np.std(fine)), float(np.std(np.diff(fine))) / spacing
+
+
+# half width of a window and the distance of windows [b]: every place has at least 0.87 of the largest pressure
+REACH, STEP = 2.0, 1.0
+MOST_NODES = 4096
+_GAP_TOLERANCE = 1e-4  # of the gap, over b^2/R: about a nanometre
+RUNNING_IN = "running-in"  # prefix of its notes
+
+
+def flattened(profile: RoughProfile, contact: LineContact, hardness: float) -> RoughProfile:
+    """The profile after one dry, frictionless pass against a smooth counterpart.
+
+    The contact is elastic up to the hardness. Where the pressure reaches it, the remaining overlap has yielded
+    (Almqvist, Sahlin, Larsson & Glavatskih 2007) and is removed from the heights. The volume is not conserved.
+
+    profile: periodic heights [m].
+    contact: radius, modulus, load.
+    hardness: of the softer body [Pa].
+    Returns: profile with a note on the removed height.
+    Raises `ConvergenceError`: the contact does not carry the load below this hardness ("hardness_too_low").
+    """
+    if not math.isfinite(hardness):
+        return profile
+    b = contact.half_width
+    spacing = max(profile.spacing, 2.0 * REACH * b / MOST_NODES)
+    x = uniform_grid(contact, math.ceil(2.0 * REACH * b / spacing), REACH)
+    places, heights = profile.x, profile.heights.copy()
+    length, most = profile.length, 0.0
+    for centre in np.arange(0.0, length, STEP * b):
+        at = (x + centre) % length
+        here = np.interp(at, places, heights, period=length)
+        found = solve_dry(contact, x, here - here.mean(), hardness=hardness, tolerance=_GAP_TOLERANCE)
+        if found.reason == "hardness_too_low":
+            raise ConvergenceError(found.reason, f"no contact below a hardness of {hardness:.4g} Pa carries the load")
+        yielded = np.where(found.pressure >= hardness, np.maximum(-found.gap, 0.0), 0.0)
+        if not yielded.any():
+            continue
+        most = max(most, float(yielded.max()))
+        # position of each sample of the profile relative to the centre of the window
+        off = (places - centre + 0.5 * length) % length - 0.5 * length
+        heights -= np.interp(off, x, yielded, left=0.0, right=0.0)
+    note = f"{RUNNING_IN}: asperities flattened plastically by up to {1e9 * most:.0f} nm at {hardness / 1e9:.3g} GPa"
+    flat = RoughProfile.of(
+        heights,
+        profile.spacing,
+        cutoff=profile.cutoff,
+        rms_below_cutoff=profile.rms_below_cutoff,
+        peklenik_number=profile.peklenik_number,
+        seed=profile.seed,
+        source=profile.source,
+        notes=(*profile.notes, note),
+    )
+    return replace(flat, periodic=profile.periodic)
+
 
 # tuned with validation/mixed_shortcuts.py: shortest wave of a self-affine profile over lc; shorter ones change mu by
 # -4 to +5 % (H 0.85, film ratio 0.7, gamma 1 and 5)

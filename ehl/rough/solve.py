@@ -37,10 +37,9 @@ from ehl.rough._kernels.march import (
 from ehl.rough._kernels.newton import UNCONVERGED
 from ehl.rough.accuracy import SETTLING, Accuracy, RunPlan, make_run_plan, mesh_length, mesh_levels, with_overrides
 from ehl.rough.averaging import Window, film_jumped, net_exchange, realisation_error
-from ehl.rough.multilevel import MeshLevels, affordable
+from ehl.rough.multilevel import MeshLevels, affordable, start_up
 from ehl.rough.run import TransientRun
 from ehl.rough.scaling import EXCHANGE_WINDOW, RunProblem, Settings, build_problem, density_ratio
-from ehl.rough.startup import start_up
 from ehl.rough.surfaces import RoughSurfaces
 from ehl.rough.transient_result import Fallbacks, Profiles, Snapshot, TransientResult
 from ehl.surface.roughness import EP_FILM

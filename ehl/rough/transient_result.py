@@ -97,7 +97,7 @@ class TransientResult:
     # half width of the 90 % interval of mu over other realisations of the same surfaces, over mu: `statistical_error`,
     # increased if the window is longer than the profiles or a surface contributes little new roughness
     realisation_error: float
-    # error of the extrapolated mu by mesh and time step, over mu (`ehl.rough.batch_means.richardson`)
+    # error of the extrapolated mu by mesh and time step, over mu (`ehl.rough.averaging.richardson`)
     mesh_error: float
     film_error: float  # of the mean film by mesh and time step and its 90 % interval, over the film
     # mu at half and twice the boundary film; nan where not computed (share below 0.01, or accuracy "fast")
@@ -124,7 +124,7 @@ class TransientResult:
     profiles: Profiles = field(repr=False)  # time means
     snapshot: Snapshot = field(repr=False)  # last step
     run: TransientRun = field(repr=False)  # state of the fine run after the last step; a copy can be continued
-    # error of mu by the subgrid film for unresolved roughness, over mu (`ehl.rough.subgrid`); 0 without
+    # error of mu by the subgrid film for unresolved roughness, over mu (`ehl.rough.mixed`); 0 without
     subgrid_error: float = 0.0
     exchange_error: float = 0.0  # error of mu by the net side flow, over mu
 

@@ -14,9 +14,10 @@ from statistics import NormalDist
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import model_validator
 
+from ehl.common.arrays import FloatArray
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, near, same_name
 from ehl.common.files import toml_text
@@ -27,7 +28,6 @@ from ehl.common.validation import InputModel, read_toml, validate
 if TYPE_CHECKING:
     from ehl.surface.measured_surface import MeasuredSurface
 
-FloatArray = NDArray[np.float64]
 State = Literal["new", "run_in"]
 STATES: tuple[State, ...] = ("new", "run_in")
 HALF_RANGE = NormalDist().inv_cdf(0.95)  # standard deviations from the middle to an end of a range

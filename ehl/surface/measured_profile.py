@@ -7,14 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.units import UNITS, parse_quantity
 from ehl.surface.profile_file import MeasuredHeights, read_heights
 from ehl.surface.roughness import RoughProfile
-
-FloatArray = NDArray[np.float64]
 
 # ISO 16610-21: 50 % transmission at the cut-off wavelength
 GAUSSIAN_CONSTANT = math.sqrt(math.log(2.0) / math.pi)

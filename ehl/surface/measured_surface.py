@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.figures import BLUE, GREY, ORANGE, new_figure
 from ehl.common.numbers import finite_or_none
@@ -24,7 +24,6 @@ from ehl.surface.roughness import measured_correlation_length, moments
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FloatArray = NDArray[np.float64]
 
 # ISO 4288, ISO 3274 (from memory): upper limit of Ra, long cut-off and short cut-off [m]
 STANDARD_CUTOFFS = (

@@ -19,12 +19,11 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from ehl.common.arrays import FloatArray
 from ehl.common.dialect import NumericBlock, numeric_block
 from ehl.common.errors import InputError
 from ehl.common.files import read_bytes, read_text
 from ehl.common.units import parse_quantity, spellings
-
-FloatArray = NDArray[np.float64]
 
 MIN_POINTS = 64
 UNIFORM_SPACING = 1e-3  # relative deviation of the steps above which a profile is resampled

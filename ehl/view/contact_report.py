@@ -1,4 +1,4 @@
-"""Report sections of one contact: friction coefficient with uncertainty, figures, tables, computation."""
+"""Report sections and figures of one contact; of a transient run also friction over travel and roughness."""
 
 from __future__ import annotations
 
@@ -6,15 +6,290 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from ehl.common.arrays import FloatArray
+from ehl.common.errors import InputError
+from ehl.common.figures import BLUE, GREY, ORANGE, new_figure
 from ehl.common.notes import CONTACT_NOTES, Note, group_notes
-from ehl.common.quantities import quantity
+from ehl.common.quantities import axis_label, quantity, to_display
 from ehl.common.sections import Folded, Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table
+from ehl.rough import TransientResult
+from ehl.rough.accuracy import BATCH
+from ehl.rough.averaging import MIN_BATCHES, batch_means
+from ehl.rough.mixed import rough_surfaces
+from ehl.surface.roughness import RoughProfile, autocorrelation
 from ehl.uncertainty.result import plot_sources
-from ehl.view.plots import plot_contact
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ehl.heat.traction import ThermalTraction
+    from ehl.inputs import ContactProblem
+    from ehl.line_contact import LineContact
+    from ehl.smooth.solver import SteadyResult
     from ehl.uncertainty.result import InputUncertainty
+
+DARK, RED = "#222831", "#a3242c"
+SURFACES = (BLUE, ORANGE)
+SHOWN = (-2.0, 1.35)  # [b]
+
+
+def plot_transient(problem: ContactProblem, run: TransientResult, smooth: SteadyResult, title: str) -> Axes:
+    """Time means (left), last step (right), friction over travel and profiles (below)."""
+    b = problem.line.half_width
+    hot = run.run.problem.settings.thermal
+    surfaces = rough_surfaces(problem.surface, problem.line, min(body.hardness for body in problem.bodies))
+    figure = new_figure(11.0, 13.0)
+    axes = figure.subplot_mosaic(
+        [
+            ["pressure", "pressure_now"],
+            ["film", "film_now"],
+            ["temperature" if hot else "film", "filling"],
+            ["friction", "friction"],
+            ["heights", "heights"],
+            ["correlation", "spectrum"],
+        ],
+        height_ratios=(3.0, 2.4, 1.8, 2.2, 1.9, 2.2),
+    )
+    figure.suptitle(title, fontsize=10)
+    _mean_pressure(axes["pressure"], problem.line, run)
+    _mean_film(axes["film"], smooth, run, b)
+    if hot:
+        _mean_temperature(axes["temperature"], run, b)
+    _last_pressure(axes["pressure_now"], problem.line, run)
+    _last_film(axes["film_now"], run, b)
+    _last_filling(axes["filling"], run, b)
+    for name in ("pressure", "film", "pressure_now", "film_now"):
+        axes[name].set_xlim(SHOWN)
+    for name in ("temperature" if hot else "film", "filling"):
+        axes[name].set(xlim=SHOWN, xlabel="x/b [-]")
+    _friction(axes["friction"], run)
+    profiles = [(i, p) for i, p in enumerate((surfaces.profile_1, surfaces.profile_2)) if p is not None and p.rms > 0.0]
+    _heights(axes["heights"], profiles, b)
+    _correlation(axes["correlation"], profiles)
+    _spectrum(axes["spectrum"], profiles)
+    return axes["pressure"]
+
+
+def hertz_line(axes: Axes, pressure_hertz: float) -> None:
+    """The Hertz pressure over x/b [GPa]."""
+    inside = np.linspace(-1.0, 1.0, 201)
+    axes.plot(inside, pressure_hertz / 1e9 * np.sqrt(1.0 - inside**2), color=GREY, lw=1.0, ls="--", label="Hertz")
+
+
+def _mean_pressure(axes: Axes, contact: LineContact, run: TransientResult) -> None:
+    profiles = run.profiles
+    x = profiles.x / contact.half_width
+    hertz_line(axes, contact.pressure_hertz)
+    axes.plot(x, (profiles.pressure_fluid + profiles.pressure_asperity) / 1e9, color=DARK, lw=1.0, label="total")
+    axes.plot(x, profiles.pressure_fluid / 1e9, color=BLUE, label="fluid")
+    axes.fill_between(x, profiles.pressure_asperity / 1e9, color=ORANGE, lw=0.0, label="asperities")
+    if math.isfinite(run.roughness_load_share):
+        axes.plot(x, profiles.pressure_macroscopic / 1e9, color=RED, ls=":", label="macroscopic")
+    axes.set(ylabel=axis_label("pressure"), ylim=(0.0, None))
+    axes.set_title(f"mean over {run.travel:.3g} half-widths of travel", fontsize=9)
+    axes.legend(loc="upper left", frameon=False, fontsize=8)
+
+
+def _mean_film(axes: Axes, smooth: SteadyResult, run: TransientResult, b: float) -> None:
+    axes.plot(smooth.x / b, smooth.film * 1e9, color=GREY, lw=1.0, ls="--", label="smooth, isothermal")
+    axes.plot(run.profiles.x / b, run.profiles.film * 1e9, color=BLUE, label="film")
+    axes.axhline(run.boundary_film * 1e9, color=RED, lw=0.8, ls=":", label="boundary film")
+    highest = max(run.film_mean, smooth.film_central)
+    axes.set(ylabel=axis_label("film_thickness"), ylim=(0.0, 3.0 * highest * 1e9))
+    axes.legend(loc="upper center", frameon=False, fontsize=8)
+
+
+def _mean_temperature(axes: Axes, run: TransientResult, b: float) -> None:
+    x = run.profiles.x / b
+    axes.plot(x, to_display("temperature", run.profiles.temperature_film), color=ORANGE, label="film, mid-layer")
+    axes.plot(x, to_display("temperature", run.profiles.temperature_surface), color=BLUE, label="warmer surface")
+    axes.set(ylabel=axis_label("temperature"))
+    axes.legend(loc="upper left", frameon=False, fontsize=8)
+
+
+def _last_pressure(axes: Axes, contact: LineContact, run: TransientResult) -> None:
+    last = run.snapshot
+    x = last.x / contact.half_width
+    hertz_line(axes, contact.pressure_hertz)
+    axes.plot(x, last.pressure_fluid / 1e9, color=BLUE, lw=1.2, label="fluid")
+    axes.fill_between(x, last.pressure_asperity / 1e9, color=ORANGE, lw=0.0, label="asperities")
+    axes.set(ylabel=axis_label("pressure"), ylim=(0.0, None))
+    axes.set_title("last time step", fontsize=9)
+    axes.legend(loc="upper left", frameon=False, fontsize=8)
+
+
+def _last_film(axes: Axes, run: TransientResult, b: float) -> None:
+    last = run.snapshot
+    x, film = last.x / b, last.film * 1e9
+    axes.plot(x, film, color=BLUE, lw=1.2, label="film")
+    axes.axhline(run.boundary_film * 1e9, color=RED, lw=0.8, ls=":", label="boundary film")
+    touching = last.pressure_asperity > 0.0
+    axes.plot(x[touching], film[touching], color=ORANGE, marker="o", ms=4.0, ls="none", label="contact")
+    inside = np.abs(x) < 1.0
+    axes.set(ylabel=axis_label("film_thickness"), ylim=(0.0, 1.45 * float(film[inside].max())))
+    axes.legend(loc="upper center", framealpha=0.9, edgecolor="none", fontsize=8, ncols=3)
+
+
+def _last_filling(axes: Axes, run: TransientResult, b: float) -> None:
+    x = run.snapshot.x / b
+    axes.fill_between(x, run.snapshot.filling, color=BLUE, alpha=0.25, lw=0.0)
+    axes.plot(x, run.snapshot.filling, color=BLUE, lw=1.0)
+    axes.set(ylabel="filling of the gap [-]", ylim=(0.0, 1.05))
+
+
+def running_mean(run: TransientResult) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Mean of mu and half width of its 90 % interval over the first 2, 4, 6... half-widths of the window.
+
+    Returns: travel [b], mean [-], half_width [-], shape (n,); the half width is nan with too few batches.
+    """
+    mu = run.history_friction
+    per_half_width = mu.size / run.travel
+    batch = round(BATCH * per_half_width)
+    ends = np.arange(batch, mu.size + 1, batch)
+    pairs = np.array([batch_means(mu[:end], batch) for end in ends]).reshape(-1, 2)
+    return run.history_travel[ends - 1], pairs[:, 0], pairs[:, 1]
+
+
+def _friction(axes: Axes, run: TransientResult) -> None:
+    travel, mean, half_width = running_mean(run)
+    axes.plot(run.history_travel, run.history_friction, color=GREY, lw=0.6, alpha=0.8, label="each time step")
+    known = np.isfinite(half_width)
+    if known.any():
+        axes.fill_between(
+            travel[known], (mean - half_width)[known], (mean + half_width)[known], color=BLUE, alpha=0.2, lw=0.0,
+            label=f"90 % interval (at least {MIN_BATCHES} batches)",
+        )  # fmt: skip
+    axes.plot(travel, mean, color=BLUE, label="running mean")
+    axes.set(xlim=(0.0, run.travel), xlabel="travel [b]", ylabel=axis_label("friction_coefficient"))
+    low, high = np.quantile(run.history_friction, (0.002, 0.998))
+    axes.set_ylim(low - 0.1 * (high - low), high + 0.35 * (high - low))
+    axes.legend(loc="upper right", frameon=False, fontsize=8, ncols=3)
+
+
+def _heights(axes: Axes, profiles: list[tuple[int, RoughProfile]], b: float) -> None:
+    apart = 8.0 * max(profile.rms for _, profile in profiles) * 1e6
+    mark = float(f"{0.25 * apart:.1g}")
+    words, ticks, labels = [], [], []
+    for row, (i, profile) in enumerate(profiles):
+        axes.plot(profile.x * 1e3, profile.heights * 1e6 - row * apart, color=SURFACES[i], lw=0.7)
+        words.append(
+            f"surface {i + 1}: Rq {profile.rms * 1e6:.3g} µm, "
+            f"correlation length {profile.correlation_length * 1e6:.3g} µm, "
+            f"skewness {profile.skewness:.2f}, kurtosis {profile.kurtosis:.2f}, "
+            f"cut-off {profile.cutoff * 1e6:.3g} µm ({profile.source.split(':')[0]})"
+        )
+        ticks += [value - row * apart for value in (-mark, 0.0, mark)]
+        labels += [f"{-mark:g}", "0", f"{mark:g}"]
+    axes.set_yticks(ticks, labels, fontsize=8)
+    longest = max(profile.length for _, profile in profiles)
+    axes.set(xlim=(0.0, longest * 1e3), xlabel="x [mm]", ylabel="height [µm]")
+    axes.set_title("\n".join(words), fontsize=8)
+    low, high = axes.get_ylim()
+    y = low - 0.02 * (high - low)
+    axes.plot([0.0, 2.0 * b * 1e3], [y, y], color=DARK, lw=3.0, solid_capstyle="butt")
+    axes.annotate("Hertz width", (2.0 * b * 1e3, y), xytext=(4, 0), textcoords="offset points", fontsize=8, va="center")
+    axes.set_ylim(y - 0.08 * (high - low), high)
+
+
+def _correlation(axes: Axes, profiles: list[tuple[int, RoughProfile]]) -> None:
+    known = [p.correlation_length for _, p in profiles if math.isfinite(p.correlation_length)]
+    reach = 4.0 * max(known) if known else 0.1 * max(p.length for _, p in profiles)
+    for i, profile in profiles:
+        acf = autocorrelation(np.asarray(profile.heights), periodic=profile.periodic)
+        lag = profile.spacing * np.arange(acf.size)
+        near = lag <= reach
+        axes.plot(lag[near] * 1e6, acf[near], color=SURFACES[i], label=f"surface {i + 1}")
+        if math.isfinite(profile.correlation_length):
+            smooth = np.exp(-((lag[near] / profile.correlation_length) ** 2))
+            axes.plot(lag[near] * 1e6, smooth, color=SURFACES[i], lw=0.8, ls="--")
+    axes.axhline(0.0, color=GREY, lw=0.5)
+    axes.plot([], [], color=GREY, lw=0.8, ls="--", label="Gaussian of the same length")
+    axes.set(xlabel="lag [µm]", ylabel="autocorrelation [-]", xlim=(0.0, reach * 1e6))
+    axes.legend(loc="upper right", frameon=False, fontsize=8)
+
+
+def _spectrum(axes: Axes, profiles: list[tuple[int, RoughProfile]]) -> None:
+    for i, profile in profiles:
+        n = profile.heights.size
+        amplitude = 2.0 * np.abs(np.fft.rfft(profile.heights * 1e9)[1:]) / n
+        wavelength = profile.length / np.arange(1, amplitude.size + 1) * 1e6
+        shown = amplitude > 1e-5 * float(amplitude.max())
+        axes.loglog(wavelength[shown], amplitude[shown], color=SURFACES[i], lw=0.7, label=f"surface {i + 1}")
+        axes.axvline(profile.cutoff * 1e6, color=SURFACES[i], lw=0.8, ls=":")
+    axes.plot([], [], color=GREY, lw=0.8, ls=":", label="cut-off")
+    axes.set(xlabel="wavelength [µm]", ylabel="amplitude [nm]")
+    axes.legend(loc="lower right", frameon=False, fontsize=8)
+
+
+def plot_contact(result: Any, ax: Axes | None = None) -> Axes:
+    """Figure of pressure, film and temperatures; of a transient run also its history and roughness."""
+    if result.problem is None or result.film is None or result.isothermal is None:
+        raise InputError("plot", result.reason, "a solved contact")
+    if ax is None and result.transient is not None:
+        return plot_transient(result.problem, result.transient, result.isothermal, _caption(result))
+    return _plot_smooth(result.problem.line, result.film, result.heat, _caption(result), ax)
+
+
+def _caption(result: Any) -> str:
+    """Title of the figure."""
+    if result.transient is None:
+        return (
+            f"mu = {result.friction_coefficient:.4g}, h_c = {result.film_central * 1e9:.1f} nm, "
+            f"h_min = {result.film_min * 1e9:.1f} nm"
+        )
+    errors = f"mesh ±{100.0 * result.mesh_error:.2g} %, 90 % interval ±{100.0 * result.statistical_error:.2g} %"
+    first = f"μ = {result.friction_coefficient:.4f} ({errors})"
+    if math.isfinite(result.friction_boundary_half):
+        half, double = result.friction_boundary_half, result.friction_boundary_double
+        first += f",  {half:.4f} … {double:.4f} at half and twice the boundary film"
+    second = f"λ = {result.film_ratio:.2g},  asperities carry {100.0 * result.asperity_load_share:.2g} %"
+    if math.isfinite(result.roughness_load_share):
+        second += f", {100.0 * result.roughness_load_share:.2g} % of the load above the macroscopic pressure"
+    return f"{first}\n{second},  {result.status} {result.reason}".rstrip()
+
+
+def _plot_smooth(
+    line: LineContact, film: SteadyResult, heat: ThermalTraction | None, title: str, ax: Axes | None
+) -> Axes:
+    """Pressure and film over x/b with the Hertz pressure; temperatures in a second plot if they were computed."""
+    b = line.half_width
+    temperature_axes = None
+    if ax is not None:
+        axes = ax
+    elif heat:
+        axes, temperature_axes = new_figure(7.0, 6.6).subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    else:
+        axes = new_figure().add_subplot()
+    inside = np.linspace(-1.0, 1.0, 201)
+    hertz = line.pressure_hertz * np.sqrt(np.maximum(1.0 - inside**2, 0.0))
+    axes.plot(inside, to_display("pressure", hertz), color=GREY, lw=1.0, ls="--", label="Hertz")
+    axes.plot(film.x / b, to_display("pressure", film.pressure), color=BLUE, label="pressure")
+    axes.set(ylabel=axis_label("pressure"), xlim=(-2.0, 1.5), ylim=(0.0, None))
+    film_axes = axes.twinx()
+    film_axes.plot(film.x / b, to_display("film_thickness", film.film), color=ORANGE, label="film thickness")
+    film_axes.set(
+        ylabel=axis_label("film_thickness"), ylim=(0.0, 4.0 * to_display("film_thickness", film.film_central))
+    )
+    lines = [*axes.get_lines(), *film_axes.get_lines()]
+    axes.legend(lines, [str(line.get_label()) for line in lines], loc="upper right", frameon=False)
+    axes.set_title(title)
+    if heat and temperature_axes:
+        x = heat.x / b
+        temperature_axes.plot(
+            x, to_display("temperature", heat.temperature_film), color=ORANGE, label="film, mid-layer"
+        )
+        temperature_axes.plot(x, to_display("temperature", heat.temperature_flash_1), color=BLUE, label="surface 1")
+        temperature_axes.plot(
+            x, to_display("temperature", heat.temperature_flash_2), color=BLUE, ls="--", label="surface 2"
+        )
+        temperature_axes.set(ylabel=axis_label("temperature"))
+        temperature_axes.legend(loc="upper left", frameon=False)
+    (temperature_axes or axes).set_xlabel("x/b [-]")
+    return axes
+
 
 _TILES = ("film_central", "film_min", "film_ratio", "pressure_max", "temperature_film_max")
 

@@ -29,7 +29,6 @@ from ehl.common.units import KELVIN
 from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from regression.calibration import robust
-from regression.calibration.contacts import contact_groups, line_pressure
 from regression.calibration.determination import (
     DETERMINED,
     ParameterInterval,
@@ -41,11 +40,10 @@ from regression.calibration.determination import (
     within_range,
 )
 from regression.calibration.measurement import Measurement, read_measurement
-from regression.calibration.parameters import start_values
-from regression.calibration.prediction import FrictionSolver
+from regression.calibration.prediction import FrictionSolver, contact_groups, line_pressure
 from regression.calibration.robust import Noise, noise_of
 from regression.calibration.search import Fit, Target, best_start, search
-from regression.calibration.setup import CalibrationSetup, load_setup
+from regression.calibration.setup import CalibrationSetup, load_setup, start_values
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -125,7 +123,7 @@ class Calibration(Reportable):
         Returns: card; values that are not identifiable remain those of the initial card unless the data exclude them.
         Raises `MisfitTooLarge`: the misfit is not credible, so that the values are not properties of the oil.
         """
-        from regression.calibration.card import calibrated_card
+        from regression.calibration.report import calibrated_card
 
         if not (self.misfit_credible or force):
             hint = "Use --force (in Python force=True) to write it nevertheless."
@@ -159,7 +157,7 @@ class Calibration(Reportable):
 
     def use_lines(self, path: str | PathLike[str]) -> list[str]:
         """Lines of an input file for the card at this path and the calibrated surface values."""
-        from regression.calibration.card import use_lines
+        from regression.calibration.report import use_lines
 
         return use_lines(Path(path), self._inputs()[1], self)
 

@@ -10,10 +10,10 @@ import numpy as np
 from ehl.common.arrays import FloatArray
 from ehl.common.quantities import quantity
 from regression.calibration import robust
-from regression.calibration.parameters import PARAMETERS
 from regression.calibration.prediction import FrictionSolver
 from regression.calibration.robust import Noise
 from regression.calibration.search import Fit, Target, bounds_of, inverse_information, minimise
+from regression.calibration.setup import PARAMETERS
 
 # half width of the 95 % interval of ln(value): determined up to a factor of 1.5, weakly identified up to a factor of 3
 DETERMINED, IDENTIFIABLE = math.log(1.5), math.log(3.0)

@@ -12,8 +12,8 @@ from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.errors import ConvergenceError
 from ehl.common.progress import report_progress
 from regression.calibration import robust
-from regression.calibration.parameters import PARAMETERS
 from regression.calibration.prediction import FrictionSolver, Surrogate
+from regression.calibration.setup import PARAMETERS
 
 STEP = 0.08  # of the finite differences in ln(value)
 REGION, MIN_REGION = 1.2, 3e-3  # largest trust region in ln(value), and the smallest, at which the search ends

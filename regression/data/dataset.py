@@ -27,8 +27,16 @@ from ehl.common.tabular import Tabular
 from ehl.fluid.oil import Oil
 from ehl.fluid.pressure_viscosity import alpha_film
 from ehl.fluid.viscosity import RoelandsLaw
-from regression.data.result_files import one_row_per_case, read_file, read_meta, read_run, run_files, table_of
-from regression.data.row_format import NUMBER_UNITS, TIMING_UNITS
+from regression.data.result_files import (
+    NUMBER_UNITS,
+    TIMING_UNITS,
+    one_row_per_case,
+    read_file,
+    read_meta,
+    read_run,
+    run_files,
+    table_of,
+)
 from regression.friction.conditions import DERIVED_UNITS, UNITS, Array, derive
 from regression.friction.oil_cards import hashes_of_cards
 from regression.plan.plan import Plan

@@ -2,12 +2,15 @@
 
 A sweep appends to one journal per shard (`ehl.common.journal`); `merge` writes one HDF5 file. Both give the same rows:
 those with a correct checksum, one per case, preferably one with a result.
+
+Row of a result file: columns with units, and the checksum that detects corrupt rows.
 """
 
 from __future__ import annotations
 
 import math
 import os
+import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from itertools import islice
@@ -17,13 +20,86 @@ from typing import Any
 import h5py
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from ehl.common.errors import InputError
 from ehl.common.file_kinds import told_kind
 from ehl.common.files import write_file
 from ehl.common.journal import header_of, read_rows
+from ehl.common.quantities import si_units
 from regression import __version__
-from regression.data.row_format import KEY_WIDTH, NUMBER_UNITS, ROW, TEXT_WIDTHS, Rows, checksums, pack
+from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS
+
+OUTPUT_UNITS = si_units(
+    (
+        "friction_coefficient",
+        "friction_fluid",
+        "friction_asperity",
+        "film_central",
+        "film_min",
+        "pressure_max",
+        "film_ratio",
+        "asperity_load_share",
+        "roughness_load_share",
+        "rolling_traction",
+        "temperature_film_max",
+        "temperature_flash",
+        "film_error",
+        "friction_error",
+        "mesh_error",
+        "statistical_error",
+        "friction_boundary_half",
+        "friction_boundary_double",
+        "iterations",
+        "boundary_film",
+        "travel",
+        "nodes",
+        "steps",
+    )
+)
+# of the rough surfaces; a formula may use the correlation length
+SURFACE_UNITS = si_units(("boundary_friction", "correlation_length", "peklenik_number", "seed"))
+# times differ between runs and are not part of the data
+TIMING_UNITS = si_units(("seconds", "seconds_cpu"))
+NUMBER_UNITS: dict[str, str] = {
+    # the order of the columns is part of the file format
+    **{name: unit for name, unit in STATE_UNITS.items() if name not in SURFACE_UNITS},
+    # alpha_film follows from the oil card and is not stored
+    **{name: unit for name, unit in LUBRICANT_UNITS.items() if name != "pressure_viscosity_film"},
+    **SURFACE_UNITS,
+    **OUTPUT_UNITS,
+    "attempts": "",
+    **TIMING_UNITS,
+}
+TEXT_WIDTHS: dict[str, int] = {"origin": 8, "oil": 48, "status": 12, "reason": 64, "setting": 64, "skipped": 256}
+KEY_WIDTH = 64
+
+ROW = np.dtype(
+    [
+        *((name, "<f8") for name in NUMBER_UNITS),
+        *((name, f"S{width}") for name, width in TEXT_WIDTHS.items()),
+        ("key", f"S{KEY_WIDTH}"),
+    ]
+)
+Rows = NDArray[np.void]
+
+
+def pack(rows: Sequence[Mapping[str, Any]]) -> Rows:
+    """Rows as a structured array; missing numbers are nan, missing texts are empty."""
+    packed = np.zeros(len(rows), ROW)
+    for name in NUMBER_UNITS:
+        packed[name] = [float(row.get(name, np.nan)) for row in rows]
+    for name, width in TEXT_WIDTHS.items():
+        packed[name] = [str(row.get(name, "")).encode("ascii", "replace")[:width] for row in rows]
+    packed["key"] = [row["key"].encode() for row in rows]
+    return packed
+
+
+def checksums(packed: Rows) -> NDArray[np.uint32]:
+    """CRC-32 of every row's bytes, key included."""
+    content, size = memoryview(packed.tobytes()), packed.dtype.itemsize
+    return np.array([zlib.crc32(content[i : i + size]) for i in range(0, len(content), size)], dtype=np.uint32)
+
 
 SCHEMA = 2  # of the HDF5 file
 JOURNAL = ".jsonl"

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from regression.data.row_format import SURFACE_UNITS
+from regression.data.result_files import SURFACE_UNITS
 from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS, Array
 from regression.friction.error_tables import NoiseBand, NoiseFloor
 

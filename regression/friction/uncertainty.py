@@ -18,8 +18,15 @@ from ehl.fluid.oil_uncertainty import VARIABLES
 from ehl.inputs import SurfaceInput
 from ehl.state import ContactState
 from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, score_of
-from ehl.uncertainty.spread import DEFAULT, GROUPS, LATERAL_CAUSE, Spread, UncertaintyInput, lateral_spread
-from ehl.uncertainty.stated import stated_change
+from ehl.uncertainty.spread import (
+    DEFAULT,
+    GROUPS,
+    LATERAL_CAUSE,
+    Spread,
+    UncertaintyInput,
+    lateral_spread,
+    stated_change,
+)
 from regression.friction.conditions import Array, conditions_of
 from regression.friction.fitted import FittedFormula
 from regression.friction.models import ConstantFriction, FrictionModel

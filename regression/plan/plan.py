@@ -36,9 +36,16 @@ from ehl.material import Material, effective_modulus
 from ehl.surface.finish import default_correlation_length
 from regression.friction.conditions import LUBRICANT_UNITS, derive, lubricant_columns
 from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, PlanAxis, Variables, levels_of, value_range_of
-from regression.plan.constraints import Constraints, constrained_quantities
 from regression.plan.cost import CostEstimate, contact_seconds
-from regression.plan.sampling import Accept, BoxSampler, PointBlock, filtered, lattice
+from regression.plan.sampling import (
+    Accept,
+    BoxSampler,
+    Constraints,
+    PointBlock,
+    constrained_quantities,
+    filtered,
+    lattice,
+)
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -43,15 +43,20 @@ from regression.friction.fitted import FittedFormula
 from regression.friction.published_registry import PUBLISHED
 from regression.view.plots import (
     AXES,
+    COLEMAN,
     checked_rows,
     friction_of_rows,
+    middle_conditions,
     plot_bands,
     plot_friction,
+    plot_maps,
     plot_regimes,
     plot_residuals,
     plot_sensitivity,
+    plot_stribeck,
+    plot_traction,
+    varies,
 )
-from regression.view.plots_curves import COLEMAN, middle_conditions, plot_maps, plot_stribeck, plot_traction, varies
 from regression.view.tables import (
     band_table,
     check_table,

@@ -14,7 +14,7 @@ from skfem import Basis, BilinearForm, ElementQuad2, ElementVector, FacetBasis, 
 from skfem.helpers import ddot, sym_grad, trace
 
 from efficiency.ltca.edge_contact import free_edge_compliance
-from efficiency.ltca.local_compliance import weber_local
+from efficiency.ltca.load_distribution import weber_local
 
 FloatArray = NDArray[np.float64]
 Body = Literal["quarter-plane", "strip"]

@@ -23,8 +23,8 @@ from efficiency.blanks.inputs import PairBlankInput
 from efficiency.blanks.pair import pair_blank
 from efficiency.blanks.pair_blank import PairBlank
 from efficiency.contact.conjugate import EaseOffTarget, conjugate_flank
+from efficiency.contact.contact_search import transmission
 from efficiency.contact.mesh_surface import mesh_surface
-from efficiency.contact.transmission import transmission
 from efficiency.cutting.cutter import FLANK_SIDES
 from efficiency.cutting.flank import CutFlank
 from efficiency.design.design import bevel_names, load_design

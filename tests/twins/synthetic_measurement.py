@@ -19,8 +19,7 @@ from ehl.common.table_reader import harmless
 from ehl.common.units import ValueRange
 from regression.calibration.calibrate import all_values, setup_of, solver_of
 from regression.calibration.measurement import CONDITIONS, SYNTHETIC, Measurement, read_measurement
-from regression.calibration.parameters import PARAMETERS
-from regression.calibration.setup import CalibrationSetup
+from regression.calibration.setup import PARAMETERS, CalibrationSetup
 
 
 def synthetic_measurement(

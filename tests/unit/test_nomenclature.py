@@ -28,7 +28,7 @@ from ehl.state import ContactState
 from regression.calibration.calibrate import Calibration, ParameterEstimate
 from regression.calibration.measurement import COLUMNS
 from regression.calibration.setup import CalibrationSetup
-from regression.data.row_format import NUMBER_UNITS
+from regression.data.result_files import NUMBER_UNITS
 from regression.formula import Formula
 from regression.friction.conditions import UNITS
 from regression.plan.plan import Plan

@@ -7,7 +7,7 @@ import pytest
 
 from efficiency.conditions.duty import read_duty
 from efficiency.cutting.summary import parse_summary
-from efficiency.vehicle.axle_losses import read_axle_losses
+from efficiency.vehicle.loss_map import read_axle_losses
 from regression.calibration.measurement import read_measurement
 
 PAGE = (Path(__file__).parents[2] / "docs" / "your_files.md").read_text(encoding="utf-8")

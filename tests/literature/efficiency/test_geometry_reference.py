@@ -10,16 +10,15 @@ from flank_curvature import flank_curvature
 from scipy.interpolate import griddata
 
 from efficiency.contact.contact_lines import mesh_cycle
+from efficiency.contact.contact_search import contact_path
 from efficiency.contact.ease_off import conjugate_points, ease_off
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
 from efficiency.contact.tooth_grid import gear_thickness, pinion_thickness
-from efficiency.contact.transmission import contact_path
 from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import Blade
 from efficiency.cutting.flank import CutFlank
-from efficiency.cutting.machine import MachineSettings
-from efficiency.cutting.rotation import turn
+from efficiency.cutting.machine import MachineSettings, turn
 from efficiency.design.design import Design
 from ehl.common.data import data_path
 

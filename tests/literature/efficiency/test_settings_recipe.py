@@ -11,9 +11,9 @@ import pytest
 
 from efficiency.blanks.inputs import PairBlankInput, load_blank
 from efficiency.blanks.pair import pair_blank
+from efficiency.contact.contact_search import transmission
 from efficiency.contact.ease_off import conjugate_points, ease_off, pinion_phase
 from efficiency.contact.mesh_surface import mesh_surface
-from efficiency.contact.transmission import transmission
 from efficiency.cutting.cutter import FLANK_SIDES, Blade, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import MachineSettings

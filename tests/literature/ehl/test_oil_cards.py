@@ -16,8 +16,7 @@ from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError
 from ehl.common.units import KELVIN
 from ehl.fluid.oil import Oil
-from ehl.fluid.oil_family import FAMILIES, OIL_FAMILIES, generic_card, generic_name
-from ehl.fluid.viscosity_index import astm_d2270, both_viscosities
+from ehl.fluid.oil_family import FAMILIES, OIL_FAMILIES, astm_d2270, both_viscosities, generic_card, generic_name
 
 
 def rows(name: str) -> dict[str, dict[str, Any]]:

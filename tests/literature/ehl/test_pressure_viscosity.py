@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ehl.fluid.yasutomi import ImprovedYasutomi, OriginalYasutomi
 from refusals import refuses
 from scipy.integrate import quad
 
@@ -19,7 +20,6 @@ from ehl.fluid.oil import Oil
 from ehl.fluid.oil_laws import GoldAlpha
 from ehl.fluid.pressure_viscosity import DEFINITIONS, AlphaDefinition, alpha_of, roelands_slope, solve_constant
 from ehl.fluid.viscosity import AbsoluteLaw, BarusLaw, ModulusLaw, PressureLaw, RelativeLaw, RoelandsLaw, ScaledRise
-from ehl.fluid.yasutomi import ImprovedYasutomi, OriginalYasutomi
 
 # Bair's 80W-90 gear oil and Shell T9 (improved form), 5P4E (original form), squalane (Doolittle with Tait)
 GEAR_OIL = ImprovedYasutomi(

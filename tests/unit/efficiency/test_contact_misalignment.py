@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from efficiency.contact.contact_lines import mesh_cycle
+from efficiency.contact.contact_search import contact_path
 from efficiency.contact.flank_pair import FlankPair, flank_pair
-from efficiency.contact.transmission import contact_path
 from efficiency.design.design import load_design
 from efficiency.geometry.misalignment import MisalignmentStudy, misalignment_study
 from ehl.common.errors import InputError

@@ -9,10 +9,10 @@ import pytest
 
 from efficiency.contact.chebyshev import Patch
 from efficiency.contact.conjugate import ConjugateFlank, EaseOffTarget, EaseOffTerm, conjugate_flank, read_ease_off_map
+from efficiency.contact.contact_search import transmission
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.grid_flank import grid_flank, read_point_grid
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
-from efficiency.contact.transmission import transmission
 from efficiency.cutting import newton
 from efficiency.design.design import Design, load_design
 from efficiency.mesh import Mesh

@@ -7,8 +7,7 @@ import pytest
 from samples import GEAR_BLANK as BLANK
 
 from efficiency.cutting import newton
-from efficiency.cutting.cutter import Blade
-from efficiency.cutting.edge import Protuberance, Relief
+from efficiency.cutting.cutter import Blade, Protuberance, Relief
 from efficiency.cutting.flank import CutFlank, Flank, index_start
 from efficiency.cutting.machine import FORMATE, GENERATED, MachineSettings
 

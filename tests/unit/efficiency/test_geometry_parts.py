@@ -13,7 +13,7 @@ from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.tooth_grid import tooth_shapes
 from efficiency.cutting import newton
-from efficiency.cutting.rotation import turn
+from efficiency.cutting.machine import turn
 from efficiency.design.design import load_design
 from ehl.common.errors import InputError
 

@@ -9,7 +9,7 @@ from refusals import refuses
 
 import efficiency
 from efficiency.contact.mesh_surface import tangent_angle, undirected
-from efficiency.cutting.rotation import turn
+from efficiency.cutting.machine import turn
 from efficiency.design.design import Design
 from efficiency.loss.kinematics import Operation
 from efficiency.pair import GearPair

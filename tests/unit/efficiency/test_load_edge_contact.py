@@ -10,7 +10,7 @@ from scipy.integrate import quad
 
 from efficiency.ltca.edge_contact import EdgeSection, edge_angle, free_edge_compliance
 from efficiency.ltca.equilibrium import solve_equilibrium
-from efficiency.ltca.local_compliance import LocalCompliance, weber_local
+from efficiency.ltca.load_distribution import LocalCompliance, weber_local
 from ehl.material import Material, effective_modulus
 
 

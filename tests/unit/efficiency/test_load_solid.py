@@ -8,10 +8,16 @@ from refusals import fails, refuses
 
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.design.design import BACKUP_RATIO, BodyInput, Design, load_design
-from efficiency.ltca.rim_compliance import ring_response
-from efficiency.ltca.ritz_solid import Orders, RitzSolid, ritz_solid
-from efficiency.ltca.solid_tooth import ToothBody, solid_tooth
-from efficiency.ltca.tooth_cell import hierarchic_functions, lagrange_polynomials, lobatto_nodes, tooth_cell
+from efficiency.ltca.ritz_solid import (
+    Orders,
+    RitzSolid,
+    hierarchic_functions,
+    lagrange_polynomials,
+    lobatto_nodes,
+    ritz_solid,
+    tooth_cell,
+)
+from efficiency.ltca.solid_tooth import ToothBody, ring_response, solid_tooth
 from ehl.material import Material
 
 STEEL = Material.load("steel")

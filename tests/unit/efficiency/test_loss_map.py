@@ -14,9 +14,8 @@ import pandas as pd
 import pytest
 
 from efficiency.pair import GearPair
-from efficiency.vehicle.axle_losses import SimpleAxleLosses, read_axle_losses
 from efficiency.vehicle.axle_test import AxleTest, axle_test_points, power_loss_40cfr1037, solve_axle_test
-from efficiency.vehicle.loss_map import VECTO_HEAD, LossMap
+from efficiency.vehicle.loss_map import VECTO_HEAD, LossMap, SimpleAxleLosses, read_axle_losses
 from ehl.common.errors import ConvergenceError, InputError
 from regression.data.dataset import load_dataset
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import efficiency
-from efficiency.conditions.interpolation import solve_map
+from efficiency.conditions.grid import solve_map
 from efficiency.loss.efficiency_result import EfficiencyResult
 from regression.formula import friction_model
 

@@ -13,9 +13,15 @@ import efficiency
 from efficiency.loss.efficiency_result import GEAR_NOTES
 from efficiency.ltca.limits import EDGE_LIMIT, EdgeLoad
 from efficiency.mesh import LoadedMesh
-from efficiency.strength import permissible_stress as iso_10300
-from efficiency.strength.permissible_stress import YIELD_RATIO, shakedown_pressure, shear_stress
-from efficiency.strength.rating import LocalConditions, _edge_grades, rate_strength
+from efficiency.strength import rating as iso_10300
+from efficiency.strength.rating import (
+    YIELD_RATIO,
+    LocalConditions,
+    _edge_grades,
+    rate_strength,
+    shakedown_pressure,
+    shear_stress,
+)
 from efficiency.strength.root_stress import root_tooth
 from ehl.common.notes import grade_of
 from ehl.material import Material

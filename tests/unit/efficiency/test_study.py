@@ -19,8 +19,17 @@ from efficiency.design.design import Design, load_design
 from efficiency.mesh import Mesh
 from efficiency.pair import GearPair
 from efficiency.studies.parameter_study import Levels, Study, StudyPoint, level_quantity, run_study
-from efficiency.studies.plots import causes_figure, causes_of, designs_figure, influence_figure, study_figures
-from efficiency.studies.report import causes_table, influence_table, section_table, study_tables
+from efficiency.studies.report import (
+    causes_figure,
+    causes_of,
+    causes_table,
+    designs_figure,
+    influence_figure,
+    influence_table,
+    section_table,
+    study_figures,
+    study_tables,
+)
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.figures import figure_of
 

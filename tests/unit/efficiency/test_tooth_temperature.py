@@ -9,7 +9,7 @@ from samples import OPERATION
 
 import efficiency
 from efficiency.loss.kinematics import Operation
-from efficiency.loss.tooth_temperature import CoolingInput, iso_15144_bulk_rise, warm_operation
+from efficiency.loss.lubrication import CoolingInput, iso_15144_bulk_rise, warm_operation
 from efficiency.pair import GearPair
 from ehl.common.validation import validate
 

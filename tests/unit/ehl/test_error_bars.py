@@ -19,8 +19,15 @@ from ehl.line_contact import LineContact
 from ehl.result import ContactResult
 from ehl.rough import RoughSurfaces, TransientResult, dry_limit, mixed, solve_transient
 from ehl.rough.accuracy import RunPlan
-from ehl.rough.averaging import Window, film_jumped, realisation_error
-from ehl.rough.batch_means import batch_means, interval_of_means, neighbour_correlation, richardson
+from ehl.rough.averaging import (
+    Window,
+    batch_means,
+    film_jumped,
+    interval_of_means,
+    neighbour_correlation,
+    realisation_error,
+    richardson,
+)
 from ehl.rough.mixed import film_stress_ratio, roughness_effect
 from ehl.rough.multilevel import MeshLevels
 from ehl.smooth import hot_film, refine, thermal

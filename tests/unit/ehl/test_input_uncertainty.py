@@ -12,10 +12,8 @@ from ehl.common.data import data_path
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
 from ehl.surface.finish import Additive, Finish
-from ehl.uncertainty import stated
 from ehl.uncertainty.result import Change, InputUncertainty, combined, score_of
-from ehl.uncertainty.spread import DEFAULT, GROUPS, Spread, UncertaintyInput
-from ehl.uncertainty.stated import FILM_RATIOS, stated_change
+from ehl.uncertainty.spread import DEFAULT, FILE, FILM_RATIOS, GROUPS, Spread, UncertaintyInput, stated_change
 
 
 def uncertainty(*changes: Change) -> InputUncertainty:
@@ -132,7 +130,7 @@ def test_stated_slopes_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
     Half way to the second on a log scale the slopes are 0.3 and 0.8; bodies count where films are smooth, too.
     """
     nodes = (np.log([0.1, 0.4]), np.array([0.2, 0.4]), np.array([0.4, 1.2]))
-    monkeypatch.setattr(stated, "_slopes", lambda: {"boundary_film": nodes, "temperature_bulk": nodes})
+    monkeypatch.setattr("ehl.uncertainty.spread._slopes", lambda: {"boundary_film": nodes, "temperature_bulk": nodes})
     spread = Spread(0.5, sd_below=0.3)
     found = stated_change("boundary_film", spread, np.array([0.1, 0.2, math.inf]), 2.0)
     assert found is not None
@@ -145,7 +143,7 @@ def test_stated_slopes_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("place", range(len(FILM_RATIOS)))
 def test_stated_slopes_are_those_of_the_table(place: int) -> None:
-    with data_path(stated.FILE).open(encoding="utf-8", newline="") as file:
+    with data_path(FILE).open(encoding="utf-8", newline="") as file:
         rows = [row for row in csv.DictReader(file) if float(row["film_ratio"]) == FILM_RATIOS[place]]
     assert len(rows) == 4
     for row in rows:

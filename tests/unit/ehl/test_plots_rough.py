@@ -11,7 +11,7 @@ from PIL import Image
 from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.result import ContactResult
-from ehl.view.rough_plots import running_mean
+from ehl.view.contact_report import running_mean
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "docs" / "examples"
 

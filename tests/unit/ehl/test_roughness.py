@@ -8,8 +8,15 @@ from numpy.testing import assert_allclose
 from refusals import refuses
 
 from ehl.common.errors import InputError
-from ehl.surface.height_translation import lognormal_kurtosis, translation
-from ehl.surface.roughness import RoughProfile, autocorrelation, generate_profile, measured_correlation_length, moments
+from ehl.surface.roughness import (
+    RoughProfile,
+    autocorrelation,
+    generate_profile,
+    lognormal_kurtosis,
+    measured_correlation_length,
+    moments,
+    translation,
+)
 
 LC, LENGTH = 20e-6, 6.4e-3
 

@@ -9,7 +9,7 @@ from contacts import line_contact
 import ehl
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.rough.dry import solve_dry, uniform_grid
-from ehl.rough.running_in import flattened
+from ehl.rough.mixed import flattened
 from ehl.surface.roughness import RoughProfile, generate_profile
 
 LINE = line_contact(pressure_hertz=1.2e9, speed_entrainment=1.0, slide_to_roll=0.0)

@@ -11,10 +11,9 @@ from twins.exact_elasticity import LogConvolution
 from ehl.common.data import data_names
 from ehl.fluid._kernels import inlet_laws
 from ehl.fluid.density import Tait, TaitCompression
-from ehl.fluid.free_volume import Doolittle, McEwenPaluch
+from ehl.fluid.free_volume import Doolittle, ImprovedYasutomi, McEwenPaluch, OriginalYasutomi
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
-from ehl.fluid.yasutomi import ImprovedYasutomi, OriginalYasutomi
 from ehl.rough._kernels.fluid import balanced_shear_row, fluidity_rows, isothermal_shear_row, temperature_place
 from ehl.rough._kernels.motion import sample_profile
 from ehl.rough._kernels.quasi_separable import MODES, exponential_product, factor_and_solve

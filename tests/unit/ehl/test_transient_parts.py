@@ -12,7 +12,7 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.material import Material
 from ehl.rough import RoughSurfaces
 from ehl.rough.accuracy import PER_SWEEP, inlet_sweep, make_run_plan
-from ehl.rough.batch_means import batch_means
+from ehl.rough.averaging import batch_means
 from ehl.rough.run import TransientRun
 from ehl.rough.scaling import Settings, build_problem
 from ehl.rough.surfaces import ring, sample_ring

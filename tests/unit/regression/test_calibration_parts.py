@@ -16,12 +16,11 @@ from ehl.fluid.oil_sheet import write_card
 from ehl.fluid.rheology import stress_at
 from regression.calibration import robust
 from regression.calibration.calibrate import Calibration, ParameterEstimate, solver_of
-from regression.calibration.card import calibrated_card, use_lines
-from regression.calibration.contacts import contact_groups, hertz_point_pressure, line_pressure
 from regression.calibration.measurement import Measurement
-from regression.calibration.parameters import card_with, lubricant_of, start_values
+from regression.calibration.prediction import contact_groups, hertz_point_pressure, line_pressure
+from regression.calibration.report import calibrated_card, use_lines
 from regression.calibration.search import surrogate_at
-from regression.calibration.setup import CalibrationSetup
+from regression.calibration.setup import CalibrationSetup, card_with, lubricant_of, start_values
 
 STEEL = 206e9 / (1.0 - 0.3**2)  # E' of the shipped steel on itself
 WARM = 353.15

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from ehl.common.data import data_path
-from regression.fitting.scores import interval_of
+from regression.fitting.fit import interval_of
 from regression.formula import Formula
 
 SCALES = (0.005, 0.02, 0.04, 0.1)

@@ -23,9 +23,8 @@ from ehl.common.validation import validate
 from ehl.contact import Contact
 from regression.data.dataset import load_dataset
 from regression.plan.plan import Plan
-from regression.sweeping.evaluators import Outputs, published_outputs
+from regression.sweeping.evaluators import CaseRunner, CaseTask, Outputs, published_outputs
 from regression.sweeping.sweep import sweep_shard
-from regression.sweeping.workers import CaseRunner, CaseTask
 
 XU = partial(published_outputs, name="xu_kahraman_2007")
 

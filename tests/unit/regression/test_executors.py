@@ -23,9 +23,8 @@ from ehl.inputs import ModelInput
 from regression.data.dataset import load_dataset, run_status
 from regression.plan.cost import contact_seconds
 from regression.plan.plan import Plan
-from regression.sweeping.evaluators import Outputs, fallback_settings, published_outputs
+from regression.sweeping.evaluators import CaseRunner, CaseTask, Outputs, fallback_settings, published_outputs
 from regression.sweeping.sweep import sweep_shard
-from regression.sweeping.workers import CaseRunner, CaseTask
 
 XU = partial(published_outputs, name="xu_kahraman_2007")
 

@@ -14,9 +14,8 @@ from regression.data.dataset import Dataset, load_dataset
 from regression.fitting import rows as rows_module
 from regression.fitting.coefficients import linear_fit
 from regression.fitting.cross_validation import cell_groups, fold_numbers
-from regression.fitting.fit import fit_families, fit_formula
+from regression.fitting.fit import bands, conformal_width, fit_families, fit_formula, interval_of, noise_floor, scores
 from regression.fitting.rows import usable_rows
-from regression.fitting.scores import bands, conformal_width, interval_of, noise_floor, scores
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs
 from regression.sweeping.sweep import sweep_shard

@@ -27,8 +27,15 @@ from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs
 from regression.sweeping.sweep import run_meta, sweep_shard
 from regression.view.fit_report import fit_sections
-from regression.view.plots import plot_regimes, plot_residuals, plot_sensitivity
-from regression.view.plots_curves import middle_conditions, plot_maps, plot_stribeck, plot_traction
+from regression.view.plots import (
+    middle_conditions,
+    plot_maps,
+    plot_regimes,
+    plot_residuals,
+    plot_sensitivity,
+    plot_stribeck,
+    plot_traction,
+)
 
 PLAN = gear_plan(
     "report", {"size": 64, "corners": True}, roughness_rms={"low": "0.1 um", "high": "0.6 um", "scale": "log"}

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from regression.data.row_format import SURFACE_UNITS
+from regression.data.result_files import SURFACE_UNITS
 from regression.fitting.noise import (
     band_noise,
     expected_rows,

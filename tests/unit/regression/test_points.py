@@ -11,9 +11,8 @@ from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from ehl.material import Material
 from regression.friction.conditions import derive, lubricant_row
-from regression.plan.constraints import FLASH_FRICTION, flash_temperature_blok
 from regression.plan.plan import Plan
-from regression.plan.sampling import latin_unit
+from regression.plan.sampling import FLASH_FRICTION, flash_temperature_blok, latin_unit
 
 RANGES: dict[str, Any] = {
     "pressure_hertz": {"low": "0.4 GPa", "high": "2.4 GPa"},

@@ -17,6 +17,7 @@ from ehl.common.errors import InputError
 from ehl.common.journal import SCHEMA as JOURNAL_SCHEMA
 from ehl.common.journal import Journal
 from regression.data.result_files import (
+    NUMBER_UNITS,
     SAME_RUN,
     SCHEMA,
     case_status,
@@ -26,7 +27,6 @@ from regression.data.result_files import (
     read_run,
     table_of,
 )
-from regression.data.row_format import NUMBER_UNITS
 
 META: dict[str, str | int] = {
     "plan": "{}",

@@ -19,10 +19,9 @@ from ehl.contact import Contact
 from ehl.inputs import SurfaceInput
 from regression.data.dataset import load_dataset, run_status
 from regression.plan.plan import Plan
-from regression.sweeping.evaluators import Outputs, case_key, published_outputs, solve_outputs
-from regression.sweeping.slurm import job_script
+from regression.sweeping.evaluators import CaseRunner, CaseTask, Outputs, case_key, published_outputs, solve_outputs
+from regression.sweeping.run import job_script
 from regression.sweeping.sweep import sweep_shard
-from regression.sweeping.workers import CaseRunner, CaseTask
 
 XU = partial(published_outputs, name="xu_kahraman_2007")
 

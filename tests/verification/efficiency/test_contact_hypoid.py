@@ -13,7 +13,7 @@ from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.mesh_surface import mesh_surface
 from efficiency.contact.tooth_grid import gear_thickness, pinion_thickness, tooth_shapes
-from efficiency.cutting.rotation import turn
+from efficiency.cutting.machine import turn
 from efficiency.design.design import load_design
 from efficiency.loss.closed_form import buckingham_type, coleman_type
 from efficiency.mesh import Mesh

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from direct_tangency import check_path
 
+from efficiency.contact.contact_search import contact_path
 from efficiency.contact.flank_pair import flank_pair
 from efficiency.contact.mesh_surface import mesh_surface
-from efficiency.contact.transmission import contact_path
 from efficiency.design.design import Design, bevel_names, load_design
 
 ARCSEC = np.pi / (180.0 * 3600.0)

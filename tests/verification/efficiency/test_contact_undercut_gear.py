@@ -9,9 +9,9 @@ import pytest
 from efficiency.blanks.inputs import PairBlankInput
 from efficiency.blanks.pair import pair_blank
 from efficiency.contact.conjugate import EaseOffTarget, conjugate_flank
+from efficiency.contact.contact_search import transmission
 from efficiency.contact.ease_off import conjugate_points, relative_regularity
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
-from efficiency.contact.transmission import transmission
 from efficiency.machine_settings.gear import cut_gear, pair_dimensions
 from ehl.common.errors import ConvergenceError
 from ehl.common.validation import validate

@@ -8,8 +8,7 @@ from flank_curvature import flank_curvature
 from twins.random_blanks import deeper, run_cutter
 
 from efficiency.cutting.blank import Blank
-from efficiency.cutting.cutter import Blade
-from efficiency.cutting.edge import Relief
+from efficiency.cutting.cutter import Blade, Relief
 from efficiency.cutting.flank import CutFlank, FlankPoints, index_start
 from efficiency.cutting.machine import FORMATE, GENERATED, MachineSettings
 from efficiency.design.design import load_design

@@ -18,8 +18,8 @@ from efficiency.ltca.load_distribution import (
     distribute_load,
     elastic_cycle,
     loads_of_forces,
+    weber_local,
 )
-from efficiency.ltca.local_compliance import weber_local
 from efficiency.ltca.mesh_grids import load_grids
 from efficiency.mesh import Mesh
 

@@ -10,7 +10,7 @@ import efficiency
 from efficiency.contact.gear_flanks import Member
 from efficiency.design.design import load_design
 from efficiency.ltca.edge_contact import free_edge_compliance
-from efficiency.ltca.local_compliance import weber_local
+from efficiency.ltca.load_distribution import weber_local
 from efficiency.ltca.ritz_solid import ORDERS
 from efficiency.ltca.solid_tooth import solid_tooth_of
 
