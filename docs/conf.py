@@ -27,7 +27,7 @@ project, author, version = "mixed-ehl", "the mixed-ehl developers", ehl.__versio
 release = version
 language = "en"
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "numpydoc", "sphinx_gallery.gen_gallery"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "numpydoc", "sphinx_gallery.gen_gallery", "executed"]
 exclude_patterns = ["_build", "examples", "**/*.ipynb", "gallery/GALLERY_HEADER.rst"]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 myst_enable_extensions = ["dollarmath"]
@@ -37,7 +37,7 @@ nitpicky = False
 toc_object_entries = False  # the headings name them already
 
 autodoc_preserve_defaults = True
-autodoc_typehints = "none"  # numpydoc tells types, with units
+autodoc_typehints = "none"  # the docstrings state types and units
 autodoc_member_order = "bysource"
 numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False

@@ -9,7 +9,17 @@ import typer
 
 import ehl
 from ehl.common import console
-from ehl.common.console import CONTACT, App, JsonOption, check_outputs, given, names_of, print_json, write_figure
+from ehl.common.console import (
+    CONTACT,
+    App,
+    JsonOption,
+    check_outputs,
+    given,
+    names_of,
+    print_json,
+    print_text,
+    write_figure,
+)
 
 
 def solve(
@@ -43,7 +53,7 @@ def solve(
     else:
         result.show(uncertainty=spread)
         if cite:
-            typer.echo(f"\nReferences\n{result.citation()}")
+            print_text(f"\nReferences\n{result.citation()}")
     result.write(report=report, plot=plot if result.status != "failed" else None, uncertainty=spread)
     if result.status != "converged":
         typer.echo(result.outcome, err=True)

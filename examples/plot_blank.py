@@ -2,7 +2,7 @@
 A blank from main dimensions
 ============================
 
-Contact ratios and the tooth numbers of the virtual gears, after ISO 23509.
+Cones and tooth depths of both members, after ISO 23509.
 """
 
 import efficiency
@@ -10,4 +10,5 @@ import efficiency
 blank = efficiency.blank("iso23509_f2")
 table = blank.to_dict()
 answer = table["gear"]["teeth"] / table["pinion"]["teeth"]
-print(blank)
+print(f"ratio {answer:.4f}")
+axes = blank.plot()

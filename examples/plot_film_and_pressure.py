@@ -14,4 +14,4 @@ contact = ehl.Contact(
 result = contact.solve()
 axes = result.plot()
 answer = 1e9 * result.film_min
-print(f"smallest film {answer:.0f} nm, error of the solution {100 * result.film_error:.2g} %")
+print(f"smallest film {answer:.0f} nm, numerical error {100 * result.film_error:.2g} %")

@@ -18,3 +18,4 @@ left.set(xlabel="pinion shift P [mm]", ylabel="greatest pressure [GPa]")
 right.plot(shifts, [100.0 * result.efficiency for result in results], "o-")
 right.set(xlabel="pinion shift P [mm]", ylabel="efficiency [%]")
 answer = 100.0 * results[0].efficiency
+print(f"efficiency at P = {shifts[0]} mm: {answer:.3f} %")

@@ -48,6 +48,7 @@ from ehl.common.console import (
     names_of,
     output_folder,
     print_json,
+    print_text,
     working,
     write_text,
 )
@@ -198,7 +199,7 @@ def import_summary(
     write_text(output, text)
     print(f"{output}: " + ("a design that can be computed" if like else "tables of a design file"))
     for note in notes:
-        print(f"note     {note}")
+        print_text(f"note     {note}")
 
 
 def correct(
@@ -338,9 +339,7 @@ def plan(
     text = ranges.plan_text(output.stem, oils, size=size, description=words)
     write_text(output, text)
     ranges.show()
-    typer.echo(
-        f"{output}: {regression.Plan.from_file(output).count} cases; for its cost: mixed-ehl sweep {output} --estimate"
-    )
+    print(f"{output}: {regression.Plan.from_file(output).count} cases\nnext: mixed-ehl sweep {output} --estimate")
 
 
 def register(app: App) -> None:

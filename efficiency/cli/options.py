@@ -13,7 +13,16 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 from ehl import InputError
-from ehl.common.console import ADVANCED, advanced, check_suffix, fail_unless_converged, given, names_of, print_json
+from ehl.common.console import (
+    ADVANCED,
+    advanced,
+    check_suffix,
+    fail_unless_converged,
+    given,
+    names_of,
+    print_json,
+    print_text,
+)
 
 OPERATION, OUTPUT = "Operating point", "Output"
 operation: Any = functools.partial(typer.Option, rich_help_panel=OPERATION)
@@ -208,7 +217,7 @@ def present(result: Any, json_output: bool, **files: Any) -> None:
     else:
         result.show(**options)
         if citation is not None:
-            typer.echo(f"\nReferences\n{citation}")
+            print_text(f"\nReferences\n{citation}")
     result.write(**files, **options)
     fail_unless_converged(result.status, result.reason)
 

@@ -27,6 +27,11 @@ _MAIN = (
     *("outside_range_share", "status", "reason"),
 )
 
+_DUTY = (  # of a terminal
+    *("side", "torque", "speed", "temperature", "hours", "efficiency", "energy_input", "energy_loss"),
+    "outside_range_share",
+)
+
 
 def map_sections(grid: Grid, medium: Medium, units: Units = "metric") -> list[Section]:
     """Sections of a grid; over torque, speed and temperature the page also has one point in detail."""
@@ -79,7 +84,8 @@ def duty_sections(duty: DutyCycle, medium: Medium, units: Units = "metric") -> l
     if medium == "files":
         return [Section("", [Head(title), duty_table(duty), remarks_table(duty.results)])]
     if medium == "terminal":
-        return [Section("", [duty_table(duty), duty_notes(duty)])]
+        unlike = [] if all(result.status == "converged" for result in duty.results) else ["status", "reason"]
+        return [Section("", [duty_table(duty).select([*_DUTY, *unlike]), duty_notes(duty)])]
     inputs = duty.inputs
     known = [(f"±\N{NO-BREAK SPACE}{percent(duty.efficiency_error, 4)} %", "numerical error")]
     if inputs.low < inputs.high:

@@ -274,14 +274,17 @@ def comparison_table(comparison: Comparison) -> Table:
 
 
 def models_table(comparison: Comparison) -> Table:
-    """The table for terminal and page: models by their labels, without columns that are constant."""
+    """The table for terminal and page: models by their labels, without constant columns and intervals of no width."""
     table = comparison_table(comparison)
     kept = [
         k
         for k, name in enumerate(_COMPARED)
         if name not in ("seconds", "kind") and (k == 0 or len({row[k] for row in table.rows}) > 1)
     ]
-    rows = [(row.label, *(cells[k] for k in kept[1:])) for row, cells in zip(comparison.rows, table.rows, strict=True)]
+    rows = []
+    for row, cells in zip(comparison.rows, table.rows, strict=True):
+        exact = () if row.efficiency_lower < row.efficiency_upper else ("efficiency_lower", "efficiency_upper")
+        rows.append((row.label, *(None if _COMPARED[k] in exact else cells[k] for k in kept[1:])))
     return Table([_COMPARED[k] for k in kept], rows, title=table.title, name=table.name)
 
 

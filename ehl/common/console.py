@@ -32,6 +32,7 @@ from ehl.common.duration import duration
 from ehl.common.errors import InputError, MixedEhlError, near
 from ehl.common.files import FIGURE, PAGE, make_folder, write_file
 from ehl.common.progress import Progress, progress_to
+from ehl.common.terminal import print_text as print_text
 from ehl.common.version import __version__
 
 if TYPE_CHECKING:

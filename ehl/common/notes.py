@@ -13,6 +13,7 @@ from operator import itemgetter
 from typing import Literal
 
 from ehl.common.table import Table
+from ehl.common.terminal import print_text
 
 Grade = Literal["fault", "warning", "for information"]
 GRADES: tuple[Grade, ...] = ("fault", "warning", "for information")
@@ -115,6 +116,14 @@ def notes_table(notes: Sequence[Note], cases: int = 1, title: str = "") -> Table
     ]
     # the long text is the last column
     return Table(("grade", "cases", "where, at its worst", "note"), rows, title, name="notes")
+
+
+def print_notes(notes: Sequence[Note], cases: int = 1) -> None:
+    """Print each note with its grade, the number of cases and the worst case; continuation lines are indented."""
+    for note in notes:
+        where = f" at {note.count} of {cases}" if note.where else " at all" if cases > 1 else ""
+        worst = f" ({'' if note.alike else 'worst at '}{note.where})" if note.where and cases > 1 else ""
+        print_text(f"{note.grade}{where}{worst}: {note.text}", indent=2)
 
 
 def _kind(text: str, kinds: Sequence[NoteKind]) -> NoteKind | None:

@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING, Any
 from ehl.common.errors import InputError
 from ehl.common.figures import figure_of, interactive, own_style, printable, quiet_about_names, save_figure
 from ehl.common.files import FIGURE, PAGE, make_folder, write_file
-from ehl.common.notes import notes_table
+from ehl.common.notes import notes_table, print_notes
 from ehl.common.quantities import typeset_units
 from ehl.common.references import Citation
 from ehl.common.sections import Code, Folded, Head, Item, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Cell, Table
+from ehl.common.terminal import print_text
 from ehl.common.version import __version__
 
 if TYPE_CHECKING:
@@ -280,21 +281,20 @@ def head_of(sections: Sequence[Section]) -> Head:
 
 def print_sections(sections: Sequence[Section]) -> None:
     """Print text, notes and tables to the terminal."""
-    from rich.console import Console
-
-    console = Console(soft_wrap=True, highlight=False, markup=False)
     for section in sections:
         if section.title:
-            console.print(section.title)
+            print_text(section.title)
         for item in inner_items(section.items):
             if isinstance(item, Table):
                 item.print()
             elif isinstance(item, Notes):
-                notes_table(item.notes, item.cases).print()
-            elif isinstance(item, Text | Code):
-                console.print(item.text)
+                print_notes(item.notes, item.cases)
+            elif isinstance(item, Text):
+                print_text(item.text)
+            elif isinstance(item, Code):
+                print(item.text)
             elif isinstance(item, MainResult):
-                console.print("\n".join([f"{item.label}: {item.value}", *(f"{x}, {what}" for x, what in item.known)]))
+                print_text("\n".join([f"{item.label}: {item.value}", *(f"{x}, {what}" for x, what in item.known)]))
 
 
 def write_page(path: Path, sections: Sequence[Section]) -> Path:

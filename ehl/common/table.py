@@ -10,14 +10,14 @@ import csv
 import html
 import io
 import math
-import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from ehl.common.quantities import Quantity, format_number, printed_unit, quantities, typeset_unit, typeset_units
 from ehl.common.table_reader import harmless
+from ehl.common.terminal import plain, terminal, wrapped
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -27,10 +27,9 @@ Cell = float | int | str | bool | None
 
 NOTHING = "–"  # shown for a missing value
 _GAP = 2  # between the columns of a terminal
-_NARROWEST = 12  # smallest width of a folded column of texts
-_PIPE_WIDTH = 10_000  # width of an output that is not a terminal
+_NARROWEST = 12  # width of a folded column of texts, or that of its longest word up to
+_WIDEST_WORD = 18
 _DENSE, _DENSEST = 9, 13  # number of columns above which a page uses a smaller font
-_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
 
 
 @dataclass(frozen=True)
@@ -141,6 +140,12 @@ class Table:
         names = [column.name for column in self._columns]
         return [dict(zip(names, row, strict=True)) for row in self.rows]
 
+    def select(self, names: Sequence[str]) -> Table:
+        """The table with some of its columns, in the order of `names`."""
+        places = [[column.name for column in self._columns].index(name) for name in names]
+        rows = [[row[i] for i in places] for row in self.rows]
+        return replace(self, columns=[self.columns[i] for i in places], rows=rows)
+
     def to_frame(self) -> pd.DataFrame:
         """The table as a pandas data frame."""
         import pandas as pd
@@ -179,13 +184,8 @@ class Table:
     _repr_html_ = html
 
     def print(self) -> None:
-        """Print the table; columns that do not fit into a narrow terminal are omitted and listed below."""
-        from rich.console import Console
-
-        console = Console()
-        if not console.is_terminal and "COLUMNS" not in os.environ:
-            console = Console(width=_PIPE_WIDTH)
-        console.print(self, crop=False, overflow="ignore")
+        """Print the table at the width of the output; columns that do not fit are listed below."""
+        terminal().print(self, crop=False, overflow="ignore")
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         from rich.box import SIMPLE
@@ -195,26 +195,22 @@ class Table:
         head, rows = self._texts(typeset=False)
         left = self._left(rows)
         widths = self._fitting(head, rows, left, options.max_width)
-        title = Text(_plain(self.title), style="italic") if self.title else None
-        printed = Printed(title=title, box=SIMPLE, padding=(0, _GAP - 1, 0, 0), pad_edge=False, show_edge=False)
-        printed.title_justify = "left"
+        printed = Printed(box=SIMPLE, padding=(0, _GAP - 1, 0, 0), pad_edge=False, show_edge=False)
+        if self.title:
+            yield wrapped(self.title, "italic")
         for i, width in widths.items():
             justify: Literal["left", "right"] = "left" if left[i] else "right"
-            printed.add_column(Text(_plain(head[i])), justify=justify, width=width, overflow="fold")
+            printed.add_column(Text(plain(head[i])), justify=justify, width=width, overflow="fold")
         for row in rows:
-            printed.add_row(*(Text(_plain(row[i])) for i in widths))
-        if not rows:  # no head without rows
-            yield from [title] if title else []
-        elif sum(widths.values()) + _GAP * (len(widths) - 1) <= options.max_width:
+            printed.add_row(*(Text(plain(row[i])) for i in widths))
+        if rows and sum(widths.values()) + _GAP * (len(widths) - 1) <= options.max_width:
             yield printed
-        else:  # less than two columns fit
-            yield title or ""
-            yield from (Text(_plain(f"{head[i]}: {row[i]}")) for row in rows for i in widths)
+        else:  # less than two columns fit; no head without rows
+            yield from (wrapped(f"{head[i]}: {row[i]}") for row in rows for i in widths)
         missing = [head[i] for i in range(len(head)) if i not in widths]
         if missing:
-            yield Text(f"left out, {options.max_width} characters are too few: {_plain('; '.join(missing))}")
-        for note in self.notes:
-            yield Text(_plain(note))
+            yield wrapped(f"not shown at {options.max_width} characters: {'; '.join(missing)}")
+        yield from map(wrapped, self.notes)
 
     @property
     def _columns(self) -> Sequence[Column]:
@@ -284,7 +280,9 @@ class Table:
         for i, title in enumerate(head):
             content = max((cell_len(row[i]) for row in rows), default=0)
             word = max((cell_len(part) for part in title.split()), default=1)
-            least.append(max(min(content, _NARROWEST) if left[i] else content, word))
+            longest = max((cell_len(part) for row in rows for part in row[i].split()), default=1)
+            folded = min(content, max(_NARROWEST, min(longest, _WIDEST_WORD)))
+            least.append(max(folded if left[i] else content, word))
             full.append(max(content, cell_len(title)))
         keep, fixed = list(range(len(head))), 1 if self.vertical else 0
         while len(keep) > 2 + fixed and sum(least[i] + _GAP for i in keep) - _GAP > limit:
@@ -312,8 +310,3 @@ def cell(value: Any) -> Cell:
 
 def _with_unit(text: str, unit: str) -> str:
     return f"{text} [{unit}]" if unit else text
-
-
-def _plain(text: str) -> str:
-    """Text without control characters."""
-    return _CONTROL.sub(" ", text)

@@ -10,7 +10,7 @@ import typer
 import ehl
 import regression
 from ehl import InputError
-from ehl.common.console import FORMULA, App, JsonOption, advanced, check_outputs, given, print_json, working
+from ehl.common.console import FORMULA, App, JsonOption, advanced, check_outputs, given, print_json, print_text, working
 from regression.cli.sweep import sweep_app
 
 
@@ -107,7 +107,7 @@ def mu(
     else:
         _print_friction(content, friction.title)
         if spread is not None and spread.low < spread.high:
-            typer.echo(f"inputs: mu = {'; '.join((spread.headline(), *spread.notes))}")
+            print_text(f"inputs: mu = {'; '.join((spread.headline(), *spread.notes))}")
     outside = friction.range_note(oil=name, **point) if isinstance(friction, regression.Formula) else ""
     if outside or content["flag"] != "ok":
         typer.echo(f"note: {outside or content['flag'].replace('_', ' ')}", err=True)

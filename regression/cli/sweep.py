@@ -10,7 +10,7 @@ import typer.core
 
 import regression
 from ehl import InputError
-from ehl.common.console import App, JsonOption, advanced, names_of, pairs, print_json, working
+from ehl.common.console import App, JsonOption, advanced, names_of, pairs, print_json, print_text, working
 
 
 class SweepGroup(typer.core.TyperGroup):
@@ -78,7 +78,7 @@ def sweep_run(
     """
     content = regression.Plan.from_file(plan, changes or ())
     if estimate:
-        typer.echo(content.estimate().to_text(jobs))
+        print_text(content.estimate().to_text(jobs))
         return
     if run is None:
         raise InputError("output", None, "the folder of the results, -o RUN")
@@ -96,7 +96,7 @@ def sweep_run(
     options |= {"shard": shard, "dask": dask}
     with working(content.name, f"finished cases are kept in {run}; the same command resumes"):
         result = regression.sweep(content, run, **options)
-    typer.echo(result.to_text())
+    print_text(result.to_text())
     if result.unanswered:
         cases = "1 case has" if result.unanswered == 1 else f"{result.unanswered} cases have"
         typer.echo(f"{cases} no result: `mixed-ehl sweep status {run} --failed` lists them", err=True)
