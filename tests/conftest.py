@@ -6,7 +6,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,10 @@ from hypothesis import settings
 if "PYTEST_XDIST_WORKER" not in os.environ:
     os.environ["MIXED_EHL_CACHE"] = tempfile.mkdtemp(prefix="mixed-ehl-tests-")
     atexit.register(shutil.rmtree, os.environ["MIXED_EHL_CACHE"], ignore_errors=True)
+
+# threads of the BLAS wait for each other and for other workers; processes of tests inherit this
+for _library in ("OPENBLAS", "MKL", "OMP", "BLIS"):
+    os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 
 # the same draws on every machine, however loaded
 settings.register_profile("gate", deadline=None, derandomize=True)
@@ -61,40 +65,23 @@ def approx(expected: Any, rel: float | None = None, abs: float | None = None, na
 pytest.approx = approx
 
 
-_setattr = pytest.MonkeyPatch.setattr
-_KEPT = tuple(
-    f"efficiency.{name}" for name in ("blanks", "contact", "cutting", "design", "geometry", "ltca", "strength", "mesh")
-)
-
-
-def _set(self: pytest.MonkeyPatch, target: Any, *rest: Any, **options: Any) -> None:
-    """Replace an attribute; what follows from a replaced part of the geometry is neither kept nor found."""
-    place = target if isinstance(target, str) else getattr(target, "__module__", None) or target.__name__
-    if place.startswith(_KEPT):
-        self.setenv("MIXED_EHL_CACHE", "off")
-    _setattr(self, target, *rest, **options)
-
-
-pytest.MonkeyPatch.setattr = _set  # type: ignore[method-assign,assignment]
-
-
 @pytest.fixture(scope="session", autouse=True)
 def _svg() -> Iterator[Any]:
-    """All pairs keep their bodies; figures of pages are made and not written as SVG: its value writes them."""
+    """All pairs keep their bodies; figures of pages are not drawn: its value draws them."""
     from efficiency.pair import GearPair
     from ehl.common import pages
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(GearPair.__init__.__kwdefaults__, "keep", True)
-        written = pages.figure_svg
-        patch.setattr(pages, "figure_svg", lambda figure: "<svg></svg>")
-        yield written
+        drawn = pages.picture_svg
+        patch.setattr(pages, "picture_svg", lambda picture: "<svg></svg>")
+        yield drawn
 
 
 @pytest.fixture
 def svg_figures(monkeypatch: pytest.MonkeyPatch, _svg: Any) -> None:
-    """Figures of pages are written as SVG: one test of each layout of page needs it."""
-    monkeypatch.setattr("ehl.common.pages.figure_svg", _svg)
+    """Figures of pages are drawn and written as SVG: one test of each layout of page needs it."""
+    monkeypatch.setattr("ehl.common.pages.picture_svg", _svg)
 
 
 @pytest.fixture(autouse=True)
@@ -121,8 +108,17 @@ def little_training(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def commands_alone(monkeypatch: pytest.MonkeyPatch, little_training: None) -> None:
-    """Coarse meshes, networks hardly trained: each has its own tests."""
+def coarse_roots(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Roots of few elements, kept apart from those of other tests: `test_root_elements` is about their number."""
+    from efficiency.strength import root_stress
+
+    monkeypatch.setenv("MIXED_EHL_CACHE", os.path.join(os.environ["MIXED_EHL_CACHE"], "coarse"))
+    monkeypatch.setattr(root_stress, "Counts", partial(root_stress.Counts, 3, 4, 1, 1, 1, 6))
+
+
+@pytest.fixture
+def commands_alone(monkeypatch: pytest.MonkeyPatch, little_training: None, coarse_roots: None) -> None:
+    """Coarse meshes and roots, networks hardly trained: each has its own tests."""
     from efficiency.pair import GearPair
 
     mesh = GearPair.mesh
@@ -134,7 +130,7 @@ def commands_alone(monkeypatch: pytest.MonkeyPatch, little_training: None) -> No
 
 
 @pytest.fixture
-def small_search(monkeypatch: pytest.MonkeyPatch) -> None:
+def small_search(monkeypatch: pytest.MonkeyPatch, coarse_roots: None) -> None:
     """A search for a better ease-off and its check on one small mesh: `test_optimise` is about the search."""
     for name in ("optimise.SEARCH_GRID", "check.CHECK_GRID", "report.CHECK_GRID"):
         monkeypatch.setattr(f"efficiency.optimisation.{name}", (6, 11))

@@ -312,12 +312,17 @@ def write_page(path: Path, sections: Sequence[Section]) -> Path:
         lstrip_blocks=True,
     )
     environment.filters["typeset"] = typeset_units
-    environment.filters["svg"] = lambda picture: figure_svg(picture.figure())
+    environment.filters["svg"] = picture_svg
     head = head_of(sections)
     footer = f"mixed-ehl {__version__}, Python {platform.python_version()}. {head.footer}".strip()
     page = environment.get_template("report.html").render(head=head, sections=sections, footer=footer)
     write_file(path, page, "report", folder=True)
     return path
+
+
+def picture_svg(picture: Picture) -> str:
+    """The figure of a picture as an SVG element."""
+    return figure_svg(picture.figure())
 
 
 def figure_svg(figure: Figure) -> str:

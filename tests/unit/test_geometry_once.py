@@ -13,6 +13,7 @@ import efficiency.mesh
 def calls(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
     """How often flanks were put in mesh, teeth made elastic and loads distributed."""
     counts: Counter[str] = Counter()
+    monkeypatch.setenv("MIXED_EHL_CACHE", "off")
 
     def counted(name: str) -> None:
         real: Callable[..., Any] = getattr(efficiency.mesh, name)

@@ -61,7 +61,7 @@ SWEEPS = "test_plan_and_commands_of_the_page_on_sweeps"
 # blocks that a test of another module runs, by page and language or first line: its name
 RUN_BY = {
     ("README.md", "python"): "test_five_lines_of_the_readme",
-    ("docs/index.md", "python"): "test_five_lines_of_the_landing_page",
+    ("docs/index.md", "python"): "test_the_landing_page_has_lines_of_the_readme",
     ("docs/tour.md", "python"): "test_the_three_stories_in_one_notebook",
     ("docs/friction_formula.md", "sh"): "test_plan_and_commands_of_the_page",
     ("docs/friction_formula.md", "toml"): "test_plan_and_commands_of_the_page",

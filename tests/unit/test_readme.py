@@ -35,6 +35,13 @@ def test_the_three_stories_in_one_notebook(tmp_path: Path, monkeypatch: pytest.M
     assert {"contact.html", "run", "formula.json", "mu.c"} <= written
 
 
+def test_the_landing_page_has_lines_of_the_readme() -> None:
+    landing = (TOUR.parent / "index.md").read_text("utf-8")
+    [block] = re.findall(r"```python\n(.*?)```", landing, re.S)
+    ours, theirs = ([line.partition("  #")[0] for line in text.splitlines()] for text in (FIRST, block))
+    assert set(theirs) <= set(ours)
+
+
 def test_five_lines_of_the_readme(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     lines = [line for line in FIRST.splitlines() if line]

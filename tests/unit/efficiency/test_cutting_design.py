@@ -187,25 +187,22 @@ def pinion_given(way: dict[str, str]) -> str:
 
 
 def test_pinion_given_by_points(tmp_path: Path) -> None:
-    """Grids written of the shipped pinion and read again; file names count from the folder of the design file."""
+    """A grid written of the shipped pinion and read again; file names count from the folder of the design file."""
     design = load_design("fm_spiral_bevel_14x39")
     (tmp_path / "points").mkdir()
-    for side in ("concave", "convex"):
-        grid = inspection_grid(design.pinion.flank(side), 9, 17)  # type: ignore[arg-type]
-        write_inspection_grid(tmp_path / "points" / f"{side}.csv", design, "pinion", side, grid)  # type: ignore[arg-type]
-    sides = ("concave", "convex")
-    measured = load(tmp_path, pinion_given({side: f'grid = "points/{side}.csv"' for side in sides}))
+    own, sides = design.pinion.flank("concave"), ("concave", "convex")
+    write_inspection_grid(tmp_path / "points" / "concave.csv", design, "pinion", "concave", inspection_grid(own, 9, 17))
+    measured = load(tmp_path, pinion_given({"concave": 'grid = "points/concave.csv"', "convex": "ease_off = {}"}))
     at, up = np.array([-8e-3, 0.0, 9e-3]), np.array([0.0, 1e-3, 3e-3])
-    for side in ("concave", "convex"):
-        flank, own = measured.flank("pinion", side), design.pinion.flank(side)  # type: ignore[arg-type]
-        assert isinstance(flank, GridFlank)
-        np.testing.assert_allclose(flank.solve(at, up)[0].position, own.solve(at, up)[0].position, atol=2e-7)
+    flank = measured.flank("pinion", "concave")
+    assert isinstance(flank, GridFlank)
+    np.testing.assert_allclose(flank.solve(at, up)[0].position, own.solve(at, up)[0].position, atol=2e-7)
     assert not measured.pinion.completing
     with refuses("pinion.concave.grid"):
         load(tmp_path, pinion_given(dict.fromkeys(sides, 'grid = "none.csv"')))
     # cutter and machine beside a grid are its nominal flank, which needs to be whole
     with refuses("pinion.concave.cutter.type"):
-        load(tmp_path, pinion_given({side: f'grid = "points/{side}.csv"\ncutter = {{}}' for side in sides}))
+        load(tmp_path, pinion_given(dict.fromkeys(sides, 'grid = "points/concave.csv"\ncutter = {}')))
 
 
 def test_pinion_given_by_an_ease_off(tmp_path: Path) -> None:
