@@ -1,4 +1,4 @@
-"""The gallery as one notebook: a kernel runs each example and shows its picture; tutorials show output below each cell."""
+"""The gallery as a notebook: a kernel runs each example and shows its picture; tutorials show output below cells."""
 
 import sys
 from pathlib import Path
