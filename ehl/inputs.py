@@ -262,20 +262,12 @@ class ModelInput(InputModel):
 class ContactProblem:
     """One contact in the form of the solvers, in SI units.
 
-    Parameters
-    ----------
-    line : LineContact
-        Geometry, load and motion.
-    lubricant : Lubricant
-        The oil at its inlet temperature.
-    surface : SurfaceInput
-        Roughness and boundary friction.
-    model : ModelInput
-        Physics and accuracy.
-    bodies : tuple of Material
-        Both bodies.
-    temperature_bulk : tuple of float
-        Their bulk temperatures [K].
+    line: geometry, load and motion.
+    lubricant: the oil at its inlet temperature.
+    surface: roughness and boundary friction.
+    model: physics and accuracy.
+    bodies: both bodies.
+    temperature_bulk: their bulk temperatures [K].
     """
 
     line: LineContact

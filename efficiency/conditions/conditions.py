@@ -108,25 +108,15 @@ class PairAxes(MeshAxes, total=False):
 class Conditions:
     """Operating conditions of a loaded mesh, SI units; None means the value of the design.
 
-    Parameters
-    ----------
-    speed : float, optional
-        Speed of the pinion [rad/s].
-    temperature : float, optional
-        Oil temperature [K].
-    oil : str or Oil, optional
-        Name of an oil card, or the card.
-    driver : {"pinion", "gear"}, optional
-        Driving member.
-    roughness_rms_pinion, roughness_rms_gear : float, optional
-        Rq of the flanks [m].
-    correlation_length, peklenik_number : float, optional
-        Texture of the flanks [m], [-].
-    load_balance : {"frictional", "frictionless"}, optional
-        Forces in the torque balance: normal and friction forces (default), or the normal forces alone. Forces read from
-        a file are not changed.
-    bulk : {"estimate", "oil"}, optional
-        Bulk temperature of the teeth: estimated from the loss (default), or the oil temperature.
+    speed: speed of the pinion [rad/s].
+    temperature: oil temperature [K].
+    oil: name of an oil card, or the card.
+    driver: driving member.
+    roughness_rms_pinion, roughness_rms_gear: Rq of the flanks [m].
+    correlation_length, peklenik_number: texture of the flanks [m], [-].
+    load_balance: forces in the torque balance: normal and friction forces (default), or the normal forces alone. Forces
+        read from a file are not changed.
+    bulk: bulk temperature of the teeth: estimated from the loss (default), or the oil temperature.
     """
 
     speed: float | None = None
@@ -144,10 +134,7 @@ class Conditions:
     def of(cls, given: Mapping[str, Any]) -> Conditions:
         """Conditions from the keywords of `ConditionValues`.
 
-        Raises
-        ------
-        InputError
-            An unknown name or an invalid value.
+        Raises `InputError`: an unknown name or an invalid value.
         """
         known = [*(f.name for f in fields(cls)), "roughness_rms_each"]
         values: dict[str, Any] = {}
@@ -176,10 +163,7 @@ class Conditions:
 def checked(name: str, value: Any) -> Any:
     """A condition in SI units.
 
-    Raises
-    ------
-    InputError
-        A text without its unit, a value out of range, or an unknown option.
+    Raises `InputError`: a text without its unit, a value out of range, or an unknown option.
     """
     if name in QUANTITIES:
         return QUANTITIES[name].check(value, name, bare=not isinstance(value, str))
@@ -193,17 +177,9 @@ def checked(name: str, value: Any) -> Any:
 def axis_values(name: str, values: Any) -> list[Any]:
     """Values of an axis in SI units.
 
-    Parameters
-    ----------
-    name : str
-        One of `AXES`.
-    values : float, str or sequence
-        Numbers in SI units, texts with a unit, a list ``"a, b, c unit"`` or a range ``"from:to:number unit"``.
-
-    Raises
-    ------
-    InputError
-        An invalid format or a value out of range.
+    name: one of `AXES`.
+    values: numbers in SI units, texts with a unit, a list ``"a, b, c unit"`` or a range ``"from:to:number unit"``.
+    Raises `InputError`: an invalid format or a value out of range.
     """
     refuse_composite(name, values)
     if name in QUANTITIES and isinstance(values, str):
@@ -214,10 +190,7 @@ def axis_values(name: str, values: Any) -> list[Any]:
 def split_axes(given: Mapping[str, Any], allowed: Sequence[str] = AXES) -> tuple[dict[str, list[Any]], dict[str, Any]]:
     """Axes with lists of values, and conditions with one value; all in SI units.
 
-    Raises
-    ------
-    InputError
-        An unknown axis or an invalid value.
+    Raises `InputError`: an unknown axis or an invalid value.
     """
     axes: dict[str, list[Any]] = {}
     held: dict[str, Any] = {}
@@ -258,15 +231,10 @@ def default_friction(oil: str) -> str:
 def resolve_friction(friction: Friction | None, design: PairDesign, oil: Any = None) -> FrictionModel:
     """Friction model from a model, a fitted formula, or a name.
 
-    Parameters
-    ----------
-    friction : FrictionModel or str, optional
-        Solved contacts (``ehl``, ``ehl:smooth``...) or any name of `regression.friction_model`; default:
+    friction: solved contacts (``ehl``, ``ehl:smooth``...) or any name of `regression.friction_model`; default:
         `default_friction` of the oil.
-    design : PairDesign
-        Design with the materials of both members and the oil.
-    oil : Oil or str, or a list of them, optional
-        Oil in place of that of the design; the first one of a list.
+    design: design with the materials of both members and the oil.
+    oil: oil in place of that of the design; the first one of a list.
     """
     if friction is None:
         first = design.operation.oil if oil is None else oil

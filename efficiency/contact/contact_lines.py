@@ -154,20 +154,13 @@ def mesh_cycle(
 ) -> tuple[MeshPosition, ...]:
     """Contact lines at equally spaced pinion angles over one pinion pitch, ``2 pi/N1``.
 
-    Parameters
-    ----------
-    surface : MeshSurface
-        Both flanks and the map of their mesh.
-    positions, points_per_line : int
-        Number of pinion angles in the pitch, and of points on each contact line, at midpoints of equal parts. Edges
-        have points at about the same distance.
-    reach : float, optional
-        Largest gear rotation closed by the load [rad]; lines and edges end where more is required. Default: whole
+    surface: both flanks and the map of their mesh.
+    positions, points_per_line: number of pinion angles in the pitch, and of points on each contact line, at midpoints
+        of equal parts. Edges have points at about the same distance.
+    reach: largest gear rotation closed by the load [rad]; lines and edges end where more is required. Default: whole
         lines, and edges to 1/60 of the gear pitch.
-    edges : bool
-        Whether tip, toe and heel edges may contact at the ends of the lines.
-    lines : CycleLines, optional
-        Lines from `cycle_lines` for the same number of positions.
+    edges: whether tip, toe and heel edges may contact at the ends of the lines.
+    lines: lines from `cycle_lines` for the same number of positions.
     """
     if not isinstance(points_per_line, int) or points_per_line < 2:
         raise InputError("points_per_line", points_per_line, "a whole number of at least 2")

@@ -239,23 +239,13 @@ def mesh_surface(
 ) -> MeshSurface:
     """Map of the mesh of two real flanks in an assembly with its misalignments.
 
-    Parameters
-    ----------
-    gear, pinion, assembly
-        Mating flanks and their position.
-    overhang_root : float
-        Extension of the map below the deepest contact with the face cone of the pinion, as a fraction of the whole
-        depth.
-    shape : (int, int)
-        Chebyshev coefficients along the face and over the depth.
-    grid : FlankGrid, optional
-        Flank points of the same flanks from another position.
-
-    Raises
-    ------
-    ConvergenceError
-        A flank does not exist at the design point, too much of the mating region is undercut, the members do not mesh
-        there, or the fields are not smooth enough for the map.
+    gear, pinion, assembly: mating flanks and their position.
+    overhang_root: extension of the map below the deepest contact with the face cone of the pinion, as a fraction of the
+        whole depth.
+    shape: Chebyshev coefficients along the face and over the depth.
+    grid: flank points of the same flanks from another position.
+    Raises `ConvergenceError`: a flank does not exist at the design point, too much of the mating region is undercut,
+        the members do not mesh there, or the fields are not smooth enough for the map.
     """
     grid = grid or flank_grid(gear, pinion, assembly, overhang_root, shape)
     conjugate = conjugate_points(grid.points, assembly)

@@ -64,14 +64,9 @@ _KEPT = ("friction_coefficient", "film_central", "film_ratio", "temperature_flas
 class Solved:
     """Solved contacts of a mesh.
 
-    Attributes
-    ----------
-    values : (5, n) array
-        `_KEPT`, with the inverse of the film ratio, which is finite; nan for a failed contact.
-    scatter, bias : (n,) arrays
-        Random error of mu (interval of its time mean) and error of the method [-].
-    reasons : tuple of str
-        Reason of failure; empty for a solved contact.
+    values (5, n): `_KEPT`, with the inverse of the film ratio, which is finite; nan for a failed contact.
+    scatter, bias (n,): random error of mu (interval of its time mean) and error of the method [-].
+    reasons: reason of failure; empty for a solved contact.
     """
 
     values: FloatArray
@@ -93,32 +88,19 @@ class Solved:
 class EhlFriction(FrictionModel):
     """The contact solver as a friction model.
 
-    Parameters
-    ----------
-    name : str
-        Name as given by the user.
-    smooth : bool
-        Neglect the roughness.
-    points : int or None
-        Maximum number of solved contacts; None solves every point.
-    tolerance : float
-        Relative random error of the mean friction (two standard deviations). Contacts are added until it is reached or
-        there are `points` contacts. With 0 all `points` are solved at once.
-    jobs : int or None
-        Worker processes; None uses one per core.
-    bodies : tuple of Material
-        Pinion and gear.
-    model : ModelInput
-        Physics and accuracy of each contact.
-    boundary_friction : float, optional
-        mu_b of asperity contacts [-]; default: that of extreme-pressure additives.
-    skewness : float
-        Skewness of the heights of both flanks [-].
-    boundary_film : float, optional
-        Gap at which asperities touch [m]; default: from the roughness.
-    seed : int
-        Seed of the roughness of the first contact, increased by one for each further contact. Each contact has its own
-        section of the flanks, so that random effects of single profiles average out over a mesh.
+    name: name as given by the user.
+    smooth: neglect the roughness.
+    points: maximum number of solved contacts; None solves every point.
+    tolerance: relative random error of the mean friction (two standard deviations). Contacts are added until it is
+        reached or there are `points` contacts. With 0 all `points` are solved at once.
+    jobs: worker processes; None uses one per core.
+    bodies: pinion and gear.
+    model: physics and accuracy of each contact.
+    boundary_friction: mu_b of asperity contacts [-]; default: that of extreme-pressure additives.
+    skewness: skewness of the heights of both flanks [-].
+    boundary_film: gap at which asperities touch [m]; default: from the roughness.
+    seed: seed of the roughness of the first contact, increased by one for each further contact. Each contact has its
+        own section of the flanks, so that random effects of single profiles average out over a mesh.
     """
 
     name: str
@@ -316,10 +298,7 @@ def ehl_friction(
     at most 320. The other points are interpolated. Suffixes: ``:5%`` sets another error, ``:sampled`` solves at most
     80 contacts, ``:all`` solves every point.
 
-    Raises
-    ------
-    InputError
-        An unknown suffix, or two suffixes that exclude each other.
+    Raises `InputError`: an unknown suffix, or two suffixes that exclude each other.
     """
     words = spec.split(":")
     shares = [word for word in words[1:] if word.endswith("%")]

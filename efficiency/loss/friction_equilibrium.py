@@ -38,31 +38,16 @@ def balance_friction(
 
     For a model with solved contacts the forces are those of a formula of the same oil; the contacts are solved once.
 
-    Parameters
-    ----------
-    loaded : LoadedGrids
-        The mesh under that torque without friction, with the axes of both members.
-    friction : FrictionModel
-        Friction model, evaluated in each round.
-    oil : Oil
-        Oil card.
-    operation : Operation
-        Speed, oil temperature, roughness.
-    many : bool
-        For one of many points: fewer solutions of the load are shared by all points, and friction is evaluated on the
+    loaded: the mesh under that torque without friction, with the axes of both members.
+    friction: friction model, evaluated in each round.
+    oil: oil card.
+    operation: speed, oil temperature, roughness.
+    many: for one of many points: fewer solutions of the load are shared by all points, and friction is evaluated on the
         coarse grid; the stated error is larger.
-
-    Returns
-    -------
-    LoadedGrids
-        Forces that `efficiency.loss.efficiency.mesh_efficiency` brings into balance with its friction.
-
-    Raises
-    ------
-    InputError
-        The mesh has no axes.
-    ConvergenceError
-        ``self_locking`` if friction exceeds the torque, ``load_balance_limit`` if the iteration does not converge.
+    Returns forces that `efficiency.loss.efficiency.mesh_efficiency` brings into balance with its friction.
+    Raises `InputError`: the mesh has no axes.
+    Raises `ConvergenceError`: ``self_locking`` if friction exceeds the torque, ``load_balance_limit`` if the iteration
+        does not converge.
     """
     model = stand_in(friction, oil)[0] if friction.solves_contacts else friction
     torque, modulus = loaded.coarse.torque, loaded.mesh.teeth.effective_modulus
@@ -120,13 +105,8 @@ def closed(load: TangentLoad, mu: FloatArray, way: float) -> tuple[TangentLoad, 
 def balance_error(loss: float, moved: float, distance: float) -> float:
     """Error of the efficiency from the change of forces since friction was computed, and from their tangents [-].
 
-    Parameters
-    ----------
-    loss : float
-        Loss over the power at the pinion [-].
-    moved : float
-        Mean relative change of the forces since friction was computed [-].
-    distance : float
-        Step of the tangents relative to the torque [-].
+    loss: loss over the power at the pinion [-].
+    moved: mean relative change of the forces since friction was computed [-].
+    distance: step of the tangents relative to the torque [-].
     """
     return loss * (BOUND * moved + TANGENT * distance**2)

@@ -35,27 +35,16 @@ _FLOOR = 1e-13
 class Equilibrium:
     """Solution of the contact problem.
 
-    Attributes
-    ----------
-    force : (n,) array
-        Normal force at each point [N].
-    angle : float
-        Approach angle about the axis of the levers [rad].
-    stiffness : float
-        Derivative of the torque by the angle at constant set of loaded points [N m/rad].
-    rate : (n,) array
-        Derivative of the forces by the torque at constant set of loaded points [1/m].
-    residual : float
-        Maximum violation of compatibility (penetration, or gap under load) over the maximum approach [-].
-    torque_residual : float
-        |sum(lever force) - torque|/torque [-].
-    iterations, exchanges : int
-        Newton steps, and linear systems solved for the active sets.
-    fallbacks : int
-        Newton steps in which the primal-dual active set cycled.
-    status : {"converged", "failed"}
-    reason : str
-        Reason of failure; empty otherwise.
+    force (n,): normal force at each point [N].
+    angle: approach angle about the axis of the levers [rad].
+    stiffness: derivative of the torque by the angle at constant set of loaded points [N m/rad].
+    rate (n,): derivative of the forces by the torque at constant set of loaded points [1/m].
+    residual: maximum violation of compatibility (penetration, or gap under load) over the maximum approach [-].
+    torque_residual: |sum(lever force) - torque|/torque [-].
+    iterations, exchanges: Newton steps, and linear systems solved for the active sets.
+    fallbacks: Newton steps in which the primal-dual active set cycled.
+    status: {"converged", "failed"}
+    reason: reason of failure; empty otherwise.
     """
 
     force: FloatArray
@@ -94,21 +83,11 @@ def solve_equilibrium(
 ) -> Equilibrium:
     """Forces and approach of one mesh position.
 
-    Parameters
-    ----------
-    compliance : (n, n) array
-        C [m/N].
-    local : callable
-        Local deflection and its derivative from the forces.
-    gap, lever : (n,) arrays
-        Unloaded separation, at least 0 [m], and lever arm of each normal force [m], positive.
-    torque : float
-        Torque to be carried [N m], positive.
-
-    Returns
-    -------
-    Equilibrium
-        Failure is reported by ``status``; it does not raise an error.
+    compliance (n, n): C [m/N].
+    local: local deflection and its derivative from the forces.
+    gap, lever (n,): unloaded separation, at least 0 [m], and lever arm of each normal force [m], positive.
+    torque: torque to be carried [N m], positive.
+    A failure is reported by ``status``; it does not raise an error.
     """
     return solve_equilibria([EquilibriumProblem(compliance, gap, lever, torque)], local)[0]
 
@@ -116,12 +95,8 @@ def solve_equilibrium(
 def solve_equilibria(problems: Sequence[EquilibriumProblem], local: Local) -> list[Equilibrium]:
     """Several problems with parallel Newton steps.
 
-    Parameters
-    ----------
-    problems : sequence of EquilibriumProblem
-        Independent problems.
-    local : callable
-        Local deflection and its derivative from the forces of all problems, concatenated.
+    problems: independent problems.
+    local: local deflection and its derivative from the forces of all problems, concatenated.
     """
     parts = np.split(np.arange(sum(p.gap.size for p in problems)), np.cumsum([p.gap.size for p in problems])[:-1])
     runs = [_newton(problem) for problem in problems]

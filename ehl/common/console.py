@@ -196,16 +196,9 @@ OUTPUT_FAULT = 74  # exit code if standard output cannot be written, EX_IOERR
 def run(command: Callable[[], object]) -> None:
     """Run a command and exit with its code; every error is printed as one sentence.
 
-    Parameters
-    ----------
-    command : callable
-        Parses the command line and runs it.
-
-    Raises
-    ------
-    SystemExit
-        0; 1 if a result is missing or not converged; 2 for an invalid input; 70 for a program error with a log file;
-        74 if standard output cannot be written; 130 after a stop by the user.
+    command: parses the command line and runs it.
+    Raises `SystemExit`: 0; 1 if a result is missing or not converged; 2 for an invalid input; 70 for a program error
+        with a log file; 74 if standard output cannot be written; 130 after a stop by the user.
     """
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # a terminal without Greek letters shows question marks

@@ -23,10 +23,7 @@ class FilmConductivity(InputModel):
     Larsson, R., Larsson, P. O., Eriksson, E., Sjöberg, M. & Höglund, E. (2000), Proc. IMechE J 214; form and constants
     read in public codes that cite the paper, not in the paper itself. Files may name a family of oils instead.
 
-    Parameters
-    ----------
-    c1, c2 : float
-        Constants [1/Pa].
+    c1, c2: constants [1/Pa].
 
     Examples
     --------

@@ -53,10 +53,7 @@ def astm_d2270(viscosity_40: float, viscosity_100: float) -> float:
 
         VI = 100 (L - U)/(L - H) up to 100,  VI = 100 + (10^N - 1)/0.00715,  N = ln(H/U)/ln(Y) above
 
-    Parameters
-    ----------
-    viscosity_40, viscosity_100 : float
-        Kinematic viscosity at 40 and 100 degC, U and Y [m2/s]; Y of at least 2 cSt.
+    viscosity_40, viscosity_100: kinematic viscosity at 40 and 100 degC, U and Y [m2/s]; Y of at least 2 cSt.
 
     Examples
     --------
@@ -76,10 +73,7 @@ def astm_d2270(viscosity_40: float, viscosity_100: float) -> float:
 def both_viscosities(index: float, viscosity_40: float | None, viscosity_100: float | None) -> tuple[float, float]:
     """Kinematic viscosities at 40 and 100 degC from one of them and the viscosity index [m2/s].
 
-    Raises
-    ------
-    InputError
-        No oil has both.
+    Raises `InputError`: no oil has both.
     """
     if not INDEX_RANGE[0] <= index <= INDEX_RANGE[1]:
         raise InputError("viscosity_index", index, f"{INDEX_RANGE[0]:g} to {INDEX_RANGE[1]:g}")

@@ -116,10 +116,7 @@ _LEAST_SLOPE = 1e-10  # [1/Pa]
 def check_rising(law: ViscosityByConstants, temperatures: tuple[float, ...], pressure: float | None) -> None:
     """Check that the viscosity increases with pressure without a pole up to a pressure [Pa].
 
-    Raises
-    ------
-    InputError
-        It does not; the message states temperature and pressure.
+    Raises `InputError`: it does not; the message states temperature and pressure.
     """
     pressures = np.linspace(0.0, pressure or KNOWN_PRESSURE, 101)
     for temperature in temperatures:

@@ -114,12 +114,8 @@ class LinearStress:
 
     The hyperbolic tangent is the form of `RisingStress`, so that one compiled law serves both.
 
-    Parameters
-    ----------
-    ambient : float or ndarray
-        tau0 at ambient pressure [Pa].
-    slope : float or ndarray
-        d tau0/dp there [-].
+    ambient: tau0 at ambient pressure [Pa].
+    slope: d tau0/dp there [-].
     """
 
     ambient: Any
@@ -166,16 +162,12 @@ def stress_at(stress: Any, pressure: Any) -> Any:
 class ShearLaw:
     """One shear law with its limiting stress.
 
-    Parameters
-    ----------
-    rheology : {"newtonian", "eyring", "carreau"}
-    stress : float, RisingStress or LinearStress
-        Stress scale: tau0 of Ree-Eyring, G of Carreau [Pa]; without meaning for a Newtonian oil.
-    exponent : float
-        n of Carreau [-].
-    limit_slope, limit_ambient : float
-        Lambda [-] and tau_L0 [Pa] of tau_L = tau_L0 + Lambda p; infinite Lambda switches the limit off.
-    limit : {"cut", "smooth"}
+    rheology: {"newtonian", "eyring", "carreau"}
+    stress: stress scale: tau0 of Ree-Eyring, G of Carreau [Pa]; without meaning for a Newtonian oil.
+    exponent: n of Carreau [-].
+    limit_slope, limit_ambient: Lambda [-] and tau_L0 [Pa] of tau_L = tau_L0 + Lambda p; infinite Lambda switches the
+        limit off.
+    limit: {"cut", "smooth"}
     """
 
     rheology: Rheology = "newtonian"
@@ -222,12 +214,8 @@ class ShearLaw:
     def log_stress(self, log_viscous: Array, pressure: Array) -> tuple[Array, Array]:
         """ln of the shear stress in Pa and its derivative by ln eta.
 
-        Parameters
-        ----------
-        log_viscous : ndarray
-            ln of eta |v_s|/h in Pa.
-        pressure : ndarray
-            [Pa].
+        log_viscous: ln of eta |v_s|/h in Pa.
+        pressure: [Pa].
         """
         log_scale = np.log(self.scale(pressure))
         log_curve, slope = self._curve(log_viscous - log_scale)
@@ -260,14 +248,9 @@ class ShearLaw:
     def numbers(self, pressure_unit: float, reference: float, film_over_length: float) -> ShearNumbers:
         """The law for the kernels.
 
-        Parameters
-        ----------
-        pressure_unit : float
-            [Pa].
-        reference : float
-            Reference stress [Pa].
-        film_over_length : float
-            Film unit over the Hertz half-width: the reference gradient of the largest pressure flow is
+        pressure_unit: [Pa].
+        reference: reference stress [Pa].
+        film_over_length: film unit over the Hertz half-width: the reference gradient of the largest pressure flow is
             `pressure_unit` over the half-width.
         """
         rise, steepness, centre = 0.0, 1.0, pressure_unit

@@ -59,17 +59,9 @@ def walther_1931(temperature: Values, viscosity_40: float, viscosity_100: float)
 
     log10 log10(nu + 0.7) = m - n log10 T, nu in cSt, T in K (Walther 1931; ASTM D341).
 
-    Parameters
-    ----------
-    temperature : float or ndarray
-        Temperature [K].
-    viscosity_40, viscosity_100 : float
-        Kinematic viscosity at 40 and 100 degC [m2/s].
-
-    Returns
-    -------
-    float or ndarray
-        Kinematic viscosity [m2/s].
+    temperature: temperature [K].
+    viscosity_40, viscosity_100: kinematic viscosity at 40 and 100 degC [m2/s].
+    Returns kinematic viscosity [m2/s].
 
     Examples
     --------

@@ -48,12 +48,8 @@ FLANK_SKEWNESS = -0.8
 class Figure(InputModel):
     """A value with its range.
 
-    Parameters
-    ----------
-    value, low, high : float or str
-        SI; 90 % of the surfaces or oils of that name lie between `low` and `high`.
-    source : str
-        Source of the value; "ours" marks an own estimate.
+    value, low, high: SI; 90 % of the surfaces or oils of that name lie between `low` and `high`.
+    source: source of the value; "ours" marks an own estimate.
     """
 
     value: float
@@ -290,13 +286,8 @@ class Finish:
 class Additive:
     """Boundary film of an additive class.
 
-    Parameters
-    ----------
-    name, description : str
-    boundary_film : Figure
-        Film thickness below which solids count as touching [m].
-    boundary_friction : Figure
-        mu_b [-].
+    boundary_film: film thickness below which solids count as touching [m].
+    boundary_friction: mu_b [-].
     """
 
     name: str
@@ -308,19 +299,8 @@ class Additive:
     def load(cls, name: str) -> Additive:
         """A shipped additive class.
 
-        Parameters
-        ----------
-        name : str
-            One of `ehl.shipped("additives")`.
-
-        Returns
-        -------
-        Additive
-
-        Raises
-        ------
-        InputError
-            There is no such class; the message lists the available ones.
+        name: one of `ehl.shipped("additives")`.
+        Raises `InputError`: there is no such class; the message lists the available ones.
 
         Examples
         --------
@@ -360,10 +340,7 @@ def default_correlation_length(rms_1: ArrayLike, rms_2: ArrayLike = 0.0) -> Floa
     Measured profiles have 16 to 20 Rq, smooth ones up to 200 Rq. With 40 Rq run-in flanks are below the shakedown limit
     of their summits (docs/roughness.md).
 
-    Parameters
-    ----------
-    rms_1, rms_2 : float or array
-        Rq of both surfaces [m]; the root mean square of two rough ones is used.
+    rms_1, rms_2: Rq of both surfaces [m]; the root mean square of two rough ones is used.
     """
     first, second = np.asarray(rms_1, dtype=float), np.asarray(rms_2, dtype=float)
     rough = np.maximum((first > 0.0).astype(float) + (second > 0.0), 1.0)
@@ -379,21 +356,11 @@ def printed_correlation_length(
     The first is accurate to 25 % and hardly depends on the cut-offs. The last applies to a stylus filter of 2.5 um,
     with a factor of 0.5 to 0.8 for measured profiles (docs/roughness.md).
 
-    Parameters
-    ----------
-    rms : float
-        Rq [m].
-    rsm : float, optional
-        Mean spacing of profile elements [m].
-    rdq : float, optional
-        RMS slope [-].
-    sal : float, optional
-        Autocorrelation length of ISO 25178 (threshold 0.2) [m].
-
-    Raises
-    ------
-    InputError
-        The parameters contradict one another.
+    rms: Rq [m].
+    rsm: mean spacing of profile elements [m].
+    rdq: RMS slope [-].
+    sal: autocorrelation length of ISO 25178 (threshold 0.2) [m].
+    Raises `InputError`: the parameters contradict one another.
 
     Examples
     --------
@@ -425,19 +392,10 @@ def lay_seen(correlation_length: float, lay_ratio: float, angle: ArrayLike) -> t
 
         1/l_x^2 = (cos^2 a + sin^2 a/r^2)/lc^2,   1/l_y^2 = (sin^2 a + cos^2 a/r^2)/lc^2,   gamma = l_y/l_x
 
-    Parameters
-    ----------
-    correlation_length : float
-        lc across the marks [m].
-    lay_ratio : float
-        r, correlation length along the marks over that across them [-].
-    angle : float or array
-        Between marks and contact line [rad]; 0 for marks across the motion.
-
-    Returns
-    -------
-    correlation_length, peklenik_number : float or array
-        l_x [m] and gamma [-].
+    correlation_length: lc across the marks [m].
+    lay_ratio: r, correlation length along the marks over that across them [-].
+    angle: between marks and contact line [rad]; 0 for marks across the motion.
+    Returns l_x [m] and gamma [-].
 
     Examples
     --------
@@ -474,25 +432,12 @@ def surface_uncertainty(
     these are wide for correlation length and Peklenik number, which are rarely measured. Rq and correlation length are
     independent.
 
-    Parameters
-    ----------
-    roughness_rms, correlation_length, boundary_film : float, optional
-        Values of one surface [m].
-    peklenik_number, boundary_friction : float, optional
-        Values [-].
-    finish, finish_state, additive : str
-        As in `Finish.load` and `Additive.load`.
-
-    Returns
-    -------
-    dict of Figure
-        `roughness_rms`, `correlation_length`, `skewness`, `peklenik_number`, `boundary_film`, `boundary_friction`;
+    roughness_rms, correlation_length, boundary_film: values of one surface [m].
+    peklenik_number, boundary_friction: values [-].
+    finish, finish_state, additive: as in `Finish.load` and `Additive.load`.
+    Returns `roughness_rms`, `correlation_length`, `skewness`, `peklenik_number`, `boundary_film`, `boundary_friction`;
         `sigma` is the standard deviation of the logarithm, for skewness that of the value.
-
-    Raises
-    ------
-    InputError
-        There is no such finish, state or additive.
+    Raises `InputError`: there is no such finish, state or additive.
 
     Examples
     --------

@@ -32,12 +32,9 @@ def gaussian_mean_line(heights: FloatArray, spacing: float, cutoff: float, *, pe
     Weights exp(-pi (x/(a lambda_c))^2)/(a lambda_c), a = sqrt(ln 2/pi) (ISO 16610-21). At the ends of a non-periodic
     profile the weights are normalised by their sum inside it.
 
-    Parameters
-    ----------
-    heights : ndarray, shape (n,)
-    spacing, cutoff : float
-        [m].
-    periodic : bool
+    heights (n,): heights, equidistant [m].
+    spacing, cutoff: [m].
+    periodic: whether the last sample is followed by the first.
     """
     n = len(heights)
     if periodic:
@@ -85,27 +82,14 @@ def prepared_profile(
 
     Waves shorter than the short cut-off are removed; their RMS is ``rms_below_cutoff``.
 
-    Parameters
-    ----------
-    x, heights : ndarray, shape (n,)
-        Uniform positions and heights [m].
-    cutoff_long : float or None
-        lambda_c: longer waves (form and waviness) are removed [m]; None keeps them.
-    cutoff_short : float
-        lambda_s: shorter waves are removed [m].
-    spacing : float, optional
-        Of the result [m]; default: a fifth of the short cut-off, at least the measured one.
-    detrend_order : int
-        Order of the polynomial that is subtracted first.
-    periodic : bool
-        Whether to join the ends over a tenth of the length, for a surface that passes many times.
-    peklenik_number, source, notes
-        Copied to the result.
-
-    Raises
-    ------
-    InputError
-        A cut-off is out of range for the length and the spacing of the profile.
+    x, heights (n,): uniform positions and heights [m].
+    cutoff_long: lambda_c: longer waves (form and waviness) are removed [m]; None keeps them.
+    cutoff_short: lambda_s: shorter waves are removed [m].
+    spacing: of the result [m]; default: a fifth of the short cut-off, at least the measured one.
+    detrend_order: order of the polynomial that is subtracted first.
+    periodic: whether to join the ends over a tenth of the length, for a surface that passes many times.
+    peklenik_number, source, notes: copied to the result.
+    Raises `InputError`: a cut-off is out of range for the length and the spacing of the profile.
     """
     step, length = float(x[1] - x[0]), float(x[-1] - x[0])
     if not 2.0 * step <= cutoff_short <= length / 8.0:
@@ -176,19 +160,11 @@ def typical_line(found: MeasuredHeights) -> tuple[FloatArray, tuple[str, ...]]:
 def require_plausible(name: str, x: FloatArray, heights: FloatArray, unit: str = "m") -> None:
     """Check that heights are those of a technical surface; a wrong unit is the usual cause if they are not.
 
-    Parameters
-    ----------
-    name : str
-        Name of the file.
-    x, heights : ndarray, shape (n,)
-        Equidistant positions and heights [m].
-    unit : str
-        Unit in which the heights were read.
-
-    Raises
-    ------
-    InputError
-        Rq without the form is not 2 nm to 20 um, or the RMS slope of waves longer than 2.5 um exceeds 0.5.
+    name: name of the file.
+    x, heights (n,): equidistant positions and heights [m].
+    unit: unit in which the heights were read.
+    Raises `InputError`: Rq without the form is not 2 nm to 20 um, or the RMS slope of waves longer than 2.5 um exceeds
+        0.5.
     """
     step = float(x[1] - x[0])
     level = detrended(heights)

@@ -59,20 +59,12 @@ class _OtherFormat(InputError):
 class MeasuredHeights:
     """Measured heights of a profile or map on equidistant positions.
 
-    Parameters
-    ----------
-    name : str
-        Name of the file.
-    heights : ndarray, shape (lines, n)
-        Heights along x [m]; nan for missing points.
-    spacing, spacing_lines : float
-        Distance of the points of a line, and of the lines [m]; the latter is nan for a profile.
-    unit : str
-        Unit of the heights in the file.
-    notes : tuple of str
-        Processing steps.
-    missing, spikes : int
-        Number of points interpolated by `cleaned`.
+    name: name of the file.
+    heights (lines, n): heights along x [m]; nan for missing points.
+    spacing, spacing_lines: distance of the points of a line, and of the lines [m]; the latter is nan for a profile.
+    unit: unit of the heights in the file.
+    notes: processing steps.
+    missing, spikes: number of points interpolated by `cleaned`.
     """
 
     name: str
@@ -109,11 +101,8 @@ class MeasuredHeights:
         A spike deviates from the median of the five points about it by more than ten robust standard deviations of such
         deviations, and by more than the robust standard deviation of the heights.
 
-        Raises
-        ------
-        InputError
-            More than 20 % of a profile are missing, 2 % in one gap, or more than 2 % are spikes. Such lines of a map
-            are excluded instead.
+        Raises `InputError`: more than 20 % of a profile are missing, 2 % in one gap, or more than 2 % are spikes. Such
+            lines of a map are excluded instead.
         """
         kept, missing, spikes, refused = [], 0, 0, ""
         for line in self.heights:
@@ -164,18 +153,10 @@ def _spikes(line: FloatArray) -> NDArray[np.bool_]:
 def read_heights(path: str | Path, *, unit_x: str = "", unit_height: str = "") -> MeasuredHeights:
     """Heights of a profile or map from a text or instrument file.
 
-    Parameters
-    ----------
-    path : str or Path
-        File of the measurement.
-    unit_x, unit_height : str
-        Units such as "mm" and "um" of a text file; they take precedence over its header.
-
-    Raises
-    ------
-    InputError
-        The file is missing or cannot be read, has no unit, fewer than 64 points or an implausible length, or its
-        positions do not increase.
+    path: file of the measurement.
+    unit_x, unit_height: units such as "mm" and "um" of a text file; they take precedence over its header.
+    Raises `InputError`: the file is missing or cannot be read, has no unit, fewer than 64 points or an implausible
+        length, or its positions do not increase.
     """
     try:
         text = read_text(path, "profile", "a file of text with two columns", any_encoding=True)
@@ -397,14 +378,9 @@ def even_trace(name: str, x: FloatArray, heights: FloatArray, unit: str = "m") -
 def read_topography(path: str | Path, unit: str = "", own: InputError | None = None) -> MeasuredHeights:
     """Heights of an instrument file, read by the optional package SurfaceTopography.
 
-    Parameters
-    ----------
-    path : str or Path
-        File of the measurement.
-    unit : str
-        Unit of lengths and heights, for a file that does not state one.
-    own : InputError, optional
-        Error of the text reader, raised if the package cannot read the file either.
+    path: file of the measurement.
+    unit: unit of lengths and heights, for a file that does not state one.
+    own: error of the text reader, raised if the package cannot read the file either.
     """
     name = str(path)
     read_bytes(path, "profile", "an existing file")  # other readers would block on a named pipe

@@ -25,13 +25,9 @@ class Translation:
     Johnson, N. L. (1949), Biometrika 36, 149-176: unbounded family ``sinh((z - a)/b)``, bounded family
     ``1/(1 + exp(-(z - a)/b))``.
 
-    Parameters
-    ----------
-    family : {"unbounded", "bounded"}
-    a, b : float
-        Location and scale in the family; b > 0.
-    mean, std, sign : float
-        Standardisation, and -1 for a mirrored curve.
+    family: {"unbounded", "bounded"}
+    a, b: location and scale in the family; b > 0.
+    mean, std, sign: standardisation, and -1 for a mirrored curve.
     """
 
     family: str
@@ -80,11 +76,8 @@ def lognormal_kurtosis(skewness: float) -> float:
 def translation(skewness: float, kurtosis: float) -> Callable[[FloatArray], FloatArray]:
     """The Johnson curve with these moments.
 
-    Raises
-    ------
-    InputError
-        kurtosis <= skewness^2 + 1 (impossible), kurtosis above 60, or no curve was found (close to that limit or to the
-        lognormal line).
+    Raises `InputError`: kurtosis <= skewness^2 + 1 (impossible), kurtosis above 60, or no curve was found (close to
+        that limit or to the lognormal line).
     """
     if not kurtosis > skewness**2 + 1.0:
         raise InputError(
@@ -126,32 +119,19 @@ EP_FILM = 30e-9  # film of the additives of gear oils (data/additives/EP.toml) [
 class RoughProfile:
     """Heights of one surface along x with mean zero, and their statistics.
 
-    Parameters
-    ----------
-    heights : ndarray, shape (n,)
-        Heights above the mean line [m]; read-only.
-    spacing : float
-        Distance between samples [m]; a periodic profile has the length ``n * spacing``.
-    rms : float
-        Rq [m].
-    skewness, kurtosis : float
-        Third and fourth standardised moments [-]; 0 and 3 for a Gaussian.
-    correlation_length : float
-        Lag at which the autocorrelation first falls to 1/e [m], lc of the ACF exp(-(x/lc)^2); nan if it does not.
-    cutoff : float
-        Shortest wavelength [m].
-    rms_below_cutoff : float
-        RMS of waves shorter than the cut-off (sigma_sub) [m]; nan for an unknown spectrum.
-    periodic : bool
-        Whether the last sample is followed by the first.
-    peklenik_number : float
-        Correlation length along y over that along x [-], an input that a line profile does not show.
-    seed : int or None
-        Seed of a generated profile.
-    source : str
-        Origin of the profile.
-    notes : tuple of str
-        Processing steps.
+    heights (n,): heights above the mean line [m]; read-only.
+    spacing: distance between samples [m]; a periodic profile has the length ``n * spacing``.
+    rms: Rq [m].
+    skewness, kurtosis: third and fourth standardised moments [-]; 0 and 3 for a Gaussian.
+    correlation_length: lag at which the autocorrelation first falls to 1/e [m], lc of the ACF exp(-(x/lc)^2); nan if it
+        does not.
+    cutoff: shortest wavelength [m].
+    rms_below_cutoff: RMS of waves shorter than the cut-off (sigma_sub) [m]; nan for an unknown spectrum.
+    periodic: whether the last sample is followed by the first.
+    peklenik_number: correlation length along y over that along x [-], an input that a line profile does not show.
+    seed: seed of a generated profile.
+    source: origin of the profile.
+    notes: processing steps.
     """
 
     heights: FloatArray
@@ -213,10 +193,7 @@ class RoughProfile:
     def resampled(self, spacing: float) -> RoughProfile:
         """The profile at another spacing [m]: exact for a periodic band-limited profile, else by cubic spline.
 
-        Raises
-        ------
-        InputError
-            The new spacing does not resolve the shortest wavelength.
+        Raises `InputError`: the new spacing does not resolve the shortest wavelength.
         """
         _check_spacing(spacing, self.cutoff)
         if self.periodic:
@@ -299,37 +276,19 @@ def generate_profile(
     the same profile at other points. Non-Gaussian heights are a monotone Johnson translation of the Gaussian profile,
     which adds harmonics above the cut-off and slightly shortens the correlation length.
 
-    Parameters
-    ----------
-    rms : float
-        Rq of the whole period [m]; 0 gives a flat profile.
-    correlation_length : float
-        lc of the autocorrelation [m].
-    length : float
-        Period [m]; at least 4 lc.
-    spacing : float
-        Approximate sample distance [m]; the closest one that divides the period is used.
-    seed : int
-        Seed of the random numbers, non-negative.
-    skewness, kurtosis : float
-        Moments of the height distribution [-]; those of one profile scatter about them.
-    cutoff : float, optional
-        Shortest wavelength [m]; default: 2 pi lc/3.5.
-    hurst : float, optional
-        Hurst exponent H of a self-affine profile, 0 < H < 1, with a spectrum that is flat below the roll-off and
+    rms: Rq of the whole period [m]; 0 gives a flat profile.
+    correlation_length: lc of the autocorrelation [m].
+    length: period [m]; at least 4 lc.
+    spacing: approximate sample distance [m]; the closest one that divides the period is used.
+    seed: seed of the random numbers, non-negative.
+    skewness, kurtosis: moments of the height distribution [-]; those of one profile scatter about them.
+    cutoff: shortest wavelength [m]; default: 2 pi lc/3.5.
+    hurst: Hurst exponent H of a self-affine profile, 0 < H < 1, with a spectrum that is flat below the roll-off and
         decreases as k^-(1 + 2 H) above it (`SelfAffine`); default: the Gaussian autocorrelation.
-    peklenik_number : float
-        Lay of the surface, copied to the result [-].
-
-    Returns
-    -------
-    RoughProfile
-        Profile with its statistics.
-
-    Raises
-    ------
-    InputError
-        A value is out of range, the spacing does not resolve the cut-off, or no distribution has such moments.
+    peklenik_number: lay of the surface, copied to the result [-].
+    Returns profile with its statistics.
+    Raises `InputError`: a value is out of range, the spacing does not resolve the cut-off, or no distribution has such
+        moments.
     """
     _require("rms", rms, rms >= 0.0, ">= 0 m")
     _require("correlation_length", correlation_length, correlation_length > 0.0, "> 0 m")
@@ -387,12 +346,8 @@ class SelfAffine:
     Flat for waves longer than the roll-off 2 pi/k_r, a power law for shorter ones. The autocorrelation is the Matern
     function 2^(1-H)/Gamma(H) (k_r x)^H K_H(k_r x), which is exp(-k_r x) for H = 1/2.
 
-    Parameters
-    ----------
-    correlation_length : float
-        Lag at which the autocorrelation of all waves is 1/e [m].
-    hurst : float
-        H, 0 < H < 1.
+    correlation_length: lag at which the autocorrelation of all waves is 1/e [m].
+    hurst: H, 0 < H < 1.
     """
 
     correlation_length: float

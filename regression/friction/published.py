@@ -35,20 +35,12 @@ def xu_kahraman_2007(
     Coefficients found. The film ratio is no variable. mu increases without limit with S (8 times from 0.1 to 1.5 um),
     is not meaningful below 1 mPa s, and vanishes for SR -> 0.
 
-    Parameters
-    ----------
-    pressure_hertz : array
-        P [Pa].
-    slide_to_roll : array
-        Sliding over entrainment speed [-]; the sign has no effect.
-    speed_entrainment : array
-        Ve = (u1 + u2)/2 [m/s].
-    viscosity_inlet : array
-        n0, dynamic viscosity at inlet temperature [Pa s].
-    radius_equivalent : array
-        R [m].
-    roughness_rms : array
-        S, composite Rq [m].
+    pressure_hertz: P [Pa].
+    slide_to_roll: sliding over entrainment speed [-]; the sign has no effect.
+    speed_entrainment: ve = (u1 + u2)/2 [m/s].
+    viscosity_inlet: n0, dynamic viscosity at inlet temperature [Pa s].
+    radius_equivalent: R [m].
+    roughness_rms: S, composite Rq [m].
     """
     b1, b2, b3, b4, b5, b6, b7, b8, b9 = XU_COEFFICIENTS
     pressure = np.asarray(pressure_hertz, dtype=float) * 1e-9
@@ -73,18 +65,11 @@ def benedict_kelley_1961(
     The smooth part was found, the roughness factor is from memory. Values at or below zero mean conditions outside the
     range of the tests.
 
-    Parameters
-    ----------
-    load_per_length : array
-        w [N/m].
-    viscosity_inlet : array
-        eta [Pa s].
-    speed_sliding : array
-        Vs [m/s].
-    speed_sum : array
-        VS = u1 + u2 [m/s].
-    roughness : array
-        S, RMS roughness [m], below 30 microinch (0.76 um); 0 gives a factor of 1.
+    load_per_length: w [N/m].
+    viscosity_inlet: eta [Pa s].
+    speed_sliding: vs [m/s].
+    speed_sum: VS = u1 + u2 [m/s].
+    roughness: S, RMS roughness [m], below 30 microinch (0.76 um); 0 gives a factor of 1.
     """
     load = np.asarray(load_per_length, dtype=float) * 1e-3
     viscosity = np.asarray(viscosity_inlet, dtype=float) * 1e3
@@ -105,20 +90,12 @@ def schlenk_1994(
     mu = 0.048 ((Fbt/b)/(vSum rho))^0.2 eta^-0.05 Ra^0.25 XL; N/mm, m/s, mm, mPa s, um. Found (the year is from memory).
     It is a mean over the path of contact with quantities at the pitch point, applied here with local quantities.
 
-    Parameters
-    ----------
-    load_per_length : array
-        Fbt/b [N/m].
-    viscosity_inlet : array
-        Dynamic viscosity at oil temperature [Pa s].
-    speed_sum : array
-        u1 + u2 [m/s].
-    radius_equivalent : array
-        rho [m].
-    roughness_ra : array
-        Mean of both Ra [m].
-    lubricant_factor : array
-        XL, see `lubricant_factor_niemann`.
+    load_per_length: fbt/b [N/m].
+    viscosity_inlet: dynamic viscosity at oil temperature [Pa s].
+    speed_sum: u1 + u2 [m/s].
+    radius_equivalent: rho [m].
+    roughness_ra: mean of both Ra [m].
+    lubricant_factor: XL, see `lubricant_factor_niemann`.
     """
     load = np.asarray(load_per_length, dtype=float) * 1e-3
     radius = np.asarray(radius_equivalent, dtype=float) * 1e3
@@ -143,14 +120,9 @@ def lubricant_factor_niemann(base: str, speed_sum: ArrayLike) -> Array:
 def iso_tr_14179_1(viscosity_kinematic: ArrayLike, load_intensity: ArrayLike, speed_pitch_line: ArrayLike) -> Array:
     """Mesh friction of ISO/TR 14179-1: nu^-0.223 K^-0.40/(3.239 V^0.70); from memory.
 
-    Parameters
-    ----------
-    viscosity_kinematic : array
-        nu at oil temperature [m2/s] (in the formula cSt).
-    load_intensity : array
-        K factor [Pa] (in the formula N/mm2).
-    speed_pitch_line : array
-        V [m/s].
+    viscosity_kinematic: nu at oil temperature [m2/s] (in the formula cSt).
+    load_intensity: K factor [Pa] (in the formula N/mm2).
+    speed_pitch_line: V [m/s].
     """
     viscosity = np.asarray(viscosity_kinematic, dtype=float) * 1e6
     intensity = np.asarray(load_intensity, dtype=float) * 1e-6
@@ -170,14 +142,9 @@ def iso_tr_14179_2(
     mu = 0.045 ((KA Fbt/b)/(vSum rho))^0.2 eta^-0.05 XR, XR = 3.8 (Ra/d1)^0.25;
     N/mm, m/s, mm, mPa s, Ra in um, d1 in mm.
 
-    Parameters
-    ----------
-    load_per_length : array
-        KA Fbt/b [N/m].
-    viscosity_inlet, speed_sum, radius_equivalent, roughness_ra : array
-        As in `schlenk_1994`.
-    pinion_diameter : array
-        d1, pitch diameter of the pinion [m].
+    load_per_length: KA Fbt/b [N/m].
+    viscosity_inlet, speed_sum, radius_equivalent, roughness_ra: as in `schlenk_1994`.
+    pinion_diameter: d1, pitch diameter of the pinion [m].
     """
     load = np.asarray(load_per_length, dtype=float) * 1e-3
     radius = np.asarray(radius_equivalent, dtype=float) * 1e3
@@ -189,14 +156,9 @@ def iso_tr_14179_2(
 def misharin_1958(viscosity_kinematic: ArrayLike, speed_sliding: ArrayLike, speed_sum: ArrayLike) -> Array:
     """Disc tests (Misharin 1958): 0.325 (Vs VS nu)^-0.25, limited to 0.02 to 0.08; m/s and cSt; from memory.
 
-    Parameters
-    ----------
-    viscosity_kinematic : array
-        nu [m2/s].
-    speed_sliding : array
-        Vs [m/s].
-    speed_sum : array
-        VS = u1 + u2 [m/s].
+    viscosity_kinematic: nu [m2/s].
+    speed_sliding: vs [m/s].
+    speed_sum: VS = u1 + u2 [m/s].
     """
     viscosity = np.asarray(viscosity_kinematic, dtype=float) * 1e6
     mu = 0.325 * (np.asarray(speed_sliding) * np.asarray(speed_sum) * viscosity) ** -0.25
@@ -210,16 +172,10 @@ def drozdov_gavrikov_1967(
 
     mu = 1/(0.8 sqrt(nu) Vs + VS phi + 13.4), phi = 0.47 - 0.13e-4 p - 0.4e-3 nu; p in kgf/cm2, nu in cSt, m/s.
 
-    Parameters
-    ----------
-    pressure_hertz : array
-        Maximum pressure p [Pa].
-    viscosity_kinematic : array
-        nu [m2/s].
-    speed_sliding : array
-        Vs [m/s].
-    speed_sum : array
-        VS = u1 + u2 [m/s].
+    pressure_hertz: maximum pressure p [Pa].
+    viscosity_kinematic: nu [m2/s].
+    speed_sliding: vs [m/s].
+    speed_sum: VS = u1 + u2 [m/s].
     """
     viscosity = np.asarray(viscosity_kinematic, dtype=float) * 1e6
     phi = 0.47 - 0.13e-4 * np.asarray(pressure_hertz, dtype=float) / KGF_PER_CM2 - 0.4e-3 * viscosity
@@ -238,16 +194,10 @@ def odonoghue_cameron_1966(
     mu = 0.6 ((S + 22)/35)/(nu^(1/8) Vs^(1/3) Ve^(1/6) R^(1/2)), S in microinch, R in inch, speeds in inch/s, nu in cSt.
     The unit of viscosity may be mPa s in the original, which would change mu by 2 %.
 
-    Parameters
-    ----------
-    viscosity_kinematic : array
-        nu [m2/s].
-    speed_sliding, speed_entrainment : array
-        Vs and the mean speed Ve [m/s].
-    radius_equivalent : array
-        R [m].
-    roughness_ra : array
-        S, centre-line average roughness [m].
+    viscosity_kinematic: nu [m2/s].
+    speed_sliding, speed_entrainment: vs and the mean speed Ve [m/s].
+    radius_equivalent: R [m].
+    roughness_ra: S, centre-line average roughness [m].
     """
     rough = (np.asarray(roughness_ra, dtype=float) / MICROINCH + 22.0) / 35.0
     speeds = (np.asarray(speed_sliding) / INCH) ** (1 / 3) * (np.asarray(speed_entrainment) / INCH) ** (1 / 6)
@@ -267,20 +217,12 @@ def arana_2019_fluid(
 
     mu_f = min[(2 Lam/(alpha p)) asinh(eta alpha Vs/(2 Lam h)), Lam]: the Eyring stress is 2 Lam/alpha.
 
-    Parameters
-    ----------
-    pressure : array
-        p, mean pressure of the contact [Pa].
-    viscosity : array
-        eta at that pressure and oil temperature [Pa s].
-    pressure_viscosity : array
-        alpha [1/Pa].
-    speed_sliding : array
-        Vs [m/s].
-    film : array
-        h = phi_T h_c, central film with its thermal inlet factor [m].
-    limiting_shear_coefficient : array
-        Lam [-]: mineral 0.047, naphthenic 0.053, PAO 0.035, polyglycol 0.044.
+    pressure: p, mean pressure of the contact [Pa].
+    viscosity: eta at that pressure and oil temperature [Pa s].
+    pressure_viscosity: alpha [1/Pa].
+    speed_sliding: vs [m/s].
+    film: h = phi_T h_c, central film with its thermal inlet factor [m].
+    limiting_shear_coefficient: lam [-]: mineral 0.047, naphthenic 0.053, PAO 0.035, polyglycol 0.044.
     """
     limit, alpha = np.asarray(limiting_shear_coefficient), np.asarray(pressure_viscosity)
     stress = 2.0 * limit / alpha
@@ -291,12 +233,8 @@ def arana_2019_fluid(
 def murch_wilson_1975(thermal_loading: ArrayLike, slide_to_roll: ArrayLike) -> Array:
     """Inlet-heating film factor 1/(1 + 0.1 (1 + 14.8 |SR|^0.83) L^0.64); found (Murch & Wilson 1975, Gupta's form).
 
-    Parameters
-    ----------
-    thermal_loading : array
-        L = eta0 beta u_e^2/k [-].
-    slide_to_roll : array
-        SR [-].
+    thermal_loading: L = eta0 beta u_e^2/k [-].
+    slide_to_roll: SR [-].
     """
     sliding = 1.0 + 14.8 * np.abs(np.asarray(slide_to_roll, dtype=float)) ** 0.83
     return np.asarray(1.0 / (1.0 + 0.1 * sliding * np.asarray(thermal_loading) ** 0.64))
@@ -332,14 +270,9 @@ def share_masjedi_khonsari_2012(
     statistical model, whose asperity load is the load above the macroscopic pressure. Values above 1, at film ratios
     below about 0.1, become nan.
 
-    Parameters
-    ----------
-    speed_group, load_group, material_group : array
-        U = eta0 u_e/(E' R), W = w'/(E' R), G = alpha E' of Dowson & Higginson [-].
-    roughness_over_radius : array
-        s = Rq/R [-].
-    hardness_over_modulus : array
-        V = hardness/E' [-].
+    speed_group, load_group, material_group: U = eta0 u_e/(E' R), W = w'/(E' R), G = alpha E' of Dowson & Higginson [-].
+    roughness_over_radius: s = Rq/R [-].
+    hardness_over_modulus: V = hardness/E' [-].
     """
     u, w, g = (np.asarray(group, dtype=float) for group in (speed_group, load_group, material_group))
     s, v = np.asarray(roughness_over_radius, dtype=float), np.asarray(hardness_over_modulus, dtype=float)

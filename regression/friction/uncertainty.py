@@ -67,13 +67,9 @@ Case = tuple[FrictionModel, ContactState, Oil]
 class UncertainInput:
     """One uncertain input of a case.
 
-    Attributes
-    ----------
-    name, input : str
-        Name of the input, and name of its spread.
-    spread : Spread
-    moved : callable
-        Gives the case with this input changed by a number of standard deviations.
+    name, input: name of the input, and name of its spread.
+    spread: standard deviations on both sides.
+    moved: gives the case with this input changed by a number of standard deviations.
     """
 
     name: str
@@ -144,14 +140,10 @@ def varied_oil(oil: Oil, name: str, sd: float, score: float) -> Oil:
 class FrictionChanges:
     """Effect of uncertain inputs on the friction at every point.
 
-    Attributes
-    ----------
-    each : list of Change
-        Change of ln mu with each input alone at the ends of its interval, for inputs that have an effect. The last
+    each: change of ln mu with each input alone at the ends of its interval, for inputs that have an effect. The last
         entry is the error of the formula, if it states one.
-    together : callable
-        Change of ln mu with several inputs changed at once. Its argument holds, for each case, the scores by name, in
-        units of the score of the level.
+    together: change of ln mu with several inputs changed at once. Its argument holds, for each case, the scores by
+        name, in units of the score of the level.
     """
 
     each: list[Change]
@@ -170,27 +162,14 @@ def friction_changes(
 ) -> FrictionChanges:
     """Change of ln mu at every point with the inputs at the ends of their intervals.
 
-    Parameters
-    ----------
-    model : FrictionModel
-        Evaluated twice for each input.
-    state : ContactState
-        Contact points; an input changes in the same way at all of them.
-    oil : Oil
-        Oil card.
-    spreads : UncertaintyInput
-        Standard deviations of the inputs.
-    level : float
-        Probability of the interval of each input [-].
-    warm_inlet : bool
-        Whether the oil enters the contact at the temperature of the bodies.
-    evaluate : callable, optional
-        Friction of many cases, for parallel computation.
-
-    Raises
-    ------
-    InputError
-        The level is not between 0 and 1.
+    model: evaluated twice for each input.
+    state: contact points; an input changes in the same way at all of them.
+    oil: oil card.
+    spreads: standard deviations of the inputs.
+    level: probability of the interval of each input [-].
+    warm_inlet: whether the oil enters the contact at the temperature of the bodies.
+    evaluate: friction of many cases, for parallel computation.
+    Raises `InputError`: the level is not between 0 and 1.
     """
     score = score_of(level)
     if isinstance(model, ConstantFriction):
