@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 from regression.export.record import Value
@@ -27,6 +28,11 @@ class DataFunction:
     name: str  # one of `RESULTS`
     arrays: dict[str, Rows]  # rows of numbers by name
     sizes: dict[str, float]  # words of the loops that stand for a number
+
+    def loop(self, suffix: str) -> str:
+        """The loop of a language, from the file of that suffix next to this module."""
+        text = Path(__file__).with_name(f"{self.name}{suffix}").read_text(encoding="utf-8")
+        return self.filled(f"\n{text}")
 
     def filled(self, text: str) -> str:
         """The loop of a language with the numbers of this function in place of their words."""

@@ -43,65 +43,6 @@ class FortranPrinter(Printer):
 _HELPERS = {"maximum": ("larger", ">"), "minimum": ("smaller", "<")}
 
 
-_LOOPS = {
-    "networks": """
-  pure function networks(logarithms) result(r)
-    real(dp), intent(in) :: logarithms(:)
-    real(dp) :: r(6), out(2, MEMBERS), x(SIZE), reach(SIZE), one(UNITS), two(UNITS)
-    integer :: m
-    reach = FADE_dp * (networks_scales(:, 4) - networks_scales(:, 3))
-    x = (min(max(logarithms, -1e3_dp), 1e3_dp) - networks_scales(:, 1)) / networks_scales(:, 2)
-    r(1) = 1.0_dp - maxval(max(networks_scales(:, 3) - x, x - networks_scales(:, 4)) / reach)
-    r(1) = min(max(r(1), 0.0_dp), 1.0_dp)
-    r(1) = r(1) * r(1) * (3.0_dp - 2.0_dp * r(1))
-    x = min(max(x, networks_scales(:, 3) - reach), networks_scales(:, 4) + reach)
-    do m = 1, MEMBERS
-      one = layer(networks_weights(:FIRST, m), x, UNITS)
-      one = one / sqrt(1.0_dp + one ** 2)
-      two = layer(networks_weights(FIRST + 1:SECOND, m), one, UNITS)
-      two = two / sqrt(1.0_dp + two ** 2)
-      out(:, m) = layer(networks_weights(SECOND + 1:, m), two, 2)
-    end do
-    r(2:3) = sum(out, 2) / MEMBERS
-    r(4) = sum((out(1, :) - r(2)) ** 2) / MEMBERS
-    r(5) = sum((out(1, :) - r(2)) * (out(2, :) - r(3))) / MEMBERS
-    r(6) = sum((out(2, :) - r(3)) ** 2) / MEMBERS
-  end function networks
-
-  pure function layer(weights, x, units) result(z)
-    integer, intent(in) :: weights(:), units
-    real(dp), intent(in) :: x(:)
-    real(dp) :: z(units)
-    integer :: i
-    z = weights(units * size(x) + 1:)
-    do i = 1, size(x)
-      z = z + weights(units * (i - 1) + 1:units * i) * x(i)
-    end do
-    z = STEP_dp * z
-  end function layer""",
-    "guard": """
-  pure function guard(logarithms) result(r)
-    real(dp), intent(in) :: logarithms(:)
-    real(dp) :: r(3), c(SIZE), u(SIZE), z(SIZE), total, apart, ends(4)
-    integer :: j
-    c = min(max(logarithms, -1e3_dp), 1e3_dp) - guard_scales(:, 1)
-    u = c / guard_scales(:, 2)
-    z = matmul(c, guard_whitening)
-    r = [huge(total), sqrt(sum(z ** 2)), huge(total)]
-    do j = 1, CASES
-      r(1) = min(r(1), sum((z - STEP_dp * guard_cases(j, :)) ** 2))
-    end do
-    r(1) = sqrt(r(1))
-    do j = 1, PAIRS
-      ends = STEP_dp * guard_limits(3:, j)
-      total = u(1 + guard_limits(1, j)) + u(1 + guard_limits(2, j))
-      apart = u(1 + guard_limits(1, j)) - u(1 + guard_limits(2, j))
-      r(3) = min(r(3), total - ends(1), ends(2) - total, apart - ends(3), ends(4) - apart)
-    end do
-  end function guard""",
-}
-
-
 def _stored_rows(program: Program) -> list[str]:
     """Module variables."""
     lines = []
@@ -151,7 +92,7 @@ def fortran_text(program: Program, name: str) -> str:
                 f"    c = merge(a, b, a {sign} b .or. ieee_is_nan(a))",
                 f"  end function {helper}",
             ]
-    lines += [function.filled(_LOOPS[function.name]) for function in program.data_functions]
+    lines += [function.loop(".f90").removesuffix("\n") for function in program.data_functions]
     lines += [f"end module {name}_formula", ""]
     return "\n".join(lines)
 

@@ -63,61 +63,12 @@ function [x, shape] = rows(x)
   x = min(max(cat(1, x{:}), -1e3), 1e3);
 end"""
 
-_LOOPS = {
-    "networks": """
-function r = networks(x)
-  [scales, weights] = networks_data();
-  [x, shape] = rows(x);
-  low = scales(:, 3); high = scales(:, 4); reach = FADE * (high - low);
-  x = (x - scales(:, 1)) ./ scales(:, 2);
-  fading = min(max(1 - max(max(low - x, x - high) ./ reach, [], 1), 0), 1);
-  x = min(max(x, low - reach), high + reach);
-  out = zeros(2, size(x, 2), MEMBERS);
-  for m = 1:MEMBERS
-    w = STEP * weights(:, m);
-    one = layer(w(1:FIRST), x, UNITS);
-    two = layer(w(FIRST + 1:SECOND), one ./ sqrt(1 + one .^ 2), UNITS);
-    out(:, :, m) = layer(w(SECOND + 1:end), two ./ sqrt(1 + two .^ 2), 2);
-  end
-  centre = mean(out, 3);
-  a = out(1, :, :) - centre(1, :); b = out(2, :, :) - centre(2, :);
-  r = {fading .^ 2 .* (3 - 2 * fading), centre(1, :), centre(2, :), mean(a .^ 2, 3), mean(a .* b, 3), mean(b .^ 2, 3)};
-  r = cellfun(@(v) reshape(v, shape), r, 'UniformOutput', false);
-end
-
-function z = layer(weights, x, units)
-  weights = reshape(weights, units, []);
-  z = weights(:, 1:end - 1) * x + weights(:, end);
-end
-""",
-    "guard": """
-function r = guard(x)
-  [scales, whitening, cases, limits] = guard_data();
-  [x, shape] = rows(x);
-  x = x - scales(:, 1);
-  u = x ./ scales(:, 2);
-  z = whitening' * x;
-  r = {Inf, sqrt(sum(z .^ 2, 1)), Inf};
-  for j = 1:CASES
-    r{1} = min(r{1}, sum((z - STEP * cases(j, :)') .^ 2, 1));
-  end
-  r{1} = sqrt(r{1});
-  for row = limits
-    total = u(row(1) + 1, :) + u(row(2) + 1, :); apart = u(row(1) + 1, :) - u(row(2) + 1, :);
-    r{3} = min(min(r{3}, total - STEP * row(3)), STEP * row(4) - total);
-    r{3} = min(min(r{3}, apart - STEP * row(5)), STEP * row(6) - apart);
-  end
-  r = cellfun(@(v) reshape(v, shape), r, 'UniformOutput', false);
-end
-""",
-}
-
 
 def _data_functions(program: Program) -> list[str]:
     lines = []
     for function in program.data_functions:
         arrays = function.arrays
-        lines += [function.filled(_LOOPS[function.name])]
+        lines += [function.loop(".m")]
         kept = " ".join(f"{name}_" for name in arrays)
         lines += [f"function [{', '.join(arrays)}] = {function.name}_data()", f"  persistent {kept}"]
         lines += [f"  if isempty({next(iter(arrays))}_)"]
