@@ -7,8 +7,6 @@
 'converged'
 """
 
-from __future__ import annotations
-
 from ehl.common.lazy import lazy_exports
 from ehl.common.version import __version__ as __version__
 

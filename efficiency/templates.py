@@ -5,8 +5,6 @@ key = ...`` names the key of an answer that the template does not contain litera
 by the answer; a line with an empty answer is omitted.
 """
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Mapping

@@ -10,8 +10,6 @@ Newtonian film the ratio is tau/tau*. The elastic part affects film friction onl
 the pressure flow is small. Most friction power becomes heat locally, as the elastic energy is recovered.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

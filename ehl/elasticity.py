@@ -4,8 +4,6 @@ V(x) = -(4/(pi E')) int p(s) ln|x - s| ds for both bodies, with x in metres. The
 up to a constant: only differences of V (or h0 + V) are meaningful.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """Inputs of a contact: the tables of its file with units and ranges, and the form for the solvers."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Self

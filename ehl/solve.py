@@ -1,7 +1,5 @@
 """Friction coefficient of one lubricated contact: smooth film, heat, roughness and their errors."""
 
-from __future__ import annotations
-
 import math
 import time
 from dataclasses import replace

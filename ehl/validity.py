@@ -4,8 +4,6 @@
 follows from their sum.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

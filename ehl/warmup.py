@@ -1,7 +1,5 @@
 """Compilation of kernels before they are needed, for the command `mixed-ehl warmup` and for worker processes."""
 
-from __future__ import annotations
-
 import sys
 import time
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ A `Plan` defines the contacts, `sweep` solves them into a `Run`, and `fit` retur
 first use.
 """
 
-from __future__ import annotations
-
 from ehl.common.lazy import lazy_exports
 from ehl.common.version import __version__ as __version__
 

@@ -1,7 +1,5 @@
 """The pair in a browser, on this machine alone (`mixed-ehl app`): start of the page and its address."""
 
-from __future__ import annotations
-
 import importlib.util
 import secrets
 import socket

@@ -1,7 +1,5 @@
 """The tab of a whole axle: operating point and methods, loss by source with intervals, loss over the speed."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, get_args
 

@@ -1,7 +1,5 @@
 """Options of the charts of the page (ECharts): plain dictionaries, drawn by the browser."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Who may use the page: browsers of this machine that have its address, token included."""
 
-from __future__ import annotations
-
 import secrets
 from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any

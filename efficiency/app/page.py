@@ -1,7 +1,5 @@
 """The page of `mixed-ehl app`: controls, the answer, pictures on the tooth, friction models, map, contact, exports."""
 
-from __future__ import annotations
-
 import asyncio
 import base64
 import io

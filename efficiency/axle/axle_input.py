@@ -1,7 +1,5 @@
 """Axle file: a pair, the bearings and seals of both shafts, oil sump, housing, methods."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Annotated, Literal, Self

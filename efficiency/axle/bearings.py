@@ -6,8 +6,6 @@ constants: two independent public transcriptions of its tables 2 and 4, which ag
 loss factor, which differ by less than 25 %.
 """
 
-from __future__ import annotations
-
 import csv
 import math
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Losses of seals and of gears in oil and air: radial shaft seals, churning, windage."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Losses of an axle at one or many operating points, split by source."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal

@@ -3,8 +3,6 @@
 Limits marked M are recommendations of ISO 23509 or AGMA 2005 from memory, D follow from the geometry, O are ours.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import degrees, sin
 

@@ -7,8 +7,6 @@ Undercut check (clause 8): limits of the profile shift at toe and heel, Formulae
 gear's limit (258) as a lower bound of x_hm1 too; as the gear has -x_hm1 it is an upper bound, which is used here.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import asin, atan, cos, floor, pi, sin, sqrt, tan
 from typing import Literal

@@ -3,8 +3,6 @@
 Where the standard recommends a value it is the default; `PairBlank.defaults` names what was taken.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import degrees, pi, radians
 from pathlib import Path

@@ -5,8 +5,6 @@ cos q = (R^2 + rho_P0^2 - r_c0^2)/(2 R rho_P0), tan beta = (R - rho_b cos q)/(rh
 rho_b = rho_P0 (Formulae (176) to (194) of ISO 23509:2016; that the circle is the case z_0 = 0 is derived here).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import acos, asin, atan2, cos, degrees, radians, sin
 

@@ -4,8 +4,6 @@ The unknown is eta, the offset angle of the gear in the axial plane. Equation nu
 public secondary source (docs/blank.md).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from math import asin, atan, atan2, cos, degrees, pi, sin, tan
 

@@ -3,8 +3,6 @@
 Equation numbers: ISO 23509:2016 as read in a public secondary source (docs/blank.md).
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import acos, asin, atan, cos, sin, tan
 

@@ -4,8 +4,6 @@ The chain reads as the standard: pitch cones (clause 6), proportions (Table 4, A
 (clause 8); to it come slot widths and top lands (AGMA 929) and virtual gears with contact ratios (ISO 10300-1 Annex A).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from math import asin, cos, sin, sqrt, tan
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What the blank of a pair consists of: every dimension of both members, and what a designer should look at."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from math import tan
 from typing import Any

@@ -1,7 +1,5 @@
 """Tables of a blank: the pair, both members, the virtual gears; defaults and warnings below."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import fields
 

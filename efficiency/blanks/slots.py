@@ -9,8 +9,6 @@ straight gear tooth departs from the involute one at the depth where the pinion'
 (180) is ours and gives the printed top lands of both samples, which the public source misses by up to 0.6 mm.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import acos, asin, cos, pi, sin, sqrt, tan

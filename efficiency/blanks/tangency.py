@@ -4,8 +4,6 @@ Equation numbers are those of ISO 23509:2016 as read in a public secondary sourc
 was not seen. Index 1 is the pinion, 2 the gear (the standard's wheel). SI units, rad.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import asin, atan, cos, degrees, hypot, pi, radians, sin, tan

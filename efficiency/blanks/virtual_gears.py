@@ -3,8 +3,6 @@
 Formula numbers as read in the public repository afuentesaz/AGMAStandards; the standard itself was not seen.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import asin, atan, cos, pi, sin, sqrt, tan
 

@@ -1,7 +1,5 @@
 """The command line `mixed-ehl`: all commands of the three packages, and what happens to errors."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

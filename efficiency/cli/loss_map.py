@@ -1,7 +1,5 @@
 """Commands that write loss maps of an axle: `loss-map`, `axle-test`."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any, cast
 

@@ -1,7 +1,5 @@
 """Command `new`: input files to begin with, from flags or from answers at the terminal."""
 
-from __future__ import annotations
-
 import inspect
 import sys
 from collections.abc import Callable

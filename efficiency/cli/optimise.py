@@ -1,7 +1,5 @@
 """Command that searches a better ease-off and blank: `optimise`."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 

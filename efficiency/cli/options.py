@@ -1,7 +1,5 @@
 """Options that several gear commands share, and groups of options that are one set of keywords."""
 
-from __future__ import annotations
-
 import functools
 import inspect
 import os

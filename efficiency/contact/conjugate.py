@@ -10,8 +10,6 @@ ease_off in um is material missing on the pinion. Lines that start with # are ig
 squares; its degree minimises the leave-one-out error.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path

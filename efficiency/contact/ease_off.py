@@ -5,8 +5,6 @@ to the real pinion flank along the common normal, positive if material is missin
 drives the gear at constant ratio.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

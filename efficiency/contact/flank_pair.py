@@ -6,8 +6,6 @@ ease-off less the lag of the gear by its transmission error. The change of the l
 ``(lever dTE/dphi)^2/(2 bend)``, about 0.02 um, which is neglected.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

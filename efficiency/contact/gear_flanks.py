@@ -1,7 +1,5 @@
 """The four flanks of a gear pair and the position of its members: input of all contact computations."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property

@@ -11,8 +11,6 @@ The points are fitted by a smooth surface: azimuth as a polynomial of the blank 
 normals if this reduces the error. The degree minimises the leave-one-out error, which is the error of the flank.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path

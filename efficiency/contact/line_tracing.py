@@ -1,7 +1,5 @@
 """Lines of constant roll angle on the gear flank: their extent inside both blanks, and points on them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

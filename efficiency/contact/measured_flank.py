@@ -16,8 +16,6 @@ Source: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), 
 Gelman, Bayesian Analysis 1 (2006), 515. Kernel and scales are ours.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import product
 

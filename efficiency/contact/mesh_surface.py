@@ -6,8 +6,6 @@ heel, v the fraction of its whole depth from the root. Gear points and parameter
 points, and the map contains the limit of undercut.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property

@@ -7,8 +7,6 @@ and the curvature changes. Before and after the path of the flanks the edge itse
 it is not in contact first.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import pi, sin, tan

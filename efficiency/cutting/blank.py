@@ -4,8 +4,6 @@ Blank coordinates of a point: u, the distance along the pitch cone from the mean
 height normal to the pitch cone, positive towards the tooth tip.
 """
 
-from __future__ import annotations
-
 from math import tan
 from typing import Annotated, Any, Literal, Self
 

@@ -1,7 +1,5 @@
 """Flanks: the common interface, and the flank cut on a blank by a blade."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from functools import cached_property

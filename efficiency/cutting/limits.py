@@ -9,8 +9,6 @@ roll follow from the station and the equation of meshing. In contrast to the sea
 regular at the edge of regression (undercut).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Newton's method for many small systems at once, with Jacobians by complex step (exact to rounding)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -6,8 +6,6 @@ profile is generated depends on the machine (`efficiency.cutting.machine.GENERAT
 (`CutFlank.index_ratio`): the work rotates by blade groups over teeth per rotation of the cutter, zero for a face mill.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from math import gcd, tan

@@ -19,8 +19,6 @@ Conventions of a sheet that are converted to those of the design file:
 Tilt and swivel are kept as written: i about y, then j about z of the cradle frame (docs/cutting.md).
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator, Mapping

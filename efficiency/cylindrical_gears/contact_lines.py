@@ -5,8 +5,6 @@ the axes, y square to the plane of action. A line of contact is x = x0 + z tan(b
 speed of the pinion. Sliding is square to the line at every point: v = (1 + 1/u) xi omega_1.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """The design file of a cylindrical pair (`kind = "cylindrical"`): teeth, relief, finish, oil and operating point."""
 
-from __future__ import annotations
-
 import math
 from functools import cached_property
 from typing import Annotated, Literal, Self

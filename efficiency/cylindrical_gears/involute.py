@@ -4,8 +4,6 @@ The path of contact is counted from the pitch point along the line of action in 
 towards the tip of the pinion: A (root of the pinion) is negative, E (its tip) positive.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import cached_property

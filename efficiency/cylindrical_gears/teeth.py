@@ -1,7 +1,5 @@
 """Teeth of cylindrical gears as elastic solids: the solver of bevel teeth on a blank whose pitch cone is a cylinder."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 

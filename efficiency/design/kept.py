@@ -1,7 +1,5 @@
 """Storage of elastic bodies, roots and geometry on disk, identified by the content of the design."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable
 from functools import cache

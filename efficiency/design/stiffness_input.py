@@ -1,7 +1,5 @@
 """Table [assembly.stiffness]: shafts, bearings and housing as stiffness matrices, or as shafts on bearings."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Self
 

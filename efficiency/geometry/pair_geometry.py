@@ -1,7 +1,5 @@
 """Geometry and unloaded contact of a pair on both sides, gathered for tables, figures and reports."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field

@@ -4,8 +4,6 @@ Friction over a mesh is a smooth function of few local conditions. Contacts are 
 these conditions. A thin-plate spline predicts all points; leave-one-out prediction of each contact gives its error.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

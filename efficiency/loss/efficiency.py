@@ -7,8 +7,6 @@ load per torque are used for every friction model, speed and temperature. Withou
 distribution is used for all, and the loss is linear in a constant friction coefficient.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from dataclasses import asdict, replace

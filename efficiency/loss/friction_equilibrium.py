@@ -5,8 +5,6 @@ correction is often sufficient, because friction changes little with the load. T
 final forces are scaled so that torque and energy are in balance to rounding (`efficiency.loss.efficiency`).
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Local conditions of lubrication at the loaded contact points."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, fields
 from typing import Annotated, Literal, Self

@@ -8,8 +8,6 @@ The friction of the estimate is that of the normal forces alone on the coarse gr
 The loss at the resulting temperature deviates by less than the scatter of the estimate (ours: 30 % of the rise).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace

@@ -9,8 +9,6 @@ The solution is unique. It is computed by Newton's method on d, with a primal-du
 complementarity problem. If that cycles, an active set with single changes is used, which always terminates.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from typing import Literal

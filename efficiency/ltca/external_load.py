@@ -31,8 +31,6 @@ position:
 Normals, lever arms, velocities and curvatures at the points are those of the design.
 """
 
-from __future__ import annotations
-
 import csv
 import math
 from dataclasses import replace

@@ -7,8 +7,6 @@ would require a mesh for each friction model, speed and driving member. For the 
 changes the displacements by 6 % and the loss by 0.5 % at a friction coefficient of 0.05, and by 13 % and 1 % at 0.1.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

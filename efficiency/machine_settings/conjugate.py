@@ -14,8 +14,6 @@ whose machine root angle is the root angle of the pinion. At each step the tool 
 settings are fitted again.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

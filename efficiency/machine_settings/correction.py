@@ -9,8 +9,6 @@ value: ten natural steps have the weight of the measurement uncertainty of a poi
 First-order settings correct pressure and spiral angle, second-order settings also crowning and twist.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from math import nan

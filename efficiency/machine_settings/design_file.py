@@ -1,7 +1,5 @@
 """Design and targets files of machine settings."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace

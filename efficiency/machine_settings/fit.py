@@ -12,8 +12,6 @@ By the envelope theorem the height changes with a setting as it does at fixed (t
 times the change of u.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal

@@ -9,8 +9,6 @@ error of about 0.8 deg of the pressure angle of each flank of a Formate gear, an
 angle for a generated one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Content of a targets file: blank, cutting method, target ease-off, operating point."""
 
-from __future__ import annotations
-
 from math import degrees, radians
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self

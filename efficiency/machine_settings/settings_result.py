@@ -1,7 +1,5 @@
 """Result of the search for machine settings."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, Literal
 

@@ -1,7 +1,5 @@
 """Machine settings from targets: blank, gear settings, conjugate start, fit, design file."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """One evaluation: ease-off, machine settings, loaded contact in every state, and figures or the reason of failure."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 import time

@@ -5,8 +5,6 @@ the worst state of the box is below the limit. Each step computes new machine se
 state; the elastic bodies are those of the first step.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Each evaluation is written to the journal when it ends. Each batch depends only 
 seed, so an interrupted run resumes and ends with the same front for any number of worker processes.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import time

@@ -1,7 +1,5 @@
 """Optimisation problem: variables of ease-off and blank, figures to minimise or to limit, and states."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

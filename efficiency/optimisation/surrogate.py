@@ -11,8 +11,6 @@ predicted figures of a point are used as data for the next points of the batch. 
 feasibility (least-squares classification, Rasmussen & Williams 2006, section 6.5).
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Import of a machine summary into a design file."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 from typing import Any

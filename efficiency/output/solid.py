@@ -5,8 +5,6 @@ and the face cone. The end faces are the back cones at toe and heel. Below the r
 plane faces and a bore close the body.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

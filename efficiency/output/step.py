@@ -5,8 +5,6 @@ rotated copies. Adjacent patches share points and parameters along their edge, a
 is Open CASCADE, the extra ``cad``.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

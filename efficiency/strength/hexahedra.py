@@ -4,8 +4,6 @@ The elements are bisected recursively. Each part is condensed onto the nodes tha
 are then joined and condensed again (multifrontal method; George 1973). All operations are on dense blocks.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product

@@ -19,8 +19,6 @@ Residual stresses of a rolling line contact cannot balance tau_zx. Where it exce
 (Johnson, Contact Mechanics; Johnson & Jefferis 1963, both from memory). The stresses are McEwen's.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import lru_cache

@@ -6,8 +6,6 @@ fillet and root from the middle of one slot to the tip. The core of the tooth, t
 slots fill the rest. The pitch is cut at the middle of the slots, so that both cuts are equal.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise

@@ -5,8 +5,6 @@ loaded tooth and of its two neighbours; any load distribution is a superposition
 principal stress at the free surface, from the strain in the surface, and only normal forces are included.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -6,8 +6,6 @@ with input torque, wheel speed, axle ratio k_a and output torque; T_out = 0 is t
 of the file are read in the regulation; its test points are from memory, compare them with the text in force.
 """
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal, get_args

@@ -3,8 +3,6 @@
 joblib's dask backend is not used: it ignores n_jobs and hung when a task kept killing its worker.
 """
 
-from __future__ import annotations
-
 import logging
 import os
 import time

@@ -1,7 +1,5 @@
 """Location of the shipped data: `data/` of a checkout, or `ehl/_data/` of an installed wheel."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

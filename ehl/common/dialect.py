@@ -1,7 +1,5 @@
 """Dialect of a text table, determined from its content: separator, decimal sign, first and last line of numbers."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Times in words."""
 
-from __future__ import annotations
-
 
 def duration(seconds: float) -> str:
     """A duration as text, such as ``42 s``, ``3 min 20 s`` or ``5 h 12 min``."""

@@ -1,7 +1,5 @@
 """Kinds of input files, recognised by their keys, so that errors can name the kind of a wrong file."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass

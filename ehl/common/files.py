@@ -4,8 +4,6 @@ All files given by users are read here: pipes and devices, files that are too la
 are refused before memory is allocated.
 """
 
-from __future__ import annotations
-
 import errno
 import json
 import os

@@ -9,8 +9,6 @@ Sync policy of the program: a row is permanent when `Journal.append` returns, si
 Output files are written by `ehl.common.files.write_file` to a temporary file, synced, and renamed.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

@@ -1,7 +1,5 @@
 """Lazy public names of a package, read from the stub next to its `__init__`, so that each name is written once."""
 
-from __future__ import annotations
-
 import ast
 import sys
 from collections.abc import Callable

@@ -4,8 +4,6 @@ Notes are sentences with the values of one case. `group_notes` combines sentence
 places into one row with the number of cases, the worst sentence, and its case.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Numbers for files without non-finite values."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import fields, is_dataclass
 from typing import Any

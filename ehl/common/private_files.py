@@ -1,7 +1,5 @@
 """Private folders and files of the user: compiled kernels, and cached results."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import pickle

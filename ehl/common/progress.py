@@ -4,8 +4,6 @@ A computation calls `report_progress`; the callback given to `progress_to` recei
 take the callback as `progress=`; ``progress=print`` writes one line per step.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar

@@ -3,8 +3,6 @@
 Table heads, plot axes, units in files and the page docs/nomenclature.md use them.
 """
 
-from __future__ import annotations
-
 import csv
 import math
 import re

@@ -4,8 +4,6 @@ The matrices are small, so that threads of the BLAS would wait for each other, u
 work uses processes.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import threading

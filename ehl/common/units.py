@@ -1,7 +1,5 @@
 """Units at the edge: strings such as ``"1.8 GPa"`` become SI numbers here and nowhere else."""
 
-from __future__ import annotations
-
 import difflib
 import math
 import re

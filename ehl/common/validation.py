@@ -1,7 +1,5 @@
 """Validation of input files against models, with errors that name field, value, allowed range and remedy."""
 
-from __future__ import annotations
-
 import types
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ A wheel may hold kernels for one version of Python, numba and llvmlite and for p
 (`hatch_build.py`). Kernels that are damaged or made from other sources or versions are ignored and compiled locally.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

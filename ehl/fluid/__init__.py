@@ -1,3 +1,1 @@
 """Lubricants: viscosity, density and shear laws, oil cards and film formulas."""
-
-from __future__ import annotations

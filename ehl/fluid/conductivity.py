@@ -1,7 +1,5 @@
 """Thermal conductivity of the film under pressure."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, TypeVar
 
 import numpy as np

@@ -4,8 +4,6 @@ Each law is the input table of an oil card; its method `at` gives the law at one
 `ratio` and `slope`, from which the solvers compute their tables. `ehl.fluid.oil_laws` lists the laws.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Protocol, TypeVar
 

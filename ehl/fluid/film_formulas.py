@@ -4,8 +4,6 @@ Arguments are the groups of Dowson and Higginson, U = eta0 u_r/(E'R) with the me
 those of Moes, M = W (2U)^-1/2, L = G (2U)^1/4. Results are h/R or H = (h/R)(2U)^-1/2.
 """
 
-from __future__ import annotations
-
 from typing import TypeVar
 
 import numpy as np

@@ -3,8 +3,6 @@
 Yasutomi's law is one of the distance from the glass transition (Yasutomi, Bair & Winer 1984; Bair 2007).
 """
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 from typing import Annotated, ClassVar, Literal

@@ -12,8 +12,6 @@ linear in T, T2 lies far off. Beyond its last cell the row goes on along its tan
 viscosity stays, as it does where a law no longer rises: whatever an iteration tries has an answer.
 """
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 from typing import NamedTuple

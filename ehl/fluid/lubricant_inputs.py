@@ -1,7 +1,5 @@
 """The lubricant in the input file, by numbers or by an oil card, and its shear law."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Annotated, Any, Literal, Self

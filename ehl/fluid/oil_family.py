@@ -7,8 +7,6 @@ alpha = s nu^t. Mean and spread are own evaluations of data/reference/oils_fva40
 Viscosity index after ASTM D2270 (ISO 2909), and the second viscosity from it.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import dataclass

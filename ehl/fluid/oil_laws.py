@@ -1,7 +1,5 @@
 """Laws of an oil in cards and input files: viscosity, pressure-viscosity coefficient, density."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Uncertainty of an oil card: standard deviation of each input, and factors that shift them."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any
 

@@ -8,8 +8,6 @@ The integral to infinity follows the law up to 3 GPa and its tangent beyond, sin
 tends to a limit. The part beyond 3 GPa is below 1e-3 of the integral for the oils of `data/oils`.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable

@@ -6,8 +6,6 @@ and arrays and can be exported as code. The compiled solvers interpolate L in a 
 of the laws have their constants and uncertainty; `ehl.fluid.oil_laws` lists them.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, Protocol, TypeVar

@@ -4,8 +4,6 @@ The matrices are those A of ``rise = A @ flux`` for a flux that is linear betwee
 mesh and zero outside it; the kernel is integrated exactly over each cell.
 """
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

@@ -1,7 +1,5 @@
 """Closed-form estimates of the thermal effect on friction (``thermal = "auto"``) and of convection in the film."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

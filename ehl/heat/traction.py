@@ -1,7 +1,5 @@
 """Thermal traction of a lubricated line contact: friction, film and surface temperatures at given p and h."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Literal

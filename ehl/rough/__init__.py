@@ -4,8 +4,6 @@ Reynolds equation with mass-conserving cavitation (JFO), elastic deflection, asp
 valleys of the roughness, and heat are solved at every time step. Friction is a time mean with its errors.
 """
 
-from __future__ import annotations
-
 from ehl.rough.solve import solve_transient
 from ehl.rough.surfaces import RoughSurfaces
 from ehl.rough.transient_result import Fallbacks, Profiles, Snapshot, TransientResult

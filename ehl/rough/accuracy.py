@@ -1,7 +1,5 @@
 """Mesh, start-up and averaging window of a transient run for a required accuracy."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from typing import Literal

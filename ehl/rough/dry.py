@@ -3,8 +3,6 @@
 The conditions p >= 0, gap >= 0, p gap = 0 and the load are solved by conjugate gradients on the nodes in contact.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Literal

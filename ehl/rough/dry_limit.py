@@ -6,8 +6,6 @@ with the smooth film h. D is 0.01 with side drainage; 0.12 replaces D gamma^0.85
 work) exceeds the share of all of 18 solved contacts (`validation/mixed_shortcuts.py dry`).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

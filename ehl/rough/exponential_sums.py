@@ -8,8 +8,6 @@ With ``K_d ~ sum_m w_m phi_m^d`` a product ``K q`` is two first-order recursions
 quasi-separable. One mode has ``phi = 0``, which makes ``K_0`` exact.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import dataclass

@@ -14,8 +14,6 @@ c = 0 (no contact of the fine part) and 2 c + 0.5 (at most 2.5, its peaks) bound
 error: see docs/roughness.md.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path

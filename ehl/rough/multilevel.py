@@ -13,8 +13,6 @@ the reduced plan (`reduced_plan`), or ends if another model can replace it. Work
 so that results do not depend on the machine.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Dimensionless constants and initial state of a transient run, from the contact in SI units."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

@@ -9,8 +9,6 @@ cavitation (JFO in the complementary form of Elrod and Adams: p >= 0, filling <=
 4. If asperities carry load, mu is computed with the boundary film doubled and halved as well.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The two rough surfaces of a run, sampled for its mesh."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

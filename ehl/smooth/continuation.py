@@ -1,7 +1,5 @@
 """First solution of a contact: by continuation from an easy contact, or from a neighbouring result."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import lru_cache

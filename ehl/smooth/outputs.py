@@ -1,7 +1,5 @@
 """Dimensionless outputs of one converged level: films, pressures, friction."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import cached_property

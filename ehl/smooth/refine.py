@@ -1,7 +1,5 @@
 """Re-grading, nested grids and Richardson extrapolation with error estimates."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Literal

@@ -8,8 +8,6 @@ The exit condition at the onset of cavitation is that of Swift and Stieber (Swif
 3. Solutions on three nested grids give Richardson values with errors.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -1,3 +1,1 @@
 """Rough surfaces: generated and measured height profiles."""
-
-from __future__ import annotations

@@ -1,7 +1,5 @@
 """Checks, levelling and filtering of measured roughness profiles."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

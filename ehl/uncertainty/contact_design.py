@@ -1,7 +1,5 @@
 """Uncertainty of the friction of one contact from solutions at both ends of the interval of each input."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

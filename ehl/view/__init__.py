@@ -1,3 +1,1 @@
 """Tables, figures and pages of one contact."""
-
-from __future__ import annotations

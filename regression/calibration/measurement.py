@@ -1,7 +1,5 @@
 """Measured table: one row per friction value, columns with the names of docs/nomenclature.md, units in the header."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -3,8 +3,6 @@
 Huber (1981), Robust Statistics: psi(r) = clip(r, -c, c); covariance of an M-estimate of regression, section 7.6.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Bounded, robust least squares on the solver, with steps from the surrogate."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

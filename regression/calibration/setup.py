@@ -3,8 +3,6 @@
 Parameters of a calibration: meaning, bounds, and the oil card with new values.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Commands of the friction formula: `sweep`, `fit`, `mu`."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 

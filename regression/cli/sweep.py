@@ -1,7 +1,5 @@
 """Commands of the sweep: `sweep PLAN`, `sweep status`, `sweep merge`."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated, Any
 

@@ -3,8 +3,6 @@
 Shipped datasets are selected by name; their plans are in the same folder.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 from collections.abc import Iterator, Sequence

@@ -6,8 +6,6 @@ those with a correct checksum, one per case, preferably one with a result.
 Row of a result file: columns with units, and the checksum that detects corrupt rows.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import zlib

@@ -4,8 +4,6 @@ networks  part that counts, mean outputs of the networks, their variances and co
 guard     distance to the nearest stored case, length of z, least margin of pairs of variables, of logarithms
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass

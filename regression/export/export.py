@@ -3,8 +3,6 @@
 A language is a function of a `Program` and a name in a file of its own, and a row of `_LANGUAGES`.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from pathlib import Path

@@ -3,8 +3,6 @@
 The unit contains its C sources; a library for the machine that writes it is added where there is a C compiler.
 """
 
-from __future__ import annotations
-
 import hashlib
 import io
 import logging

@@ -1,7 +1,5 @@
 """A formula as a Fortran 2008 module."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 

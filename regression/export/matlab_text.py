@@ -1,7 +1,5 @@
 """A formula as a MATLAB or Octave function file."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 

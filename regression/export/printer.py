@@ -1,7 +1,5 @@
 """From recorded values to the text of an expression; each language says how it writes operators and functions."""
 
-from __future__ import annotations
-
 import math
 import textwrap
 from collections.abc import Mapping, Sequence

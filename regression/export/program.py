@@ -1,7 +1,5 @@
 """A fitted formula as a list of assignments: local conditions in, friction with its interval and flag out."""
 
-from __future__ import annotations
-
 import itertools
 import re
 from collections import Counter

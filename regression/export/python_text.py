@@ -1,7 +1,5 @@
 """A formula as a Python module that needs numpy only."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 

@@ -8,8 +8,6 @@ The loss of a case is linear above one standard deviation. Gradients are by back
 Each network of the ensemble starts from different random weights.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """Fit of a formula to a dataset: coefficients by least squares in ln mu, errors over all cases and by region."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """Selection of the rows of a dataset for fits and for validation."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from os import PathLike
 

@@ -6,8 +6,6 @@ compares them). Its BCa bootstrap takes twenty times as long and gives no interv
 percentile intervals are used here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

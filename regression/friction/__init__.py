@@ -1,3 +1,1 @@
 """Friction models: conditions, published formulas, fitted formulas and their files."""
-
-from __future__ import annotations

@@ -3,8 +3,6 @@
 The sweep stores the same names for each case, so that fit and evaluation of a formula have the same input table.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import fields
 from typing import Any, TypedDict, Unpack, get_args

@@ -1,7 +1,5 @@
 """`FittedFormula`: equation, coefficients, errors, range and JSON file of a fitted friction formula."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

@@ -1,7 +1,5 @@
 """Identity of the oil cards of data: hash of their values."""
 
-from __future__ import annotations
-
 import hashlib
 from functools import lru_cache
 

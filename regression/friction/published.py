@@ -6,8 +6,6 @@ roughness. "Found" means that the coefficients were read in a public secondary s
 be checked in the original. Ranges and these marks are in `regression.friction.published_registry`.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

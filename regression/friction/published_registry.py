@@ -4,8 +4,6 @@ Formulas for discs use the local conditions directly. Formulas for a gear mesh a
 stated in `applied` (own choice).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import PurePath

@@ -4,8 +4,6 @@ The model is evaluated at both ends of the interval of each input. Inputs that a
 (boundary film, bulk temperature, lay where the data have a single one) use slopes of solved contacts, with a note.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

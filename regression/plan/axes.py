@@ -1,7 +1,5 @@
 """Variables of a plan: a sampled range, the levels of a range, a list, or one value."""
 
-from __future__ import annotations
-
 import math
 from functools import cached_property, partial
 from typing import Annotated, Any, Literal, Self, get_args

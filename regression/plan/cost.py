@@ -6,8 +6,6 @@ coefficients are a least squares fit of ln(seconds) to the rough contacts of the
 `validation/sweep_cost.py` fits them to finished runs and prints the error of the estimate, also for held-out cases.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

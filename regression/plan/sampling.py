@@ -5,8 +5,6 @@ Constraints of a plan: combinations of its variables that do not occur in gears 
 Each is a window on one quantity that follows from a point by a closed formula.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass

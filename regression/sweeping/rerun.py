@@ -1,7 +1,5 @@
 """Repeated computation of cases of a dataset, to compare the present solver with the stored results."""
 
-from __future__ import annotations
-
 from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
 from typing import Any

@@ -6,8 +6,6 @@ crash are replaced. The same command resumes a sweep that was killed.
 Recording of finished cases of a sweep: counts, rows on disk, progress, and stop on request.
 """
 
-from __future__ import annotations
-
 import hashlib
 import signal
 import threading

@@ -1,3 +1,1 @@
 """Tables, figures and pages of sweeps and fits."""
-
-from __future__ import annotations

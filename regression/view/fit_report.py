@@ -1,7 +1,5 @@
 """Sections of a fit: data, formulas, errors, failures; on the terminal only the best formula."""
 
-from __future__ import annotations
-
 import math
 import platform
 import time

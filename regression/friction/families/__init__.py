@@ -5,8 +5,6 @@ speed_sliding (magnitude of the sliding vector), `short` also on the magnitude o
 the sign of the sliding.
 """
 
-from __future__ import annotations
-
 from ehl.common.errors import InputError
 from regression.friction.families.family import Family
 from regression.friction.families.film_regimes import REGIMES

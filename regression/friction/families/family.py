@@ -1,7 +1,5 @@
 """`Family`: equation, coefficients and bounds of a family of friction formulas."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ not available; these are fitted. The exponents are linear in ln lambda between k
 a kink at each knot.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Mapping
 

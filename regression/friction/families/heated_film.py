@@ -3,8 +3,6 @@
 The shear stress is that at the mean pressure of the line contact.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Families that are linear in ln mu: the nine terms of Xu et al. (2007) and powers of the six variables."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 import numpy as np

@@ -4,8 +4,6 @@
 contacts with resolved roughness.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np
