@@ -33,8 +33,7 @@ from efficiency.conditions.grid import Condition, Grid, Solve, solve_grid, solve
 from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPosition, cycle_lines, mesh_cycle
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.gear_flanks import MEMBERS, Side
-from efficiency.design.design import Design, MemberInput, PairDesign
-from efficiency.design.kept import kept_of_design
+from efficiency.design.design import Design, MemberInput, PairDesign, kept_of_design
 from efficiency.loss.closed_form import PitchGeometry
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.efficiency import solve_balanced
@@ -94,7 +93,7 @@ class Mesh:
     roots : list
         Roots of pinion and gear, computed by `root_teeth` and shared by all meshes of a pair.
     keep : bool
-        Whether geometry, bodies and roots are stored on disk (`efficiency.design.kept`).
+        Whether geometry, bodies and roots are stored on disk (`efficiency.design.design`).
     """
 
     design: PairDesign

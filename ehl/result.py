@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
+from ehl.common.arrays import finite_or_none
 from ehl.common.notes import group_notes
-from ehl.common.numbers import finite_or_none
 from ehl.common.pages import Reportable
 from ehl.common.sections import Medium, Section
 from ehl.common.table import Table

@@ -25,8 +25,7 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.smooth.continuation import PATH_NODES, PathReport, cold_path, features_of_level, transfer
 from ehl.smooth.mesh import Grading, grade
-from ehl.smooth.newton import Level, NodeGrid, solve_level
-from ehl.smooth.outputs import numbers_of
+from ehl.smooth.newton import Level, NodeGrid, numbers_of, solve_level
 from ehl.smooth.refine import extrapolate, settled
 from ehl.smooth.scaling import scaled_contact
 from ehl.smooth.solver import SteadyResult, film_shear, solve_steady

@@ -22,13 +22,12 @@ from common import OUT, command_line
 from mixed_scenes import Scene, eyring_oil, gaussian_pair, line, speed_of_film_ratio
 from smooth_accuracy import single_grids
 
-from ehl.elasticity import DeflectionOperator
 from ehl.rough import solve_transient
 from ehl.rough._kernels.march import FILM_MEAN
 from ehl.rough._kernels.quasi_separable import exponential_product
 from ehl.rough.accuracy import FRONT_STARTUP, SETTLING
 from ehl.rough.averaging import Window
-from ehl.rough.dry import uniform_grid
+from ehl.rough.dry import DeflectionOperator, uniform_grid
 from ehl.rough.exponential_sums import fit_log_kernel, range_of
 from ehl.rough.run import TransientRun
 from ehl.rough.scaling import ELASTIC_MODES

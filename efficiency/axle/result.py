@@ -9,9 +9,8 @@ import numpy as np
 from efficiency.conditions.duty import HOUR
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.vehicle.loss_map import LossMap, LossPoint, LossTable
-from ehl.common.arrays import FloatArray
+from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import InputError
-from ehl.common.numbers import finite_or_none
 from ehl.common.quantities import quantity
 from ehl.common.sections import Head, Item, MainResult, Medium, Notes, Section, Text
 from ehl.common.table import Table

@@ -8,7 +8,6 @@ import typer
 import efficiency
 import ehl.cli
 import regression.cli
-import regression.cli.calibration
 from efficiency.cli import axle, design, gear, loss_map, new, optimise
 from ehl import __version__
 from ehl.common.console import PROGRAM, App, JsonOption, print_json, run
@@ -36,7 +35,7 @@ def _options(
     """Friction and efficiency of hypoid and spiral bevel gears."""
 
 
-for commands_of in (ehl.cli, regression.cli, regression.cli.calibration, gear, design, loss_map, axle, new, optimise):
+for commands_of in (ehl.cli, regression.cli, gear, design, loss_map, axle, new, optimise):
     commands_of.register(app)
 app.command(rich_help_panel=PROGRAM)(gear.demo)
 

@@ -15,9 +15,8 @@ from efficiency.conditions.grid import GridPoint, count_reasons
 from efficiency.contact.gear_flanks import Side
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import OPERATION_LIMITS, Driver
-from ehl.common.arrays import FloatArray
+from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import InputError
-from ehl.common.numbers import finite_or_none
 from ehl.common.pages import Reportable
 from ehl.common.table_reader import read_table
 from ehl.common.units import ValueRange

@@ -22,9 +22,8 @@ from efficiency.conditions.conditions import AXES
 from efficiency.contact.chebyshev import cubic_spline
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.power_loss import efficiency_of
-from ehl.common.arrays import FloatArray
+from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.numbers import finite_or_none
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from ehl.common.tabular import Tabular

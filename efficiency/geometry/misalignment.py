@@ -19,8 +19,8 @@ from efficiency.contact.flank_grid import FlankGrid
 from efficiency.contact.flank_pair import MARKING, FlankPair, flank_pair
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design
+from ehl.common.arrays import finite_or_none
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.numbers import finite_or_none
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 

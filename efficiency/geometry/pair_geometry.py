@@ -14,9 +14,8 @@ from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.limits import flank_limits
 from efficiency.design.design import Design
-from ehl.common.arrays import FloatArray
+from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.numbers import finite_or_none
 from ehl.common.pages import Reportable
 from ehl.common.units import ValueRange
 

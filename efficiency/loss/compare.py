@@ -12,7 +12,7 @@ from efficiency.loss.efficiency import LoadedGrids, solve_balanced
 from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.power_loss import loss_by_region
-from ehl.common.numbers import finite_or_none
+from ehl.common.arrays import finite_or_none
 from ehl.common.pages import Reportable
 from ehl.fluid.oil import Oil
 from regression.friction.models import ConstantFriction, FrictionModel

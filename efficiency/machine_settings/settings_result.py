@@ -13,8 +13,7 @@ from efficiency.cutting.cutter import FlankSide
 from efficiency.design.design import Design
 from efficiency.machine_settings.conjugate import FitGrid
 from efficiency.machine_settings.fit import FittedFlank
-from ehl.common.arrays import FloatArray
-from ehl.common.numbers import finite_or_none
+from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.pages import Reportable
 
 RESIDUAL_LIMIT = 3e-6

@@ -43,11 +43,11 @@ from efficiency.optimisation.result import Candidate, Optimisation
 from efficiency.optimisation.surrogate import Processes, first_points, next_points, table_of, transformed
 from efficiency.pair import GearPair
 from ehl import __version__
+from ehl.common.arrays import finite_or_none
 from ehl.common.data import named_file
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file
 from ehl.common.journal import Journal
-from ehl.common.numbers import finite_or_none
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from ehl.common.runner import checked_jobs, cluster, local_executor
 from ehl.common.threads import one_thread

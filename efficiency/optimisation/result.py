@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from efficiency.machine_settings.settings_result import SettingsResult
 from efficiency.optimisation.evaluation import Evaluation, settings_of
 from efficiency.optimisation.problem import SearchProblem
-from ehl.common.arrays import FloatArray
-from ehl.common.numbers import finite_or_none
+from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.pages import Reportable
 from ehl.uncertainty.result import Change, combined
 

@@ -32,9 +32,9 @@ from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.mesh import POINTS_PER_LINE, POSITIONS
 from efficiency.pair import GearPair
 from ehl import __version__
+from ehl.common.arrays import finite_or_none
 from ehl.common.errors import InputError
 from ehl.common.journal import Journal
-from ehl.common.numbers import finite_or_none
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from ehl.common.quantities import Quantity, quantities

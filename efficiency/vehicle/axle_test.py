@@ -14,10 +14,9 @@ import numpy as np
 import scipy
 
 from efficiency.vehicle.loss_map import AxleLosses, LossMap, LossTable, require_all
-from ehl.common.arrays import FloatArray
+from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file
-from ehl.common.numbers import finite_or_none
 from ehl.common.quantities import quantity
 from ehl.common.table import Column, Table
 from ehl.common.units import ValueRange

@@ -22,10 +22,9 @@ from efficiency.conditions.grid import Condition, GridPoint, count_reasons, solv
 from efficiency.loss.efficiency_result import EfficiencyResult, pair_notes
 from efficiency.loss.kinematics import OPERATION_LIMITS
 from efficiency.output.notes import outside_note
-from ehl.common.arrays import FloatArray
+from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file
-from ehl.common.numbers import finite_or_none
 from ehl.common.pages import TableResult
 from ehl.common.progress import ProgressCallback
 from ehl.common.quantities import quantity

@@ -1,4 +1,11 @@
-"""Array types by element type."""
+"""Array types by element type.
+
+Numbers for files without non-finite values.
+"""
+
+import math
+from dataclasses import fields, is_dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,3 +13,24 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
+
+
+def finite_or_none(value: Any) -> Any:
+    """Copy of a value for JSON, with None in place of non-finite numbers.
+
+    value: a scalar, or dicts, lists, tuples and records (dataclasses) of them; tuples become lists, records dicts.
+
+    Examples
+    --------
+    >>> finite_or_none({"a": float("nan"), "b": (1.0, float("inf"))})
+    {'a': None, 'b': [1.0, None]}
+    """
+    if is_dataclass(value):
+        return {field.name: finite_or_none(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, dict):
+        return {key: finite_or_none(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [finite_or_none(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

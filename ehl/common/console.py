@@ -28,10 +28,9 @@ import typer
 import typer.core
 
 from ehl.common.data import shipped
-from ehl.common.duration import duration
 from ehl.common.errors import InputError, MixedEhlError, near
 from ehl.common.files import FIGURE, PAGE, make_folder, write_file
-from ehl.common.progress import Progress, progress_to
+from ehl.common.progress import Progress, duration, progress_to
 from ehl.common.terminal import print_text as print_text
 from ehl.common.version import __version__
 

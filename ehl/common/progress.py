@@ -2,6 +2,8 @@
 
 A computation calls `report_progress`; the callback given to `progress_to` receives each `Progress`. Public functions
 take the callback as `progress=`; ``progress=print`` writes one line per step.
+
+Times in words.
 """
 
 from collections.abc import Callable, Iterator
@@ -9,7 +11,15 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 
-from ehl.common.duration import duration
+
+def duration(seconds: float) -> str:
+    """A duration as text, such as ``42 s``, ``3 min 20 s`` or ``5 h 12 min``."""
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60} s"
+    return f"{whole // 3600} h {whole % 3600 // 60} min"
 
 
 @dataclass(frozen=True)

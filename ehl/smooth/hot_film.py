@@ -20,8 +20,16 @@ from ehl.heat.traction import FilmTemperature, film_temperature
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.smooth.continuation import HARD_NODES, features_of_level, grid_for, transfer
-from ehl.smooth.newton import Level, NewtonFactors, NewtonFailure, NodeGrid, Unknowns, solve_level
-from ehl.smooth.outputs import FilmShear, numbers_of
+from ehl.smooth.newton import (
+    FilmShear,
+    Level,
+    NewtonFactors,
+    NewtonFailure,
+    NodeGrid,
+    Unknowns,
+    numbers_of,
+    solve_level,
+)
 from ehl.smooth.scaling import Offset, ScaledContact
 
 MAX_ROUNDS = 60

@@ -9,8 +9,7 @@ import numpy as np
 from ehl.common.arrays import FloatArray
 from ehl.smooth.continuation import PathReport, features_of_level, grid_for, transfer
 from ehl.smooth.mesh import grade
-from ehl.smooth.newton import Level, NewtonFailure, NodeGrid, Unknowns, solve_level
-from ehl.smooth.outputs import FilmShear, Numbers, numbers_of
+from ehl.smooth.newton import FilmShear, Level, NewtonFailure, NodeGrid, Numbers, Unknowns, numbers_of, solve_level
 from ehl.smooth.scaling import ScaledContact
 
 Accuracy = Literal["fast", "standard", "reference"]

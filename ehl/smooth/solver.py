@@ -22,8 +22,7 @@ from ehl.common.threads import single_thread
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.smooth.continuation import HARD_NODES, PATH_NODES, PathReport, cold_path, from_neighbour
-from ehl.smooth.newton import Level, NewtonFailure
-from ehl.smooth.outputs import FilmShear, friction_inlet, numbers_of
+from ehl.smooth.newton import FilmShear, Level, NewtonFailure, friction_inlet, numbers_of
 from ehl.smooth.refine import COARSEST, Accuracy, GridLimit, nested, refined, rounding_errors, settled
 from ehl.smooth.scaling import ScaledContact, scaled_contact
 

@@ -20,8 +20,7 @@ from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.smooth.continuation import PathReport
 from ehl.smooth.hot_film import HeatModel, HotFilm
-from ehl.smooth.newton import NewtonFailure
-from ehl.smooth.outputs import numbers_of
+from ehl.smooth.newton import NewtonFailure, numbers_of
 from ehl.smooth.refine import Accuracy, GridLimit, nested, rounding_errors
 from ehl.smooth.scaling import Offset, ScaledContact, scaled_contact
 from ehl.smooth.solver import ROUNDED, SteadyResult, film_shear, solve_steady, steady_result, undisturbed

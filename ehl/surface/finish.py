@@ -17,11 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import model_validator
 
-from ehl.common.arrays import FloatArray
+from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, near, same_name
 from ehl.common.files import toml_text
-from ehl.common.numbers import finite_or_none
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, read_toml, validate
 

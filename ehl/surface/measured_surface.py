@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy
 
-from ehl.common.arrays import FloatArray
+from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import InputError
 from ehl.common.figures import BLUE, GREY, ORANGE, new_figure
-from ehl.common.numbers import finite_or_none
 from ehl.common.pages import TableResult
 from ehl.common.table import Column, Table
 from ehl.common.units import ValueRange

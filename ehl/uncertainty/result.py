@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ehl.common.arrays import FloatArray
+from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import InputError
 from ehl.common.figures import BLUE, GREY, axes_or_new
-from ehl.common.numbers import finite_or_none
 from ehl.common.pages import TableResult
 from ehl.common.quantities import Quantity, quantities, typeset_unit
 from ehl.common.sections import Head, Medium, Picture, Section

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ehl.common.arrays import finite_or_none
 from ehl.common.errors import InputError, MixedEhlError
-from ehl.common.numbers import finite_or_none
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to
 from ehl.common.quantities import quantity, si_unit

@@ -14,10 +14,10 @@ import numpy as np
 import pandas as pd
 
 from ehl.common.data import data_names, named_file
-from ehl.common.duration import duration
 from ehl.common.errors import InputError
 from ehl.common.files import replacing
 from ehl.common.pages import TableResult
+from ehl.common.progress import duration
 from ehl.common.sections import Head, Medium, Section
 from ehl.common.table import Column, Table
 from ehl.common.table_reader import harmless

@@ -21,10 +21,10 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ehl.common.errors import InputError
-from ehl.common.file_kinds import told_kind
 from ehl.common.files import write_file
 from ehl.common.journal import header_of, read_rows
 from ehl.common.quantities import si_units
+from ehl.common.validation import told_kind
 from regression import __version__
 from regression.friction.conditions import LUBRICANT_UNITS, STATE_UNITS
 

@@ -4,9 +4,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
-from regression.export.data_functions import RESULTS
 from regression.export.printer import ATOM, LIBRARY, OR, Printer, assignments, broken, commented, number_rows, packed
-from regression.export.program import OUTPUTS, Program
+from regression.export.program import OUTPUTS, RESULTS, Program
 
 _RESERVED = frozenset(
     {

@@ -3,9 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
-from regression.export.data_functions import RESULTS
 from regression.export.printer import LIBRARY, Printer, assignments, broken, commented, number_rows, packed
-from regression.export.program import Program
+from regression.export.program import RESULTS, Program
 
 
 class MatlabPrinter(Printer):

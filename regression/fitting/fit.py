@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from ehl.common.arrays import finite_or_none
 from ehl.common.errors import ConvergenceError, InputError, MixedEhlError
-from ehl.common.numbers import finite_or_none
 from ehl.common.threads import single_thread
 from regression import __version__
 from regression.data.dataset import Dataset, columns

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
+from ehl.common.arrays import finite_or_none
 from ehl.common.data import data_names
 from ehl.common.errors import InputError
-from ehl.common.numbers import finite_or_none
 from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl.common.arrays import FloatArray
-from ehl.common.duration import duration
 from ehl.common.errors import InputError
+from ehl.common.progress import duration
 from ehl.common.runner import MAX_JOBS, granted_workers
 from ehl.inputs import ModelInput
 from ehl.rough.accuracy import BOUND, WORK

@@ -23,11 +23,10 @@ import numpy as np
 
 from ehl import SOLVER
 from ehl.common.arrays import FloatArray
-from ehl.common.duration import duration
 from ehl.common.errors import InputError
 from ehl.common.files import make_folder
 from ehl.common.journal import Journal
-from ehl.common.progress import ProgressCallback, progress_to, report_progress
+from ehl.common.progress import ProgressCallback, duration, progress_to, report_progress
 from ehl.common.runner import Executor, TaskRun, checked_jobs, local_executor
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil

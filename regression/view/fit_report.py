@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl import __version__
-from ehl.common.duration import duration
 from ehl.common.errors import InputError
 from ehl.common.notes import GRADES, Note
+from ehl.common.progress import duration
 from ehl.common.quantities import format_number, quantities
 from ehl.common.sections import (
     Code,

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.linalg import solve
 
-from ehl.elasticity import DeflectionOperator
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
+from ehl.rough.dry import DeflectionOperator
 from ehl.rough.scaling import inlet_wedge, rough_length, solved_length
 from ehl.rough.surfaces import RoughSurfaces, ring
 from ehl.surface.roughness import RoughProfile

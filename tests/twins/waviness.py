@@ -12,11 +12,11 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from twins.rough_scenes import MODULUS, RADIUS, Scene, eyring_oil, line
 
-from ehl.elasticity import DeflectionOperator
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces
 from ehl.rough.accuracy import inlet_sweep
+from ehl.rough.dry import DeflectionOperator
 from ehl.smooth.solver import SteadyResult, solve_steady
 from ehl.surface.roughness import RoughProfile
 

@@ -11,8 +11,7 @@ import pytest
 import regression
 from ehl.common import console
 from ehl.common.console import FIRST_DISPLAY, LINE_EVERY, ProgressDisplay, working
-from ehl.common.duration import duration
-from ehl.common.progress import Progress, progress_to, report_progress
+from ehl.common.progress import Progress, duration, progress_to, report_progress
 
 Cli = Callable[..., Any]
 

@@ -7,9 +7,8 @@ import pytest
 
 import efficiency
 import efficiency.mesh
-from efficiency.design.design import Design, load_design
+from efficiency.design.design import Design, _key, load_design
 from efficiency.design.flank_input import GridFlankInput
-from efficiency.design.kept import _key
 from efficiency.pair import GearPair
 
 NAME = "fm_spiral_bevel_14x39"

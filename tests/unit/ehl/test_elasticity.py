@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import quad
 
 from ehl.common.errors import InputError
-from ehl.elasticity import DeflectionOperator, influence_coefficients
+from ehl.rough.dry import DeflectionOperator, influence_coefficients
 
 E, STEP = 228e9, 1.3e-6
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from ehl.fluid.rheology import ShearLaw
 from ehl.smooth import _kernels
 from ehl.smooth.mesh import Features, features_of, grade
-from ehl.smooth.outputs import FilmShear
+from ehl.smooth.newton import FilmShear
 from ehl.smooth.refine import FLOOR, extrapolate
 
 positive = st.floats(1e-4, 1e3)

@@ -11,8 +11,7 @@ from refusals import refuses
 from ehl.contact import Contact
 from ehl.fluid.lubricant import Lubricant
 from ehl.smooth import continuation, scaling
-from ehl.smooth.newton import solve_level
-from ehl.smooth.outputs import numbers_of
+from ehl.smooth.newton import numbers_of, solve_level
 from ehl.smooth.solver import FALLBACKS, REASONS, film_shear, solve_steady
 
 OIL = Lubricant(0.02, 1.8e-8, "roelands", rheology="eyring", eyring_stress=5e6)

@@ -9,8 +9,7 @@ from numpy.testing import assert_allclose
 from scipy import linalg, optimize
 
 from ehl.common.errors import InputError
-from ehl.elasticity import DeflectionOperator
-from ehl.rough.dry import solve_dry, uniform_grid
+from ehl.rough.dry import DeflectionOperator, solve_dry, uniform_grid
 from ehl.surface.roughness import generate_profile
 
 CONTACT = line_contact(speed_entrainment=1.0, slide_to_roll=0.0)

@@ -8,8 +8,7 @@ from scipy.stats import qmc
 from ehl.fluid.lubricant import Lubricant
 from ehl.smooth.continuation import PathReport, cold_path, features_of_level, transfer
 from ehl.smooth.mesh import grade
-from ehl.smooth.newton import NodeGrid, solve_level
-from ehl.smooth.outputs import numbers_of
+from ehl.smooth.newton import NodeGrid, numbers_of, solve_level
 from ehl.smooth.refine import extrapolate, settled
 from ehl.smooth.scaling import scaled_contact
 from ehl.smooth.solver import film_shear, solve_steady
