@@ -19,6 +19,7 @@ from ehl.common.console import (
     names_of,
     pairs,
     print_json,
+    print_text,
     working,
 )
 
