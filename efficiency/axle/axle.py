@@ -17,7 +17,16 @@ import scipy
 from efficiency.axle.axle_input import AxleInput, MethodsInput, ShaftInput, load_axle
 from efficiency.axle.bearings import BEARING_METHODS, BearingState, bearing_limits
 from efficiency.axle.drag import CHURNING_METHODS, SEAL_METHODS, OilBath, Wheel, churning_limits, windage_torque
-from efficiency.axle.result import AxlePoint, AxleResult, BearingLoss, Kind, interval_factors
+from efficiency.axle.result import (
+    SOURCES,
+    THICK_OIL,
+    AxlePoint,
+    AxleResult,
+    BearingLoss,
+    Ends,
+    Kind,
+    interval_ends,
+)
 from efficiency.conditions.conditions import Friction, Value, Values, axis_values, checked
 from efficiency.conditions.duty import SIGNED, DutyRow, read_duty
 from efficiency.conditions.grid import Condition, GridPoint, solve_points
@@ -31,9 +40,9 @@ from efficiency.mesh import LoadedMesh
 from efficiency.output.notes import outside_note
 from efficiency.pairs import load
 from efficiency.vehicle.axle_test import AxleTest
-from efficiency.vehicle.loss_map import signed_axes
+from efficiency.vehicle.loss_map import signed_axes, uses_of
 from ehl.common.arrays import FloatArray
-from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError
 from ehl.common.threads import one_thread
 from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
@@ -42,6 +51,7 @@ from regression.friction.published_registry import model_label
 
 BALANCE = "balance"
 _Nodes = Mapping[Side, Sequence[float]]  # torques of a side whose loads are known
+_Loads = list[list[tuple[float, float]]]  # radial and axial load of the bearings of both shafts [N]
 
 
 @dataclass(frozen=True)
@@ -55,6 +65,7 @@ class _MeshLoss:
     reason: str = ""
     notes: tuple[str, ...] = ()
     model: str = ""
+    uses: frozenset[str] = frozenset()
 
     @classmethod
     def failed(cls, reason: str, notes: tuple[str, ...] = ()) -> _MeshLoss:
@@ -62,27 +73,24 @@ class _MeshLoss:
         return cls(math.nan, math.nan, math.nan, math.nan, reason, notes)
 
     @classmethod
-    def of(cls, point: GridPoint, ends: tuple[float, float, str], model: str) -> _MeshLoss:
-        """Of a point whose loss at the ends of its interval is known as a share of it, with a note on these ends."""
+    def of(cls, point: GridPoint, ends: tuple[float, float], model: str) -> _MeshLoss:
+        """Of a point whose loss at the ends of its interval is known as a share of it."""
         if point.reason:
             return cls.failed(point.reason, point.notes)
         loss = float(point.figure("power_loss") + point.figure("power_loss_rolling"))
         outside = float(point.figure("outside_range_share"))
-        said = (*point.notes, *filter(None, (ends[2], outside_note(outside, model_label(model)))))
-        return cls(loss, loss * ends[0], loss * ends[1], outside, "", said, model)
+        said = (*point.notes, *filter(None, (outside_note(outside, model_label(model)),)))
+        uses = uses_of([point])
+        return cls(loss, loss * ends[0], loss * ends[1], outside, "", said, model, uses)
 
 
-def _ends(result: EfficiencyResult | None) -> tuple[float, float, str]:
-    """Ends of the 90 % interval of the mesh loss as shares of it, and a note where they are not known."""
+def _ends(result: EfficiencyResult | None) -> tuple[float, float]:
+    """Ends of the 90 % interval of the mesh loss as shares of it."""
     if result is None or result.reason:
-        return 1.0, 1.0, ""
-    try:
-        low, high = (
-            (1.0 - end) / (1.0 - result.efficiency) for end in (result.efficiency_upper, result.efficiency_lower)
-        )
-    except InputError:  # inputs of the interval beyond the temperatures of oils
-        return 1.0, 1.0, "the interval of the mesh loss is not known so near 200 degC"
-    return low, high, ""
+        return 1.0, 1.0
+    low, high = result.loss_interval
+    loss = result.power_loss + result.power_loss_rolling
+    return low / loss, high / loss
 
 
 class Axle:
@@ -244,11 +252,10 @@ class Axle:
                 lines = [np.interp(every, np.array(every)[some], line) for line in values.reshape(-1, len(some))]
                 values = np.moveaxis(np.reshape(lines, (*values.shape[:-1], len(every))), -1, axis)
             spread.append(np.exp(values).ravel())
-        note = max(one[2] for one in found)
         model = next((corner.friction_model for corner in corners if corner is not None), "")
         at = zip(itertools.product(*axes), grid.points, *spread, strict=True)
         nodes = sorted({point.result.torque for point in grid.points if point.result is not None})
-        return {place: _MeshLoss.of(point, (low, high, note), model) for place, point, low, high in at}, nodes
+        return {place: _MeshLoss.of(point, (low, high), model) for place, point, low, high in at}, nodes
 
     @one_thread
     def duty(
@@ -344,13 +351,20 @@ class Axle:
         """Radial and axial load of the bearings of both shafts [N], interpolated between torques that are given."""
         return [shaft.loads(of) for shaft, of in zip(self.shafts, self._wrench_at(row, nodes), strict=True)]
 
-    def _alternatives(self, row: DutyRow) -> dict[str, float]:
-        """Losses by the methods that were not chosen [W]."""
-        found, loads = {}, self._loads_at(row)
+    def _alternatives(self, row: DutyRow, loads: _Loads) -> dict[tuple[str, str], float]:
+        """Losses by the methods that were not chosen [W], by source and method."""
+        found = {}
         for name, field in MethodsInput.model_fields.items():
             for method in set(get_args(field.annotation)) - {getattr(self.methods, name)}:
-                found[f"{name} {method}"] = self.with_methods(**{name: method})._other_losses(row, loads)[0][name]
+                found[name, method] = self.with_methods(**{name: method})._other_losses(row, loads)[0][name]
         return found
+
+    def _interval_ends(self, row: DutyRow, loads: _Loads, losses: Mapping[str, float]) -> Ends:
+        viscosity, others = self._oil_at(row.temperature)[0], {}
+        if viscosity > THICK_OIL[0]:
+            for (name, _), loss in self._alternatives(row, loads).items():
+                others[name] = loss / losses[name] if losses[name] > 0.0 < loss else 1.0
+        return interval_ends(self.methods.bearings, viscosity, others)
 
     def _mesh(self, side: Side) -> Any:
         return self.pair.mesh(side, *(self._grid or ()))
@@ -366,7 +380,7 @@ class Axle:
 
         point = solve_points([row.condition], solve)[0]
         model = point.result.friction_model if point.result is not None else ""
-        return _MeshLoss.of(point, _ends(point.result) if interval else (1.0, 1.0, ""), model)
+        return _MeshLoss.of(point, _ends(point.result) if interval else (1.0, 1.0), model)
 
     def _balanced(self, torque: float, speed: float, friction: Friction | None) -> float:
         """Oil temperature at which the heat that leaves is the loss [K]."""
@@ -418,29 +432,33 @@ class Axle:
     ) -> AxleResult:
         points, said = [], []
         bearings: tuple[BearingLoss, ...] = ()
-        loads: dict[float, list[list[tuple[float, float]]]] = {}
+        loads: dict[float, _Loads] = {}
         for row, mesh in zip(rows, meshes, strict=True):
             where = f"{row.torque:.4g} N m, {row.speed * 30.0 / math.pi:.4g} rpm, {row.temperature - 273.15:.4g} degC"
             try:
                 if row.torque not in loads:
                     loads[row.torque] = self._loads_at(row, (nodes or {}).get(row.side, ()))
                 others, bearings, notes = self._other_losses(row, loads[row.torque])
+                ends = self._interval_ends(row, loads[row.torque], others)
             except ConvergenceError as error:
-                others, notes = dict.fromkeys(("bearings", "seals", "churning", "windage"), math.nan), []
+                others, notes = dict.fromkeys(SOURCES[1:], math.nan), []
+                ends = dict.fromkeys(SOURCES[1:], (math.nan, math.nan))
                 mesh = _MeshLoss.failed(error.reason, (error.detail,))
-            points.append(self._point(row, mesh, others))
+            points.append(self._point(row, mesh, others, ends))
             said += [(where, note) for note in (*mesh.notes, *notes)]
         model = next((mesh.model for mesh in meshes if mesh.model), "")
         about = self.name, self.input.source, self.pair.name, model, self._oil.name, dict(self.methods), tuple(points)
+        uses = frozenset(self._oil.lubricant(rows[0].temperature).references()).union(*(mesh.uses for mesh in meshes))
         if kind != "point" or points[0].reason:
-            return AxleResult(kind, *about, said=tuple(said))
-        return AxleResult(kind, *about, bearings, self._alternatives(rows[0]), tuple(said))
+            return AxleResult(kind, *about, said=tuple(said), uses=uses)
+        by_method = self._alternatives(rows[0], loads[rows[0].torque])
+        named = {f"{name} {method}": loss for (name, method), loss in by_method.items()}
+        return AxleResult(kind, *about, bearings, named, tuple(said), uses)
 
-    def _point(self, row: DutyRow, mesh: _MeshLoss, others: Mapping[str, float]) -> AxlePoint:
+    def _point(self, row: DutyRow, mesh: _MeshLoss, others: Mapping[str, float], ends: Ends) -> AxlePoint:
         total = math.fsum((mesh.loss, *others.values()))
-        factors = interval_factors(self.methods.bearings)
-        down = [mesh.loss - mesh.lower, *(loss - loss / factors[name] for name, loss in others.items())]
-        up = [mesh.upper - mesh.loss, *(loss * factors[name] - loss for name, loss in others.items())]
+        down = [mesh.loss - mesh.lower, *(loss * (1.0 - ends[name][0]) for name, loss in others.items())]
+        up = [mesh.upper - mesh.loss, *(loss * (ends[name][1] - 1.0) for name, loss in others.items())]
         pinion = row.torque * row.speed
         put_in, given_out = (pinion, pinion - total) if pinion > 0.0 else (total - pinion, -pinion)
         housing, cooler, wall = self.input.housing.removed(row.temperature)
@@ -464,6 +482,7 @@ class Axle:
             outside_range_share=mesh.outside,
             status="failed" if mesh.reason else "converged",
             reason=mesh.reason,
+            ends=ends,
         )
 
 

@@ -1,6 +1,7 @@
 """Losses of an axle at one or many operating points, split by source."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
@@ -14,23 +15,39 @@ from ehl.common.errors import InputError
 from ehl.common.quantities import quantity
 from ehl.common.sections import Head, Item, MainResult, Medium, Notes, Section, Text
 from ehl.common.table import Table
+from ehl.uncertainty.result import score_of
 from regression.friction.published_registry import model_label
 
+Ends = dict[str, tuple[float, float]]
+"""Ends of the 90 % interval of a loss by its source, over the loss."""
 OUTSIDE = (
     "Outside the model: differential, half shafts, wheel hubs and their bearings, splash from gear to gear and onto "
     "bearings, squeezing of oil in the mesh, forces other than those of the mesh, the oil level in motion."
 )
 Kind = Literal["point", "map", "duty"]
 SOURCES = ("mesh", "bearings", "seals", "churning", "windage")
-# standard deviation of ln(loss) of the methods, and the factor to the ends of a 90 % interval (ours)
+# standard deviation of ln(loss) of the methods (ours)
 SCATTER = {"skf": 0.25, "iso_14179_2": 0.35, "seals": 0.3, "churning": 0.8, "windage": 0.7}
-_NINETY = 1.645
+# kinematic viscosity from which an interval begins to reach to the other method, and from which it does [m^2/s] (ours)
+THICK_OIL = 500e-6, 5000e-6
 
 
-def interval_factors(bearings: str) -> dict[str, float]:
-    """Factors from a loss to the ends of its 90 % interval by source, of a method of bearings."""
-    scatter = SCATTER | {"bearings": SCATTER[bearings]}
-    return {name: math.exp(_NINETY * scatter[name]) for name in SOURCES[1:]}
+def interval_ends(bearings: str, viscosity: float, others: Mapping[str, float]) -> Ends:
+    """Ends of the 90 % interval of each loss outside the mesh, over the loss.
+
+    No method was measured in thick oil: the interval reaches to the loss by the other method there, so that it states
+    by how much published methods differ.
+
+    bearings: method of the bearings.
+    viscosity: kinematic [m^2/s].
+    others: loss by the other method over the loss, by source.
+    """
+    scatter, found = SCATTER | {"bearings": SCATTER[bearings]}, Ends()
+    share = float(np.interp(math.log(viscosity), np.log(THICK_OIL), (0.0, 1.0)))
+    for name in SOURCES[1:]:
+        factor, other = math.exp(score_of(0.90) * scatter[name]), others.get(name, 1.0) ** share
+        found[name] = min(1.0 / factor, other), max(factor, other)
+    return found
 
 
 @dataclass(frozen=True)
@@ -65,6 +82,7 @@ class AxlePoint:
     outside_range_share: float  # share of the sliding power outside the range of the friction model
     status: str
     reason: str
+    ends: Ends = field(default_factory=dict)  # of the losses outside the mesh
 
 
 @dataclass(frozen=True)
@@ -96,6 +114,7 @@ class AxleResult(LossTable):
     bearings: tuple[BearingLoss, ...] = field(default=(), repr=False)
     alternatives: dict[str, float] = field(default_factory=dict, repr=False)
     said: tuple[tuple[str, str], ...] = field(default=(), repr=False)  # point and note
+    uses: frozenset[str] = field(default=frozenset(), repr=False)  # cited by `references`
 
     def values(self, name: str = "loss_total") -> FloatArray:
         """One figure of all points."""
@@ -113,20 +132,24 @@ class AxleResult(LossTable):
         """
         if self.kind == "map":
             raise InputError("split", "map", "a point or a duty cycle")
-        take = self.energy if self.kind == "duty" else lambda name: float(getattr(self.points[0], name))
-        factors = interval_factors(self.methods["bearings"])
-        rows = {name: (take(f"loss_{name}"),) * 3 for name in SOURCES}
-        rows = {k: (p, p / factors.get(k, 1.0), p * factors.get(k, 1.0)) for k, (p, *_) in rows.items()}
-        rows["mesh"] = take("loss_mesh"), take("loss_mesh_lower"), take("loss_mesh_upper")
+        weights = [HOUR * point.hours if self.kind == "duty" else 1.0 for point in self.points]
+
+        def take(name: str, place: int | None = None) -> float:
+            ends = [1.0 if place is None else point.ends[name][place] for point in self.points]
+            losses = self.values(f"loss_{name}")
+            return math.fsum(w * loss * end for w, loss, end in zip(weights, losses, ends, strict=True))
+
+        rows = {name: (take(name), take(name, 0), take(name, 1)) for name in SOURCES[1:]}
+        rows = {"mesh": (take("mesh"), take("mesh_lower"), take("mesh_upper"))} | rows
         widths = {name: (high - low) ** 2 for name, (_, low, high) in rows.items()}
-        total, square = take("loss_total"), max(math.fsum(widths.values()), 1e-300)
+        total, square = take("total"), max(math.fsum(widths.values()), 1e-300)
         found = {name: (*row, widths[name] / square) for name, row in rows.items()}
         down, up = (math.hypot(*(row[0] - row[end] for row in rows.values())) for end in (1, 2))
         return found | {"total": (total, total - down, total + up, 1.0)}
 
     def references(self) -> set[str]:
-        """Gear model, published friction formula, methods of bearings, seals and churning."""
-        return {"gear", f"friction:{self.friction_model}", *(f"{kind}:{name}" for kind, name in self.methods.items())}
+        """Gear model, laws of the oil, friction model, methods of bearings, seals and churning."""
+        return {*self.uses, "gear", *(f"{kind}:{name}" for kind, name in self.methods.items())}
 
     def loss_map(self, temperature: float | None = None) -> LossMap:
         """The points of a map at one oil temperature [K], the first if not given, for `LossMap.to_vecto`."""
@@ -138,15 +161,16 @@ class AxleResult(LossTable):
         for p in points:
             total, mesh = p.loss_total / p.speed, p.loss_mesh / p.speed
             figures = (p.torque, p.speed, total, mesh, total - mesh, p.outside_range_share)
-            rows.append(LossPoint(*figures, p.status, p.reason))
+            ends = p.loss_total_lower / p.speed, p.loss_total_upper / p.speed
+            rows.append(LossPoint(*figures, p.status, p.reason, *ends))
         said = (("", f"bearings and drag: axle {self.axle}, {self._methods}"), *self.said)
-        return LossMap(self.design, self.friction_model, self.oil, kelvin, tuple(rows), said)
+        uses = frozenset(self.references())
+        return LossMap(self.design, self.friction_model, self.oil, kelvin, tuple(rows), said, uses)
 
     def table(self) -> Table:
         """One row per point."""
-        rows = [asdict(point) for point in self.points]
-        if self.kind != "duty":
-            rows = [{name: value for name, value in row.items() if name != "hours"} for row in rows]
+        hidden = ("ends",) if self.kind == "duty" else ("ends", "hours")
+        rows = [{name: value for name, value in vars(point).items() if name not in hidden} for point in self.points]
         return Table.from_records(rows, title=self._title, name="axle", vertical=self.kind == "point")
 
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
@@ -204,7 +228,6 @@ class AxleResult(LossTable):
             parts = ("value", "lower", "upper", "share")
             about["sources"] = finite_or_none({k: dict(zip(parts, v, strict=True)) for k, v in self.split().items()})
         arrays = {"points": finite_or_none(self.points), "bearings": finite_or_none(self.bearings)}
-        about["interval_factors"] = interval_factors(self.methods["bearings"])
         return {**about, "alternatives": self.alternatives, **arrays, "notes": list(self.notes), "outside": OUTSIDE}
 
     def __repr__(self) -> str:

@@ -20,7 +20,7 @@ from ehl.common.notes import Note, NoteKind, group_notes
 from ehl.common.pages import Reportable
 from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil
-from ehl.uncertainty.result import InputUncertainty
+from ehl.uncertainty.result import InputUncertainty, score_of
 from regression.friction.models import FrictionEstimate, FrictionModel
 
 if TYPE_CHECKING:
@@ -259,6 +259,19 @@ class EfficiencyResult(Reportable):
     def efficiency_upper(self) -> float:
         """Upper end of the same interval [-]."""
         return self.inputs.high
+
+    @property
+    def loss_interval(self) -> tuple[float, float]:
+        """90 % interval of sliding and rolling loss together [W], both independent."""
+        from efficiency.loss.uncertainty import ROLLING
+
+        power, factor = self.torque * self.speed, math.exp(score_of(0.90) * ROLLING)
+        ends = []
+        for side, end, rolling in ((-1.0, self.efficiency_upper, 1.0 / factor), (1.0, self.efficiency_lower, factor)):
+            sliding = power * (1.0 - end if self.driver == "pinion" else 1.0 / end - 1.0)
+            width = math.hypot(sliding - self.power_loss, (rolling - 1.0) * self.power_loss_rolling)
+            ends.append(self.power_loss + self.power_loss_rolling + side * width)
+        return ends[0], ends[1]
 
     @one_thread
     def uncertainty(

@@ -21,14 +21,15 @@ from ehl.common.validation import InputModel
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from ehl.material import Material
 from ehl.state import ContactState
+from ehl.uncertainty.spread import Spread
 from regression.friction.conditions import Conditions
 from regression.friction.models import FrictionEstimate
 
 Lubrication = Literal["dip", "spray", "submerged"]
 # X_S of the report
 LUBRICATION_FACTORS: dict[str, float] = {"dip": 1.0, "spray": 1.2, "submerged": 0.2}
-# scatter of the estimate (ours), standard deviation of the rise
-SCATTER = 0.30
+# scatter of the estimate, standard deviation of the rise, and that of the oil at the teeth [K] (ours)
+SCATTER, OIL = 0.30, 2.0
 _CLOSE, _ROUNDS = 0.02, 40  # [K]
 
 
@@ -57,6 +58,11 @@ def warmed(operation: Operation, rise: float) -> Operation:
     """The operation with teeth and contact inlets warmer than the oil by `rise` [K]."""
     bulk = min(operation.temperature + rise, TEMPERATURE_RANGE[1])
     return replace(operation, temperature_bulk_pinion=bulk, temperature_bulk_gear=bulk, temperature_inlet=bulk)
+
+
+def bulk_spread(rise: float) -> Spread:
+    """Spread of a bulk temperature that was estimated as `rise` above the oil [K]."""
+    return Spread(float(np.hypot(SCATTER * rise, OIL)), "absolute", f"{SCATTER:.0%} of the rise, oil {OIL:g} K: ours")
 
 
 def warm_operation(

@@ -173,7 +173,7 @@ class LossPoint:
     outside_range_share: float  # share of the sliding power outside the range of the friction model [-]
     status: str
     reason: str
-    # ends of the 90 % interval of the torque loss by uncertain inputs of the sliding friction [N m]; nan without one
+    # ends of the 90 % interval of the torque loss, the losses outside the mesh known [N m]; nan without one
     torque_loss_lower: float = math.nan
     torque_loss_upper: float = math.nan
 
@@ -230,10 +230,11 @@ class LossMap(Tabular, LossTable):
     points: tuple[LossPoint, ...] = field(repr=False)  # by speed, then by torque, all combinations
     # point and note; the losses outside the mesh first
     said: tuple[tuple[str, str], ...] = field(default=(), repr=False)
+    uses: frozenset[str] = field(default=frozenset(), repr=False)  # cited by `references`
 
     def references(self) -> set[str]:
-        """Gear model and published friction formula."""
-        return {"gear", f"friction:{self.friction_model}"}
+        """Gear model, laws of the oil, friction model."""
+        return set(self.uses)
 
     @property
     def speeds(self) -> FloatArray:
@@ -440,9 +441,13 @@ def solve_loss_map(
         for w in speeds
         for t in torques
     )
-    return LossMap(
-        temperature=temperature, points=points, said=_said(solved.values(), axle, about["friction_model"]), **about
-    )
+    said, uses = _said(solved.values(), axle, about["friction_model"]), uses_of(solved.values())
+    return LossMap(temperature=temperature, points=points, said=said, uses=uses, **about)
+
+
+def uses_of(points: Iterable[GridPoint]) -> frozenset[str]:
+    """What the results at some points cite."""
+    return frozenset().union(*(point.result.references() for point in points if point.result is not None))
 
 
 def _said(points: Iterable[GridPoint], axle: AxleLosses | None, model: str) -> tuple[tuple[str, str], ...]:
@@ -471,14 +476,5 @@ def _point(torque: float, speed: float, others: float, point: GridPoint | None, 
     if result is None or point.reason:
         return LossPoint(torque, speed, math.nan, math.nan, others, math.nan, "failed", point.reason)
     mesh = (result.power_loss + result.power_loss_rolling) / speed
-    ends = [
-        mesh + others + (_sliding_loss(float(point.requested[f"efficiency_{end}"]), torque) - result.power_loss / speed)
-        for end in ("upper", "lower")
-        if interval
-    ]
+    ends = [others + end / speed for end in result.loss_interval] if interval else []
     return LossPoint(torque, speed, mesh + others, mesh, others, result.outside_range_share, point.status, "", *ends)
-
-
-def _sliding_loss(efficiency: float, torque: float) -> float:
-    """Torque loss of the sliding friction by the efficiency [N m]."""
-    return torque * (1.0 - efficiency) if torque > 0.0 else -torque * (1.0 / efficiency - 1.0)

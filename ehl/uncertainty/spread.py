@@ -112,7 +112,7 @@ class Spread:
         return value * math.exp(self.shift(score)) if self.kind == "relative" else value + self.shift(score)
 
 
-# difference between the bulk temperature of the teeth and that of the oil or of a heat balance
+# difference between a bulk temperature that is not estimated from the loss, or given, and the true one
 TEMPERATURE_BULK = Spread(10.0, "absolute", "ours")
 # hardened steel, 30 +- 10 W/(m K); measured: 21 (through-hardened bearing steel) to 46 (annealed), from memory
 CONDUCTIVITY_SOLID = Spread(0.30, source="hardened steel, 21 to 46 W/(m K)")
@@ -174,6 +174,7 @@ class UncertaintyInput(InputModel):
     same_surface: bool | None = None
     _figures: Mapping[str, Figure] = PrivateAttr(default_factory=dict)
     _finish: str | None = PrivateAttr(default=None)
+    _bulk: Spread = PrivateAttr(default=TEMPERATURE_BULK)
 
     @classmethod
     def none(cls, **given: float) -> UncertaintyInput:
@@ -186,6 +187,12 @@ class UncertaintyInput(InputModel):
         found._figures, found._finish = surface_uncertainty(**surface), surface.get("finish")
         return found
 
+    def of_bulk(self, spread: Spread) -> Self:
+        """The same with another default of the bulk temperature."""
+        found = self.model_copy()
+        found._bulk = spread
+        return found
+
     @property
     def shared_rms(self) -> bool:
         """Whether the errors of Rq of both surfaces are fully correlated."""
@@ -195,7 +202,7 @@ class UncertaintyInput(InputModel):
         """Spread of an input: given here, from oil card, finish and additives, or the default."""
         given = getattr(self, name)
         if name == "temperature_bulk":
-            return TEMPERATURE_BULK if given is None else Spread(given, "absolute")
+            return self._bulk if given is None else Spread(given, "absolute")
         if given is not None:
             return Spread(given)
         if name == LATERAL_CAUSE:

@@ -13,6 +13,7 @@ import numpy as np
 
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_uncertainty import VARIABLES
+from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from ehl.inputs import SurfaceInput
 from ehl.state import ContactState
 from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, score_of
@@ -86,11 +87,13 @@ def uncertain_inputs(
         return UncertainInput(name, input, spread, lambda case, z: at(case, spread, z))
 
     def of_state(*fields: str) -> Callable[[Case, Spread, float], Case]:
-        return lambda case, spread, z: (
-            case[0],
-            replace(case[1], **{field: np.asarray(spread.at(getattr(case[1], field), z)) for field in fields}),
-            case[2],
-        )
+        def moved(case: Case, spread: Spread, z: float) -> Case:
+            values = {field: np.asarray(spread.at(getattr(case[1], field), z)) for field in fields}
+            if fields == bulk:  # laws of oils end there
+                values = {field: np.clip(value, *TEMPERATURE_RANGE) for field, value in values.items()}
+            return case[0], replace(case[1], **values), case[2]
+
+        return moved
 
     def of_oil(name: str) -> Callable[[Case, Spread, float], Case]:
         return lambda case, spread, z: (*case[:2], varied_oil(case[2], name, spread.sd, z))

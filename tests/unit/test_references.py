@@ -41,6 +41,19 @@ def test_a_pair_and_a_map():
     assert {*grid.entries} - {*constant.entries} == {"xu_kahraman_2007"}
 
 
+def test_an_axle_and_loss_maps():
+    """They cite what their points cite, with the laws of the oil."""
+    laws = ehl.Oil.load("75w90").lubricant(353.15).references()
+    axle = efficiency.Axle("truck_hypoid", grid=(4, 9))
+    found = axle.map("100, 200 N m", "1500 rpm", "80 degC", "xu_kahraman_2007")
+    loss_map = axle.pair.loss_map("100 N m", "500 rpm", "xu_kahraman_2007", grid=(4, 9))
+    for result in (found, found.loss_map(), loss_map, axle.at("0 N m", "500 rpm", "80 degC")):
+        assert laws <= result.references()
+        result.citation()
+    assert "friction:xu_kahraman_2007" in found.loss_map().references() & loss_map.references()
+    assert {"bearings:skf", "churning:changenet_velex", "seals:linke"} <= found.loss_map().references()
+
+
 def test_text_and_bibtex():
     found = Citation.of(CITED)
     assert [*found.entries] == [*ENTRIES]

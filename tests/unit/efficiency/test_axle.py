@@ -160,11 +160,21 @@ def test_load_loss_of_a_measured_truck_axle(speed: float) -> None:
     assert computed[1] - computed[0] == pytest.approx(last - first, rel=0.2)
 
 
-def test_hot_oil_has_a_loss_without_interval_of_the_mesh() -> None:
-    found = axle().at(200.0, 400.0, 465.0, "75w90")
+def test_hot_oil_has_an_interval() -> None:
+    """Teeth near 200 degC, where the laws of oils end."""
+    found = axle().at(200.0, 400.0, 465.0, "75w90").points[0]
     assert found.status == "converged"
-    assert found.points[0].loss_total_lower < found.points[0].loss_total
-    assert any("interval of the mesh loss" in note for note in found.notes)
+    assert found.loss_mesh_lower < found.loss_mesh < found.loss_mesh_upper
+
+
+def test_interval_in_thick_oil_reaches_to_the_other_methods() -> None:
+    found = axle().at(0.0, 157.0, 243.15)
+    parts = found.split()
+    for name, other in found.alternatives.items():
+        _, low, high, _ = parts[name.split()[0]]
+        assert low * (1.0 - 1e-12) <= other <= high * (1.0 + 1e-12)
+    warm = axle().at(0.0, 157.0, 353.15)
+    assert warm.alternatives["bearings iso_14179_2"] < warm.split()["bearings"][1]
 
 
 def test_methods_can_be_chosen() -> None:
@@ -223,6 +233,8 @@ def test_files_for_vehicle_simulation(tmp_path: Path) -> None:
     assert found.shape == (2, 4)
     assert found.values() == pytest.approx(found.values("torque_loss_mesh") + found.values("torque_loss_axle"))
     assert found.values("torque_loss_axle").min() > 0.0
+    assert np.all(found.values("torque_loss_lower") < found.values())
+    assert np.all(found.values() < found.values("torque_loss_upper"))
     lines = found.to_vecto(tmp_path / "axle.vtlm").read_text().splitlines()
     assert len(lines) == 1 + 3 * 4
     with pytest.raises(InputError):
