@@ -159,7 +159,7 @@ def calibrate(
         bool | None, advanced("--profile/--no-profile", help="Intervals from profiles; default: at low cost only.")
     ] = None,
     force: Annotated[
-        bool, advanced("--force", help="Write the card even if the misfit exceeds the stated noise.")
+        bool, advanced("--force", help="Write the card even if the model does not describe the rows.")
     ] = False,
     json_output: JsonOption = False,
 ) -> None:

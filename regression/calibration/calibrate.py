@@ -51,7 +51,9 @@ if TYPE_CHECKING:
 
 
 PROFILE_CALLS = 6000  # largest number of smooth solutions for which profiles are computed by default
-MAX_MISFIT = 0.1  # without stated noise: RMS over mean friction above which the model does not describe the rows
+MAX_MISFIT = 0.1  # without stated noise: RMS over mean friction above which the misfit is an error of the model
+# RMS over mean friction above which the model does not describe the rows: a card on request only
+NO_MODEL = 0.5
 EXCLUDED_GAIN = 3.84  # loss of fit above which the data exclude a held value, chi-square of one degree, 95 %
 
 
@@ -62,7 +64,7 @@ class NotIdentifiable(MixedEhlError):
 
 
 class MisfitTooLarge(MixedEhlError):
-    """The model does not describe the rows within their noise; a card is written on request only (`force`)."""
+    """The model does not describe the rows; a card is written on request only (`force`)."""
 
     exit_code = 1
 
@@ -99,7 +101,7 @@ class Calibration(Reportable):
     chi_square: float  # over its expectation with the stated noise; nan if the noise was estimated
     misfit: float  # RMS of computed minus measured mu [-]
     # whether the residuals agree with the stated noise (p >= 0.01); without stated noise, whether the misfit is at most
-    # `MAX_MISFIT` of the mean mu
+    # `MAX_MISFIT` of the mean mu. If not, it counts as one common error of all rows, and the intervals are wide
     misfit_credible: bool
     # numbers of rows in the file, counted from 1
     outliers: tuple[int, ...]
@@ -119,27 +121,33 @@ class Calibration(Reportable):
         """The oil card with the calibrated values and a record of their origin.
 
         name: name of the new card.
-        force: return a card although the misfit is not credible, with a remark in its description.
+        force: return a card although the model does not describe the rows.
         Returns: card; values that are not identifiable remain those of the initial card unless the data exclude them.
-        Raises `MisfitTooLarge`: the misfit is not credible, so that the values are not properties of the oil.
+            With a misfit that is not credible it has wide intervals and a remark in its description.
+        Raises `MisfitTooLarge`: the misfit exceeds half of the mean friction.
         """
         from regression.calibration.report import calibrated_card
 
-        if not (self.misfit_credible or force):
+        if self.misfit_share > NO_MODEL and not force:
             hint = "Use --force (in Python force=True) to write it nevertheless."
             raise MisfitTooLarge(f"no card written: {self.misfit_words()}. {hint}")
         return calibrated_card(name, *self._inputs(), self, datetime.date.today())
 
-    def misfit_words(self) -> str:
-        """The misfit compared with the noise, as text."""
-        if not math.isnan(self.noise_stated):
-            ratio = math.sqrt(self.chi_square)
-            return f"the residuals are {ratio:.2g} times the stated noise, which is not by chance (p < 0.01)"
+    @property
+    def misfit_share(self) -> float:
+        """Misfit over the mean friction of the rows [-]."""
         measurement = self._inputs()[0]
         used = [number not in self.excluded for number in measurement.row_numbers]
-        share = self.misfit / float(np.mean(np.abs(measurement.friction[used])))
-        most = f"the limit is {100.0 * MAX_MISFIT:g} % without stated noise"
-        return f"the misfit (RMS) is {100.0 * share:.2g} % of the mean friction; {most}"
+        return self.misfit / float(np.mean(np.abs(measurement.friction[used])))
+
+    def misfit_words(self) -> str:
+        """The misfit compared with the noise, as text."""
+        if not math.isnan(self.noise_stated) and self.misfit_share <= NO_MODEL:
+            ratio = math.sqrt(self.chi_square)
+            return f"the residuals are {ratio:.2g} times the stated noise, which is not by chance (p < 0.01)"
+        limit = NO_MODEL if self.misfit_share > NO_MODEL else MAX_MISFIT
+        most = f"the limit is {100.0 * limit:g} %{'' if limit == NO_MODEL else ' without stated noise'}"
+        return f"the misfit (RMS) is {100.0 * self.misfit_share:.2g} % of the mean friction; {most}"
 
     def save_card(self, path: str | PathLike[str], *, force: bool = False) -> Oil:
         """Write the calibrated oil card.
@@ -357,13 +365,16 @@ def calibrate(
     mean = float(np.mean(np.abs(target.friction[target.rows])))
     credible = misfit <= MAX_MISFIT * mean if math.isnan(stated.chi_square) else not stated.larger_than_stated
     estimates = []
+    # a misfit that is no noise is one error of all rows: more rows do not make the value more certain
+    wider = 1.0 if credible else max(math.sqrt(target.rows.sum()) / found.widening, 1.0)
     for name in setup.parameters:
         if name in not_identifiable:
             why, held = not_identifiable[name]
             estimates.append(_not_identifiable(name, why, held, start[name]))
         else:
             j = names.index(name)
-            error, limits = float(found.errors[j]), within_range(name, intervals[j])
+            error = wider * float(found.errors[j])
+            limits = within_range(name, intervals[j].widened(math.log(fit.values[name]), wider))
             estimates.append(_estimate(name, fit, error, limits, start[name], only, credible=credible))
     scale = noise.scale * target.sigma
     far = target.rows & (np.abs(fit.friction - target.friction) > robust.FAR * scale)
@@ -459,7 +470,7 @@ def _estimate(
     if why:
         words += f"; not identifiable from these rows: {why}"
     if not credible:
-        words += "; the misfit is not credible: the value is not a property of the oil"
+        words += "; the misfit is not credible and was taken as one error of all rows"
     return ParameterEstimate(name, si_unit(name), status, fit.values[name], error, low, high, math.nan, start, words)
 
 

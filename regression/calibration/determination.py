@@ -123,6 +123,10 @@ class ParameterInterval:
         """Half width; infinite if one end is."""
         return 0.5 * (self.high - self.low)
 
+    def widened(self, value: float, factor: float) -> ParameterInterval:
+        """The interval with its distances from ln(value) times a factor."""
+        return ParameterInterval(value + factor * (self.low - value), value + factor * (self.high - value))
+
 
 def within_range(name: str, interval: ParameterInterval) -> ParameterInterval:
     """The interval limited to the range of the parameter."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,6 +18,7 @@ from ehl.common.quantities import axis_label, quantities, to_display
 from ehl.common.sections import Head, KeyFigures, MainResult, Medium, Notes, Picture, Section, Text
 from ehl.common.table import Column, Table
 from ehl.fluid.oil import CalibratedValue, CalibrationRecord, Oil
+from ehl.uncertainty.result import score_of
 from regression.calibration.calibrate import Calibration, reference_temperature
 from regression.calibration.measurement import Measurement
 from regression.calibration.setup import RISING, CalibrationSetup, card_with
@@ -25,6 +27,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SURFACE = ("boundary_friction", "boundary_film")
+# standard deviation of the card for each fitted value of the oil
+OF_CARD = {
+    **dict.fromkeys(("eyring_stress", *RISING), "eyring_stress"),
+    "limiting_shear_coefficient": "limiting_shear",
+    "pressure_viscosity": "pressure_viscosity",
+}
 
 
 def calibrated_card(
@@ -69,14 +77,25 @@ def calibrated_card(
     )
     words = f"calibrated from {measurement.name} ({len(used)} rows) on {date.isoformat()}, initial card {setup.oil}"
     if not result.misfit_credible:
-        words += f"; forced: {result.misfit_words()}"
+        words += f"; wide intervals: {result.misfit_words()}"
     changes = {
+        "uncertainty": base.uncertainty.model_copy(update=_deviations(base, record.fitted)),
         "name": name,
         "description": f"{base.description}; {words}".removeprefix("; "),
         "source": f"{', '.join(result.fitted)} {words}; all other values: {base.source}",
         "calibration": record,
     }
     return card.model_copy(update=changes)
+
+
+def _deviations(base: Oil, fitted: Mapping[str, CalibratedValue]) -> dict[str, float]:
+    """Standard deviations of the oil where the intervals are wider than those of the initial card."""
+    found: dict[str, float] = {}
+    for name, value in fitted.items():
+        if (own := OF_CARD.get(name)) is not None:
+            sd = math.log(value.interval_high / value.interval_low) / (2.0 * score_of(0.95))
+            found[own] = min(max(sd, getattr(base.uncertainty, own), found.get(own, 0.0)), 1.0)
+    return found
 
 
 def _model_words(setup: CalibrationSetup) -> str:
