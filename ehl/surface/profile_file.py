@@ -1,7 +1,8 @@
 """Reader of measured profiles and maps: text files and the formats of instruments.
 
 This module reads text with one column of heights and a stated spacing, positions and heights, points x, y, z on a grid,
-or a matrix whose size is in the header. All other files are read by the optional package SurfaceTopography.
+or a matrix whose size is in the header, and simple formats of maps. All other files are read by the optional package
+SurfaceTopography.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from ehl.common.dialect import NumericBlock, numeric_block
 from ehl.common.errors import InputError
 from ehl.common.files import read_bytes, read_text
 from ehl.common.units import parse_quantity, spellings
+from ehl.surface.simple_formats import simple_map
 
 MIN_POINTS = 64
 UNIFORM_SPACING = 1e-3  # relative deviation of the steps above which a profile is resampled
@@ -158,6 +160,14 @@ def read_heights(path: str | Path, *, unit_x: str = "", unit_height: str = "") -
     Raises `InputError`: the file is missing or cannot be read, has no unit, fewer than 64 points or an implausible
         length, or its positions do not increase.
     """
+    content = read_bytes(path, "profile", "an existing file")
+    try:
+        found = simple_map(str(path), content)
+    except InputError as error:
+        return read_topography(path, unit_height, error)
+    if found is not None:
+        heights, step, between, unit = found
+        return MeasuredHeights(str(path), heights, step, between if len(heights) > 1 else math.nan, unit)
     try:
         text = read_text(path, "profile", "a file of text with two columns", any_encoding=True)
     except InputError as error:

@@ -313,6 +313,28 @@ def test_formats_written_by_surface_topography(tmp_path, kind):
     assert (kind == "matrix") == (found.notes == ())
 
 
+@pytest.mark.parametrize("kind", ["aISO-1.0", "aBCR-1.0", "gsf"])
+def test_simple_formats_of_maps(tmp_path, kind):
+    """Text after ISO 25178-71 with any number of heights a line, and the simple format of Gwyddion."""
+    steps = np.random.default_rng(1).integers(-500, 500, (12, 96))
+    path, heights = tmp_path / "map.txt", 1e-9 * steps
+    if kind == "gsf":
+        head = "Gwyddion Simple Field 1.0\nXRes = 96\nYRes = 12\nXReal = 192\nYReal = 24\nXYUnits = um\nZUnits = nm\n"
+        path.write_bytes(head.encode() + b"\0" * (4 - len(head) % 4) + steps.astype("<f4").tobytes())
+    else:
+        head = "NumPoints = 96\nNumProfiles = 12\nXscale = 2e-6 ; um\nYscale = 2e-6\nZscale = 1e-9\n*\n"
+        words = [*map(str, steps.ravel()[:-1]), "BAD"]
+        lines = [" ".join(words[k : k + 7]) for k in range(0, len(words), 7)]
+        path.write_text("\n".join([f"{kind}\nManufacID = test\n{head}", *lines, "*", "of a test"]))
+        heights[-1, -1] = math.nan
+    found = read_heights(path)
+    assert_allclose(found.heights, heights, atol=1e-15)
+    assert (found.spacing, found.spacing_lines) == pytest.approx((2e-6, 2e-6))
+    path.write_bytes(path.read_bytes()[:150])
+    with refuses("profile"):
+        read_heights(path)
+
+
 def test_profilometer_line_and_map(tmp_path, monkeypatch):
     path = tmp_path / "scan.opd"
     path.write_bytes(b"\0")
