@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from ehl.common.errors import InputError
 
@@ -28,6 +28,7 @@ class Dialect:
 
     separator: str  # separator of cells; a blank means any number of blanks
     decimal: str  # decimal sign, a point or a comma
+    unsure: bool = False  # whether the other one is possible as well
 
     def cells(self, line: str) -> list[str]:
         """Cells of a line without quotes and without empty cells at its end."""
@@ -46,10 +47,8 @@ class Dialect:
         text = cell.translate(_SIGNS).strip()
         if not text or text.casefold() in MISSING:
             return math.nan
-        if _AMBIGUOUS[self.decimal].fullmatch(text):
-            either = text.replace(",", ".").replace(".", ""), text.replace(",", ".")
-            hint = f"{either[1]} or {either[0]}? Write the number without a thousands separator."
-            raise InputError("cell", cell, f"numbers with the decimal sign {self.decimal!r} of the other cells", hint)
+        if any(_AMBIGUOUS[sign].fullmatch(text) for sign in (".," if self.unsure else self.decimal)):
+            raise _ambiguous("cell", cell, text)
         if _GROUPED[self.decimal].fullmatch(text):
             text = text.replace("," if self.decimal == "." else ".", "")
         if self.decimal == ",":
@@ -99,7 +98,9 @@ def numeric_block(text: str) -> NumericBlock:
             reached = (len(rows), max(map(len, rows), default=0))
             if reached > score:
                 best, score = dialect, reached
-    return _longest_run(lines, best)
+    block = _longest_run(lines, best)
+    unsure = best.decimal == "." and decimals_of([cell for row in block.rows for cell in row], best.separator) == ".,"
+    return replace(block, dialect=replace(best, unsure=unsure))
 
 
 def _numbers(line: str, dialect: Dialect) -> list[str]:
@@ -128,8 +129,12 @@ def _longest_run(lines: Sequence[str], dialect: Dialect) -> NumericBlock:
     return NumericBlock(dialect, first, run[-1][0], header, tuple(cells for _, cells in run), tuple(n for n, _ in run))
 
 
-def decimals_of(cells: Sequence[str]) -> str:
-    """Decimal signs in cells that are numbers with or without a unit: ``"."``, ``","``, or ``".,"``."""
+def decimals_of(cells: Sequence[str], separator: str = "") -> str:
+    """Decimal signs in cells that are numbers with or without a unit: ``"."``, ``","``, or ``".,"``.
+
+    Semicolons separate the cells of countries with decimal commas: without a comma and without a number that only a
+    point as decimal sign can have (0.5, 12.25, 1234.5) either sign is possible there.
+    """
     point = comma = False
     for cell in cells:
         match = _LEADING.match(cell.translate(_SIGNS).strip())
@@ -138,6 +143,8 @@ def decimals_of(cells: Sequence[str]) -> str:
             comma = comma or Dialect(";", ",").is_numeric(text)
         elif "." in text and _PLAIN.fullmatch(text) and not _AMBIGUOUS[","].fullmatch(text):
             point = True
+    if separator == ";" and not point and not comma:
+        return ".,"
     return ".," if point and comma else "," if comma else "."
 
 
@@ -154,11 +161,15 @@ def with_point(cell: str, decimals: str, where: str) -> str:
         return cell
     text, unit = match[1], match[2]
     if any(_AMBIGUOUS[sign].fullmatch(text) for sign in decimals):
-        either = re.sub("[.,]", "", text), text.replace(",", ".")
-        hint = f"{either[1]} or {either[0]}? Write numbers without a thousands separator."
-        raise InputError(where, cell, "numbers with the decimal sign of the other cells", hint)
+        raise _ambiguous(where, cell, text)
     grouped = next((sign for sign in ".," if _GROUPED[sign].fullmatch(text)), "")
     if grouped:
         text = text.replace("," if grouped == "." else ".", "")
     text = text.replace(",", ".")
     return text + unit if _PLAIN.fullmatch(text) else cell
+
+
+def _ambiguous(where: str, cell: str, text: str) -> InputError:
+    small, large = text.replace(",", "."), re.sub("[.,]", "", text)
+    hint = f"{small} or {large}? Write {small}0 or {large}, without a separator of thousands."
+    return InputError(where, cell, "numbers whose decimal sign is certain", hint)

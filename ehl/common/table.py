@@ -13,7 +13,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from ehl.common.quantities import Quantity, format_number, printed_unit, quantities, typeset_unit, typeset_units
 from ehl.common.table_reader import harmless
@@ -188,23 +188,40 @@ class Table:
         terminal().print(self, crop=False, overflow="ignore")
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        from rich.box import SIMPLE
-        from rich.table import Table as Printed
+        from rich.cells import cell_len
+        from rich.segment import Segment
+        from rich.style import Style
         from rich.text import Text
 
         head, rows = self._texts(typeset=False)
         left = self._left(rows)
         widths = self._fitting(head, rows, left, options.max_width)
-        printed = Printed(box=SIMPLE, padding=(0, _GAP - 1, 0, 0), pad_edge=False, show_edge=False)
         if self.title:
             yield wrapped(self.title, "italic")
-        for i, width in widths.items():
-            justify: Literal["left", "right"] = "left" if left[i] else "right"
-            printed.add_column(Text(plain(head[i])), justify=justify, width=width, overflow="fold")
-        for row in rows:
-            printed.add_row(*(Text(plain(row[i])) for i in widths))
-        if rows and sum(widths.values()) + _GAP * (len(widths) - 1) <= options.max_width:
-            yield printed
+        total = sum(widths.values()) + _GAP * (len(widths) - 1)
+
+        def folded(text: str, width: int) -> list[str]:
+            text = plain(text).replace("\t", " ")
+            if cell_len(text) <= width and "\n" not in text:
+                return [text]
+            return [line.plain.rstrip() for line in Text(text).wrap(console, width, overflow="fold")]
+
+        def lines(texts: Sequence[str], *, bottom: bool = False) -> Iterator[str]:
+            cells = [folded(texts[i], width) for i, width in widths.items()]
+            depth = max(map(len, cells))
+            blank = [[""] * (depth - len(cell)) for cell in cells]
+            cells = [[*empty, *cell] if bottom else [*cell, *empty] for cell, empty in zip(cells, blank, strict=True)]
+            for line in zip(*cells, strict=True):
+                parts = []
+                for (i, width), text in zip(widths.items(), line, strict=True):
+                    space = " " * (width - cell_len(text))
+                    parts.append(text + space if left[i] else space + text)
+                yield (" " * _GAP).join(parts).rstrip() + "\n"
+
+        if rows and total <= options.max_width:
+            yield Segment("".join(lines(head, bottom=True)), Style(bold=True))
+            yield Segment("─" * total + "\n")
+            yield Segment("".join(line for row in rows for line in lines(row)))
         else:  # less than two columns fit; no head without rows
             yield from (wrapped(f"{head[i]}: {row[i]}") for row in rows for i in widths)
         missing = [head[i] for i in range(len(head)) if i not in widths]

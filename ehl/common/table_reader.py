@@ -184,7 +184,8 @@ def _block(
     if len(body) and _are_units(list(body.iloc[0]), head.quantities, units, quantities):
         units = [str(cell).strip() or None for cell in body.iloc[0]]
         body = body.iloc[1:]
-    decimals = decimals_of([cell for cell in body.to_numpy().ravel() if isinstance(cell, str)])
+    separator = str(body.attrs.get("separator", ""))
+    decimals = decimals_of([cell for cell in body.to_numpy().ravel() if isinstance(cell, str)], separator)
     rows: list[tuple[int, dict[str, Any]]] = []
     left_out = 0
     for number, row in zip(body.index, body.to_numpy(), strict=True):
@@ -493,6 +494,7 @@ def _read_csv(path: Path, text: str, quantities: Mapping[str, ValueRange | None]
     if frame.empty:
         return frame
     frame = frame.fillna("")
+    frame.attrs["separator"] = separator
     # a cell in quotes may hold line breaks
     height = 1 + frame.apply(lambda column: column.str.count("\n")).sum(axis=1)
     frame.index = 1 + height.cumsum() - height

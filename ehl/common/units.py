@@ -85,7 +85,7 @@ _READ: dict[str, tuple[tuple[float, str], ...]] = {
         (1e-2, "cm"),
         (1e-3, "millimeter millimetre"),
         (1e-6, "micron microns micrometer micrometre mikrometer"),
-        (_INCH, "in inch inches zoll"),
+        (_INCH, 'in inch inches zoll "'),
         (_FOOT, "ft feet foot"),
         (1e-3 * _INCH, "mil mils thou"),
         (1e-6 * _INCH, "uin microinch"),
@@ -115,19 +115,19 @@ _READ: dict[str, tuple[tuple[float, str], ...]] = {
     # of a shaft: a rotation or turn a time, or the angular speed; nothing else
     "rad/s": (
         (1.0, "radians/s"),
-        (_TURN / 60.0, "1/min u/min upm umdr/min r/min rev/min revs/min rot/min tr/min"),
+        (_TURN / 60.0, "1/min u/min upm umdr/min umdr./min r/min rev/min revs/min rev_per_min rot/min tr/min"),
         (_TURN, "1/s hz u/s rev/s rps"),
         (_TURN * 1e3 / 60.0, "krpm"),
     ),
-    "N": ((1.0, "N"), (10.0, "daN"), (_POUND, "lbf"), (9.80665, "kgf kp")),
+    "N": ((1.0, "N newton newtons"), (10.0, "daN"), (_POUND, "lbf"), (9.80665, "kgf kp")),
     "N*m": (
-        (1.0, "Nm"),
+        (1.0, "Nm newton_metre newton_metres newton_meter newton_meters"),
         (1e3, "kNm kN_m"),
         (10.0, "daNm daN_m"),
         (1e-2, "Ncm N_cm"),
         (1e-3, "mNm mN_m Nmm N_mm"),
-        (_POUND * _FOOT, "lbf_ft ft_lbf lb_ft ft_lb lbft ftlb lbfft ftlbf"),
-        (_POUND * _INCH, "lbf_in in_lbf lb_in in_lb lbin inlb lbfin inlbf"),
+        (_POUND * _FOOT, "lbf_ft ft_lbf lb_ft ft_lb lbft ftlb lbfft ftlbf pound_feet pound_foot foot_pounds"),
+        (_POUND * _INCH, "lbf_in in_lbf lb_in in_lb lbin inlb lbfin inlbf inch_pounds pound_inches"),
         (9.80665, "kgf_m kgfm kp_m kpm"),
     ),
     "N/m": ((1e3, "kN/m"), (_POUND / _INCH, "lbf/in lb/in"), (_POUND / _FOOT, "lbf/ft lb/ft")),
@@ -139,7 +139,7 @@ _READ: dict[str, tuple[tuple[float, str], ...]] = {
         (1e9, "kN/mm2"),
         (_POUND / _INCH**2, "psi lbf/in2"),
         (1e3 * _POUND / _INCH**2, "ksi kpsi"),
-        (9.80665e6, "kgf/mm2"),
+        (9.80665e6, "kgf/mm2 kp/mm2"),
     ),
     "1/Pa": ((1.0, "1/Pa m2/N"), (1e-6, "1/MPa mm2/N"), (1e-5, "1/bar")),
     "Pa/K": ((1.0, "Pa/K"), (1e6, "MPa/K"), (1e3, "kPa/K")),
@@ -158,7 +158,7 @@ _READ: dict[str, tuple[tuple[float, str], ...]] = {
 }
 # kelvins of a temperature scale: factor and zero
 _TEMPERATURES = {
-    **dict.fromkeys(("C", "celsius", "°celsius"), (1.0, KELVIN)),
+    **dict.fromkeys(("C", "C°", "celsius", "°celsius"), (1.0, KELVIN)),
     **dict.fromkeys(("F", "°F", "fahrenheit", "°fahrenheit"), (5.0 / 9.0, KELVIN - 160.0 / 9.0)),
 }
 # words that have one meaning in any case; the others may differ by it, as mPa and MPa do
@@ -166,7 +166,8 @@ _ANY_CASE = (
     "rpm krpm min u upm umdr r rev revs rot tr hz rps rad deg degree degrees celsius fahrenheit cst centistoke "
     "centistokes lb lbf ft in inch inches zoll feet foot mil mils thou micron microns micrometer micrometre mikrometer "
     "millimeter millimetre microinch lbft ftlb lbfft ftlbf lbin inlb lbfin inlbf psi ksi km h kmh kph mph fpm fps "
-    "percent pct prozent second seconds minute minutes hr hour hours"
+    "newton newtons metre metres meter meters pound pounds per percent pct prozent second seconds minute minutes hr "
+    "hour hours"
 )
 # fields whose unit is never left to pint: another spelling there may mean something else
 _CLOSED = ("", "rad/s", "N*m", "rad")

@@ -27,31 +27,27 @@ TESTS = Path(__file__).parents[1]
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
-def test_a_machine_without_semaphores_and_locks_computes_in_one_process(tmp_path: Path) -> None:
-    library, plan = tmp_path / "none.so", tmp_path / "plan.toml"
-    subprocess.run(["cc", "-shared", "-fPIC", "-o", library, TESTS / "no_semaphores.c"], check=True)
+@pytest.mark.parametrize("lacks", ["SEMAPHORES=ENOSYS", "SEMAPHORES=EACCES", "LOCKS=ENOLCK"])
+def test_a_machine_without_semaphores_or_locks(lacks: str, tmp_path: Path) -> None:
+    """Without semaphores a sweep runs in one process, with a note; without locks it runs as usual, and again."""
+    library, plan, run = tmp_path / "bare.so", tmp_path / "plan.toml", tmp_path / "run"
+    subprocess.run(["cc", f"-D{lacks}", "-shared", "-fPIC", "-o", library, TESTS / "bare_machine.c"], check=True)
     content = sweep_plan("serial", accuracy="fast")
     del content["variables"]["roughness_rms"]  # smooth contacts: milliseconds each
     plan.write_text(toml_text(content), encoding="utf-8")
-    ended = subprocess.run(
-        [
-            sys.executable,
-            "-c",
-            "from efficiency.cli import main; main()",
-            "sweep",
-            plan,
-            "-o",
-            tmp_path / "run",
-            "--jobs",
-            "2",
-        ],
-        env=os.environ | {"LD_PRELOAD": str(library)},
-        capture_output=True,
-        text=True,
-    )
-    assert ended.returncode == 0, ended.stderr
-    assert "semaphores" in ended.stderr
-    assert "16 converged" in ended.stdout
+    program = [sys.executable, "-c", "from efficiency.cli import main; main()"]
+
+    def output(*arguments: Any) -> tuple[str, str]:
+        environment = os.environ | {"LD_PRELOAD": str(library)}
+        ended = subprocess.run([*program, *arguments], env=environment, capture_output=True, text=True)
+        assert ended.returncode == 0, ended.stderr
+        return ended.stdout, ended.stderr
+
+    told, warned = output("sweep", plan, "-o", run, "--jobs", "2")
+    assert "16 converged" in told
+    assert ("semaphores" in warned) == lacks.startswith("SEMAPHORES")
+    if lacks.startswith("LOCKS"):
+        assert "16 found on disk" in output("sweep", plan, "-o", run, "--jobs", "2")[0]
 
 
 def test_quotas_of_all_groups_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -168,6 +168,7 @@ def test_heads_and_numbers_of_other_programs(tmp_path: Path, text: str) -> None:
     "text",
     [
         "load [N];speed_entrainment [m/s];slide_to_roll\n1.500;2,5;0,1\n",  # 1.5 or 1500?
+        "load [N];speed_entrainment [m/s];slide_to_roll\n1.500;2;1\n",  # nor does another number decide it
         "load [N];speed_entrainment [m/s];slide_to_roll\n1,500;2.5;0.1\n",
         "load [N],speed_entrainment [m/s],slide_to_roll\n1,500,2.5,0.1\n",
         "Ball Load [N],speed_entrainment [rpm],slide_to_roll\n1500,2.5,0.1\n",
