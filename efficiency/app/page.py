@@ -1,4 +1,4 @@
-"""The page of `mixed-ehl app`: controls, the answer, pictures on the tooth, friction models, map, contact, exports."""
+"""The page of `mixed-ehl app`: controls, result, fields on the tooth, friction models, map, contact, exports."""
 
 import asyncio
 import base64
@@ -14,7 +14,18 @@ from nicegui import app, core, run, ui
 from efficiency.app import charts
 from efficiency.app.axle_tab import AxleTab
 from efficiency.app.guard import Guard
-from efficiency.app.scene import CHOICES, FIELDS, FINISHES, FRICTIONS, MISALIGNMENTS, Bench, Scene, SceneAnswer, changed
+from efficiency.app.scene import (
+    CHOICES,
+    FIELDS,
+    FINISHES,
+    FRICTIONS,
+    MISALIGNMENTS,
+    SHAPE,
+    Bench,
+    Scene,
+    SceneAnswer,
+    changed,
+)
 from ehl.common.data import data_names
 from ehl.common.errors import InputError, MixedEhlError
 from regression.friction.published_registry import model_label
@@ -22,20 +33,21 @@ from regression.friction.published_registry import model_label
 _T = TypeVar("_T")
 
 _LOG = logging.getLogger(__name__)
-_NOTES = 3  # notes that are shown at once
-_STALE = "opacity-30"  # of pictures that do not belong to the settings
+_NOTES = 3  # number of notes that are shown
+_STALE = "opacity-30"  # of results of other settings
 _REACH = 0.3  # of a slider to both sides [mm, deg]
 COLOURS = {"fault": "negative", "warning": "warning", "for information": "info"}
 
 
 class Page:
-    """One browser tab: its scene, and the elements that show it."""
+    """One browser tab: its scene and elements."""
 
     def __init__(self, bench: Bench) -> None:
         self.bench = bench
         self.scene = bench.start()
         self.busy = self.waiting = False
         self.inputs: dict[str, Any] = {}
+        self.sliders: dict[str, Any] = {}
         self.drawn: dict[str, Scene] = {}  # what map and contact were drawn for
         drawer = self._controls()
         with ui.tabs() as tabs:
@@ -57,7 +69,7 @@ class Page:
                     self.pressure = self._chart("Contact pressure on the gear tooth [GPa]")
                     self.loss = self._chart("Loss on the gear tooth [W/mm²]")
                 self.bars = self._chart(
-                    "Power loss by friction model [W]; marks: interval of 90 % by the inputs", "w-full"
+                    "Power loss by friction model [W] with 90 % intervals from the inputs", "w-full"
                 )
                 with ui.row().classes("w-full gap-3"):
                     with ui.card().classes("flex-1 min-w-[320px]"):
@@ -68,7 +80,9 @@ class Page:
                         self.map.set_visibility(False)
                         self.map_stale = _outdated("map")
                     with ui.card().classes("flex-1 min-w-[320px]"):
-                        self.contact_button = ui.button("Film and pressure of the contact that loses most (smooth)")
+                        self.contact_button = ui.button(
+                            "Film and pressure of the contact with the largest loss (smooth)"
+                        )
                         self.contact_button.on_click(self._draw_contact)
                         self.contact_text = ui.label("")
                         self.contact = ui.image().classes("w-full")
@@ -106,12 +120,34 @@ class Page:
             self._select("friction", {name: model_label(name) for name in FRICTIONS})
             self._select("finish", {"": "as designed"} | {name: name for name in FINISHES})
             for name in FIELDS:
-                if name not in MISALIGNMENTS:
+                if name not in MISALIGNMENTS and name not in SHAPE:
                     self._number(name)
+            ui.label("flanks, both sides").classes("text-sm opacity-70 mt-2")
+            for name in SHAPE:
+                self._number(name)
+                slider = ui.slider(min=0.0, max=1.0, step=0.01).props("dense").mark(f"slider {name}")
+                slider.on("change", lambda _, name=name: self._slid(name))  # when released: settings take a second
+                self.sliders[name] = slider
             ui.label("misalignment").classes("text-sm opacity-70 mt-2")
             for name in MISALIGNMENTS:
                 self._number(name, _REACH)
+        self._place_sliders()
         return drawer
+
+    def _place_sliders(self) -> None:
+        """Sliders of the flanks from nothing, or half of the offset, to three times the design's value."""
+        start = self.bench.start(self.scene.design)
+        for name, slider in self.sliders.items():
+            text = getattr(start, name)
+            value = float(text or 0.0)
+            low, high = (0.5 * value, 1.3 * value) if name == "hypoid_offset" else (0.1 * value, 3.0 * value)
+            slider.set_visibility(value > 0.0)
+            self.inputs[name].set_visibility(bool(text))
+            slider.props(f":min={low:.6g} :max={high or 1.0:.6g} :step={(high - low) / 50.0 or 1.0:.6g}")
+            slider.set_value(float(getattr(self.scene, name) or 0.0))
+
+    def _slid(self, name: str) -> None:
+        self.inputs[name].set_value(f"{self.sliders[name].value:.4g}")
 
     def _select(self, name: str, names: list[str] | dict[str, str]) -> None:
         value = getattr(self.scene, name)
@@ -152,6 +188,7 @@ class Page:
             return
         self.scene = scene
         self._fill()
+        self._place_sliders()
         await self.refresh()
 
     def _fill(self) -> None:
@@ -161,7 +198,7 @@ class Page:
     # answers
 
     async def _try(self, work: Callable[[], _T]) -> _T | None:
-        """The result of work in a thread of its own, or None with its error in the page."""
+        """The result of a function run in a thread, or None with its error on the page."""
         scene = self.scene
 
         def attempt() -> tuple[_T | None, dict[str, str]]:
@@ -178,22 +215,22 @@ class Page:
         except Exception as error:
             _LOG.exception("fault of the page")
             self._refuse(
-                f"Fault of the program ({type(error).__name__}: {error}). The terminal has the rest: please send it "
-                "with what you had set."
+                f"Program error ({type(error).__name__}: {error}). Please send the output of the terminal and the "
+                "settings of this page."
             )
             return None
         self._refuse("\n".join(wrong.values()), wrong)
         return found
 
     def _refuse(self, words: str, fields: Collection[str] = ()) -> None:
-        """Say what is wrong and mark the fields; nothing where all is right."""
+        """Show the errors and mark their fields; an empty text hides them."""
         self.fault.text = words
         self.fault.set_visibility(bool(words))
         for name, element in self.inputs.items():
             element.error = "see above" if name in fields else None
 
     async def refresh(self) -> None:
-        """Answer the scene as it is now; what was asked meanwhile is answered next, only the last of it."""
+        """Compute the current scene; of the scenes set meanwhile the last one follows."""
         if self.busy:
             self.waiting = True
             return
@@ -205,7 +242,7 @@ class Page:
                 answer = await self._try(lambda scene=scene: self.bench.answer(scene))  # type: ignore[misc]
                 self._mark(fresh=answer is not None)
                 if answer is None:
-                    self.headline.text, self.details.text = "no answer", ""
+                    self.headline.text, self.details.text = "no result", ""
                 else:
                     self._show(answer)
                     pictures = await self._try(lambda answer=answer: _drawn(answer))  # type: ignore[misc]
@@ -221,7 +258,7 @@ class Page:
             self.busy = False
 
     def _mark(self, *, fresh: bool) -> None:
-        """Grey what does not belong to the settings."""
+        """Dim results of other settings."""
         self.stale.set_visibility(not fresh)
         for element in (self.notes, self.pressure, self.loss, self.bars):
             element.classes(**({"remove": _STALE} if fresh else {"add": _STALE}))
@@ -238,8 +275,8 @@ class Page:
             if found.status == "failed"
             else f"{found.power_loss:.4g} W of {found.power_input / 1e3:.4g} kW lost, mean friction coefficient "
             f"{found.friction_coefficient_mean:.4f}, largest pressure {found.pressure_max / 1e9:.3g} GPa, by "
-            f"{model_label(answer.friction)}; in brackets: what oil, surfaces and formula leave open (90 %); error of "
-            f"the solution {100.0 * found.efficiency_error:.1g} points"
+            f"{model_label(answer.friction)}; in brackets: 90 % interval from oil, surfaces and formula; numerical "
+            f"error {100.0 * found.efficiency_error:.1g} percentage points"
         )
 
     def _show_pictures(self, pressure: dict[str, Any], loss: dict[str, Any], notes: list[Any]) -> None:
@@ -282,7 +319,7 @@ class Page:
 
     async def _draw_contact(self) -> None:
         self.contact_button.disable()
-        self.contact_text.text = "solving; on a fresh installation the solver is compiled first, some 20 s"
+        self.contact_text.text = "solving; in a new installation the solver is compiled first, about 20 s"
         scene = self.scene
 
         def solve() -> tuple[str, str]:
@@ -333,7 +370,7 @@ class Page:
 
 
 def _outdated(name: str) -> Any:
-    words = ui.label("Drawn for other settings: press again.").classes("text-negative").mark(f"old {name}")
+    words = ui.label("For earlier settings; press the button to update.").classes("text-negative").mark(f"old {name}")
     words.set_visibility(False)
     return words
 
@@ -345,7 +382,7 @@ def _note(note: Any) -> None:
 
 
 def _drawn(answer: SceneAnswer) -> tuple[dict[str, Any], dict[str, Any], list[Any]]:
-    """Both pictures of the tooth, and the notes."""
+    """Charts of pressure and loss on the tooth, and the notes."""
     return charts.tooth(answer, "pressure"), charts.tooth(answer, "loss_density"), answer.notes
 
 
@@ -356,7 +393,7 @@ def _picture(figure: Any) -> str:
 
 
 def serve(bench: Bench, port: int, token: str, *, browser: bool) -> None:
-    """Serve the page on the loopback address until Ctrl-C, to those who have the token."""
+    """Serve the page on the loopback address until Ctrl-C, to users with the token."""
     app.add_middleware(Guard, port=port, token=token)
     core.sio.eio.cors_allowed_origins = []  # no CORS headers; the guard checks the origin
 

@@ -1,4 +1,4 @@
-"""Content of the page: a scene of texts as a user types them, and its answer.
+"""Content of the page: the settings of the user as texts, and their result.
 
 The mesh is kept while the alignment stays, the load while the torque stays: oil, finish, speed and temperature need
 the friction formula alone.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
@@ -21,7 +22,10 @@ from efficiency.axle.result import SOURCES, AxleResult
 from efficiency.conditions.conditions import default_friction
 from efficiency.design.design import bevel_names
 from efficiency.loss.efficiency_result import pair_notes
+from efficiency.machine_settings.inputs import SettingsInput, load_targets, targets_next_to
+from efficiency.machine_settings.solve import machine_settings
 from efficiency.mesh import LoadedMesh
+from efficiency.optimisation.problem import VARIABLES, start_value, with_values
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.notes import result_notes
 from efficiency.pair import GearPair
@@ -36,6 +40,7 @@ from regression.friction.published_registry import PUBLISHED, model_label
 if TYPE_CHECKING:
     from efficiency.design.design import Design
     from efficiency.loss.efficiency_result import EfficiencyResult
+    from efficiency.machine_settings.settings_result import SettingsResult
     from ehl.common.notes import Note
     from ehl.surface.finish import State
 
@@ -51,7 +56,13 @@ FIELDS: dict[str, tuple[str, str]] = {
     "P": ("mm", "P pinion axial"),
     "G": ("mm", "G gear axial"),
     "shaft_angle_error": ("deg", "α shaft angle"),
+    "lengthwise_crowning": ("um", "lengthwise crowning"),
+    "profile_crowning": ("um", "profile crowning"),
+    "tip_relief": ("um", "tip relief"),
+    "hypoid_offset": ("mm", "hypoid offset"),
 }
+SHAPE = ("lengthwise_crowning", "profile_crowning", "tip_relief", "hypoid_offset")
+"""Variables of the flanks, which require new machine settings; for designs with relief in their targets."""
 CHOICES = {
     "design": "pair",
     "side": "flanks",
@@ -73,7 +84,7 @@ FINISHES: dict[str, tuple[str, State]] = {
 MISALIGNMENTS = ("E", "P", "G", "shaft_angle_error")
 COMPARED = ("xu_kahraman_2007", "constant:0.05")
 FRICTIONS = (*shipped_formulas(), *PUBLISHED, "constant:0.05")
-FIRST = "fh_hypoid_9x34_relieved"  # design a page begins with
+FIRST = "fm_hypoid_13x42_relieved"  # design a page begins with
 MAP_STEPS = 7  # torques and speeds of a map each
 _LIMIT = re.compile(r"(-?\d[\d.e+-]*) (m|K|rad/s|rad|N\*m)\b")
 _LONGEST = 40  # characters of a field
@@ -100,6 +111,11 @@ class Scene:
     P: str = ""
     G: str = ""
     shaft_angle_error: str = ""
+    # flanks of both sides: ease-off and tip relief in um, offset in mm
+    lengthwise_crowning: str = ""
+    profile_crowning: str = ""
+    tip_relief: str = ""
+    hypoid_offset: str = ""
 
     def values(self, *names: str) -> dict[str, str]:
         """Fields that are not empty, with their units; `InputError` of all that are no number."""
@@ -181,7 +197,7 @@ class SceneAnswer:
         """Efficiency with its interval; without an answer the notes say why."""
         found = self.result
         if found.status == "failed":
-            return "no answer"
+            return "no result"
         low, high = 100.0 * found.efficiency_lower, 100.0 * found.efficiency_upper
         interval = f" ({low:.2f} to {high:.2f})" if math.isfinite(low) and low < high else ""
         return f"{100.0 * found.efficiency:.3f} %{interval}"
@@ -194,6 +210,7 @@ class Bench:
     given: Path | None = None  # design file of the command line: the only file that is opened
     _pairs: dict[str, GearPair] = field(default_factory=dict, repr=False)
     _loads: dict[tuple[str, ...], LoadedMesh] = field(default_factory=dict, repr=False)
+    _settings: dict[tuple[str, str], SettingsResult] = field(default_factory=dict, repr=False)
     _axles: dict[str, Axle] = field(default_factory=dict, repr=False)
 
     @property
@@ -230,7 +247,49 @@ class Bench:
             temperature=f"{point.temperature - 273.15:.6g}",
             **self.roughness(name),
             **{key: f"{scales[key] * value:.6g}" for key, value in shifts.items()},
+            **self._start_shape(name),
         )
+
+    def targets(self, design: str) -> SettingsInput | None:
+        """Targets of a design, from which new flanks can be made; None where they are missing or have no relief."""
+        source = self._source(design)
+        path = targets_next_to(source) if isinstance(source, Path) else data_path("targets", f"{source}.toml")
+        if not path.is_file():
+            return None
+        found = load_targets(path)
+        return found if found.pinion.edge_relief.tip is not None else None
+
+    def _start_shape(self, design: str) -> dict[str, str]:
+        """Texts of the fields of `SHAPE` of a design; empty where its flanks cannot be changed."""
+        targets = self.targets(design)
+        if targets is None:
+            return {}
+        start = {name: start_value(targets, name, "both") for name in SHAPE if name != "hypoid_offset"}
+        texts = {name: f"{1e6 * value:.4g}" for name, value in start.items()}
+        return texts | {"hypoid_offset": f"{1e3 * targets.blank.hypoid_offset:.5g}"}
+
+    def shape(self, scene: Scene) -> dict[str, float]:
+        """Variables of the flanks [m] that differ from the design's."""
+        start = self._start_shape(scene.design)
+        given = scene.values(*(name for name in SHAPE if getattr(scene, name) != start.get(name, "")))
+        if given and not start:
+            raise InputError(next(iter(given)), None, "a design with targets, such as the shipped ..._relieved")
+        return {name: VARIABLES[name].check(text, name) for name, text in given.items()}
+
+    def settings(self, scene: Scene) -> SettingsResult | None:
+        """Machine settings of the changed flanks; None for the flanks of the design."""
+        shape, targets = self.shape(scene), self.targets(scene.design)
+        if not shape or targets is None:
+            return None
+        key = (scene.design, repr(shape))
+        if key not in self._settings:
+            self._settings[key] = machine_settings(with_values(targets, shape, "both"), transmission=False)
+            while len(self._settings) > 16:
+                self._settings.pop(next(iter(self._settings)))
+        found = self._settings[key]
+        if found.status != "converged":
+            raise InputError(next(iter(shape)), None, f"flanks that can be cut ({found.status})", *found.warnings[:1])
+        return found
 
     def roughness(self, design: str, finish: str = "") -> dict[str, str]:
         """Texts of the fields of Rq of a pair with a finish."""
@@ -243,9 +302,10 @@ class Bench:
     def loaded(self, scene: Scene) -> LoadedMesh:
         """The loaded mesh of a scene; the last few are kept. A finish changes neither mesh nor load."""
         mesh_values, torque = scene.mesh_values, scene.values("torque")
-        key = (scene.design, scene.side, repr(mesh_values), repr(torque))
+        made = self.settings(scene)
+        key = (scene.design, scene.side, repr(mesh_values), repr(torque), repr(self.shape(scene)))
         if key not in self._loads:
-            pair: Any = self.pair(scene.design)
+            pair: Any = self.pair(scene.design) if made is None else GearPair(made.design)
             self._loads[key] = pair.mesh(side=scene.side, **mesh_values).load(torque.get("torque"))
             while len(self._loads) > 16:
                 self._loads.pop(next(iter(self._loads)))
@@ -362,15 +422,24 @@ class Bench:
 
     def script(self, scene: Scene) -> str:
         """A Python script that gives the number of the page."""
-        name = str(self._source(scene.design))
+        name, shape = str(self._source(scene.design)), self.shape(scene)
+        load, pair = "", f"efficiency.load({name!r})"
+        if shape:
+            targets = name.removesuffix(".toml") + "_targets.toml" if self.given is not None else name
+            load = (
+                "from efficiency.machine_settings.inputs import load_targets\n"
+                "from efficiency.optimisation.problem import with_values\n\n"
+                f"targets = with_values(load_targets({targets!r}), {shape!r}, 'both')\n"
+            )
+            pair = "efficiency.GearPair(efficiency.settings(targets).design)"
         mesh = "".join(f", {key}={value!r}" for key, value in scene.mesh_values.items())
         torque = scene.values("torque").get("torque")
         friction = self.friction(scene)
         conditions = "".join(f", {key}={value!r}" for key, value in scene.conditions.items())
         finished = f".finished{FINISHES[scene.finish]}" if scene.finish else ""
         return (
-            "import efficiency\n\n"
-            f"pair = efficiency.load({name!r}){finished}\n"
+            f"import efficiency\n{load}\n"
+            f"pair = {pair}{finished}\n"
             f"mesh = pair.mesh(side={scene.side!r}{mesh})\n"
             f"result = mesh.load({torque!r}).efficiency({friction!r}{conditions})\n"
             'print(f"efficiency {100 * result.efficiency:.3f} %")\n'
@@ -382,7 +451,12 @@ class Bench:
         Profiles and other files that the design names stand as they are.
         """
         source = self._source(scene.design)
-        content = read_toml(source if isinstance(source, Path) else data_path("designs", f"{source}.toml"))
+        made = self.settings(scene)
+        content = (
+            tomllib.loads(made.text)
+            if made is not None
+            else read_toml(source if isinstance(source, Path) else data_path("designs", f"{source}.toml"))
+        )
         operation = content.setdefault("operation", {})
         conditions, torque = scene.conditions, scene.values("torque")
         operation.update(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output.tables import operating_state, percent
+from ehl.common.quantities import quantity
 from ehl.common.sections import Notes
 from regression.friction.published_registry import model_label
 
@@ -35,7 +36,8 @@ def result_notes(
     # the grade of the edge load contains a remedy and replaces the note
     said += [note for note in result.notes if not (edges and note.startswith("edges carry"))]
     if outside := outside_note(result.outside_range_share, model_label(result.friction_model)):
-        said.append(outside)
+        warmest = float(result.points.state.temperature_oil.max())
+        said.append(f"{outside}; oil at the teeth {quantity('temperature').text(warmest)}")
     # notes on the unloaded pair belong to all cases
     return [(case, text) for text in said] + [("", note) for note in of_design if note not in said]
 

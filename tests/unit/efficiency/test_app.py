@@ -21,7 +21,7 @@ from typer.testing import CliRunner
 
 import efficiency
 from efficiency.app.charts import efficiency_map, losses, stacked, tooth
-from efficiency.app.scene import AXLE_FIELDS, Bench, Scene, changed
+from efficiency.app.scene import AXLE_FIELDS, SHAPE, Bench, Scene, changed
 from efficiency.cli import app
 from ehl.common.data import data_path
 from ehl.common.errors import InputError
@@ -172,8 +172,11 @@ def test_finish_by_name(bench: Bench, scene: Scene, tmp_path: Path) -> None:
     assert "finished('superfinished', 'new')" in bench.script(fine)
 
 
-def test_design_file_and_script_give_the_number_of_the_page(bench: Bench, scene: Scene, tmp_path: Path) -> None:
-    asked = changed(scene, speed="1000", roughness_rms_pinion="0.25", P="-0.04", torque="")
+@pytest.mark.parametrize("shape", [{}, {"lengthwise_crowning": "60", "tip_relief": "10"}])
+def test_design_file_and_script_give_the_number_of_the_page(
+    bench: Bench, scene: Scene, tmp_path: Path, shape: dict[str, str]
+) -> None:
+    asked = changed(scene, speed="1000", roughness_rms_pinion="0.25", P="-0.04", torque="", **shape)
     expected = bench.answer(asked).result.efficiency
     design = tmp_path / "design.toml"
     design.write_text(bench.design_text(asked), encoding="utf-8")
@@ -183,6 +186,8 @@ def test_design_file_and_script_give_the_number_of_the_page(bench: Bench, scene:
     own = Bench(design)
     assert own.designs[0] == "design.toml"
     assert own.answer(own.start()).result.efficiency == pytest.approx(expected, abs=1e-12)
+    if shape:
+        assert expected != bench.answer(changed(asked, **dict.fromkeys(SHAPE, ""))).result.efficiency
     said: dict[str, object] = {}
     exec(compile(bench.script(asked), "script", "exec"), said)
     assert said["result"].efficiency == expected  # type: ignore[attr-defined]
@@ -201,7 +206,7 @@ def test_toml_of_what_no_shipped_design_holds() -> None:
 
 def test_where_nothing_can_carry_the_load_there_is_no_number(bench: Bench, scene: Scene) -> None:
     answer = bench.answer(changed(scene, torque="1000000"))
-    assert answer.headline() == "no answer"
+    assert answer.headline() == "no result"
     assert answer.notes[0].grade == "fault"
     assert len(answer.tooth("pressure")[0]) > 0
 
@@ -374,7 +379,7 @@ def test_page_in_a_browser(address: str, tmp_path: Path) -> None:
         # two refused fields: both told, both marked, what stands below is called stale
         page.get_by_label("pinion torque").fill("-3")
         page.get_by_label("oil temperature").fill("hot")
-        expect(headline).to_have_text("no answer", timeout=120_000)
+        expect(headline).to_have_text("no result", timeout=120_000)
         said = page.locator(".text-negative.whitespace-pre-line")
         expect(said).to_contain_text("pinion torque [N m] = '-3' cannot be used; allowed: above 0 N m")
         expect(said).to_contain_text("oil temperature [degC] = 'hot'")
@@ -397,7 +402,7 @@ def test_page_in_a_browser(address: str, tmp_path: Path) -> None:
         other.close()
         expect(headline).to_have_text(bench.answer(faster).headline())
         # the slider of E, a little to the right
-        slider = page.get_by_role("slider").first
+        slider = page.get_by_role("slider").nth(len(SHAPE))  # those of the flanks come first
         slider.click(position={"x": 0.6 * slider.bounding_box()["width"], "y": 8})
         offset = page.get_by_label("E offset")
         expect(offset).not_to_have_value(scene.E)
@@ -422,7 +427,7 @@ def test_page_in_a_browser(address: str, tmp_path: Path) -> None:
         page.get_by_role("button", name="Film and pressure").click()
         expect(page.get_by_text("central film")).to_be_visible(timeout=240_000)
         assert page.locator("img").count() == 1
-        old = page.get_by_text("Drawn for other settings")
+        old = page.get_by_text("For earlier settings")
         expect(old).to_have_count(2)
         expect(old.first).to_be_hidden()
         page.get_by_label("Rq pinion").fill("0.35")
@@ -437,7 +442,7 @@ def test_page_in_a_browser(address: str, tmp_path: Path) -> None:
             download.value.save_as(tmp_path / suffix)
         # a decimal comma, and a phone
         page.get_by_label("Rq pinion").fill("0,4")
-        expect(headline).to_have_text("no answer", timeout=120_000)
+        expect(headline).to_have_text("no result", timeout=120_000)
         page.set_viewport_size({"width": 360, "height": 780})
         expect(headline).to_be_visible()
         # figures follow the width a moment later; in time nothing is wider than the screen
