@@ -1,6 +1,6 @@
 """Random contacts over the whole accepted range, solved to the end with a budget of work.
 
-    python -m validation contact_campaign --count 100000 --rough 2000 --out campaign.txt
+    python -m validation contact_campaign --count 100000 --rough 2000 --out campaign.jsonl
 
 Temperature, pressure, speeds, slide-to-roll ratio, radius, roughness and lay over the ranges of the input check; half
 of them slide along the contact line; all oils. Prints outcomes, and each input with a traceback, above the budget
@@ -10,6 +10,7 @@ solutions at accuracy "reference" by both stated errors.
 
 from __future__ import annotations
 
+import json
 import math
 import random
 import signal
@@ -139,14 +140,34 @@ def outcome(keywords: dict[str, Any], *, rough: bool) -> list[str]:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
 
 
-def campaign(
-    count: int, seed: int, *, rough: bool, skip: int = 0, jobs: int | None = None
-) -> tuple[Counter[str], list[str]]:
-    """Outcomes of contacts by their number, and what is wrong."""
+def campaign(count: int, seed: int, *, rough: bool, skip: int = 0, jobs: int | None = None) -> dict[str, Any]:
+    """Outcomes of contacts by their number, what is wrong, and the processor time where one process solves them."""
+    clock = time.process_time()
     tasks = list(inputs(count, seed, rough=rough, skip=skip))
     rows = run_tasks(tasks, partial(outcome, rough=rough), jobs=jobs)
     texts = [text for row in rows for text in row]
-    return Counter(text for text in texts if not text[0].isupper()), [text for text in texts if text[0].isupper()]
+    return {
+        "rough": rough,
+        "seed": seed,
+        "first": skip,
+        "count": count,
+        "seconds": round(time.process_time() - clock, 1),
+        "outcomes": Counter(text for text in texts if not text[0].isupper()),
+        "faults": [text for text in texts if text[0].isupper()],
+    }
+
+
+def report(rows: Sequence[dict[str, Any]]) -> str:
+    """Outcomes of all chunks, and each input where something is wrong."""
+    lines = []
+    for rough in (False, True):
+        chunks = [row for row in rows if row["rough"] == rough]
+        if number := sum(row["count"] for row in chunks):
+            seconds = sum(row["seconds"] for row in chunks)
+            lines.append(f"{'rough' if rough else 'smooth'} contacts: {number} in {seconds:.0f} s")
+            counts = sum((Counter(row["outcomes"]) for row in chunks), Counter[str]())
+            lines += [f"  {n:6d}  {text}" for text, n in counts.most_common()]
+    return "\n".join([*lines, *(f"       1  {text}" for row in rows for text in row["faults"])])
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -156,31 +177,27 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--rough", type=int, default=0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int)
-    parser.add_argument("--out", type=Path, help="report after every chunk of contacts")
+    parser.add_argument("--out", type=Path, help="a line of JSON for each chunk of contacts; the same command resumes")
     options = parser.parse_args(argv)
-    counts: dict[bool, Counter[str]] = {False: Counter(), True: Counter()}
-    faults: list[str] = []
-    done = {False: 0, True: 0}
+    rows: list[dict[str, Any]] = []
+    if options.out is not None and options.out.exists():
+        rows = [json.loads(line) for line in options.out.read_text(encoding="utf-8").splitlines()]
+    done = {
+        rough: max((row["first"] + row["count"] for row in rows if row["rough"] == rough), default=0)
+        for rough in (False, True)
+    }
     chunks = max(1, math.ceil(options.count / CHUNK))
     for chunk in range(1, chunks + 1):
         for rough, whole in ((False, options.count), (True, options.rough)):
             until = whole * chunk // chunks
             if until > done[rough]:
-                found, wrong = campaign(
-                    until - done[rough], options.seed, rough=rough, skip=done[rough], jobs=options.jobs
-                )
-                counts[rough] += found
-                faults += wrong
+                left = until - done[rough]
+                rows.append(campaign(left, options.seed, rough=rough, skip=done[rough], jobs=options.jobs))
                 done[rough] = until
-        lines = []
-        for rough, number in done.items():
-            if number:
-                lines.append(f"{'rough' if rough else 'smooth'} contacts: {number}")
-                lines += [f"  {n:6d}  {text}" for text, n in counts[rough].most_common()]
-        report = "\n".join([*lines, *(f"       1  {text}" for text in faults)])
-        if options.out is not None:
-            options.out.write_text(report + "\n", encoding="utf-8")
-    print(report)
+                if options.out is not None:
+                    with options.out.open("a", encoding="utf-8") as file:
+                        file.write(json.dumps(rows[-1]) + "\n")
+    print(report(rows))
 
 
 if __name__ == "__main__":
