@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence, Sized
 from dataclasses import dataclass, fields, replace
 from typing import Any, TypedDict
 
@@ -39,6 +40,7 @@ _WORDS: dict[str, tuple[str, ...]] = {
     "bulk": ("estimate", "oil"),
 }
 
+MAX_POINTS = 200_000  # operating points of a map, a grid or a study
 Friction = FrictionModel | str
 Value = float | str
 Values = Value | Sequence[Value]
@@ -184,7 +186,19 @@ def axis_values(name: str, values: Any) -> list[Any]:
     refuse_composite(name, values)
     if name in QUANTITIES and isinstance(values, str):
         return list(QUANTITIES[name].check_list(values, name))
-    return [checked(name, value) for value in (values if _several(name, values) else [values])]
+    given = list(values) if _several(name, values) else [values]
+    check_size({name: given})
+    return [checked(name, value) for value in given]
+
+
+def check_size(axes: Mapping[str, Sized]) -> None:
+    """Raise an `InputError` for an axis without values, and for more than `MAX_POINTS` combinations."""
+    for name, values in axes.items():
+        if not len(values):
+            raise InputError(name, "no value", "at least one value")
+    count = math.prod(map(len, axes.values()))
+    if count > MAX_POINTS:
+        raise InputError(", ".join(axes), f"{count} operating points", f"at most {MAX_POINTS}")
 
 
 def split_axes(given: Mapping[str, Any], allowed: Sequence[str] = AXES) -> tuple[dict[str, list[Any]], dict[str, Any]]:

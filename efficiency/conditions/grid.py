@@ -18,12 +18,12 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from efficiency.conditions.conditions import AXES
+from efficiency.conditions.conditions import AXES, check_size
 from efficiency.contact.chebyshev import cubic_spline
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.power_loss import efficiency_of
 from ehl.common.arrays import FloatArray, finite_or_none
-from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from ehl.common.tabular import Tabular
@@ -58,6 +58,7 @@ def solve_map(
     axes: names of `efficiency.conditions.conditions.AXES` with values in SI units.
     solve, progress, interval: as in `efficiency.conditions.grid.solve_points`.
     """
+    check_size(axes)
     nodes = [_nodes(values) if name in _INTERPOLATED else range(len(values)) for name, values in axes.items()]
     if all(len(some) == len(values) for some, values in zip(nodes, axes.values(), strict=True)):
         return solve_grid(axes, solve, progress, interval=interval)
@@ -372,9 +373,7 @@ def solve_grid(
     solve, progress, strength, interval: as in `solve_points`.
     Raises `InputError` for an axis without values, or an invalid value.
     """
-    for name, values in axes.items():
-        if not len(values):
-            raise InputError(name, list(values), "at least one value")
+    check_size(axes)
     places = list(itertools.product(*(range(len(values)) for values in axes.values())))
     solved = solve_places(axes, places, solve, progress, strength, interval)
     return Grid(named_axes(axes), tuple(solved[place] for place in places))

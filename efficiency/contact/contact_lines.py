@@ -19,7 +19,7 @@ from efficiency.contact.mesh_surface import EDGES, NORMAL, POSITION, MeshSurface
 from efficiency.contact.relief import relief_section
 from efficiency.cutting.machine import cross, dot, turn
 from ehl.common.arrays import FloatArray, IntArray
-from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, check_count
 
 # tuned: gear rotation to which edges are followed by default, as a fraction of the gear pitch (ours); may be changed
 # freely, larger loads extend it
@@ -29,6 +29,7 @@ EDGE_REACH = 1.0 / 60.0
 _MIN_CROSSING = 0.1
 # tuned: largest relative radius of two flanks with a line of contact [m] (ours); may be changed freely
 MAX_RADIUS = 10.0
+MAX_POSITIONS, MAX_POINTS_PER_LINE = 1000, 301  # of a cycle; work rises with the square of the points
 
 
 @dataclass(frozen=True)
@@ -129,8 +130,7 @@ class CycleLines:
 
 def cycle_lines(surface: MeshSurface, positions: int) -> CycleLines:
     """Trace the lines of contact, which several divisions into points can share."""
-    if not isinstance(positions, int) or positions < 1:
-        raise InputError("positions", positions, "a whole number of at least 1")
+    check_count("positions", positions, 1, MAX_POSITIONS)
     angles = np.arange(positions) / positions * surface.pitch
     lowest, highest = surface.roll_range
     # one additional pair at both ends, because edges contact before and after the path
@@ -162,8 +162,7 @@ def mesh_cycle(
     edges: whether tip, toe and heel edges may contact at the ends of the lines.
     lines: lines from `cycle_lines` for the same number of positions.
     """
-    if not isinstance(points_per_line, int) or points_per_line < 2:
-        raise InputError("points_per_line", points_per_line, "a whole number of at least 2")
+    check_count("points_per_line", points_per_line, 2, MAX_POINTS_PER_LINE)
     lines = lines or cycle_lines(surface, positions)
     tooth, owner, on_path, spans = lines.tooth, lines.owner, lines.on_path, lines.spans
     if reach is not None:

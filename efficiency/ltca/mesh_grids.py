@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 
 from efficiency.contact.assembly import Axis
-from efficiency.contact.contact_lines import MeshPosition
+from efficiency.contact.contact_lines import MAX_POINTS_PER_LINE, MAX_POSITIONS, MeshPosition
 from efficiency.ltca.limits import EdgeLoad, edge_load, limit_notes
 from efficiency.ltca.load_distribution import (
     ElasticPosition,
@@ -28,7 +28,7 @@ from efficiency.ltca.load_distribution import (
 )
 from efficiency.ltca.tangent_load import TangentLoad, TangentLoads
 from ehl.common.arrays import FloatArray
-from ehl.common.errors import InputError
+from ehl.common.errors import InputError, check_count
 
 # tuned: share of loaded points on the most loaded line below which the lines are shortened (ours); may be changed after
 # running `test_error_estimate_covers_a_finer_grid`
@@ -116,10 +116,8 @@ def both_cycles(
     make_cycle: MakeCycle, positions: int, points_per_line: int
 ) -> tuple[tuple[MeshPosition, ...], tuple[MeshPosition, ...]]:
     """Fine and coarse grid of a mesh cycle; the error estimate requires an even number of positions."""
-    if positions < 4 or positions % 2:
-        raise InputError("positions", positions, "an even number of at least 4")
-    if points_per_line < 5:
-        raise InputError("points_per_line", points_per_line, "a number of at least 5")
+    check_count("positions", positions, 4, MAX_POSITIONS, even=True)
+    check_count("points_per_line", points_per_line, 5, MAX_POINTS_PER_LINE)
     return make_cycle(positions, points_per_line), make_cycle(positions, (points_per_line + 1) // 2)
 
 

@@ -45,7 +45,7 @@ from efficiency.pair import GearPair
 from ehl import __version__
 from ehl.common.arrays import finite_or_none
 from ehl.common.data import named_file
-from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError, check_count
 from ehl.common.files import write_file
 from ehl.common.journal import Journal
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
@@ -292,8 +292,7 @@ def _check_numbers(evaluations: int, batch: int, check: int, variables: int) -> 
         ("batch", batch, 1, 256),
         ("check", check, 0, 100),
     ):
-        if not least <= value <= most:
-            raise InputError(name, value, f"from {least} to {most}")
+        check_count(name, value, least, most)
 
 
 def _write_problem(problem: SearchProblem, path: Path, evaluations: int, batch: int, seed: int) -> None:

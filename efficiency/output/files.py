@@ -15,7 +15,7 @@ from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
 from efficiency.output.machine_summary import Units, write_sheet, write_summary
 from efficiency.output.solid import member_solid, tooth_space_solid, write_stl
-from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError, check_count
 from ehl.common.files import write_file
 from ehl.common.units import ValueRange
 
@@ -45,8 +45,7 @@ def export_design(
         if part not in EXPORTS:
             raise InputError("what", part, "some of " + ", ".join(EXPORTS))
     for name, count in (("rows", rows), ("columns", columns)):
-        if not 5 <= count <= 200:
-            raise InputError(name, count, "from 5 to 200")
+        check_count(name, count, 5, 200)
     if not 0.0 <= margin <= 0.3:
         raise InputError("margin", margin, "from 0 to 0.3")
     length = ValueRange("m", ge=0.0, le=3.0)

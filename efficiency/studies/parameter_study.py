@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from efficiency.conditions.conditions import Friction, Values, axis_values, resolve_friction
+from efficiency.conditions.conditions import Friction, Values, axis_values, check_size, resolve_friction
 from efficiency.conditions.grid import Condition, count_reasons, solve_points
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design
@@ -57,7 +57,6 @@ _ROUGHNESSES = (1e-7, 2e-7, 4e-7, 8e-7)
 _SHIFTS = (-1e-4, -5e-5, 5e-5, 1e-4)
 _ARCMIN = radians(1.0 / 60.0)
 _TURNS = (-4.0 * _ARCMIN, -2.0 * _ARCMIN, 2.0 * _ARCMIN, 4.0 * _ARCMIN)
-_MAX_POINTS = 200_000
 DESIGNS = ("fh_hypoid_9x34", "fh_hypoid_9x34_offset_10")
 
 
@@ -77,12 +76,7 @@ class Levels:
     shaft_angle_error: tuple[float, ...] = _TURNS
 
     def __post_init__(self) -> None:
-        for name in OPERATING:
-            if not getattr(self, name):
-                raise InputError(name, (), "at least one value")
-        size = len(self.torque) * len(self.speed) * len(self.temperature) * len(self.roughness_rms_each)
-        if size > _MAX_POINTS:
-            raise InputError("levels", f"{size} operating points", f"at most {_MAX_POINTS} for each design")
+        check_size({name: getattr(self, name) for name in OPERATING})
 
     @classmethod
     def around(cls, design: Design, **given: tuple[float, ...]) -> Levels:

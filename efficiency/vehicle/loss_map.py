@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
 
+from efficiency.conditions.conditions import check_size
 from efficiency.conditions.duty import DutyRow
 from efficiency.conditions.grid import Condition, GridPoint, count_reasons, solve_points
 from efficiency.loss.efficiency_result import EfficiencyResult, pair_notes
@@ -395,7 +396,9 @@ def require_all(reason: str) -> None:
 
 def signed_axes(torque: Any, speed: Any) -> tuple[FloatArray, FloatArray]:
     """Pinion torques [N m] and speeds [rad/s], each once and rising, from lists, ranges or numbers."""
-    return _axis("torque", torque, SIGNED_TORQUE), _axis("speed", speed, OPERATION_LIMITS["speed"])
+    found = _axis("torque", torque, SIGNED_TORQUE), _axis("speed", speed, OPERATION_LIMITS["speed"])
+    check_size(dict(zip(("torque", "speed"), found, strict=True)))
+    return found
 
 
 def _axis(name: str, values: Any, allowed: ValueRange) -> FloatArray:
@@ -404,9 +407,9 @@ def _axis(name: str, values: Any, allowed: ValueRange) -> FloatArray:
     elif isinstance(values, int | float):
         found = [allowed.check(values, name)]
     else:
+        values = list(values)
+        check_size({name: values})
         found = [allowed.check(value, name, bare=not isinstance(value, str)) for value in values]
-    if not len(found):
-        raise InputError(name, list(values), "at least one value")
     return np.unique(np.asarray(found, dtype=np.float64))
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterable
+from typing import SupportsIndex, cast
 
 _MOST_SHOWN, _MOST_TEXT = 20, 4000  # problems in a message; its length [characters]
 
@@ -109,6 +111,16 @@ def near(name: object, known: Iterable[str]) -> str:
     given = {text.lower(): text for text in known}
     found = get_close_matches(str(name)[:100].lower(), given, n=2, cutoff=0.65)
     return f"Did you mean {' or '.join(repr(given[text]) for text in found)}?" if found else ""
+
+
+def check_count(field: str, value: object, least: int, most: int, hint: str = "", *, even: bool = False) -> None:
+    """Raise an `InputError` unless a value is a whole number, with `even` an even one, within two ends."""
+    try:
+        number = operator.index(cast("SupportsIndex", value))
+    except TypeError:
+        number = least - 1
+    if not least <= number <= most or (even and number % 2):
+        raise InputError(field, value, f"{'an even' if even else 'a whole'} number from {least} to {most}", hint)
 
 
 class ConvergenceError(MixedEhlError):

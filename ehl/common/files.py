@@ -11,9 +11,11 @@ import re
 import secrets
 import shutil
 import stat
+import time
 import tomllib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +25,7 @@ PAGE = (".html", ".htm")
 FIGURE = (".png", ".svg", ".pdf")
 MAX_BYTES = 100_000_000  # largest size of a text file, about 10^6 rows of a table
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x19\x1b-\x1f]")  # \x1a is the end mark of old programs
+_DRAFT, _DRAFT_AGE = ".mixed-ehl-", 3600.0  # name of a temporary file; time [s] after which it is abandoned
 MAX_DEPTH = 50  # nesting of tables and lists; input files have at most 7 levels
 
 
@@ -147,7 +150,7 @@ def replacing(path: Path, field: str = "path", *, folder: bool = False) -> Itera
     Raises `InputError`: the file of `field` cannot be written.
     """
     target = Path(os.path.realpath(path))
-    draft = target.with_name(f".mixed-ehl-{secrets.token_hex(8)}{target.suffix}")
+    draft = target.with_name(f"{_DRAFT}{secrets.token_hex(8)}{target.suffix}")
     try:
         if folder:
             target.parent.mkdir(parents=True, exist_ok=True)
@@ -156,6 +159,7 @@ def replacing(path: Path, field: str = "path", *, folder: bool = False) -> Itera
             return
         if os.path.isfile(target) and not os.access(target, os.W_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(target))
+        _remove_drafts(target.parent)
         try:
             # a new file, not an existing link
             os.close(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
@@ -171,6 +175,17 @@ def replacing(path: Path, field: str = "path", *, folder: bool = False) -> Itera
         raise
     except (OSError, ValueError) as error:
         raise InputError(field, str(path), "a writable file", f"{error}.") from None
+
+
+@cache
+def _remove_drafts(folder: Path) -> None:
+    """Remove what killed processes of this user left in a folder, once; a younger draft may be in use."""
+    for left in folder.glob(f"{_DRAFT}*"):
+        with suppress(OSError):
+            status = left.lstat()
+            own = not hasattr(os, "getuid") or status.st_uid == os.getuid()
+            if own and stat.S_ISREG(status.st_mode) and time.time() - status.st_mtime > _DRAFT_AGE:
+                left.unlink()
 
 
 def write_file(path: Path, content: str | bytes, field: str = "path", *, folder: bool = False) -> None:

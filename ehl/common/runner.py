@@ -22,7 +22,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
-from ehl.common.errors import InputError, MixedEhlError
+from ehl.common.errors import MixedEhlError, check_count
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from ehl.common.threads import single_thread
 
@@ -106,9 +106,8 @@ def checked_jobs(jobs: int | None) -> int:
     """
     granted = 1 if jobs == 1 else granted_workers()
     most = max(MIN_MOST_JOBS, 4 * granted)
-    if jobs is not None and not 1 <= jobs <= most:
-        hint = f"This process may use {granted}."
-        raise InputError("jobs", jobs, f"at least 1, at most {most} worker processes", hint)
+    if jobs is not None:
+        check_count("jobs", jobs, 1, most, f"Worker processes; this process may use {granted}.")
     return granted if jobs is None else min(jobs, granted)
 
 

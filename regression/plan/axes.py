@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Self, get_args
 from pydantic import BeforeValidator, model_validator
 
 from ehl import inputs as case_inputs
-from ehl.common.errors import InputError, near
+from ehl.common.errors import InputError, check_count, near
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 from ehl.fluid.lubricant_inputs import PressureViscosity, Stress, Viscosity
@@ -82,8 +82,7 @@ def _read_axis(value: Any, quantity: ValueRange) -> PlanAxis:
     if "levels" not in value:
         return PlanAxis(values=(low, high), sampled=True, scale=scale)
     levels = value["levels"]
-    if not isinstance(levels, int) or isinstance(levels, bool) or not 2 <= levels <= MAX_LEVELS:
-        raise InputError("levels", levels, f"a whole number from 2 to {MAX_LEVELS}")
+    check_count("levels", levels, 2, MAX_LEVELS)
     return PlanAxis(values=evenly_spaced(low, high, scale, levels), scale=scale)
 
 

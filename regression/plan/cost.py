@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl.common.arrays import FloatArray
-from ehl.common.errors import InputError
+from ehl.common.errors import check_count
 from ehl.common.progress import duration
 from ehl.common.runner import MAX_JOBS, granted_workers
 from ehl.inputs import ModelInput
@@ -53,8 +53,7 @@ class CostEstimate:
     def to_text(self, jobs: int | None = None) -> str:
         """The estimate in words, with the wall time for a number of workers (default: all processors)."""
         jobs = granted_workers() if jobs is None else jobs
-        if not 1 <= jobs <= MAX_JOBS:
-            raise InputError("jobs", jobs, f"at least 1, at most {MAX_JOBS}")
+        check_count("jobs", jobs, 1, MAX_JOBS)
         rough = f", {self.rough} of them transient rough contacts" if self.rough else ""
         lines = [f"{self.plan}: {self.cases} cases ({self.accuracy}){rough}"]
         for name, share in sorted(self.rejected.items(), key=lambda item: -item[1]):

@@ -45,3 +45,13 @@ def test_links_modes_and_folders_stay(tmp_path: Path) -> None:
     write_file(Path(os.devnull), "nothing")
     with pytest.raises(InputError):
         write_file(tmp_path, "a folder")
+
+
+def test_drafts_of_killed_processes_are_removed(tmp_path: Path) -> None:
+    old, new, other = (tmp_path / name for name in (".mixed-ehl-0123.json", ".mixed-ehl-4567.json", ".other"))
+    for path in (old, new, other):
+        path.write_text("half")
+    for path in (old, other):
+        os.utime(path, (0.0, 0.0))
+    write_file(tmp_path / "result.json", "whole")
+    assert sorted(os.listdir(tmp_path)) == [new.name, other.name, "result.json"]

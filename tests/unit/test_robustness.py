@@ -17,6 +17,7 @@ import numpy as np
 import openpyxl
 import pytest
 from matplotlib.figure import Figure
+from refusals import refuses
 
 import efficiency.cli
 import ehl
@@ -352,6 +353,24 @@ def test_a_plan_too_large_is_refused_before_its_points_are_made(mixed_ehl: Cli, 
         assert tracemalloc.get_traced_memory()[1] < 100e6
     finally:
         tracemalloc.stop()
+
+
+@pytest.mark.parametrize(
+    ("field", "work"),
+    [
+        ("positions", lambda pair: pair.mesh(positions=10**9)),
+        ("positions", lambda pair: pair.mesh(positions=5)),
+        ("points_per_line", lambda pair: pair.mesh(points_per_line=10**4)),
+        ("rows", lambda pair: pair.export(".", ["grid"], rows=10**6)),
+        ("torque", lambda pair: pair.over(torque=[100.0] * 10**6)),
+        ("torque, speed", lambda pair: pair.over(torque="1:2:10000 N m", speed="1:2:10000 rpm")),
+        ("torque, speed", lambda pair: pair.loss_map("1:2:10000 N m", "1:2:10000 rpm")),
+        ("E", lambda pair: pair.misalignment(E=[0.0] * 10**6)),
+    ],
+)
+def test_numbers_of_points_within_reason(field: str, work: Callable[[efficiency.GearPair], object]) -> None:
+    with refuses(field):
+        work(efficiency.load("fm_spiral_bevel_14x39"))
 
 
 def test_jobs_within_reason(mixed_ehl: Cli, tmp_path: Path) -> None:
