@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ehl.common.arrays import finite_or_none
 from ehl.common.notes import group_notes
 from ehl.common.pages import Reportable
+from ehl.common.reasons import reason_text
 from ehl.common.sections import Medium, Section
 from ehl.common.table import Table
 from ehl.heat.traction import ThermalTraction
@@ -175,8 +176,8 @@ class ContactResult(Reportable):
         """Status and reason as text; for an unsettled contact with the error of its friction."""
         if self.status == "unsettled":
             error = f"{100.0 * self.friction_error:.2g} %"
-            return f"unsettled ({self.reason}): mu has an error of ±{error}, more than the tolerance"
-        return self.status if not self.reason else f"{self.status} ({self.reason})"
+            return f"unsettled: {reason_text(self.reason)}; mu has an error of ±{error}, more than the tolerance"
+        return self.status if not self.reason else f"{self.status}: {reason_text(self.reason)}"
 
     def table(self) -> Table:
         """Results with units, neglected effects and notes, for terminal, page and files.
@@ -204,7 +205,8 @@ class ContactResult(Reportable):
         """
         names = (item.name for item in fields(self) if item.name not in _NOT_SCALAR)
         values = {name: finite_or_none(getattr(self, name)) for name in names}
-        return values | {"skipped": list(self.skipped), "notes": list(self.notes)}
+        said = [reason_text(self.reason), *self.notes] if self.reason else list(self.notes)
+        return values | {"skipped": list(self.skipped), "notes": said}
 
     def to_frame(self) -> DataFrame:
         """One row of operating point and results in SI units.

@@ -11,6 +11,7 @@ from efficiency.axle.axle_input import MethodsInput
 from efficiency.axle.result import OUTSIDE, AxleResult
 from ehl.common.data import data_names
 from ehl.common.errors import MixedEhlError
+from ehl.common.reasons import reason_text
 from ehl.common.units import KELVIN
 
 
@@ -88,7 +89,7 @@ def _words(found: AxleResult) -> tuple[str, str]:
     """Loss with its interval; efficiency, temperatures, other methods and notes."""
     total, low, high, _ = found.split()["total"]
     if found.reason:
-        return "no result", "\n".join((found.reason, *found.notes))
+        return "no result", "\n".join((reason_text(found.reason), *found.notes))
     point = found.points[0]
     others = ", ".join(f"{name} {loss:.4g} W" for name, loss in found.alternatives.items())
     lines = [

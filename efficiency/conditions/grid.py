@@ -26,6 +26,7 @@ from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import ConvergenceError
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
+from ehl.common.reasons import reason_text
 from ehl.common.tabular import Tabular
 
 if TYPE_CHECKING:
@@ -217,7 +218,7 @@ class GridPoint:
     def notes(self) -> tuple[str, ...]:
         """Notes of the result, or the reason of failure."""
         if self.result is None:
-            return (f"{self.reason}: {self.detail}",) if self.reason else ()
+            return (reason_text(f"{self.reason}: {self.detail}"),) if self.reason else ()
         return self.result.notes
 
     def row(self) -> dict[str, Any]:
@@ -325,7 +326,7 @@ def count_reasons(reasons: Iterable[str], what: str) -> str:
     """Number of failures by reason, such as ``"2 of 9 points no_contact"``; an empty reason is no failure."""
     every = list(reasons)
     counts = Counter(reason for reason in every if reason)
-    return ", ".join(f"{count} of {len(every)} {what} {reason}" for reason, count in counts.items())
+    return ", ".join(f"{count} of {len(every)} {what}: {reason_text(reason)}" for reason, count in counts.items())
 
 
 def solve_points(

@@ -14,6 +14,7 @@ from efficiency.loss.kinematics import Operation
 from efficiency.loss.power_loss import loss_by_region
 from ehl.common.arrays import finite_or_none
 from ehl.common.pages import Reportable
+from ehl.common.reasons import reason_text
 from ehl.fluid.oil import Oil
 from regression.friction.models import ConstantFriction, FrictionModel
 from regression.friction.published_registry import PUBLISHED, model_label
@@ -85,7 +86,7 @@ class Comparison(Reportable):
     @property
     def reason(self) -> str:
         """Failed rows with their reasons."""
-        return ", ".join(f"{row.label} ({row.reason})" for row in self.rows if row.status == "failed")
+        return ", ".join(f"{row.label} ({reason_text(row.reason)})" for row in self.rows if row.status == "failed")
 
     def to_frame(self) -> pandas.DataFrame:
         """One row per result, SI units."""

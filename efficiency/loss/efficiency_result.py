@@ -18,6 +18,7 @@ from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.notes import Note, NoteKind, group_notes
 from ehl.common.pages import Reportable
+from ehl.common.reasons import reason_text
 from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil
 from ehl.uncertainty.result import InputUncertainty, score_of
@@ -340,6 +341,8 @@ class EfficiencyResult(Reportable):
             Include the strength of the teeth.
         """
         plain = {name: _plain(getattr(self, name)) for name in self._names()}
+        if self.reason:
+            plain["notes"] = [reason_text(self.reason), *self.notes]
         interval = {name: _plain(value) for name, value in self._interval().items()}
         graded = {"strength": self.strength.to_dict()} if strength else {}
         return plain | interval | {"uncertainty": self.inputs.to_dict()} | graded

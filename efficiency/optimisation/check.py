@@ -19,6 +19,7 @@ from efficiency.optimisation.result import Candidate, front_of, spread_out
 from ehl.common.arrays import FloatArray
 from ehl.common.journal import Journal
 from ehl.common.quantities import quantities
+from ehl.common.reasons import reason_text
 from ehl.common.runner import ThisProcess
 
 Evaluate = Callable[[list[EvaluationTask]], list[Evaluation]]
@@ -124,7 +125,7 @@ def check_front(
         return (), "no point of the search is within all limits"
     (start,) = evaluate([exact])
     if start.reason:
-        return (), f"the start on the full mesh: {start.reason}"
+        return (), f"the start on the full mesh: {reason_text(start.reason)}"
     limited = allowed_of(problem, start)
     candidates: dict[str, Candidate] = {}
     for _ in range(_ROUNDS):
@@ -170,7 +171,7 @@ def check_solved(
     # solved contacts start their own processes
     before, after = evaluate_all([replace(exact, values=v) for v in ({}, best.point.variables)], ThisProcess(), journal)
     if before.reason or after.reason:
-        return candidates, f"check with {solved}: {before.reason or after.reason}"
+        return candidates, f"check with {solved}: {reason_text(before.reason or after.reason)}"
     checked = replace(
         best, exact=replace(best.exact, solved=after.solved), start=replace(best.start, solved=before.solved)
     )

@@ -28,6 +28,7 @@ from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, new_figure
 from ehl.common.files import write_file
 from ehl.common.notes import GRADES, Note
 from ehl.common.quantities import quantities
+from ehl.common.reasons import reason_text
 from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Column, Table
 from regression.friction.published_registry import model_label
@@ -297,7 +298,7 @@ def headline(result: Optimisation) -> str:
     """The result in one sentence."""
     best = result.best
     if best is None:
-        return f"{result.name}: {result.reason}."
+        return f"{result.name}: {reason_text(result.reason)}."
     low, high = best.gain_interval
     interval = f" (90 % interval {100.0 * low:.1f} to {100.0 * high:.1f} %)" if math.isfinite(low) else ""
     first = quantities()[result.problem.objectives[0]].label
@@ -385,7 +386,7 @@ def _answer(result: Optimisation) -> list[Item]:
     best = result.best
     notes = [Note("warning", note) for note in result.notes]
     if best is None:
-        answer = MainResult("no gain", f"{result.name}: {result.reason}")
+        answer = MainResult("no gain", f"{result.name}: {reason_text(result.reason)}")
         none = "The search found no better point within the limits."
         return [answer, Notes(notes, none=none)]
     known = quantities()
@@ -478,7 +479,7 @@ def _search(result: Optimisation) -> list[Item]:
     loss = "mean" if problem.over == "mean" else "maximum"
     counts = Counter(state_of(point, result.allowed) for point in result.evaluations)
     reasons = Counter(p.reason.partition(":")[0] for p in result.evaluations if p.reason)
-    rows = [(reason, count) for reason, count in reasons.most_common(_POINTS_SHOWN)]
+    rows = [(reason_text(reason), count) for reason, count in reasons.most_common(_POINTS_SHOWN)]
     blocks: list[Item] = [
         Text(f"Variables ({problem.flanks} flanks): {spans}."),
         Text(f"Limits: {allowed or 'none'}. An edge load below {100.0 * EDGE_FREE:g} % of the torque is negligible."),

@@ -18,6 +18,7 @@ from efficiency.output.plots_comparison import (
     plot_run_time,
 )
 from efficiency.output.tables import comparison_tables, models_table, operating_point, percent
+from ehl.common.reasons import reason_text
 from ehl.common.sections import Head, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from regression.friction.published_registry import model_label
 
@@ -91,7 +92,7 @@ def _answer(comparison: Comparison) -> MainResult:
 
 def _tile(row: ComparisonRow) -> tuple[str, str]:
     if not math.isfinite(row.efficiency):
-        return "no result", f"{row.label}: {row.reason}"
+        return "no result", f"{row.label}: {reason_text(row.reason)}"
     low, high = (percent(end, 1) for end in (row.efficiency_lower, row.efficiency_upper))
     known = row.efficiency_lower < row.efficiency_upper
     return f"{percent(row.efficiency, 2)} %", f"{row.label}, {low} to {high} %" if known else row.label

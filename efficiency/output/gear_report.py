@@ -39,6 +39,7 @@ from efficiency.output.tables import (
     result_tables,
 )
 from ehl.common.errors import InputError
+from ehl.common.reasons import reason_text
 from ehl.common.sections import Folded, Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table
 from ehl.surface.finish import default_correlation_length
@@ -224,7 +225,7 @@ def _headline(result: EfficiencyResult, of_design: Sequence[str], grid: Grid | N
 def answer(result: EfficiencyResult, grid: Grid | None = None) -> MainResult:
     """Efficiency of one operating point with its interval and error; for a map also its range."""
     if not math.isfinite(result.efficiency):
-        return MainResult("no result", f"mesh efficiency: {result.reason}")
+        return MainResult("no result", f"mesh efficiency: {reason_text(result.reason)}")
     known = []
     inputs = result.inputs
     if inputs.low < inputs.high:

@@ -8,6 +8,7 @@ from efficiency.geometry.misalignment import AXES
 from efficiency.ltca.limits import EDGE_LIMIT
 from efficiency.output.plots_misalignment import misalignment_figures, misalignment_quantity, plot_misalignment
 from ehl.common.quantities import quantity
+from ehl.common.reasons import reason_text
 from ehl.common.sections import Head, Medium, Row, Section
 from ehl.common.table import Column, Table
 
@@ -36,7 +37,7 @@ def misalignment_table(study: MisalignmentStudy) -> Table:
             Column("edges", label="edge in contact, or reason of failure"),
         ],
         [
-            [*(getattr(point, name) for name in (*names, *fields)), point.reason or point.edges]
+            [*(getattr(point, name) for name in (*names, *fields)), reason_text(point.reason) or point.edges]
             for point in study.points[:_ROWS]
         ],
         title=f"{study.design}, {study.side}: unloaded contact, marking {1e6 * study.marking:.4g} µm",
@@ -58,7 +59,10 @@ def _loaded_table(study: MisalignmentStudy, torque: float) -> Table:
             Column("edges", label="unloaded edge contact, or reason of failure"),
         ],
         [
-            [*(getattr(point, name) for name in (*names, "peak_to_peak", *fields)), point.reason or point.edges]
+            [
+                *(getattr(point, name) for name in (*names, "peak_to_peak", *fields)),
+                reason_text(point.reason) or point.edges,
+            ]
             for point in study.points[:_ROWS]
         ],
         title=f"{study.design}, {study.side}: contact at {quantity('torque').text(torque)} of the pinion",

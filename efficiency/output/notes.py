@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output.tables import operating_state, percent
 from ehl.common.quantities import quantity
+from ehl.common.reasons import reason_text
 from ehl.common.sections import Notes
 from regression.friction.published_registry import model_label
 
@@ -28,7 +29,7 @@ def result_notes(
     case: name of the operating point.
     strength: whether the grades of the strength are included.
     """
-    said = [f"not converged: {result.reason}"] if result.status != "converged" else []
+    said = [f"not converged: {reason_text(result.reason)}"] if result.status != "converged" else []
     edges = False
     if strength and result.has_strength:
         said += [grade.text for grade in result.strength.grades]

@@ -13,6 +13,7 @@ from efficiency.loss.power_loss import FACES, HEIGHTS, friction_along_mesh
 from ehl.common.arrays import FloatArray
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, figure_of, new_figure
 from ehl.common.quantities import quantity, typeset_units
+from ehl.common.reasons import reason_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,7 +38,7 @@ def plot_comparison(comparison: Comparison, ax: Axes | None = None) -> Axes:
     colors = [GREY if row.kind == "closed form" else BLUE for row in rows]
     axes.barh(place, np.minimum(np.nan_to_num(loss), limit), color=colors)
     for at, row, value, left, right in zip(place, rows, loss, low, high, strict=True):
-        text = f"{100.0 * row.efficiency:.3f} %" if math.isfinite(row.efficiency) else row.reason
+        text = f"{100.0 * row.efficiency:.3f} %" if math.isfinite(row.efficiency) else reason_text(row.reason)
         end = value if math.isfinite(value) else 0.0
         if right > left and value <= limit:
             ends = [[max(value - left, 0.0)], [max(min(right, limit) - value, 0.0)]]

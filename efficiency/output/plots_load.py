@@ -8,6 +8,7 @@ import numpy as np
 
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, new_figure
 from ehl.common.quantities import axis_label, to_display
+from ehl.common.reasons import reason_text
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:
@@ -123,7 +124,7 @@ def plot_friction_and_loss(result: EfficiencyResult, ax: Axes | None = None) -> 
     handles = [*axes.get_legend_handles_labels()[0], *loss.get_lines()]
     axes.legend(handles, [str(h.get_label()) for h in handles], frameon=False, loc="lower left")
     found = result.status == "converged"
-    outcome = f"efficiency {100.0 * result.efficiency:.3f} %" if found else f"failed ({result.reason})"
+    outcome = f"efficiency {100.0 * result.efficiency:.3f} %" if found else f"failed: {reason_text(result.reason)}"
     axes.set_title(f"{model_label(result.friction_model)}: {outcome}")
     return axes
 

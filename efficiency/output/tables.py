@@ -14,6 +14,7 @@ import numpy as np
 
 from efficiency.loss.power_loss import FACES, HEIGHTS, friction_along_mesh
 from ehl.common.quantities import quantity
+from ehl.common.reasons import reason_text
 from ehl.common.table import Cell, Column, Table, cell
 from ehl.state import ContactState
 from regression.friction.models import FrictionFlag
@@ -89,7 +90,7 @@ def efficiency_table(result: EfficiencyResult) -> Table:
         if result.flags["predicted"]:
             label = "share of the loss near failed contacts"
             columns[Column("predicted_share", of="share", label=label)] = result.flag_shares["predicted"]
-    status = f"{result.status} ({result.reason})" if result.reason else result.status
+    status = f"{result.status}: {reason_text(result.reason)}" if result.reason else result.status
     return Table(
         tuple(columns),
         [tuple(columns.values())],
@@ -148,7 +149,7 @@ def result_table(result: EfficiencyResult) -> Table:
     for name, (low, high) in result.ranges.items():
         columns |= {Column(f"{name} (minimum)", of=name): low, Column(f"{name} (maximum)", of=name): high}
     columns |= {f"points flagged {name}": count for name, count in result.flags.items()}
-    columns |= {f"contacts failed {reason}": count for reason, count in result.contacts_failed.items()}
+    columns |= {f"contacts failed {reason_text(reason)}": count for reason, count in result.contacts_failed.items()}
     return Table(tuple(columns), [tuple(columns.values())], name="result", vertical=True)
 
 

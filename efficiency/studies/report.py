@@ -19,6 +19,7 @@ from efficiency.studies.parameter_study import MISALIGNED, StudyPoint, level_qua
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, new_figure
 from ehl.common.notes import Note
 from ehl.common.quantities import quantities, to_display, typeset_units
+from ehl.common.reasons import reason_text
 from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Section, Text
 from ehl.common.table import Column, Table
 from regression.friction.published_registry import model_label
@@ -297,7 +298,7 @@ def influence_table(study: Study) -> Table:
         ends = [end for design in study.designs for end in study.influence(design, name)]
         rows.append((level_quantity(name).label, span_text(study, name), *ends))
     model = model_label(study.friction_model)
-    failed = (f"failed   {point.label}: {point.reason}" for point in study.failed[:_FAILED_SHOWN])
+    failed = (f"failed   {point.label}: {reason_text(point.reason)}" for point in study.failed[:_FAILED_SHOWN])
     return Table(
         columns,
         rows,
@@ -313,7 +314,7 @@ def study_notes(study: Study) -> list[Note]:
     for point in study.points:
         said += [(point.label, note) for note in point.notes]
         if point.status == "failed":
-            said.append((point.label, f"no result: {point.reason}"))
+            said.append((point.label, f"no result: {reason_text(point.reason)}"))
         elif outside := outside_note(point.outside_range_share, model_label(study.friction_model)):
             said.append((point.label, outside))
     return pair_notes(said)

@@ -31,6 +31,7 @@ from ehl.common.data import shipped
 from ehl.common.errors import InputError, MixedEhlError, near
 from ehl.common.files import FIGURE, PAGE, make_folder, write_file
 from ehl.common.progress import Progress, duration, progress_to
+from ehl.common.reasons import reason_text
 from ehl.common.terminal import print_text as print_text
 from ehl.common.version import __version__
 
@@ -367,7 +368,7 @@ def fail_unless_converged(status: str, reason: str) -> None:
     """Exit code 1 with the reason on standard error if a result is not converged."""
     if status != "converged":
         if reason:
-            typer.echo(f"not converged: {reason}", err=True)
+            typer.echo(f"not converged: {reason_text(reason)}", err=True)
         raise typer.Exit(1)
 
 

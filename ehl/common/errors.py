@@ -141,7 +141,9 @@ class ConvergenceError(MixedEhlError):
         super().__init__(str(self))
 
     def __str__(self) -> str:
-        return f"not converged ({self.reason})" + (f": {self.detail}" if self.detail else "")
+        from ehl.common.reasons import reason_text  # reads data with the errors of this module
+
+        return f"{reason_text(self.reason)} ({self.reason})" + (f": {self.detail}" if self.detail else "")
 
     def __reduce__(self) -> tuple[type[ConvergenceError], tuple[str, str]]:
         return (type(self), (self.reason, self.detail))

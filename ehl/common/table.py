@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from ehl.common.quantities import Quantity, format_number, printed_unit, quantities, typeset_unit, typeset_units
+from ehl.common.reasons import reason_text
 from ehl.common.table_reader import harmless
 from ehl.common.terminal import plain, terminal, wrapped
 
@@ -60,7 +61,7 @@ class Column:
         if isinstance(value, bool):
             return "yes" if value else "no"
         if isinstance(value, str):
-            return value
+            return reason_text(value) if self.name == "reason" else value
         shown = self.quantity.to_display(value)
         return str(shown) if isinstance(shown, int) else format_number(shown, self.digits or self.quantity.digits)
 

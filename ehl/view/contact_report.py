@@ -13,6 +13,7 @@ from ehl.common.errors import InputError
 from ehl.common.figures import BLUE, GREY, ORANGE, new_figure
 from ehl.common.notes import CONTACT_NOTES, Note, group_notes
 from ehl.common.quantities import axis_label, quantity, to_display
+from ehl.common.reasons import reason_text
 from ehl.common.sections import Folded, Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table
 from ehl.rough import TransientResult
@@ -248,7 +249,7 @@ def _caption(result: Any) -> str:
     second = f"λ = {result.film_ratio:.2g},  asperities carry {100.0 * result.asperity_load_share:.2g} %"
     if math.isfinite(result.roughness_load_share):
         second += f", {100.0 * result.roughness_load_share:.2g} % of the load above the macroscopic pressure"
-    return f"{first}\n{second},  {result.status} {result.reason}".rstrip()
+    return f"{first}\n{second},  {result.status} {reason_text(result.reason)}".rstrip()
 
 
 def _plot_smooth(
@@ -332,8 +333,8 @@ def _headline(result: Any, uncertainty: InputUncertainty | None) -> Section:
     head = Head("Line contact", result.operating_point)
     notes = group_notes([("", note) for note in result.notes], CONTACT_NOTES)
     if result.status == "failed":
-        answer = MainResult("no answer", f"friction coefficient: {result.reason}")
-        return Section("", [head, answer, Notes([Note("fault", f"failed: {result.reason}"), *notes])])
+        answer = MainResult("no answer", f"friction coefficient: {reason_text(result.reason)}")
+        return Section("", [head, answer, Notes([Note("fault", f"failed: {reason_text(result.reason)}"), *notes])])
     if result.status == "unsettled":
         notes.insert(0, Note("warning", result.outcome))
     known = [_inputs(uncertainty), (_error(result.friction_error), "error of the solution")]

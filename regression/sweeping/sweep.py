@@ -27,6 +27,7 @@ from ehl.common.errors import InputError
 from ehl.common.files import make_folder
 from ehl.common.journal import Journal
 from ehl.common.progress import ProgressCallback, duration, progress_to, report_progress
+from ehl.common.reasons import reason_text
 from ehl.common.runner import Executor, TaskRun, checked_jobs, local_executor
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil
@@ -191,7 +192,7 @@ class SweepReport:
 
 
 def _listed(reasons: Mapping[str, int]) -> str:
-    return ", ".join(f"{count} {reason}" for reason, count in sorted(reasons.items()))
+    return ", ".join(f"{count} {reason_text(reason)}" for reason, count in sorted(reasons.items()))
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from efficiency.output.tables import map_table
 from efficiency.pair import GearPair
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.progress import Progress
+from ehl.common.reasons import reason_text
 from ehl.fluid.oil import Oil
 from regression.formula import friction_model
 
@@ -59,7 +60,7 @@ def test_energies_add_up(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_failed_row_is_no_number() -> None:
     broken = replace(MODEL, local=lambda c, base: np.full(c["film_formula"].shape, np.nan))
     cycle = PAIR.duty([DutyRow(200.0, 125.0, 363.15, 2.0)], broken, grid=GRID)
-    assert (cycle.status, cycle.reason) == ("failed", "1 of 1 rows friction_undefined")
+    assert (cycle.status, cycle.reason) == ("failed", f"1 of 1 rows: {reason_text('friction_undefined')}")
     assert cycle.to_dict()["total"]["efficiency"] is None
 
 
@@ -99,7 +100,7 @@ def test_axes_in_any_order_and_each_load_once(monkeypatch: pytest.MonkeyPatch) -
     # a geometry that does not mesh is a reason at its points
     assert np.isnan(values[:, 1]).all()
     assert np.isfinite(values[:, 0]).all()
-    assert found.reason == "8 of 16 points no_contact"
+    assert found.reason == f"8 of 16 points: {reason_text('no_contact')}"
     assert json.dumps(found.to_dict())
     frame = found.to_frame()
     assert len(frame) == 16

@@ -28,6 +28,7 @@ from efficiency.pair import GearPair
 from ehl.common.data import data_path
 from ehl.common.errors import InputError
 from ehl.common.progress import Progress
+from ehl.common.reasons import reason_text
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from ehl.uncertainty.spread import UncertaintyInput
@@ -107,7 +108,7 @@ def test_missing_friction_is_a_failure_not_a_number(loaded: LoadedGrids, flag: F
     assert result.to_dict()["efficiency"] is None
     beyond = np.count_nonzero(result.points.state.pressure_hertz > 1e9)
     assert f"formula test has no value at {beyond} of {result.points_loaded} loaded points" in result.notes
-    assert plot_friction_and_loss(result).get_title().endswith(f"failed ({reason})")
+    assert plot_friction_and_loss(result).get_title().endswith(reason_text(reason))
 
 
 def test_a_formula_without_a_value_fails_the_run() -> None:
