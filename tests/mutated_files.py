@@ -15,6 +15,7 @@ import traceback
 import zipfile
 from collections import Counter
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,7 @@ from efficiency.ltca.external_load import _table as read_load_table
 from efficiency.machine_settings.inputs import SettingsInput
 from efficiency.output.solid import read_stl
 from ehl.common.data import data_path
+from ehl.common.units import parse_quantity
 from ehl.common.validation import read_toml, validate
 from ehl.fluid.oil import Oil
 from ehl.material import Material
@@ -65,6 +67,10 @@ NAME = re.compile(rb"[A-Za-z_][A-Za-z_0-9]{2,}")
 EXAMPLES = Path(__file__).resolve().parents[1] / "docs" / "examples"
 POINT = {"pressure_hertz": "1 GPa", "radius_equivalent": "15 mm", "speed_entrainment": "3 m/s", "slide_to_roll": 0.3}
 DESIGN = "fm_spiral_bevel_14x39"
+SPELLINGS = [
+    line.split("\t") for line in (EXAMPLES.parent / "spellings.tsv").read_text(encoding="utf-8").splitlines()[1:]
+]
+SI_UNITS = {line[0] for line in SPELLINGS}
 POINTS = 300  # of a plan that is expanded
 
 
@@ -109,6 +115,14 @@ def _oil(path: Path) -> None:
         stress = lubricant.shear_law.scale(np.array([0.0, 1e9]))
         finite(stress, f"eyring_stress at {temperature} K", 0.0)
         finite(oil.density(temperature), f"density at {temperature} K", 0.0)
+
+
+def _quantities(path: Path) -> None:
+    """Every text of a file as a quantity of its unit: line by line the unit, a tab, texts between tabs."""
+    for unit, *texts in (line.split("\t") for line in path.read_bytes().decode(errors="replace").split("\n")):
+        for text in texts:
+            with suppress(ehl.InputError):
+                finite(parse_quantity(text, unit if unit in SI_UNITS else "m"), text[:50])
 
 
 def _plan(path: Path) -> None:
@@ -199,7 +213,9 @@ def kinds(folder: Path) -> dict[str, Kind]:
         _plan(folder / "plan.toml")
 
     formulas = [data_path("formulas", f"{name}.json").read_bytes() for name in ("fva3", "75w90")]
+    texts = ["\t".join((line[0], *line[2:])) for line in SPELLINGS]
     return {
+        "quantities": Kind(".txt", ["\n".join(texts[k::3]).encode() for k in range(3)], _quantities),
         "contact": Kind(".toml", contacts, ehl.Contact.from_file),
         "oil card": Kind(".toml", _shipped("oils"), _oil),
         "material": Kind(".toml", _shipped("materials"), lambda path: validate(Material, read_toml(path))),

@@ -11,11 +11,9 @@ import re
 import secrets
 import shutil
 import stat
-import time
 import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +24,7 @@ FIGURE = (".png", ".svg", ".pdf")
 MAX_BYTES = 100_000_000  # largest size of a text file, about 10^6 rows of a table
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x19\x1b-\x1f]")  # \x1a is the end mark of old programs
 _DRAFT, _DRAFT_AGE = ".mixed-ehl-", 3600.0  # name of a temporary file; time [s] after which it is abandoned
+_cleaned: set[Path] = set()  # folders that this process has cleaned of abandoned ones
 MAX_DEPTH = 50  # nesting of tables and lists; input files have at most 7 levels
 
 
@@ -159,10 +158,11 @@ def replacing(path: Path, field: str = "path", *, folder: bool = False) -> Itera
             return
         if os.path.isfile(target) and not os.access(target, os.W_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(target))
-        _remove_drafts(target.parent)
         try:
             # a new file, not an existing link
             os.close(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+            if target.parent not in _cleaned:
+                _remove_drafts(target.parent, draft.stat().st_mtime)
             yield draft
             with open(draft, "rb+") as file:
                 os.fsync(file.fileno())
@@ -177,14 +177,17 @@ def replacing(path: Path, field: str = "path", *, folder: bool = False) -> Itera
         raise InputError(field, str(path), "a writable file", f"{error}.") from None
 
 
-@cache
-def _remove_drafts(folder: Path) -> None:
-    """Remove what killed processes of this user left in a folder, once; a younger draft may be in use."""
+def _remove_drafts(folder: Path, now: float) -> None:
+    """Remove what killed processes of this user left in a folder; a younger draft may be in use.
+
+    now: modification time of a new file there, as the clocks of two machines may differ.
+    """
+    _cleaned.add(folder)
     for left in folder.glob(f"{_DRAFT}*"):
         with suppress(OSError):
             status = left.lstat()
             own = not hasattr(os, "getuid") or status.st_uid == os.getuid()
-            if own and stat.S_ISREG(status.st_mode) and time.time() - status.st_mtime > _DRAFT_AGE:
+            if own and stat.S_ISREG(status.st_mode) and now - status.st_mtime > _DRAFT_AGE:
                 left.unlink()
 
 
