@@ -332,7 +332,7 @@ class GearPair:
         interval: bool = False,
         **conditions: Unpack[HeldValues],
     ) -> LossMap:
-        """Torque loss over pinion torque and speed, drive and coast, for `LossMap.to_vecto` and `LossMap.to_fmu`.
+        """Torque loss over pinion torque and speed, drive and coast, for `LossMap.write_model`.
 
         Parameters
         ----------

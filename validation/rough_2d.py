@@ -64,6 +64,8 @@ SETTLED = 3.7  # travel before averages start: the slower surface has passed the
 BATCH = 0.5  # [b]
 FULL, CAVITATED, ENDS = 0, 1, 2
 FREE, TOUCHING, YIELDING = 0, 1, 2
+NEWTON, PICARD, FROZEN = 0, 1, 2
+TIGHT = 0.02  # hysteresis of the sets [nm]
 
 
 @dataclass(frozen=True)
@@ -152,7 +154,7 @@ def faces(p: Array, h: Array, oil: tuple[float, float, float, float], scale_x: f
     node = np.zeros((2, 3, nx, ny))
     for i in range(nx):
         for j in range(ny):
-            rho, rho_p = density(p[i, j])
+            rho, rho_p = density(max(p[i, j], 0.0))
             for s in range(2):
                 f, by_p, by_h = fluidity(p[i, j], h[i, j], oil, s == 1)
                 node[s, 0, i, j] = f * 0.5 * (scale_y if s else scale_x) * rho
@@ -194,7 +196,7 @@ def outflow(p: Array, face: Array) -> Array:
 
 
 @njit(cache=True, error_model="numpy")
-def linear_rows(dp: Array, dh: Array, p: Array, h: Array, face: Array, fluid: Array) -> Array:
+def linear_rows(dp: Array, dh: Array, p: Array, h: Array, face: Array, fluid: Array, weight: Array) -> Array:
     """Derivative of the mass balance of every node; rows of cavitated nodes and ends are dp."""
     nx, ny = p.shape
     out = np.zeros((nx, ny), dtype=np.float32)
@@ -216,6 +218,7 @@ def linear_rows(dp: Array, dh: Array, p: Array, h: Array, face: Array, fluid: Ar
                 out[i, j] = dp[i, j]
             else:
                 below = 1.0 + 1.7 * p[i, j]
+                out[i, j] *= weight[i, j]
                 out[i, j] += (1.0 + 0.6 * p[i, j] / below) * dh[i, j] + 0.6 / (below * below) * h[i, j] * dp[i, j]
     return out
 
@@ -228,6 +231,7 @@ def factorise(
     face: Array,
     fluid: Array,
     contact: Array,
+    weight: Array,
     own: float,
     inverse: Array,
     link: Array,
@@ -259,8 +263,9 @@ def factorise(
                 a, b = (i, j) if side % 2 == 0 else (m, k)  # the node that holds the face
                 drop = p[i, j] - p[m, k]  # outflow towards (m, k)
                 its = own if contact[m, k] == FREE else 0.0
-                flow, by_h = face[s, 0, a, b], face[s, 3, a, b]
-                by_mine, by_its = face[s, 1 + side % 2, a, b], face[s, 2 - side % 2, a, b]
+                w = weight[i, j]
+                flow, by_h = w * face[s, 0, a, b], w * face[s, 3, a, b]
+                by_mine, by_its = w * face[s, 1 + side % 2, a, b], w * face[s, 2 - side % 2, a, b]
                 size += flow
                 block[j, j] += flow + drop * (by_mine + by_h / h[i, j] * mine)
                 other = drop * (by_its + by_h / h[m, k] * its) - flow
@@ -372,7 +377,7 @@ class Run:
         nx = round((END - BEGIN) * b / dx)
         while fourier.next_fast_len(2 * nx, True) != 2 * nx:
             nx += 1
-        ny = case.cells * case.nodes
+        ny = int(case.cells * case.nodes)
         self.x = BEGIN * b + dx * np.arange(nx)
         dt = dx / case.speed
         self.scales = dt / dx**2 * GPA / NM, dt / (case.gamma * dx) ** 2 * GPA / NM
@@ -398,7 +403,7 @@ class Run:
         self.contact = np.zeros((nx, ny), dtype=np.int64)
         rho = density_of(self.p)
         self.m = rho * np.where(self.x[:, None] > 0.5 * b, np.minimum(self.h, start), self.h)
-        self.mean_p, self.mean_m = self.p.mean(axis=1), self.m.mean(axis=1)
+        self.mean_p, self.m_old, self.weight = self.p.mean(axis=1), self.m, np.ones((nx, ny))
         self.inverse = np.zeros((nx, ny, ny), dtype=np.float32)
         self.link = np.zeros((2, nx, ny), dtype=np.float32)
         self.scale = np.ones((nx, ny), dtype=np.float32)
@@ -417,7 +422,7 @@ class Run:
         """[b]."""
         return self.steps * self.case.spacing / self.case.half_width
 
-    def step(self, tolerance: float = 0.4, most: int = 16) -> tuple[int, int, float]:
+    def step(self, tolerance: float = 0.4, most: int = 90, trace: list[Any] | None = None) -> tuple[int, int, float]:
         """Advance by dx; Newton iterations, GMRES iterations, largest remaining residual [nm]."""
         case = self.case
         nx, ny = self.p.shape
@@ -427,13 +432,14 @@ class Run:
             for surface, way in zip(self.surfaces, self.ways, strict=True):
                 front = FRONT + way / REFINED * self.travel - self.x / case.half_width  # [b] behind the front
                 gap = gap - np.clip(front / ENTRY, 0.0, 1.0)[:, None] * surface.at(nx, way * self.steps)
-        upstream = np.empty((nx, ny))
+        # second order in time along the mean motion (BDF2), of first order where the film begins to cavitate
+        upstream, weight = np.empty((nx, ny)), np.ones((nx, ny))
         upstream[1:] = self.m[:-1]
         upstream[0] = self.h[0]
-        # flux of a face by the mean of its nodes instead of the upstream one, for the steady part: second order there
-        self.mean_m += 0.03 * (self.m.mean(axis=1) - self.mean_m)
-        smooth = self.x[1:-1] < 0.7 * case.half_width
-        upstream[1:-1] -= np.where(smooth, 0.5 * np.diff(self.mean_m, 2), 0.0)[:, None]
+        value = (4.0 * self.m[1:-1] - self.m_old[:-2]) / 3.0
+        even = (value > 0.5 * self.m[1:-1]) & (value < 1.5 * self.m[1:-1]) & (self.steps > 2)
+        upstream[2:][even], weight[2:][even] = value[even], 2.0 / 3.0
+        self.weight, self.m_old = weight, self.m
         # the fluctuations travel with the mean motion
         self.mean_p += 0.03 * (self.p.mean(axis=1) - self.mean_p)
         p, c = self.p.copy(), self.c.copy()
@@ -449,58 +455,83 @@ class Run:
         c[contact == FREE] = 0.0
         h0 = self.h0
         boundary, hardness = case.boundary_film / NM, case.hardness / GPA
-        inner, worst = 0, math.inf
-        best = math.inf, p, c, h0, fluid, contact
+        inner, worst, best, best_at, turn_at = 0, math.inf, math.inf, 0, 0
+        mode, used, factored = NEWTON, np.empty(0), np.empty(0)
         kept = self.x < 0.8 * case.half_width  # the mass balance further downstream has no effect
-        for iteration in range(most + 2):
-            free = (p < 0.0) & (fluid == FULL)
-            fluid[free] = CAVITATED
-            p[fluid != FULL] = 0.0
-            lifted = (contact == TOUCHING) & (c < 0.0)
-            contact[lifted] = FREE
-            p[lifted & (fluid == FULL)] += c[lifted & (fluid == FULL)]  # the sum is what bends the bodies
-            p[lifted] = np.maximum(p[lifted], 0.0)
-            c[contact == FREE] = 0.0
-            over = (contact != FREE) & (p + c > hardness)
-            contact[over] = YIELDING
-            c[contact == YIELDING] = hardness - p[contact == YIELDING]
-            elastic_gap = h0 + gap + self.elastic(p + c)
-            contact[(contact == FREE) & (elastic_gap < boundary) & (fluid != ENDS)] = TOUCHING
-            contact[(contact == YIELDING) & (elastic_gap > boundary)] = TOUCHING
-            h = np.where(contact == FREE, np.maximum(elastic_gap, 0.2 * boundary), boundary)
-            face = faces(p, h, case.oil, *self.scales)
-            out = outflow(p, face)
-            rho = density_of(p)
-            filled = (fluid == CAVITATED) & (upstream - out > rho * h)
-            if iteration < 5:
-                for shift, axis in ((1, 0), (-1, 1), (1, 1)):
-                    filled |= np.roll(filled, shift, axis) & (fluid == CAVITATED)
-            fluid[filled] = FULL
-            residual = np.where(fluid == FULL, rho * h + out - upstream, p)
-            touching = contact == TOUCHING
+        p[fluid != FULL] = 0.0
+        for iteration in range(most + 1):
+            for attempt in range(2):
+                elastic_gap = h0 + gap + self.elastic(p + c)
+                h = np.where(contact == FREE, np.maximum(elastic_gap, 0.2 * boundary), boundary)
+                present = faces(p, h, case.oil, *self.scales)
+                if iteration == 0 and attempt == 0:
+                    start = lagged = present[:, 0]
+                if mode == NEWTON:
+                    used = present
+                elif attempt == 0:
+                    used = np.zeros_like(present)
+                    used[:, 0] = np.sqrt(lagged * present[:, 0]) if mode == PICARD else start
+                lagged = used[:, 0]
+                out = weight * outflow(p, used)
+                rho = density_of(np.maximum(p, 0.0))
+                if attempt == 1:
+                    break
+                # a node that leaves a set gives its share to the other: the sum, which bends the bodies, stays
+                full, touching = fluid == FULL, contact == TOUCHING
+                empty = full & (p <= 0.0)
+                filled = (fluid == CAVITATED) & (upstream - out > rho * h + TIGHT)
+                lifted = touching & (c <= 0.0)
+                closed = (contact == FREE) & (fluid != ENDS) & (elastic_gap < boundary - TIGHT)
+                over = (contact != FREE) & (p + c > hardness)
+                loose = (contact == YIELDING) & (elastic_gap > boundary)
+                fluid[empty], fluid[filled] = CAVITATED, FULL
+                contact[lifted], contact[closed | loose], contact[over] = FREE, TOUCHING, YIELDING
+                changes = int((empty | filled | lifted | closed | loose | over).sum())
+                if not changes:
+                    break
+                c[empty & (contact != FREE)] += p[empty & (contact != FREE)]
+                p[empty] = 0.0
+                back = lifted & (fluid == FULL)
+                p[back] = np.maximum(p[back] + c[back], 0.0)
+                c[contact == FREE] = 0.0
+                c[contact == YIELDING] = hardness - p[contact == YIELDING]
+            full, touching = fluid == FULL, contact == TOUCHING
+            residual = np.where(full, rho * h + out - upstream, p)
             missing = np.where(touching, elastic_gap - boundary, 0.0)
             lack = (p + c).sum() / self.load - 1.0
             worst = max(np.abs(residual / (1.0 + h / 300.0))[kept].max(), np.abs(missing).max(), 1e3 * abs(lack))
-            if worst < best[0]:
-                best = worst, p.copy(), c.copy(), h0, fluid.copy(), contact.copy()
-            if (worst < tolerance and iteration > 0) or iteration > most:
-                break
-            if iteration == most or worst > 1e4 * best[0]:  # not solved: the best iterate is evaluated once more
-                worst, p, c, h0, fluid, contact = best
-                most = iteration
+            if mode == PICARD and changes == 0 and worst < tolerance:
+                mode = NEWTON  # the present fluidity decides
                 continue
-            system = System(self, p, h, face, fluid, contact, first=0 if iteration == 0 else self.upstream)
+            if (worst < tolerance and changes == 0 and iteration > 0) or iteration == most:
+                break
+            if worst < 0.7 * best:
+                best, best_at = worst, iteration
+            elif mode == NEWTON and iteration - best_at >= 6:
+                mode, turn_at = PICARD, iteration
+            elif mode == PICARD and iteration - turn_at >= 12:
+                mode, best, best_at = NEWTON, worst, iteration
+            if mode != FROZEN and iteration > most - 30:
+                mode = FROZEN
+            sets = 3 * fluid[: self.upstream] + contact[: self.upstream]
+            stale = iteration == 0 or bool((sets != factored).any())
+            factored = sets
+            system = System(self, p, h, used, fluid, contact, first=0 if stale else self.upstream)
             right = np.concatenate(
                 [-(residual * self.scale).ravel(), -missing.ravel(), [-lack * system.load_weight]]
             ).astype(np.float32)
             change, count = gmres(system.product, system.precondition, right, 0.08, 30)
             inner += count
             dp, dc, dh0 = change[: nx * ny].reshape(nx, ny), change[nx * ny : -1].reshape(nx, ny), float(change[-1])
-            size = 1.0 if iteration < 12 else 0.6
-            total = p + c + size * (dp + dc)
-            p += size * np.clip(dp, -0.2 - 0.5 * p, 0.2 + 0.5 * p)
-            c = np.where(touching, total - p, c)
+            size = 1.0
+            if mode == NEWTON:
+                size = 1.0 / max(1.0, float((np.abs(dp) / (0.44 + 0.8 * np.maximum(p, 0.0)))[full].max()))
+            p += np.where(full, size * dp, 0.0)
+            c += np.where(touching, size * dc, 0.0)
+            c[contact == YIELDING] = hardness - p[contact == YIELDING]
             h0 += size * dh0
+            if trace is not None:
+                trace.append((iteration, mode, float(worst), changes, count, size))
         self.p, self.c, self.h, self.h0 = p, c, h, h0
         self.fluid, self.contact = fluid, contact
         # by the flow, not by rho h: what a step leaves unsolved is then not lost but solved by the next one
@@ -545,40 +576,45 @@ class System:
     load_weight = 100.0
 
     def __init__(self, run: Run, p: Array, h: Array, face: Array, fluid: Array, contact: Array, first: int) -> None:
-        self.run, self.fluid, self.contact = run, fluid, contact
-        factorise(first, p, h, face, fluid, contact, run.elastic.own, run.inverse, run.link, run.scale)
+        self.run, self.fluid, self.contact, self.weight = run, fluid, contact, run.weight
+        factorise(first, p, h, face, fluid, contact, run.weight, run.elastic.own, run.inverse, run.link, run.scale)
         self.free, self.touching = (contact == FREE).astype(np.float32), (contact == TOUCHING).astype(np.float32)
         self.moves = self.free + self.touching
         self.full = (fluid == FULL).astype(np.float32)
         self.rigid = 1.0 - self.touching
         self.still = self.free * self.full + self.touching
-        self.coarse = self._mean_matrix(p, h, face)
         self.p, self.h, self.face = p.astype(np.float32), h.astype(np.float32), face.astype(np.float32)
+        self.coarse = self._mean_matrix()
 
-    def _mean_matrix(self, p: Array, h: Array, face: Array) -> tuple[Array, Array]:
+    def _mean_matrix(self) -> tuple[Array, Array]:
         """LU factors of the rows averaged over y for changes that are constant along y, bordered by the load."""
         run = self.run
-        nx, ny = p.shape
-        full = self.fluid == FULL
-        matrix = np.zeros((nx + 1, nx + 1))
-        weight = (np.where(full, density_of(p), 0.0) * self.free + self.touching).mean(axis=1)  # of a deflection
-        matrix[:nx, :nx] = weight[:, None] * run.mean_elastic
-        matrix[:nx, nx] = weight
-        storage = np.where(full, 0.6 / (1.0 + 1.7 * p) ** 2 * h, 1.0)
-        flow = face[0, 0, :-1]
-        storage[:-1] += flow * (full[:-1] & ~full[1:])  # the pressure of a cavitated neighbour does not change
-        storage[1:] += flow * (full[1:] & ~full[:-1])
-        for way in (-1, 1):
-            between = face[1, 0] if way < 0 else np.roll(face[1, 0], way, 1)
-            storage += between * (full & ~np.roll(full, way, 1))
-        storage = storage.mean(axis=1)
-        flow = (flow * (full[:-1] & full[1:])).mean(axis=1)
+        nx = self.p.shape[0]
         index = np.arange(nx)
-        matrix[index, index] += storage + np.append(flow, 0.0) + np.append(0.0, flow)
-        matrix[index[:-1], index[1:]] -= flow
-        matrix[index[1:], index[:-1]] -= flow
-        matrix[nx, :nx] = self.load_weight * ny / run.load
-        return lu_factor(matrix.astype(np.float32), overwrite_a=True, check_finite=False)
+        by_pressure, by_film = np.zeros((nx, nx)), np.zeros((nx, nx))
+        none = np.zeros_like(self.p)
+        for colour in range(3):  # rows couple a plane with its neighbours only
+            moved = none.copy()
+            moved[colour::3] = 1.0
+            for matrix, dp, dh in (
+                (by_pressure, moved * self.still * self.free, none),
+                (by_film, none, moved * self.free),
+            ):
+                rows = linear_rows(dp, dh, self.p, self.h, self.face, self.fluid, self.weight)
+                rows = (self.free * rows).mean(axis=1)
+                for way in (-1, 0, 1):
+                    column = index + way
+                    inside = (column >= 0) & (column < nx) & (column % 3 == colour)
+                    matrix[index[inside], column[inside]] = rows[inside]
+        by_film[index, index] += self.touching.mean(axis=1)
+        share = self.still.mean(axis=1)
+        matrix = np.zeros((nx + 1, nx + 1))
+        matrix[:nx, :nx] = by_pressure + by_film @ (run.mean_elastic * share[None, :])
+        empty = share == 0.0
+        matrix[index[empty], index[empty]] += 1.0
+        matrix[:nx, nx] = by_film.sum(axis=1)
+        matrix[nx, :nx] = self.load_weight * share * self.p.shape[1] / run.load
+        return lu_factor(matrix, overwrite_a=True, check_finite=False)
 
     def product(self, change: Array) -> Array:
         """Derivative of all rows along a change."""
@@ -587,7 +623,7 @@ class System:
         total = self.moves * dp + self.touching * dc
         moved = self.run.elastic(total) + change[-1]
         out = np.empty_like(change)
-        rows = linear_rows(dp, self.free * moved, self.p, self.h, self.face, self.fluid)
+        rows = linear_rows(dp, self.free * moved, self.p, self.h, self.face, self.fluid, self.weight)
         np.multiply(rows, self.run.scale, out=out[:size].reshape(shape))
         out[size:-1] = (self.touching * moved + self.rigid * dc).ravel()
         out[-1] = self.load_weight * total.sum() / self.run.load

@@ -152,7 +152,7 @@ class AxleResult(LossTable):
         return {*self.uses, "gear", *(f"{kind}:{name}" for kind, name in self.methods.items())}
 
     def loss_map(self, temperature: float | None = None) -> LossMap:
-        """The points of a map at one oil temperature [K], the first if not given, for `LossMap.to_vecto`."""
+        """The points of a map at one oil temperature [K], the first if not given, for `LossMap.write_model`."""
         kelvin = self.points[0].temperature if temperature is None else temperature
         points = [point for point in self.points if point.temperature == kelvin]
         if self.kind != "map" or not points:

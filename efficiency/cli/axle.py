@@ -9,18 +9,21 @@ import efficiency
 from efficiency.cli.options import (
     FrictionOption,
     JsonOption,
+    MapFileOption,
     OptionGroup,
     PointOptions,
     ReportOption,
     TableOptions,
     check_files,
+    check_map_files,
     one_of,
     present,
     text_option,
     with_groups,
+    write_map,
 )
 from ehl import InputError
-from ehl.common.console import GEAR, App, check_outputs, given, is_list, names_of, working
+from ehl.common.console import GEAR, App, given, is_list, names_of, working
 
 _AxleArgument = Annotated[
     str,
@@ -47,7 +50,7 @@ def axle(
     point: PointOptions,
     friction: FrictionOption = None,
     duty: Annotated[Path | None, typer.Option(help="Duty cycle, CSV or XLSX, in place of torque and speed.")] = None,
-    vecto: Annotated[Path | None, typer.Option(help="Write the loss map of the axle for VECTO (.vtlm).")] = None,
+    model: MapFileOption = None,
     test: Annotated[str | None, typer.Option(help="Test points of 40 CFR 1037.560: single or tandem.")] = None,
     methods: _MethodOptions,
     report: ReportOption = None,
@@ -58,17 +61,17 @@ def axle(
 
     The oil temperature "balance" is that at which housing and cooler remove the loss.
     """
-    check_outputs({"vecto": vecto}, vecto=".vtlm")
+    check_map_files(model)
     files = files | given({"report": report})
     check_files(files)
     application = one_of("test", test, "single", "tandem")
     of_map = any(is_list(point.get(name, "")) for name in ("torque", "speed", "temperature"))
-    if vecto is not None and not of_map:
-        raise InputError("vecto", str(vecto), "given together with lists of --torque and --speed")
+    if model and not of_map:
+        raise InputError("model", str(model[0]), "given together with lists of --torque and --speed")
     with working("axle losses"):
         found = _solve(efficiency.Axle(axle, methods=methods), point, of_map, friction, duty, application)
-    if vecto is not None and found.status == "converged":
-        found.loss_map().to_vecto(vecto)
+    if model:
+        write_map(found.loss_map(), model)
     present(found, json_output, **files)
 
 

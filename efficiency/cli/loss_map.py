@@ -12,15 +12,18 @@ from efficiency.cli.options import (
     FrictionOption,
     JsonOption,
     LoadBalanceOption,
+    MapFileOption,
     OilOption,
     OptionGroup,
     TableOptions,
     TemperatureOption,
     check_files,
+    check_map_files,
     load_balance_of,
     present,
     text_option,
     with_groups,
+    write_map,
 )
 from ehl import InputError
 from ehl.common.console import GEAR, App, advanced, check_outputs, given, working
@@ -53,26 +56,20 @@ def loss_map(
     friction: FrictionOption = None,
     conditions: _ConditionOptions,
     axle: _AxleOptions,
-    vecto: Annotated[Path | None, typer.Option(help="Write a VECTO loss map (.vtlm).")] = None,
-    fmu: Annotated[
-        Path | None, typer.Option(help="Write an FMU with the interval of the loss (.fmu, FMI 2.0).")
-    ] = None,
+    model: MapFileOption = None,
     json_output: JsonOption = False,
     files: TableOptions,
 ) -> None:
     """Torque loss over pinion torque and speed, drive and coast, for vehicle simulation."""
-    check_outputs({"vecto": vecto, "fmu": fmu}, vecto=".vtlm", fmu=".fmu")
+    check_map_files(model)
     check_files(files)
     load_balance_of(conditions.get("load_balance"))
     losses = _axle(axle)
     with working("loss map"):
         found = efficiency.load(design).loss_map(
-            torque, speed, friction, axle=losses, interval=fmu is not None, **conditions
+            torque, speed, friction, axle=losses, interval=bool(model), **conditions
         )
-    if vecto is not None and found.status == "converged":
-        found.to_vecto(vecto)
-    if fmu is not None and found.status == "converged":
-        found.to_fmu(fmu)
+    write_map(found, model)
     present(found, json_output, **files)
 
 

@@ -3,7 +3,7 @@
 import functools
 import inspect
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
@@ -14,6 +14,7 @@ from ehl import InputError
 from ehl.common.console import (
     ADVANCED,
     advanced,
+    check_outputs,
     check_suffix,
     fail_unless_converged,
     given,
@@ -172,6 +173,29 @@ def present_folder(result: Any, json_output: bool, folder: Path) -> None:
         for path in written:
             print(path)
     fail_unless_converged(result.status, result.reason)
+
+
+MapFileOption = Annotated[
+    list[Path] | None,
+    typer.Option("--model", help="Write the map for VECTO (.vtlm), FMI (.fmu), Modelica (.mo) or Simscape (.m)."),
+]
+
+
+def check_map_files(files: Sequence[Path] | None) -> None:
+    """Refuse files of a map that cannot be written, before anything is computed."""
+    from efficiency.vehicle.map_files import FORMATS
+
+    for path in files or ():
+        if path.suffix.lower() not in FORMATS:
+            raise InputError("model", str(path), f"a file name ending in {', '.join(FORMATS)}")
+        check_outputs({"model": path})
+
+
+def write_map(found: Any, files: Sequence[Path] | None) -> None:
+    """Write a loss map without failed points for other programs."""
+    for path in files or ():
+        if found.status == "converged":
+            found.write_model(path)
 
 
 def check_files(files: Mapping[str, Path]) -> None:

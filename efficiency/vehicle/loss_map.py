@@ -155,8 +155,7 @@ def read_axle_losses(path: Path | str) -> TableAxleLosses:
     return TableAxleLosses(path.name, torques, speeds, grid)
 
 
-VECTO_HEAD = "Input Speed [rpm],Input Torque [Nm],Torque Loss [Nm]"
-_INTERVAL = ("torque_loss_lower", "torque_loss_upper")
+INTERVAL = ("torque_loss_lower", "torque_loss_upper")
 MESH_ALONE = "loss of the mesh alone: an axle loses more, state its bearings and drag"
 
 
@@ -265,7 +264,7 @@ class LossMap(Tabular, LossTable):
 
     def table(self) -> Table:
         """One row per point."""
-        without = () if any(np.isfinite(p.torque_loss_upper) for p in self.points) else _INTERVAL
+        without = () if any(np.isfinite(p.torque_loss_upper) for p in self.points) else INTERVAL
         return Table.from_records(
             [{k: v for k, v in asdict(point).items() if k not in without} for point in self.points],
             title=f"{self.design}, {self.oil} at {quantity('temperature').text(self.temperature)}, "
@@ -283,109 +282,36 @@ class LossMap(Tabular, LossTable):
         speeds, torques = self.shape
         return f"LossMap({self.design}, {self.friction_model}: {torques} torques, {speeds} speeds, {self.status})"
 
-    def to_vecto(self, path: Path | str) -> Path:
-        """Write the map as VECTO reads it for a gear or an axle (.vtlm), torques and speeds of the pinion.
+    def write_model(self, path: Path | str) -> Path:
+        """Write the map for another program, chosen by the suffix: `efficiency.vehicle.map_files`.
 
-        Below the lowest speed computed, VECTO would extrapolate: at 0 rpm the file repeats the torque losses of the
-        lowest speed, and its head says so. Nothing else is extrapolated.
+        .vtlm: loss map of VECTO. .fmu: Functional Mock-up Unit (FMI 2.0). .mo: Modelica package with a
+        `CombiTable2Ds` and a `lossTable` of `LossyGear`. .m: MATLAB script with the vectors of a lookup table in
+        Simscape. Torques and speeds are those of the pinion; the interval of the loss is included where the map has
+        one, but for VECTO.
 
-        Raises `InputError`: another suffix, no torque above or none below zero, a file that cannot be written;
-        `ConvergenceError`: a point failed.
+        Returns the path.
+
+        Raises `InputError`: another suffix, too few torques or speeds, for VECTO no torque above or none below zero, a
+        file that cannot be written; `ConvergenceError`: a point failed.
+
+        Examples
+        --------
+        >>> import efficiency
+        >>> pair = efficiency.load("fm_spiral_bevel_14x39")
+        >>> found = pair.loss_map("-200:200:3 N m", "500, 1500 rpm", grid=(4, 9))
+        >>> found.write_model("axle.vtlm").name
+        'axle.vtlm'
         """
-        path = Path(path)
-        if path.suffix.lower() != ".vtlm":
-            raise InputError("vecto", str(path), "a file name ending in .vtlm")
-        torques = self.torques
-        if not torques[0] < 0.0 < torques[-1]:
-            of = quantity("torque")
-            hint = "VECTO brakes with the map as well: add torques of the other sign, such as '-300:300:7 N m'."
-            raise InputError("torque", of.span(torques[0], torques[-1]), "torques below and above zero", hint)
-        require_all(self.reason)
-        rpm = quantity("speed").to_display(self.speeds)
-        losses = self.values()
-        rows = [
-            f"{speed:.2f},{torque:.2f},{loss:.4f}"
-            for speed, line in zip([0.0, *rpm], [losses[0], *losses], strict=True)
-            for torque, loss in zip(torques, line, strict=True)
-        ]
-        outside = float(np.max(self.values("outside_range_share")))
-        told = [self.notes[0], f"at 0 rpm the torque losses of {rpm[0]:.4g} rpm, the lowest speed computed"]
-        if outside > 0.0:
-            told.append(f"up to {100.0 * outside:.3g} % of the sliding power outside the range of the friction model")
-        # one comment at the end of the head: the place where VECTO's own files have theirs
-        comment = f"{self.table().title}; {'; '.join(told)}".replace("\n", " ").replace("#", " ").replace(",", ";")
-        write_file(path, "\n".join([f"{VECTO_HEAD} # {comment}", *rows]) + "\n", "vecto")
-        return path
-
-    def to_fmu(self, path: Path | str) -> Path:
-        """Write the map as a Functional Mock-up Unit (FMI 2.0, model exchange and co-simulation; .fmu).
-
-        Inputs: `torque` and `speed` of the pinion. Outputs: `torque_loss`, bilinear between the points, with its
-        interval where the map has one, `efficiency`, and `in_range`, which is 0 outside the axes: there the loss is
-        that of the nearest point of the map.
-
-        Raises `InputError`: another suffix or a name that is no identifier, an axis of one value; `ConvergenceError`:
-        a point failed.
-        """
-        from regression.export.export import identifier
-        from regression.export.fmu import Variable, fmu
+        from efficiency.vehicle.map_files import FORMATS
 
         path = Path(path)
-        if path.suffix.lower() != ".fmu":
-            raise InputError("fmu", str(path), "a file name ending in .fmu")
-        name = identifier(path)
-        if min(self.shape) < 2:
-            raise InputError("fmu", f"{len(self.torques)} torques, {len(self.speeds)} speeds", "two of each at least")
+        content = FORMATS.get(path.suffix.lower())
+        if content is None:
+            raise InputError("model", str(path), f"a file name ending in {', '.join(FORMATS)}")
         require_all(self.reason)
-        tables = {"torque_loss": "torque loss at the pinion"}
-        if np.all(np.isfinite(self.values("torque_loss_upper"))):
-            tables |= {name: f"{name[-5:]} end of its 90 % interval" for name in _INTERVAL}
-        inputs = [
-            Variable("torque", "N.m", "pinion torque, below zero in coast", self.torques[-1]),
-            Variable("speed", "rad/s", "pinion speed", self.speeds[-1]),
-        ]
-        outputs = [Variable(table, "N.m", text) for table, text in tables.items()]
-        outputs.append(Variable("efficiency", "", "output over input power, in coast from gear to pinion"))
-        outputs.append(Variable("in_range", "", "1 within the axes of the map, else 0"))
-        about = f"{self.table().title}; {self.notes[0]}"
-        losses = [self.values(table) for table in tables]
-        content = fmu(name, about, inputs, outputs, _c_tables(self.torques, self.speeds, losses), _C_BODY)
-        write_file(path, content, "fmu")
+        write_file(path, content(self, path), "model")
         return path
-
-
-# bilinear interpolation of the tables, and the outputs of the unit
-_C_PLACE = """
-static int place(const double axis[], int n, double x, double *share)
-{
-    int k = 0;
-    while (k < n - 2 && x > axis[k + 1]) k++;
-    *share = (x - axis[k]) / (axis[k + 1] - axis[k]);
-    *share = *share < 0.0 ? 0.0 : *share > 1.0 ? 1.0 : *share;
-    return k;
-}"""
-_C_BODY = """\
-    double a, b;
-    const int i = place(speeds, SPEEDS, u[1], &a), j = place(torques, TORQUES, u[0], &b);
-    for (int k = 0; k < TABLES; k++) {
-        const double low = tables[k][i][j] + b * (tables[k][i][j + 1] - tables[k][i][j]);
-        y[k] = low + a * (tables[k][i + 1][j] + b * (tables[k][i + 1][j + 1] - tables[k][i + 1][j]) - low);
-    }
-    y[TABLES] = u[0] == 0.0 ? 0.0 : u[0] > 0.0 ? 1.0 - y[0] / u[0] : u[0] / (u[0] - y[0]);
-    y[TABLES + 1] = u[0] >= torques[0] && u[0] <= torques[TORQUES - 1];
-    y[TABLES + 1] *= u[1] >= speeds[0] && u[1] <= speeds[SPEEDS - 1];"""
-
-
-def _c_tables(torques: FloatArray, speeds: FloatArray, losses: Sequence[FloatArray]) -> str:
-    """C text of the axes and tables of a map."""
-    from regression.export.printer import number_rows
-
-    def array(name: str, values: FloatArray) -> str:
-        return f"static const double {name} = {{\n{number_rows([values.ravel().tolist()], '    ', '  ').strip()}\n}};"
-
-    sizes = f"enum {{ SPEEDS = {len(speeds)}, TORQUES = {len(torques)}, TABLES = {len(losses)} }};"
-    axes = [array("speeds[SPEEDS]", speeds), array("torques[TORQUES]", torques)]
-    return "\n".join([sizes, *axes, array("tables[TABLES][SPEEDS][TORQUES]", np.array(losses)), _C_PLACE])
 
 
 def require_all(reason: str) -> None:

@@ -256,16 +256,16 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
     ]),
     "loss-map": (("loss-map", PAIR), {"--torque": "100, 200 N m", "--speed": "500 rpm"}, [
         ("--torque", "100"), ("--speed", "500 N m"), ("--friction", "constant:-1"), ("--temperature", "hot"),
-        ("--drag", "2"), ("--vecto", "x.csv"), ("--torque", "100:x:3 N m"), ("--speed", "-500 rpm"),
+        ("--drag", "2"), ("--model", "x.csv"), ("--torque", "100:x:3 N m"), ("--speed", "-500 rpm"),
         ("--friction", "75w9"), ("--temperature", "900 degC"), ("--drag", "-2 N m"), ("--load-share", "150 %"),
         ("--torque", "-1:1 N m"), ("--torque", "-1:1:3"), ("--speed", "0:100:3 rpm"), ("--load-share", "60 %"),
         ("--load-share", "-1 %"), ("--axle-losses", "none.csv"), ("--load-balance", "friction"), ("--xlsx", "x.csv"),
-        ("--vecto", "no/where.vtlm"),
+        ("--model", "no/where.vtlm"),
     ]),
     "axle": (("axle", "truck_hypoid"), {}, [
         ("--torque", "100"), ("--speed", "500 N m"), ("--temperature", "balanced"), ("--temperature", "900 degC"),
         ("--friction", "75w9"), ("--bearings", "skv"), ("--seals", "lip"), ("--churning", "iso"), ("--duty", "no.csv"),
-        ("--test", "triple"), ("--vecto", "x.csv"), ("--vecto", "x.vtlm"),
+        ("--test", "triple"), ("--model", "x.csv"), ("--model", "x.vtlm"),
     ]),
     "misalignment": (("misalignment", PAIR), {"--E": "0, 0.1 mm"}, [
         ("--E", "0.1"), ("--P", "1 deg"), ("--shaft-angle-error", "1 mm"), ("--side", "up"), ("--E", "0:0.1 mm"),

@@ -235,7 +235,7 @@ def test_files_for_vehicle_simulation(tmp_path: Path) -> None:
     assert found.values("torque_loss_axle").min() > 0.0
     assert np.all(found.values("torque_loss_lower") < found.values())
     assert np.all(found.values() < found.values("torque_loss_upper"))
-    lines = found.to_vecto(tmp_path / "axle.vtlm").read_text().splitlines()
+    lines = found.write_model(tmp_path / "axle.vtlm").read_text().splitlines()
     assert len(lines) == 1 + 3 * 4
     with pytest.raises(InputError):
         map_of_axle().loss_map(400.0)

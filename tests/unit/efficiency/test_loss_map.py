@@ -1,6 +1,7 @@
 """Loss maps for vehicle simulation: power balance, files, losses beside the mesh, refusals."""
 
 import json
+import re
 import shutil
 import sys
 from collections.abc import Callable
@@ -15,7 +16,8 @@ import pytest
 
 from efficiency.pair import GearPair
 from efficiency.vehicle.axle_test import AxleTest, axle_test_points, power_loss_40cfr1037, solve_axle_test
-from efficiency.vehicle.loss_map import VECTO_HEAD, LossMap, SimpleAxleLosses, read_axle_losses
+from efficiency.vehicle.loss_map import LossMap, SimpleAxleLosses, read_axle_losses
+from efficiency.vehicle.map_files import VECTO_HEAD, lossy_gear
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.reasons import reason_text
 from regression.data.dataset import load_dataset
@@ -61,7 +63,7 @@ def test_losses_are_those_of_single_runs() -> None:
 
 
 def test_vecto_file_is_read_back(tmp_path: Path) -> None:
-    path = map_of_pair().to_vecto(tmp_path / "axle.vtlm")
+    path = map_of_pair().write_model(tmp_path / "axle.vtlm")
     head, *rows = path.read_text().splitlines()
     assert head.split(" #")[0] == VECTO_HEAD
     assert "at 0 rpm the torque losses of 100 rpm" in head
@@ -82,7 +84,7 @@ def test_fmu_is_the_map(tmp_path: Path) -> None:
         pytest.skip("gcc is not installed")
     found = pair().loss_map("-200:200:3 N m", "100, 1500 rpm", axle=AXLE, grid=GRID, interval=True)
     assert found.values().ravel() == pytest.approx(map_of_pair().values().ravel(), rel=1e-12)
-    path = found.to_fmu(tmp_path / "map.fmu")
+    path = found.write_model(tmp_path / "map.fmu")
     names = ("torque_loss", "torque_loss_lower", "torque_loss_upper", "efficiency", "in_range")
 
     def at(torque: float, speed: float) -> list[float]:
@@ -103,11 +105,46 @@ def test_fmu_is_the_map(tmp_path: Path) -> None:
     assert at(-300.0, 0.0)[::4] == pytest.approx([a.torque_loss, 0.0])
 
 
+def matrix(text: str, name: str) -> Any:
+    """The matrix that follows a name in a Modelica or MATLAB text."""
+    inner = re.search(re.escape(name) + r"[^\[;]*?(?:= |=)\[([^\]]*)\]", text)
+    assert inner is not None, name
+    rows = inner.group(1).replace("...", "").split(";")
+    return np.array([[float(cell) for cell in row.split(",")] for row in rows])
+
+
+def test_tables_of_modelica_and_matlab_are_the_map(tmp_path: Path) -> None:
+    found = map_of_pair()
+    text = found.write_model(tmp_path / "axle.mo").read_text()
+    table = matrix(text, "torque_loss_table(table")
+    assert table[0, 1:].tolist() == pytest.approx(found.speeds.tolist(), rel=1e-14)
+    assert table[1:, 0].tolist() == found.torques.tolist()
+    assert table[1:, 1:] == pytest.approx(found.values().T, rel=1e-14)
+    lossy, error = lossy_gear(found)
+    assert matrix(text, "lossTable[:,5]") == pytest.approx(lossy, rel=1e-14)
+    # two lines through three torques: zero and one of each side, so that both are met
+    assert error < 1e-9
+    for (speed, drive, coast, first, second), losses in zip(lossy, found.values(), strict=True):
+        assert speed in found.speeds
+        assert drive * (200.0 - first) == pytest.approx(200.0 - losses[2], rel=1e-12)
+        assert (-200.0 - second) / coast == pytest.approx(-200.0 - losses[0], rel=1e-12)
+    script = found.write_model(tmp_path / "axle.m").read_text()
+    assert matrix(script, "axle.torque_loss") == pytest.approx(found.values().T, rel=1e-14)
+    assert matrix(script, "axle.speed").ravel() == pytest.approx(found.speeds, rel=1e-14)
+
+
+@pytest.mark.parametrize("name", ["axle.csv", "axle", "2axle.mo", "my axle.m"])
+def test_other_map_files_are_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError):
+        map_of_pair().write_model(tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
 def test_map_without_coast_is_no_file(tmp_path: Path) -> None:
     found = map_of_pair()
     drive = replace(found, points=tuple(point for point in found.points if point.torque > 0.0))
     with pytest.raises(InputError) as error:
-        drive.to_vecto(tmp_path / "drive.vtlm")
+        drive.write_model(tmp_path / "drive.vtlm")
     assert error.value.field == "torque"
     assert not list(tmp_path.iterdir())
 
@@ -116,7 +153,7 @@ def test_no_file_with_points_missing(tmp_path: Path) -> None:
     found = map_of_pair()
     torn = replace(found, points=(replace(found.points[0], status="failed", reason="no_contact"), *found.points[1:]))
     with pytest.raises(ConvergenceError, match=f"1 of 6 points: {reason_text('no_contact')}"):
-        torn.to_vecto(tmp_path / "torn.vtlm")
+        torn.write_model(tmp_path / "torn.vtlm")
     assert not list(tmp_path.iterdir())
 
 
@@ -168,7 +205,7 @@ def test_axle_that_loses_too_much_has_no_answer() -> None:
 
 
 def test_the_own_vecto_file_is_read_as_losses_of_an_axle(tmp_path: Path) -> None:
-    table = read_axle_losses(map_of_pair().to_vecto(tmp_path / "axle.vtlm"))
+    table = read_axle_losses(map_of_pair().write_model(tmp_path / "axle.vtlm"))
     point = map_of_pair().points[-1]
     assert table.torque_loss(point.torque, point.speed) == pytest.approx(point.torque_loss, abs=1e-3)
     assert table.speed[0] == 0.0
@@ -204,7 +241,7 @@ def test_commands_print_and_write(
     monkeypatch.setattr(GearPair, "loss_map", partialmethod(GearPair.loss_map, grid=GRID))
     outcome = mixed_ehl(
         "loss-map", DESIGN, "--torque=-100:100:2 N m", "--speed", "500, 900 rpm", "--drag", "2 N m", "--json",
-        *("--vecto", tmp_path / "m.vtlm", "--fmu", tmp_path / "m.fmu"),
+        *("--model", tmp_path / "m.vtlm", "--model", tmp_path / "m.fmu"),
         *("--xlsx", tmp_path / "m.xlsx", "--csv", tmp_path / "tables"),
     )  # fmt: skip
     assert outcome.code == 0, outcome.err
