@@ -32,7 +32,7 @@ from ehl.smooth.solver import solve_steady
 from ehl.surface.roughness import generate_profile
 from regression.data.dataset import load_dataset
 from regression.fitting.coefficients import fit_coefficients
-from regression.fitting.noise import usable_rows
+from regression.fitting.rows import usable_rows
 from regression.formula import friction_model
 from regression.friction.families import FAMILIES
 

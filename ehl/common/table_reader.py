@@ -260,9 +260,9 @@ def _head(position: int, row: Sequence[Cell], quantities: Mapping[str, ValueRang
     units: list[str | None] = []
     mine: list[str] = []
     exact = True
-    while row and (row[-1] is None or not str(row[-1]).strip()):  # a workbook may have notes next to the table
-        row = row[:-1]
-    for cell in row:
+    # a workbook may have notes next to the table
+    width = next((k for k in range(len(row), 0, -1) if row[k - 1] is not None and str(row[k - 1]).strip()), 0)
+    for cell in row[:width]:
         match = _HEADER.fullmatch(str(cell).strip().strip('"'))
         name, unit = (match["name"].strip(), match["unit"]) if match else ("", None)
         found = name if name in quantities else ""

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ehl.fluid.yasutomi import ImprovedYasutomi, OriginalYasutomi
 from refusals import refuses
 from scipy.integrate import quad
 
@@ -15,7 +14,7 @@ from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.fluid import oil_alpha
 from ehl.fluid.density import Murnaghan, Tait
-from ehl.fluid.free_volume import Doolittle, McEwenPaluch
+from ehl.fluid.free_volume import Doolittle, ImprovedYasutomi, McEwenPaluch, OriginalYasutomi
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_laws import GoldAlpha
 from ehl.fluid.pressure_viscosity import DEFINITIONS, AlphaDefinition, alpha_of, roelands_slope, solve_constant

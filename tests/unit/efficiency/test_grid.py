@@ -19,14 +19,11 @@ from efficiency.pair import GearPair
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.progress import Progress
 from ehl.common.reasons import reason_text
-from ehl.fluid.oil import Oil
 from regression.formula import friction_model
 
 DESIGN = load_design("fm_spiral_bevel_14x39")
 PAIR, GRID = GearPair(DESIGN), (4, 9)
-OIL = Oil.load("75w90")
 MODEL = friction_model("xu_kahraman_2007")
-ROUGH = (DESIGN.pinion.roughness_rms, DESIGN.gear.roughness_rms)
 
 
 def test_energies_add_up(monkeypatch: pytest.MonkeyPatch) -> None:

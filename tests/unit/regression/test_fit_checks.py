@@ -19,7 +19,7 @@ from regression.data.dataset import Dataset, columns, load_dataset
 from regression.fitting.coefficients import fit_form
 from regression.fitting.cross_validation import fold_numbers, held_out_friction, nested_cross_validate
 from regression.fitting.fit import fit_families, fit_formula
-from regression.fitting.noise import computed_friction, usable_rows
+from regression.fitting.rows import computed_friction, usable_rows
 from regression.formula import Formula
 from regression.friction.conditions import conditions_of
 from regression.friction.data_cloud import CloudDistance

@@ -19,7 +19,7 @@ from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from regression.data.dataset import Dataset, load_dataset
 from regression.fitting.fit import fit_formula
-from regression.fitting.noise import fitted_rows, usable_rows
+from regression.fitting.rows import fitted_rows, usable_rows
 from regression.fitting.sensitivity import formula_sensitivity
 from regression.friction.fitted import FittedFormula
 from regression.friction.published_registry import PUBLISHED

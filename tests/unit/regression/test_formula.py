@@ -151,6 +151,8 @@ BANDS = [{"low": 1, "high": 0.5, "count": 1, "log_width": 0.1}]
         ({"interval": XU["interval"] | {"largest": -0.1}}, "interval.largest"),
         ({"interval": XU["interval"] | {"level": 1.5}}, "interval.level"),
         ({"interval": XU["interval"] | {"bands": BANDS}}, "interval.bands.0.high"),
+        ({"interval": XU["interval"] | {"normalised": True}}, "interval.normalised"),
+        ({"network": Formula.load("75w90").to_dict()["network"]}, "network"),
         ({}, "interval"),
         ("", ""),
         ("[1, 2]", ""),

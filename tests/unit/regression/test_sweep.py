@@ -164,15 +164,6 @@ def test_ctrl_c_ends_between_two_cases(plan: Plan, tmp_path: Path) -> None:
     assert sweep_shard(plan, tmp_path, evaluate=XU).resumed == 3
 
 
-def test_failed_cases_can_be_tried_again(plan: Plan, tmp_path: Path) -> None:
-    failed = sweep_shard(plan, tmp_path, evaluate=some_fail).failed
-    assert failed > 0
-    again = sweep_shard(plan, tmp_path, evaluate=XU, retry_failed=True)
-    assert (again.resumed, again.converged, again.failed) == (16 - failed, failed, 0)
-    assert (load_dataset(tmp_path).frame["status"] == "converged").all()
-    assert run_status(tmp_path).shards[0].finished == 16
-
-
 def test_failed_cases_on_disk_count_in_every_call_and_in_every_division_into_shards(plan: Plan, tmp_path: Path) -> None:
     reports = [sweep_shard(plan, tmp_path, evaluate=some_fail, retries=0, shard=(k, 2)) for k in (1, 2)]
     failed = sum(report.failed for report in reports)

@@ -3,7 +3,7 @@
 import math
 from dataclasses import asdict
 from math import cos, degrees, hypot, pi, radians, sin, tan
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +20,6 @@ from efficiency.blanks.pair_blank import PairBlank
 from ehl.common.errors import InputError
 
 SAMPLES = ("iso23509_f2", "iso23509_f3", "iso23509_f4", "iso23509_f5")
-End = Literal["pinion", "gear"]
 
 
 def blank(name: str, **changes: Any) -> PairBlank:

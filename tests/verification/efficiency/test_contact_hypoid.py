@@ -19,7 +19,6 @@ from efficiency.loss.closed_form import buckingham_type, coleman_type
 from efficiency.mesh import Mesh
 from efficiency.pair import GearPair
 
-ARCSEC = np.pi / (180.0 * 3600.0)
 HYPOIDS = ("fh_hypoid_9x34", "fm_hypoid_13x42")
 PAIRS: list[tuple[str, Any]] = [(name, side) for name in HYPOIDS for side in ("drive", "coast")]
 PAIRS.append(("fm_spiral_bevel_14x39", "drive"))

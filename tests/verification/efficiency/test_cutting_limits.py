@@ -15,8 +15,6 @@ from efficiency.cutting.limits import FlankLimits, columns, fillet, flank_limits
 from efficiency.cutting.machine import MachineSettings
 from efficiency.design.design import load_design
 
-MM = 1e-3
-
 
 def bevel_gear(side: str) -> CutFlank:
     flank = load_design("fm_spiral_bevel_14x39").gear.flank(side)  # type: ignore[arg-type]

@@ -121,30 +121,6 @@ def slopes(flank: CutFlank, u: np.ndarray, h: np.ndarray, step: float = 6e-5) ->
 
 
 @pytest.mark.parametrize("name", FLANKS)
-def test_points_satisfy_the_equation_of_meshing(name: str) -> None:
-    flank = FLANKS[name]
-    u, h = grid(flank, 15, 9)
-    points = solved(flank, u, h)
-    condition = flank.sweep(points.parameters)[2]
-    # normal velocity over the size of the member, cradle at 1 rad/s
-    assert np.abs(condition).max() / flank.blank.mean_cone_distance < 1e-12
-    back = flank.blank.coordinates(np.hypot(points.position[0], points.position[1]), points.position[2])
-    np.testing.assert_allclose(np.real(back), [u, h], atol=1e-12)
-
-
-@pytest.mark.parametrize("name", FLANKS)
-def test_normals_against_differences_of_points(name: str) -> None:
-    flank = FLANKS[name]
-    u, h = grid(flank)
-    points = solved(flank, u, h)
-    (by_u, _), (by_h, _) = slopes(flank, u, h)
-    expected = np.cross(by_u, by_h, axis=0)
-    expected /= np.linalg.norm(expected, axis=0)
-    expected *= np.sign((expected * points.normal).sum(axis=0))
-    np.testing.assert_allclose(points.normal, expected, atol=1e-7)
-
-
-@pytest.mark.parametrize("name", FLANKS)
 def test_normals_point_out_of_the_tooth(name: str) -> None:
     """Concave flanks of right-hand members and convex ones of left-hand members look towards growing azimuth."""
     flank = FLANKS[name]

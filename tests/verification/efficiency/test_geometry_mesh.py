@@ -8,7 +8,7 @@ import pytest
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.chebyshev import Patch
 from efficiency.contact.contact_lines import mesh_cycle
-from efficiency.contact.contact_search import contact_path, transmission
+from efficiency.contact.contact_search import transmission
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.mesh_surface import MeshSurface, mesh_surface
@@ -138,50 +138,6 @@ def test_exactly_conjugate_pair_has_no_transmission_error_and_no_gaps(design: De
     for position in mesh_cycle(pair.surface, positions=4, points_per_line=9):
         assert position.gap.max() < 1e-12
         assert abs(position.transmission_error) / ARCSEC < 1e-6
-
-
-def test_transmission_error_of_the_cycle_is_the_envelope_of_the_pairs(pair: FlankPair) -> None:
-    """Points on lines inside the blanks against the contact path of one pair: two ways to the same minimum."""
-    surface = pair.surface
-    for position in mesh_cycle(pair.surface, positions=6, points_per_line=31):
-        angle = position.pinion_angle + np.arange(-2, 3) * surface.pitch
-        inside = np.abs(angle - surface.error_maximum_roll) < 0.6 * surface.pitch
-        highest = contact_path(surface, angle[inside]).transmission_error.max()
-        assert position.transmission_error / ARCSEC == pytest.approx(highest / ARCSEC, abs=0.05)
-
-
-def test_misalignments_are_what_they_are_called(design: Design) -> None:
-    """Each misalignment against another way to move the same member."""
-    pinion, gear = design.flanks().mating("drive")
-    nominal = design.placement()
-    amount, angle = 8e-5, 4e-4
-
-    def moved(flank: CutFlank, along: float) -> CutFlank:
-        back = flank.machine.machine_centre_to_back - along
-        return replace(flank, machine=replace(flank.machine, machine_centre_to_back=back))
-
-    def path(gear: CutFlank, pinion: CutFlank, assembly: Assembly) -> np.ndarray:
-        # the blank limits move with the member they belong to and do not enter the path; the design point does
-        surface = mesh_surface(gear, pinion, assembly, overhang_root=0.1)
-        found = contact_path(surface, surface.error_maximum_roll + np.array([-0.2, 0.0, 0.2]) * surface.pitch)
-        return np.concatenate([found.transmission_error, found.u, found.height])
-
-    pinion_shifted = path(gear, moved(pinion, amount), nominal)
-    np.testing.assert_allclose(path(gear, pinion, replace(nominal, P=amount)), pinion_shifted, atol=1e-8)
-    offset = path(gear, pinion, replace(nominal, offset=amount))
-    np.testing.assert_allclose(path(gear, pinion, replace(nominal, E=amount)), offset, atol=1e-12)
-    wider = path(gear, pinion, replace(nominal, shaft_angle=nominal.shaft_angle + angle))
-    np.testing.assert_allclose(path(gear, pinion, replace(nominal, shaft_angle_error=angle)), wider, atol=1e-12)
-    # a gear moved by G along its axis is a pinion moved by -G along z of the mesh frame
-    point, normal = np.array([[0.07], [0.004], [0.03]]), np.array([[0.6], [-0.7], [-0.2]])
-    shifted = replace(nominal, G=amount)
-    in_mesh = shifted.gear_in_mesh(point, np.zeros(1))
-    np.testing.assert_allclose(in_mesh[:, 0] - point[:, 0], [0.0, 0.0, amount], atol=1e-15)
-    assert np.abs(path(gear, pinion, shifted) - path(gear, pinion, nominal)).max() > 1e-4
-    # all of them act: the aligned path differs
-    for other in (pinion_shifted, offset, wider):
-        assert np.abs(other - path(gear, pinion, nominal)).max() > 1e-4
-    del normal
 
 
 def test_contact_moves_to_opposite_ends_on_both_sides_with_offset_error(design: Design) -> None:

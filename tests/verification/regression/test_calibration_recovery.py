@@ -94,7 +94,7 @@ def estimates(result: Calibration) -> dict[str, ParameterEstimate]:
 def test_intervals_cover_the_truth_as_often_as_they_say() -> None:
     setup = setup_of(list(TRUTH))
     clean = made(ROWS, setup, TRUTH, np.zeros(ROWS.size))
-    runs, covered, scores = 10, dict.fromkeys(TRUTH, 0), []
+    runs, covered, scores = 7, dict.fromkeys(TRUTH, 0), []
     for seed in range(runs):
         noise = SIGMA * np.random.default_rng(seed).standard_normal(ROWS.size)
         found = estimates(calibrate(replace(clean, friction=clean.friction + noise), setup))
@@ -163,16 +163,6 @@ def test_where_nothing_is_identifiable_the_card_has_a_wide_interval() -> None:
 
 
 @pytest.mark.usefixtures("one_line")
-def test_noise_too_small_to_be_true_is_told() -> None:
-    setup = setup_of(list(TRUTH))
-    noise = 4.0 * SIGMA * np.random.default_rng(8).standard_normal(ROWS.size)
-    result = calibrate(made(ROWS, setup, TRUTH, noise), setup)
-    assert result.noise == pytest.approx(4.0 * SIGMA, rel=0.5)
-    assert result.noise_stated == pytest.approx(SIGMA)
-    assert any("times the stated noise" in note for note in result.notes)
-
-
-@pytest.mark.usefixtures("one_line")
 def test_wide_intervals_and_nothing_determined_beyond_a_credible_misfit(tmp_path: Path) -> None:
     setup = setup_of(list(TRUTH))
     noise = SIGMA * np.random.default_rng(8).standard_normal(ROWS.size)
@@ -181,6 +171,8 @@ def test_wide_intervals_and_nothing_determined_beyond_a_credible_misfit(tmp_path
     assert "wide intervals" not in sound.card("sound").description
     poor = calibrate(made(ROWS, setup, TRUTH, 4.0 * noise), setup)
     assert not poor.misfit_credible
+    assert (poor.noise, poor.noise_stated) == (pytest.approx(4.0 * SIGMA, rel=0.5), pytest.approx(SIGMA))
+    assert any("times the stated noise" in note for note in poor.notes)
     assert all(estimate.status != "determined" for estimate in poor.parameters)
     # four times the noise, which no longer averages out
     narrow, wide = estimates(sound), estimates(poor)

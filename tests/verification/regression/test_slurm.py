@@ -74,20 +74,28 @@ def slurm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_array_merge_and_fit_give_what_a_local_run_gives(
     slurm: Path, mixed_ehl: Callable[..., Any], tmp_path: Path
 ) -> None:
+    """In a container; first with a task that is killed: nothing is merged, and the same script computes the rest."""
+    (slurm / "apptainer").write_text('#!/bin/bash\n[ "$1 $2" = "exec my image.sif" ]\nshift 2\nexec "$@"\n')
+    (slurm / "apptainer").chmod(0o755)
     (tmp_path / "my plan.toml").write_text('name = "array"\n[sampling]\nsize = 32\n' + GEAR_VARIABLES)
     options = ("--with", "arana_2019", "--set", "sampling.seed=5")
     chain = ("--merge", "all.h5", "--fit", "array.json", "--sbatch", "partition=short", "--sbatch", "mem=8G")
-    printed = mixed_ehl("sweep", "my plan.toml", "-o", "runs/a b", "--slurm", "2", *options, *chain)
+    container = ("--container", "my image.sif")
+    printed = mixed_ehl("sweep", "my plan.toml", "-o", "runs/a b", "--slurm", "2", *options, *chain, *container)
     assert printed.code == 0
-    (tmp_path / "submit.sh").write_text(printed.out)
+    task = "exec apptainer exec 'my image.sif' mixed-ehl sweep"
+    assert task in printed.out
 
-    def submit() -> subprocess.CompletedProcess[str]:
-        return subprocess.run(["bash", "submit.sh"], capture_output=True, text=True, timeout=300)
+    def submit(script: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(["bash", "-c", script], capture_output=True, text=True, timeout=300)
 
-    done = submit()
+    assert submit(printed.out.replace(task, f"[ $SLURM_ARRAY_TASK_ID = 1 ] || kill -9 $$\n{task}")).returncode == 0
+    assert not (tmp_path / "all.h5").exists()
+    assert "16 of 32 are missing" in (slurm / "log").read_text()
+    done = submit(printed.out)
     assert done.returncode == 0, done.stderr + (slurm / "log").read_text()
-    assert done.stdout.splitlines() == ["array 4711: 2 tasks", "then 4712: merge and fit"]
-    assert (slurm / "calls").read_text().splitlines() == ["--parsable", "--parsable --dependency=afterany:4711"]
+    assert done.stdout.splitlines() == ["array 4713: 2 tasks", "then 4714: merge and fit"]
+    assert (slurm / "calls").read_text().splitlines()[2:] == ["--parsable", "--parsable --dependency=afterany:4713"]
     for job in slurm.glob("job.*"):
         assert {"#SBATCH --partition=short", "#SBATCH --mem=8G"} <= set(job.read_text().splitlines())
     assert {path.name for path in (tmp_path / "runs" / "a b").glob("*.jsonl")} == {
@@ -97,32 +105,6 @@ def test_array_merge_and_fit_give_what_a_local_run_gives(
     assert mixed_ehl("sweep", "my plan.toml", "-o", "local", "--jobs", "1", *options).code == 0
     assert load_dataset(tmp_path / "all.h5").data_hash == load_dataset(tmp_path / "local").data_hash
     assert Formula.load(tmp_path / "array.json").data.hash == load_dataset(tmp_path / "local").data_hash
-
-
-def test_a_task_that_was_killed_leaves_nothing_merged(
-    slurm: Path, mixed_ehl: Callable[..., Any], tmp_path: Path
-) -> None:
-    (tmp_path / "plan.toml").write_text('name = "array"\n[sampling]\nsize = 16\n' + GEAR_VARIABLES)
-    arguments = ("sweep", "plan.toml", "-o", "run", "--slurm", "2", "--with", "arana_2019", "--merge", "all.h5")
-    script = mixed_ehl(*arguments).out
-    killed = script.replace("exec mixed-ehl sweep", "[ $SLURM_ARRAY_TASK_ID = 1 ] || kill -9 $$\nexec mixed-ehl sweep")
-    assert killed != script
-    assert subprocess.run(["bash", "-c", killed], capture_output=True, timeout=300).returncode == 0
-    assert not (tmp_path / "all.h5").exists()
-    assert "8 of 16 are missing" in (slurm / "log").read_text()
-    # the same script again computes what is missing
-    assert subprocess.run(["bash", "-c", script], capture_output=True, timeout=300).returncode == 0
-    assert len(load_dataset(tmp_path / "all.h5")) == 16
-
-
-def test_program_in_a_container(slurm: Path, mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
-    (slurm / "apptainer").write_text('#!/bin/bash\n[ "$1 $2" = "exec my image.sif" ]\nshift 2\nexec "$@"\n')
-    (slurm / "apptainer").chmod(0o755)
-    arguments = ("sweep", "demo", "-o", "run", "--slurm", "1", "--with", "arana_2019", "--set", "sampling.size=8")
-    script = mixed_ehl(*arguments, "--container", "my image.sif", "--merge", "all.h5").out
-    subprocess.run(["bash", "-c", script], capture_output=True, timeout=300, check=True)
-    assert "apptainer exec 'my image.sif' mixed-ehl sweep merge run -o all.h5 --complete" in script
-    assert len(load_dataset(tmp_path / "all.h5")) >= 8
 
 
 @pytest.mark.parametrize(
