@@ -8,18 +8,8 @@ from dataclasses import dataclass, replace
 from math import asin, cos, sin, sqrt, tan
 from pathlib import Path
 
+from efficiency.blanks import dimensions, tangency
 from efficiency.blanks.checks import blank_warnings, check_dimensions, check_pressure_angles
-from efficiency.blanks.dimensions import (
-    FaceAndRoot,
-    FaceWidths,
-    Placement,
-    Thickness,
-    face_and_root,
-    face_widths,
-    placement,
-    thickness,
-    undercut_limits,
-)
 from efficiency.blanks.inputs import PairBlankInput, load_blank
 from efficiency.blanks.lengthwise import Trace, check_trace
 from efficiency.blanks.method_1 import method_1
@@ -28,16 +18,6 @@ from efficiency.blanks.method_3 import method_3
 from efficiency.blanks.pair_blank import MemberBlank, PairBlank
 from efficiency.blanks.proportions import factors, taper_angles
 from efficiency.blanks.slots import SlotGeometry, SlotsAndLands, slots_and_lands
-from efficiency.blanks.tangency import (
-    SPIRAL_LIMIT,
-    PitchCones,
-    bevel_cones,
-    check_pitch_angles,
-    face_too_wide,
-    limit_pressure_angle,
-    tangent_cones,
-    too_large,
-)
 from efficiency.blanks.virtual_gears import virtual_gears
 from efficiency.cutting.blank import Hand
 from efficiency.cutting.process import PROCESSES
@@ -49,14 +29,14 @@ from ehl.common.threads import one_thread
 class _Parts:
     """What the stages leave for the dimensions of the members."""
 
-    cones: PitchCones
-    place: Placement
+    cones: tangency.PitchCones
+    place: dimensions.Placement
     addendums: tuple[float, float]
     dedendums: tuple[float, float]
-    angles: FaceAndRoot
-    faces: FaceWidths
+    angles: dimensions.FaceAndRoot
+    faces: dimensions.FaceWidths
     spirals: tuple[tuple[float, float], tuple[float, float]]
-    thick: Thickness
+    thick: dimensions.Thickness
     lands: SlotsAndLands
     ends: tuple[tuple[float, float], tuple[float, float]]
 
@@ -90,7 +70,7 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
     if isinstance(inputs, Path | str):
         inputs = load_blank(inputs)
     cones = pitch_cones(inputs)
-    place = placement(inputs, cones)
+    place = dimensions.placement(inputs, cones)
     alpha_lim, alphas = _pressure_angles(inputs, cones, place)
     alpha_n = 0.5 * sum(alphas)
 
@@ -107,11 +87,15 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
     outer_2 = cones.cone_distance_2 + cones.face_width_factor * inputs.face_width_gear
     module_outer = 2.0 * outer_2 * sin(cones.pitch_angle_2) / inputs.teeth_gear
     theta_a, theta_f, taper = taper_angles(inputs, cones, alpha_n, module_outer, addendums[1], dedendums, working_depth)
-    angles = face_and_root(inputs, cones, place, (theta_a, theta_f), (addendums[1], dedendums[1]), clearance)
-    faces = face_widths(inputs, cones, place, angles, module, working_depth, dedendums[1] - clearance, addendums[0])
+    angles = dimensions.face_and_root(inputs, cones, place, (theta_a, theta_f), (addendums[1], dedendums[1]), clearance)
+    faces = dimensions.face_widths(
+        inputs, cones, place, angles, module, working_depth, dedendums[1] - clearance, addendums[0]
+    )
     trace, spirals = _spiral_angles(inputs, cones, place, faces)
     outer = outer_2, spirals[1][1]
-    thick = thickness(inputs, cones, module, factor.profile_shift, factor.thickness, alpha_n, outer, addendums)
+    thick = dimensions.thickness(
+        inputs, cones, module, factor.profile_shift, factor.thickness, alpha_n, outer, addendums
+    )
     first, second, inside, outside = cones.cone_distance_1, cones.cone_distance_2, faces.inside, faces.outside
     ends = (first - inside[0], first + outside[0]), (second - inside[1], second + outside[1])
     slots = SlotGeometry(
@@ -135,7 +119,7 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
         virtual_gears(cones, place, module, (addendums, dedendums), inputs.face_width_gear, alpha, alpha - limit, limit)
         for alpha, limit in zip(alphas, (alpha_lim, -alpha_lim), strict=True)
     )
-    undercut = undercut_limits(
+    undercut = dimensions.undercut_limits(
         cones,
         place,
         trace,
@@ -150,7 +134,7 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
     if not inputs.gear_generation.rolls:
         # a straight slot that is not generated has no undercut
         undercut = tuple(point for point in undercut if point.member == "pinion")
-    touching = tangent_cones(inputs, cones.pitch_angle_2, cones.mean_diameter_2, cones.spiral_2)
+    touching = tangency.tangent_cones(inputs, cones.pitch_angle_2, cones.mean_diameter_2, cones.spiral_2)
     pair = PairBlank(
         name=inputs.name,
         method=inputs.method,
@@ -201,7 +185,7 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
     return replace(pair, warnings=blank_warnings(pair))
 
 
-def pitch_cones(inputs: PairBlankInput) -> PitchCones:
+def pitch_cones(inputs: PairBlankInput) -> tangency.PitchCones:
     """Pitch cones by the method of the input.
 
     Method 1 (Gleason) curves the tooth lengthwise as the limit curvature asks for; Method 2 (Oerlikon) puts the pinion
@@ -213,20 +197,20 @@ def pitch_cones(inputs: PairBlankInput) -> PitchCones:
     except (ValueError, ZeroDivisionError) as error:
         if isinstance(error, InputError):
             raise
-        raise too_large(inputs.hypoid_offset) from None
-    check_pitch_angles(cones.pitch_angle_1, cones.pitch_angle_2, inputs)
-    if not -SPIRAL_LIMIT < cones.spiral_2 <= cones.spiral_1 < SPIRAL_LIMIT:
-        raise too_large(inputs.hypoid_offset)
+        raise tangency.too_large(inputs.hypoid_offset) from None
+    tangency.check_pitch_angles(cones.pitch_angle_1, cones.pitch_angle_2, inputs)
+    if not -tangency.SPIRAL_LIMIT < cones.spiral_2 <= cones.spiral_1 < tangency.SPIRAL_LIMIT:
+        raise tangency.too_large(inputs.hypoid_offset)
     inner = cones.cone_distance_2 - (1.0 - cones.face_width_factor) * inputs.face_width_gear
     if inner <= 0.0:
-        raise face_too_wide(inputs, inner + inputs.face_width_gear)
+        raise tangency.face_too_wide(inputs, inner + inputs.face_width_gear)
     return cones
 
 
-def method_0(inputs: PairBlankInput) -> PitchCones:
+def method_0(inputs: PairBlankInput) -> tangency.PitchCones:
     """Bevel pairs: the cones share their apex."""
     assert inputs.mean_spiral_angle_gear is not None
-    return bevel_cones(inputs, inputs.mean_spiral_angle_gear, inputs.mean_pitch_diameter_gear)
+    return tangency.bevel_cones(inputs, inputs.mean_spiral_angle_gear, inputs.mean_pitch_diameter_gear)
 
 
 def _cutter_tilt(inputs: PairBlankInput, pressure_convex: float) -> float | None:
@@ -237,9 +221,11 @@ def _cutter_tilt(inputs: PairBlankInput, pressure_convex: float) -> float | None
     return 0.0 if blade is None else blade - pressure_convex
 
 
-def _pressure_angles(inputs: PairBlankInput, cones: PitchCones, place: Placement) -> tuple[float, tuple[float, float]]:
+def _pressure_angles(
+    inputs: PairBlankInput, cones: tangency.PitchCones, place: dimensions.Placement
+) -> tuple[float, tuple[float, float]]:
     """Limit pressure angle, and the generated ones of drive and coast side; Formulae (117) to (119)."""
-    limit = limit_pressure_angle(
+    limit = tangency.limit_pressure_angle(
         cones.pitch_angle_1,
         cones.pitch_angle_2,
         cones.cone_distance_1,
@@ -255,7 +241,7 @@ def _pressure_angles(inputs: PairBlankInput, cones: PitchCones, place: Placement
 
 
 def _spiral_angles(
-    inputs: PairBlankInput, cones: PitchCones, place: Placement, faces: FaceWidths
+    inputs: PairBlankInput, cones: tangency.PitchCones, place: dimensions.Placement, faces: dimensions.FaceWidths
 ) -> tuple[Trace, tuple[tuple[float, float], tuple[float, float]]]:
     """Tooth trace; spiral angles of both members at toe and heel, Formulae (174) to (194)."""
     mean = cones.cone_distance_2

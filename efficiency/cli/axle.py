@@ -6,22 +6,7 @@ from typing import Annotated, Any, cast
 import typer
 
 import efficiency
-from efficiency.cli.options import (
-    FrictionOption,
-    JsonOption,
-    MapFileOption,
-    OptionGroup,
-    PointOptions,
-    ReportOption,
-    TableOptions,
-    check_files,
-    check_map_files,
-    one_of,
-    present,
-    text_option,
-    with_groups,
-    write_map,
-)
+from efficiency.cli import options as shared
 from ehl import InputError
 from ehl.common.console import GEAR, App, given, is_list, names_of, working
 
@@ -33,46 +18,46 @@ _AxleArgument = Annotated[
 ]
 _MethodOptions = Annotated[
     dict[str, Any],
-    OptionGroup(
+    shared.OptionGroup(
         {
-            "bearings": text_option("Method: skf or iso_14179_2."),
-            "seals": text_option("Method: linke or iso_14179_2."),
-            "churning": text_option("Method: changenet_velex or iso_14179_2."),
+            "bearings": shared.text_option("Method: skf or iso_14179_2."),
+            "seals": shared.text_option("Method: linke or iso_14179_2."),
+            "churning": shared.text_option("Method: changenet_velex or iso_14179_2."),
         }
     ),
 ]
 
 
-@with_groups
+@shared.with_groups
 def axle(
     *,
     axle: _AxleArgument,
-    point: PointOptions,
-    friction: FrictionOption = None,
+    point: shared.PointOptions,
+    friction: shared.FrictionOption = None,
     duty: Annotated[Path | None, typer.Option(help="Duty cycle, CSV or XLSX, in place of torque and speed.")] = None,
-    model: MapFileOption = None,
+    model: shared.MapFileOption = None,
     test: Annotated[str | None, typer.Option(help="Test points of 40 CFR 1037.560: single or tandem.")] = None,
     methods: _MethodOptions,
-    report: ReportOption = None,
-    json_output: JsonOption = False,
-    files: TableOptions,
+    report: shared.ReportOption = None,
+    json_output: shared.JsonOption = False,
+    files: shared.TableOptions,
 ) -> None:
     """Losses of a whole axle: mesh, bearings, seals, churning; at a point, over lists, a duty cycle or the 1037 test.
 
     The oil temperature "balance" is that at which housing and cooler remove the loss.
     """
-    check_map_files(model)
+    shared.check_map_files(model)
     files = files | given({"report": report})
-    check_files(files)
-    application = one_of("test", test, "single", "tandem")
+    shared.check_files(files)
+    application = shared.one_of("test", test, "single", "tandem")
     of_map = any(is_list(point.get(name, "")) for name in ("torque", "speed", "temperature"))
     if model and not of_map:
         raise InputError("model", str(model[0]), "given together with lists of --torque and --speed")
     with working("axle losses"):
         found = _solve(efficiency.Axle(axle, methods=methods), point, of_map, friction, duty, application)
     if model:
-        write_map(found.loss_map(), model)
-    present(found, json_output, **files)
+        shared.write_map(found.loss_map(), model)
+    shared.present(found, json_output, **files)
 
 
 def _solve(axle: efficiency.Axle, point: Any, of_map: bool, friction: Any, duty: Path | None, application: Any) -> Any:

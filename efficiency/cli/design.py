@@ -9,49 +9,9 @@ import typer
 
 import efficiency
 import regression
-from efficiency.cli.options import (
-    OPERATION,
-    DesignArgument,
-    FreshOption,
-    FrictionOption,
-    JobsOption,
-    JsonOption,
-    LoadBalanceOption,
-    MarkingOption,
-    OilOption,
-    OptionGroup,
-    PointOptions,
-    SideOption,
-    StrengthOption,
-    UnitsOption,
-    load_balance_of,
-    misalignment_group,
-    one_of,
-    one_side,
-    output_option,
-    present,
-    present_folder,
-    refuse,
-    started_store,
-    text_option,
-    unit_system,
-    with_groups,
-)
+from efficiency.cli import options as shared
 from ehl import InputError, shipped
-from ehl.common.console import (
-    FORMULA,
-    GEAR,
-    App,
-    advanced,
-    fail_unless_converged,
-    given,
-    names_of,
-    output_folder,
-    print_json,
-    print_text,
-    working,
-    write_text,
-)
+from ehl.common import console
 
 PAIRS = ("fh_hypoid_9x34", "fh_hypoid_9x34_offset_10")
 
@@ -60,23 +20,27 @@ def blank(
     file: Annotated[
         str,
         typer.Argument(
-            metavar="FILE", help="A blank file, or the name of a shipped one.", autocompletion=names_of("blanks")
+            metavar="FILE",
+            help="A blank file, or the name of a shipped one.",
+            autocompletion=console.names_of("blanks"),
         ),
     ],
-    json_output: JsonOption = False,
+    json_output: shared.JsonOption = False,
 ) -> None:
     """Blank of a bevel or hypoid pair after ISO 23509: cones, depths, thicknesses, contact ratios, warnings."""
     pair = efficiency.blank(file)
-    print_json(pair.to_dict()) if json_output else pair.show()
+    console.print_json(pair.to_dict()) if json_output else pair.show()
 
 
-@with_groups
+@shared.with_groups
 def settings(
     *,
     targets: Annotated[
         str,
         typer.Argument(
-            metavar="TARGETS", help="A targets file, or the name of a shipped one.", autocompletion=names_of("targets")
+            metavar="TARGETS",
+            help="A targets file, or the name of a shipped one.",
+            autocompletion=console.names_of("targets"),
         ),
     ],
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the design file here.")] = None,
@@ -88,17 +52,19 @@ def settings(
             "misalignments. The targets are written next to the design.",
         ),
     ] = False,
-    torque: Annotated[str | None, advanced(help="Pinion torque for --sized; default: that of the targets.")] = None,
+    torque: Annotated[
+        str | None, console.advanced(help="Pinion torque for --sized; default: that of the targets.")
+    ] = None,
     box: Annotated[
         dict[str, Any],
-        OptionGroup(
+        shared.OptionGroup(
             {
-                name: text_option(f"Half width of {name} for --sized; default {default}.", name=f"--{name}")
+                name: shared.text_option(f"Half width of {name} for --sized; default {default}.", name=f"--{name}")
                 for name, default in (("E", "0.05 mm"), ("P", "0.05 mm"), ("G", "none"))
             }
         ),
     ],
-    json_output: JsonOption = False,
+    json_output: shared.JsonOption = False,
 ) -> None:
     """Machine settings of both members from a blank, a cutter and contact targets: a complete design file.
 
@@ -107,17 +73,17 @@ def settings(
     """
     sizing = None
     if sized:
-        with working("load sizing", "nothing is kept"):
+        with console.working("load sizing", "nothing is kept"):
             sizing = efficiency.sized_for_load(targets, torque, box)
     result = efficiency.settings(targets if sizing is None else sizing.targets)
     if output is not None:
-        write_text(output, result.text)
+        console.write_text(output, result.text)
         if sizing is not None:
             sizing.write_next_to(output)
-    print_json(result.to_dict()) if json_output else result.show()
+    console.print_json(result.to_dict()) if json_output else result.show()
     if output is not None and not json_output:
         print(f"design: {output}")
-    fail_unless_converged(result.status, "; ".join(result.warnings))
+    console.fail_unless_converged(result.status, "; ".join(result.warnings))
 
 
 WHAT = "tooth, member, grid, summary"
@@ -136,23 +102,24 @@ def export(
         ),
     ] = WHAT,
     member: Annotated[str, typer.Option(help="pinion, gear or both.")] = "both",
-    rows: Annotated[int, advanced(help="Points from root to tip.")] = 15,
-    columns: Annotated[int, advanced(help="Points from heel to toe.")] = 31,
+    rows: Annotated[int, console.advanced(help="Points from root to tip.")] = 15,
+    columns: Annotated[int, console.advanced(help="Points from heel to toe.")] = 31,
     margin: Annotated[
-        float, advanced(help="Grids keep this share of face and depth off the edges, for inspection 0.05 to 0.1.")
+        float,
+        console.advanced(help="Grids keep this share of face and depth off the edges, for inspection 0.05 to 0.1."),
     ] = 0.0,
-    rim: Annotated[str | None, advanced(help="Solids: rim below the root, such as '6 mm'.")] = None,
-    bore: Annotated[str | None, advanced(help="Members: diameter of the bore, '0 mm' for none.")] = None,
-    units: UnitsOption = "metric",
+    rim: Annotated[str | None, console.advanced(help="Solids: rim below the root, such as '6 mm'.")] = None,
+    bore: Annotated[str | None, console.advanced(help="Members: diameter of the bore, '0 mm' for none.")] = None,
+    units: shared.UnitsOption = "metric",
     language: Annotated[
         str | None, typer.Option(help="Formula: python, c, fortran, matlab, fmu; by the suffix if not given.")
     ] = None,
     oil: Annotated[str | None, typer.Option(help="Formula: oil card to write in, if fitted to several.")] = None,
     oil_arguments: Annotated[
-        bool, advanced("--oil-arguments", help="Formula: the oil's properties as arguments of the function.")
+        bool, console.advanced("--oil-arguments", help="Formula: the oil's properties as arguments of the function.")
     ] = False,
     guard: Annotated[
-        bool, advanced("--guard/--no-guard", help="Formula: flag points far from all cases of the fit (long).")
+        bool, console.advanced("--guard/--no-guard", help="Formula: flag points far from all cases of the fit (long).")
     ] = True,
 ) -> None:
     """Write solids (STL), flank grids (CSV) and the machine summary (CSV) of a design, or a formula as code.
@@ -161,14 +128,14 @@ def export(
     """
     of_designs = {"rim": rim, "bore": bore, "member": member != "both" and member, "what": what != WHAT and what}
     if design in shipped("formulas") or Path(design).suffix == ".json":
-        refuse("a formula", of_designs)
+        shared.refuse("a formula", of_designs)
         formula = regression.Formula.load(design)
         formula.export(output, language, oil=oil, oil_arguments=oil_arguments, guard=guard)
         laws = "oil properties as arguments" if oil_arguments else oil or formula.default_oil()
         print(f"{output}: {formula.name}, {laws}")
         return
-    refuse("a design", {"language": language, "oil": oil, "oil_arguments": oil_arguments})
-    one_of("member", member, "pinion", "gear", "both")
+    shared.refuse("a design", {"language": language, "oil": oil, "oil_arguments": oil_arguments})
+    shared.one_of("member", member, "pinion", "gear", "both")
     parts = [part.strip() for part in what.split(",") if part.strip()]
     if not parts:
         raise InputError("what", what, f"some of {WHAT}, ease_off, step")
@@ -180,8 +147,8 @@ def export(
         rows=rows,
         columns=columns,
         margin=margin,
-        units=unit_system(units),
-        **given({"rim": rim, "bore": bore}),
+        units=shared.unit_system(units),
+        **console.given({"rim": rim, "bore": bore}),
     )
     for line in written:
         print(line)
@@ -196,14 +163,14 @@ def import_summary(
 ) -> None:
     """Read a machine summary (inch or metric) into a design file."""
     text, notes = efficiency.import_design(sheet, like)
-    write_text(output, text)
+    console.write_text(output, text)
     print(f"{output}: " + ("a design that can be computed" if like else "tables of a design file"))
     for note in notes:
-        print_text(f"note     {note}")
+        console.print_text(f"note     {note}")
 
 
 def correct(
-    design: DesignArgument,
+    design: shared.DesignArgument,
     grids: Annotated[
         list[Path],
         typer.Argument(
@@ -217,24 +184,24 @@ def correct(
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the corrected machine tables here (TOML).")
     ] = None,
-    json_output: JsonOption = False,
+    json_output: shared.JsonOption = False,
 ) -> None:
     """Machine corrections from measured flanks: what to change so that the next part comes out as designed."""
     result = efficiency.machine_corrections(design, grids, uncertainty, cast("Literal[1, 2]", order))
     if output is not None:
-        write_text(output, result.text)
-    print_json(result.to_dict()) if json_output else result.show()
+        console.write_text(output, result.text)
+    console.print_json(result.to_dict()) if json_output else result.show()
     if output is not None and not json_output:
         print(f"corrected settings: {output}")
 
 
-@with_groups
+@shared.with_groups
 def misalignment(
     *,
-    design: DesignArgument,
+    design: shared.DesignArgument,
     axes: Annotated[
         dict[str, Any],
-        misalignment_group(
+        shared.misalignment_group(
             "Shift E along the offset: '-0.2, 0, 0.2 mm' or '-0.2:0.2:9 mm'.",
             "Shift P along the pinion axis, from apex to heel.",
             "Shift G along the gear axis, from apex to heel.",
@@ -242,14 +209,14 @@ def misalignment(
             panel=None,
         ),
     ],
-    side: Annotated[str, advanced(help="Flanks in contact: drive, coast or both.")] = "drive",
-    marking: MarkingOption = None,
-    point: PointOptions,
-    friction: FrictionOption = None,
-    oil: OilOption = None,
-    json_output: JsonOption = False,
-    csv: Annotated[Path | None, advanced(help="Write all states as CSV (SI units).")] = None,
-    plot: Annotated[Path | None, advanced(help="Folder for figures (PNG).")] = None,
+    side: Annotated[str, console.advanced(help="Flanks in contact: drive, coast or both.")] = "drive",
+    marking: shared.MarkingOption = None,
+    point: shared.PointOptions,
+    friction: shared.FrictionOption = None,
+    oil: shared.OilOption = None,
+    json_output: shared.JsonOption = False,
+    csv: Annotated[Path | None, console.advanced(help="Write all states as CSV (SI units).")] = None,
+    plot: Annotated[Path | None, console.advanced(help="Folder for figures (PNG).")] = None,
 ) -> None:
     """Misalignment study (V-H check): contact over a grid of E, P, G and shaft angle, added to those of the design.
 
@@ -257,63 +224,71 @@ def misalignment(
 
     Lists 'a, b, c unit' or ranges 'from:to:number unit'; the states are all combinations.
     """
-    with working("misalignment"):
+    with console.working("misalignment"):
         states = efficiency.load(design).misalignment(
-            side=side, marking=marking, friction=friction, **point, **given({"oil": oil}), **axes
+            side=side, marking=marking, friction=friction, **point, **console.given({"oil": oil}), **axes
         )
-    present(states, json_output, csv=csv, plot=plot)
+    shared.present(states, json_output, csv=csv, plot=plot)
 
 
-@with_groups
+@shared.with_groups
 def study(
     *,
     designs: Annotated[
         list[str] | None,
         typer.Argument(metavar="DESIGN...", help=f"Design files or names of shipped ones; default: {' '.join(PAIRS)}."),
     ] = None,
-    output: Annotated[Path, output_option("--output", "-o", help="Folder for page, tables and figures.")] = Path(
+    output: Annotated[Path, shared.output_option("--output", "-o", help="Folder for page, tables and figures.")] = Path(
         "mixed-ehl-study"
     ),
-    friction: FrictionOption = None,
+    friction: shared.FrictionOption = None,
     values: Annotated[
         dict[str, Any],
-        OptionGroup(
+        shared.OptionGroup(
             {
-                "torque": text_option("Pinion torques, '50, 100, 200 N m' or '50:250:5 N m'.", OPERATION),
-                "speed": text_option("Pinion speeds.", OPERATION),
-                "temperature": text_option("Oil temperatures.", OPERATION),
-                "roughness_rms_each": text_option("Rq of each flank: '0.2, 0.4 um'.", OPERATION, "--roughness-each"),
+                "torque": shared.text_option("Pinion torques, '50, 100, 200 N m' or '50:250:5 N m'.", shared.OPERATION),
+                "speed": shared.text_option("Pinion speeds.", shared.OPERATION),
+                "temperature": shared.text_option("Oil temperatures.", shared.OPERATION),
+                "roughness_rms_each": shared.text_option(
+                    "Rq of each flank: '0.2, 0.4 um'.", shared.OPERATION, "--roughness-each"
+                ),
             }
         ),
     ],
-    oil: OilOption = None,
-    side: SideOption = "drive",
+    oil: shared.OilOption = None,
+    side: shared.SideOption = "drive",
     misalignment: Annotated[
         dict[str, Any],
-        misalignment_group(
+        shared.misalignment_group(
             "Shift E along the offset: '-0.1, 0.1 mm'; '0 mm': none.",
             "Shift P along the pinion axis.",
             "Shift G along the gear axis.",
             "Change of the shaft angle: '-4, 4 arcmin'.",
         ),
     ],
-    load_balance: LoadBalanceOption = None,
-    strength: StrengthOption = False,
-    jobs: JobsOption = None,
-    fresh: FreshOption = False,
-    json_output: JsonOption = False,
+    load_balance: shared.LoadBalanceOption = None,
+    strength: shared.StrengthOption = False,
+    jobs: shared.JobsOption = None,
+    fresh: shared.FreshOption = False,
+    json_output: shared.JsonOption = False,
 ) -> None:
     """Parameter study: torque, speed, temperature, roughness, offset and misalignment against efficiency.
 
     All combinations of the operating parameters, misalignments one at a time. A study that was killed goes on.
     """
-    store = started_store(output, fresh)
-    chosen: dict[str, Any] = {"friction": friction, "oil": oil, "side": one_side(side), "jobs": jobs, "store": store}
-    chosen |= {"strength": strength} | given({"load_balance": load_balance_of(load_balance)})
+    store = shared.started_store(output, fresh)
+    chosen: dict[str, Any] = {
+        "friction": friction,
+        "oil": oil,
+        "side": shared.one_side(side),
+        "jobs": jobs,
+        "store": store,
+    }
+    chosen |= {"strength": strength} | console.given({"load_balance": shared.load_balance_of(load_balance)})
     kept = f"finished points are kept in {store}, the same command resumes"
-    with output_folder(output), working("study", kept):
+    with console.output_folder(output), console.working("study", kept):
         result = efficiency.study(designs or PAIRS, **chosen, **values, **misalignment)
-    present_folder(result, json_output, output)
+    shared.present_folder(result, json_output, output)
 
 
 def plan(
@@ -337,14 +312,14 @@ def plan(
     oils = tuple(dict.fromkeys([oil] if oil else [pair.design.operation.oil for pair in pairs]))
     words = f"{100.0 * coverage:g} % of the work lost by {', '.join(pair.name for pair in pairs)} over {duty.name}"
     text = ranges.plan_text(output.stem, oils, size=size, description=words)
-    write_text(output, text)
+    console.write_text(output, text)
     ranges.show()
     print(f"{output}: {regression.Plan.from_file(output).count} cases\nnext: mixed-ehl sweep {output} --estimate")
 
 
-def register(app: App) -> None:
+def register(app: console.App) -> None:
     """Add the commands to the application."""
-    app.command(rich_help_panel=FORMULA)(plan)
+    app.command(rich_help_panel=console.FORMULA)(plan)
     for command in (blank, settings, correct, export, misalignment, study):
-        app.command(rich_help_panel=GEAR)(command)
-    app.command("import", rich_help_panel=GEAR)(import_summary)
+        app.command(rich_help_panel=console.GEAR)(command)
+    app.command("import", rich_help_panel=console.GEAR)(import_summary)

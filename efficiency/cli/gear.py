@@ -6,35 +6,7 @@ from typing import Annotated, Any
 import typer
 
 import efficiency
-from efficiency.cli.options import (
-    DesignArgument,
-    FiguresOption,
-    FileOptions,
-    FrictionOption,
-    JobsOption,
-    JsonOption,
-    LoadBalanceOption,
-    MarkingOption,
-    MisalignmentOptions,
-    OilOption,
-    PointOptions,
-    ReportOption,
-    RoughnessOptions,
-    SideOption,
-    StrengthOption,
-    SurfaceOptions,
-    TableOptions,
-    UnitsOption,
-    check_files,
-    load_balance_of,
-    one_of,
-    one_side,
-    output_option,
-    present,
-    refuse,
-    unit_system,
-    with_groups,
-)
+from efficiency.cli import options as shared
 from ehl import InputError
 from ehl.common.console import GEAR, App, advanced, fail_unless_converged, given, is_list, print_json, working
 
@@ -62,19 +34,19 @@ def _pair(design: str, misalignment: dict[str, Any]) -> efficiency.GearPair:
     return efficiency.load(design).misaligned(**misalignment)
 
 
-@with_groups
+@shared.with_groups
 def gear(
     *,
-    design: DesignArgument,
-    friction: FrictionOption = None,
-    point: PointOptions,
-    surface: SurfaceOptions,
-    side: SideOption = "drive",
-    json_output: JsonOption = False,
-    files: FileOptions,
-    units: UnitsOption = "metric",
-    misalignment: MisalignmentOptions,
-    load_balance: LoadBalanceOption = None,
+    design: shared.DesignArgument,
+    friction: shared.FrictionOption = None,
+    point: shared.PointOptions,
+    surface: shared.SurfaceOptions,
+    side: shared.SideOption = "drive",
+    json_output: shared.JsonOption = False,
+    files: shared.FileOptions,
+    units: shared.UnitsOption = "metric",
+    misalignment: shared.MisalignmentOptions,
+    load_balance: shared.LoadBalanceOption = None,
     bulk_temperature: BulkOption = None,
     uncertainty: UncertaintyOption = False,
     strength: Annotated[bool, advanced("--strength", help="With --json: strength of the teeth as well.")] = False,
@@ -82,18 +54,18 @@ def gear(
     save_load: SaveLoadOption = None,
 ) -> None:
     """Efficiency of a gear pair at one operating point: contact, load, friction, power loss, strength."""
-    check_files(files)
-    system = unit_system(units)
+    shared.check_files(files)
+    system = shared.unit_system(units)
     pair = _pair(design, misalignment)
     _refuse_lists(point)
     [model] = pair.check([friction], **point, **surface)
-    balance_of = load_balance_of(load_balance)
+    balance_of = shared.load_balance_of(load_balance)
     if load_from is not None:
-        refuse("--load-from", {"bulk_temperature": bulk_temperature, "uncertainty": uncertainty})
-    mesh = pair.mesh(one_side(side))
+        shared.refuse("--load-from", {"bulk_temperature": bulk_temperature, "uncertainty": uncertainty})
+    mesh = pair.mesh(shared.one_side(side))
     at = point.pop("torque", None)
     conditions = point | surface
-    bulk = one_of("bulk-temperature", bulk_temperature, "estimate", "oil")
+    bulk = shared.one_of("bulk-temperature", bulk_temperature, "estimate", "oil")
     with working("gear pair"):
         loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
         result = loaded.efficiency(model, load_balance=balance_of, bulk=bulk, **conditions)
@@ -101,23 +73,23 @@ def gear(
             loaded.write_load(save_load, result)
         if uncertainty and result.status == "converged":
             result = result.with_inputs(result.uncertainty(solved=True))
-    present(result, json_output, units=system, strength=strength, **files)
+    shared.present(result, json_output, units=system, strength=strength, **files)
 
 
-@with_groups
+@shared.with_groups
 def map_points(
     *,
-    design: DesignArgument,
-    friction: FrictionOption = None,
-    axes: PointOptions,
-    surface: SurfaceOptions,
-    side: SideOption = "drive",
-    json_output: JsonOption = False,
-    files: FileOptions,
-    units: UnitsOption = "metric",
-    misalignment: MisalignmentOptions,
-    load_balance: LoadBalanceOption = None,
-    strength: StrengthOption = False,
+    design: shared.DesignArgument,
+    friction: shared.FrictionOption = None,
+    axes: shared.PointOptions,
+    surface: shared.SurfaceOptions,
+    side: shared.SideOption = "drive",
+    json_output: shared.JsonOption = False,
+    files: shared.FileOptions,
+    units: shared.UnitsOption = "metric",
+    misalignment: shared.MisalignmentOptions,
+    load_balance: shared.LoadBalanceOption = None,
+    strength: shared.StrengthOption = False,
     interval: Annotated[bool, advanced("--interval", help="Columns of the 90 % interval by uncertain inputs.")] = False,
     every_point: Annotated[bool, advanced("--every-point", help="Solve every point: interpolate none.")] = False,
 ) -> None:
@@ -125,29 +97,29 @@ def map_points(
 
     Each is one value, a list '100, 200, 300 N m' or a range '50:200:4 N m'; what is not given is that of the design.
     """
-    check_files(files)
-    system = unit_system(units)
+    shared.check_files(files)
+    system = shared.unit_system(units)
     pair = _pair(design, misalignment)
     [model] = pair.check([friction], **axes, **surface)
-    fixed = surface | given({"load_balance": load_balance_of(load_balance)})
+    fixed = surface | given({"load_balance": shared.load_balance_of(load_balance)})
     with working("operating points"):
         more: dict[str, Any] = {"strength": strength, "interval": interval, "every_point": every_point}
-        grid = pair.mesh(one_side(side)).map(model, **more, **axes, **fixed)
-    present(grid, json_output, units=system, **files)
+        grid = pair.mesh(shared.one_side(side)).map(model, **more, **axes, **fixed)
+    shared.present(grid, json_output, units=system, **files)
 
 
-@with_groups
+@shared.with_groups
 def duty(
     *,
-    design: DesignArgument,
+    design: shared.DesignArgument,
     file: DutyArgument,
-    friction: FrictionOption = None,
-    oil: OilOption = None,
-    json_output: JsonOption = False,
-    files: TableOptions,
-    misalignment: MisalignmentOptions,
-    load_balance: LoadBalanceOption = None,
-    roughness: RoughnessOptions,
+    friction: shared.FrictionOption = None,
+    oil: shared.OilOption = None,
+    json_output: shared.JsonOption = False,
+    files: shared.TableOptions,
+    misalignment: shared.MisalignmentOptions,
+    load_balance: shared.LoadBalanceOption = None,
+    roughness: shared.RoughnessOptions,
     tyre_radius: Annotated[str | None, typer.Option(help="For a recorded vehicle speed, e.g. '0.32 m'.")] = None,
     ratio: Annotated[
         float | None, typer.Option(help="Pinion turns per turn of the wheels; by default the pair's.")
@@ -155,31 +127,31 @@ def duty(
     temperature: Annotated[str | None, typer.Option(help="Of the oil where the file has none.")] = None,
 ) -> None:
     """Energies of a gear pair over a duty cycle, by row and in total."""
-    check_files(files)
+    shared.check_files(files)
     pair = _pair(design, misalignment)
-    conditions = roughness | given({"oil": oil, "load_balance": load_balance_of(load_balance)})
+    conditions = roughness | given({"oil": oil, "load_balance": shared.load_balance_of(load_balance)})
     [model] = pair.check([friction], **conditions)
     with working("duty cycle"):
         recorded = given({"tyre_radius": tyre_radius, "ratio": ratio, "temperature": temperature})
         cycle = pair.duty(file, model, **recorded, **conditions)
-    present(cycle, json_output, **files)
+    shared.present(cycle, json_output, **files)
 
 
-@with_groups
+@shared.with_groups
 def geometry(
     *,
-    design: DesignArgument,
+    design: shared.DesignArgument,
     side: Annotated[str, typer.Option(help="Flanks in contact: drive, coast or both.")] = "both",
-    marking: MarkingOption = None,
-    json_output: JsonOption = False,
-    plot: FiguresOption = None,
-    report: ReportOption = None,
-    units: UnitsOption = "metric",
-    misalignment: MisalignmentOptions,
+    marking: shared.MarkingOption = None,
+    json_output: shared.JsonOption = False,
+    plot: shared.FiguresOption = None,
+    report: shared.ReportOption = None,
+    units: shared.UnitsOption = "metric",
+    misalignment: shared.MisalignmentOptions,
 ) -> None:
     """Geometry and unloaded contact of a gear pair: ease-off, contact pattern, transmission error, contact ratios."""
-    check_files(given({"report": report}))
-    system = unit_system(units)
+    shared.check_files(given({"report": report}))
+    system = shared.unit_system(units)
     shape = _pair(design, misalignment).geometry(side, marking)
     shape.write(units=system, plot=plot, report=report)
     print_json(shape.to_dict()) if json_output else shape.show(units=system)
@@ -194,39 +166,39 @@ def _refuse_lists(point: dict[str, str]) -> None:
             raise InputError(name, text, "one value", "Lists and ranges make a map: mixed-ehl map.")
 
 
-@with_groups
+@shared.with_groups
 def compare(
     *,
-    design: DesignArgument,
+    design: shared.DesignArgument,
     friction: Annotated[
         list[str] | None, typer.Option(help="A friction model; repeat for several. Default: constants, published, ehl.")
     ] = None,
-    point: PointOptions,
-    surface: SurfaceOptions,
-    side: SideOption = "drive",
-    load_balance: LoadBalanceOption = None,
+    point: shared.PointOptions,
+    surface: shared.SurfaceOptions,
+    side: shared.SideOption = "drive",
+    load_balance: shared.LoadBalanceOption = None,
     load_from: LoadFromOption = None,
-    json_output: JsonOption = False,
-    plot: Annotated[Path | None, output_option(help="Write the figure (PNG, SVG, PDF).")] = None,
-    report: ReportOption = None,
-    files: TableOptions,
+    json_output: shared.JsonOption = False,
+    plot: Annotated[Path | None, shared.output_option(help="Write the figure (PNG, SVG, PDF).")] = None,
+    report: shared.ReportOption = None,
+    files: shared.TableOptions,
 ) -> None:
     """Compare friction models, constant mu and closed forms on one gear pair."""
     files |= given({"report": report, "plot": plot})
-    check_files(files)
+    shared.check_files(files)
     _refuse_lists(point)
     pair = efficiency.load(design)
     models = pair.check(friction or (), **point, **surface) or None
-    mesh, at = pair.mesh(one_side(side)), point.pop("torque", None)
+    mesh, at = pair.mesh(shared.one_side(side)), point.pop("torque", None)
     with working("comparison"):
         loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
-        comparison = loaded.compare(models, load_balance=load_balance_of(load_balance), **point, **surface)
-    present(comparison, json_output, **files)
+        comparison = loaded.compare(models, load_balance=shared.load_balance_of(load_balance), **point, **surface)
+    shared.present(comparison, json_output, **files)
 
 
 def demo(
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the results.")] = Path("mixed-ehl-demo"),
-    jobs: JobsOption = None,
+    jobs: shared.JobsOption = None,
 ) -> None:
     """Run a complete example: sweep, fit, gear, compare, one HTML report."""
     kept = f"solved contacts are kept in {output}, the same command resumes"

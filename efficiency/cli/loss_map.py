@@ -6,95 +6,84 @@ from typing import Annotated, Any, cast
 import typer
 
 import efficiency
-from efficiency.cli.options import (
-    ROUGHNESS,
-    DesignArgument,
-    FrictionOption,
-    JsonOption,
-    LoadBalanceOption,
-    MapFileOption,
-    OilOption,
-    OptionGroup,
-    TableOptions,
-    TemperatureOption,
-    check_files,
-    check_map_files,
-    load_balance_of,
-    present,
-    text_option,
-    with_groups,
-    write_map,
-)
+from efficiency.cli import options as shared
 from ehl import InputError
 from ehl.common.console import GEAR, App, advanced, check_outputs, given, working
 
 _ConditionOptions = Annotated[
     dict[str, Any],
-    OptionGroup({"temperature": TemperatureOption, "oil": OilOption, "load_balance": LoadBalanceOption, **ROUGHNESS}),
+    shared.OptionGroup(
+        {
+            "temperature": shared.TemperatureOption,
+            "oil": shared.OilOption,
+            "load_balance": shared.LoadBalanceOption,
+            **shared.ROUGHNESS,
+        }
+    ),
 ]
 _AxleOptions = Annotated[
     dict[str, Any],
-    OptionGroup(
+    shared.OptionGroup(
         {
             "axle_losses": Annotated[
                 Path | None,
                 advanced(help="Bearing and drag losses, CSV or XLSX: torque, speed of the pinion, torque_loss."),
             ],
-            "drag": text_option("Constant drag torque at the pinion: '2 N m' (our model)."),
-            "load_share": text_option("Bearings: share of the pinion torque lost, '0.5 %' (our model)."),
+            "drag": shared.text_option("Constant drag torque at the pinion: '2 N m' (our model)."),
+            "load_share": shared.text_option("Bearings: share of the pinion torque lost, '0.5 %' (our model)."),
         }
     ),
 ]
 
 
-@with_groups
+@shared.with_groups
 def loss_map(
     *,
-    design: DesignArgument,
+    design: shared.DesignArgument,
     torque: Annotated[str, typer.Option(help="Pinion torques, below zero in coast: '-300:300:7 N m', or a list.")],
     speed: Annotated[str, typer.Option(help="Pinion speeds: '50:2000:5 rpm', or a list.")],
-    friction: FrictionOption = None,
+    friction: shared.FrictionOption = None,
     conditions: _ConditionOptions,
     axle: _AxleOptions,
-    model: MapFileOption = None,
-    json_output: JsonOption = False,
-    files: TableOptions,
+    model: shared.MapFileOption = None,
+    json_output: shared.JsonOption = False,
+    files: shared.TableOptions,
 ) -> None:
     """Torque loss over pinion torque and speed, drive and coast, for vehicle simulation."""
-    check_map_files(model)
-    check_files(files)
-    load_balance_of(conditions.get("load_balance"))
+    shared.check_map_files(model)
+    shared.check_files(files)
+    shared.load_balance_of(conditions.get("load_balance"))
     losses = _axle(axle)
     with working("loss map"):
         found = efficiency.load(design).loss_map(
             torque, speed, friction, axle=losses, interval=bool(model), **conditions
         )
-    write_map(found, model)
-    present(found, json_output, **files)
+    shared.write_map(found, model)
+    shared.present(found, json_output, **files)
 
 
-@with_groups
+@shared.with_groups
 def axle_test(
     *,
-    design: DesignArgument,
+    design: shared.DesignArgument,
     application: Annotated[
         str, typer.Option(help="single (output torque to 4000 N m) or tandem (2000 N m).")
     ] = "single",
     torque_max: Annotated[str | None, typer.Option(help="Output torque the axle is rated for: '2500 N m'.")] = None,
     revolutions_per_mile: Annotated[float, advanced(help="Revolutions of the smallest tyre.")] = 650.0,
-    friction: FrictionOption = None,
+    friction: shared.FrictionOption = None,
     conditions: _ConditionOptions,
     axle: _AxleOptions,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the grid as CSV, with GEM's decimals.")
     ] = None,
-    json_output: JsonOption = False,
-    files: TableOptions,
+    json_output: shared.JsonOption = False,
+    files: shared.TableOptions,
 ) -> None:
     """Power loss at the test points of 40 CFR 1037.560."""
     check_outputs({"output": output})
-    check_files(files)
-    load_balance_of(conditions.get("load_balance"))
+    shared.check_files(files)
+    shared.load_balance_of(conditions.get("load_balance"))
     options = conditions | given({"torque_max": torque_max})
     losses = _axle(axle)
     with working("loss map"):
@@ -103,7 +92,7 @@ def axle_test(
         )
     if output is not None and found.status == "converged":
         found.to_csv(output)
-    present(found, json_output, **files)
+    shared.present(found, json_output, **files)
 
 
 def _axle(options: dict[str, Any]) -> Any:

@@ -6,29 +6,17 @@ from typing import Annotated, Any
 import typer
 
 import efficiency
-from efficiency.cli.options import (
-    DaskOption,
-    FreshOption,
-    JobsOption,
-    JsonOption,
-    OilOption,
-    misalignment_group,
-    operation,
-    output_option,
-    present_folder,
-    started_store,
-    with_groups,
-)
+from efficiency.cli import options as shared
 from ehl import InputError
 from ehl.common.console import GEAR, App, advanced, output_folder, working
 
 
-@with_groups
+@shared.with_groups
 def optimise(
     *,
     targets: Annotated[str, typer.Argument(metavar="TARGETS", help="A targets file, or the name of a shipped one.")],
     output: Annotated[
-        Path, output_option("--output", "-o", help="Folder for page, designs, tables and figures.")
+        Path, shared.output_option("--output", "-o", help="Folder for page, designs, tables and figures.")
     ] = Path("mixed-ehl-optimise"),
     vary: Annotated[
         list[str] | None,
@@ -53,16 +41,18 @@ def optimise(
     ] = None,
     duty: Annotated[
         Path | None,
-        operation(
+        shared.operation(
             metavar="FILE",
             help="Duty cycle, CSV or XLSX: torque, speed, temperature, hours. Default: the targets' operating point.",
         ),
     ] = None,
-    friction: Annotated[str | None, operation(help="Friction formula; default: the one shipped for the oil.")] = None,
-    oil: OilOption = None,
+    friction: Annotated[
+        str | None, shared.operation(help="Friction formula; default: the one shipped for the oil.")
+    ] = None,
+    oil: shared.OilOption = None,
     misalignment: Annotated[
         dict[str, Any],
-        misalignment_group(
+        shared.misalignment_group(
             "Half width of the box; default '0.05 mm', '0 mm' for none.",
             "The same along the pinion axis; default '0.05 mm'.",
             "Along the gear axis; default none.",
@@ -82,17 +72,17 @@ def optimise(
         str | None, advanced(help="Check the gain of the best with solved contacts: 'ehl' (minutes).")
     ] = None,
     seed: Annotated[int, advanced(min=0, help="Seed of the random numbers.")] = 1,
-    jobs: JobsOption = None,
-    dask: DaskOption = None,
-    fresh: FreshOption = False,
-    json_output: JsonOption = False,
+    jobs: shared.JobsOption = None,
+    dask: shared.DaskOption = None,
+    fresh: shared.FreshOption = False,
+    json_output: shared.JsonOption = False,
 ) -> None:
     """Search ease-off and blank of a pair for less loss within limits of pressure, transmission error, edges and roots.
 
     Writes the front, and each checked point as a design file that `gear` opens. A search that was killed goes on. Exit
     code 1: no point is better within the limits.
     """
-    store = started_store(output, fresh)
+    store = shared.started_store(output, fresh)
     box = {"E": "0.05 mm", "P": "0.05 mm"} | misalignment
     chosen: dict[str, Any] = {"objectives": objective, "limits": _limits(limit), "duty": duty, "misalignment": box}
     chosen |= {"tolerance": _tolerance(tolerance), "over": over, "flanks": flanks, "friction": friction, "oil": oil}
@@ -101,7 +91,7 @@ def optimise(
     kept = f"finished evaluations are kept in {store}, the same command resumes"
     with output_folder(output), working("optimisation", kept):
         result = efficiency.optimise(targets, _variables(vary), **chosen)
-    present_folder(result, json_output, output)
+    shared.present_folder(result, json_output, output)
 
 
 def _parts(texts: list[str]) -> list[tuple[str, str, str]]:

@@ -25,6 +25,7 @@ from efficiency.contact.ease_off import ConjugatePoints, conjugate_points
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import dot, spin, turn
+from efficiency.machine_settings import generating
 from efficiency.machine_settings.fit import (
     FitParameter,
     FitResult,
@@ -35,34 +36,23 @@ from efficiency.machine_settings.fit import (
     fit,
 )
 from efficiency.machine_settings.gear import GearCut, PairDimensions
-from efficiency.machine_settings.generating import (
-    FreeAxisMachine,
-    GeneratingScrew,
-    ToolPose,
-    free_axis,
-    generating_screw,
-    machine_pose,
-    share_of_root_angle,
-    tilt_and_swivel,
-    work_facing,
-)
 from efficiency.machine_settings.inputs import FlankTarget
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
 
 
-def cradle_shares(pair: PairDimensions, screw: GeneratingScrew, steps: int) -> FloatArray:
+def cradle_shares(pair: PairDimensions, screw: generating.GeneratingScrew, steps: int) -> FloatArray:
     """Shares from the exact cradle to the one at the root angle of the pinion, without the exact one."""
     root = pair.pinion.pitch_angle - pair.pinion.dedendum_angle
-    last = share_of_root_angle(pair.assembly, root, "pinion")
+    last = generating.share_of_root_angle(pair.assembly, root, "pinion")
     now = float(np.arcsin(screw.direction @ pair.assembly.pinion_axis[:, 0]))
-    first = share_of_root_angle(pair.assembly, now, "pinion")
+    first = generating.share_of_root_angle(pair.assembly, now, "pinion")
     return first + (last - first) * np.arange(1, steps + 1) / steps
 
 
-def tool_in_space(pair: PairDimensions, flank: CutFlank, screw: GeneratingScrew) -> ToolPose:
+def tool_in_space(pair: PairDimensions, flank: CutFlank, screw: generating.GeneratingScrew) -> generating.ToolPose:
     """Pose of the cutter of a flank in the mesh frame at the design point, from its settings on a cradle."""
-    machine = tilt_and_swivel(flank).machine
+    machine = generating.tilt_and_swivel(flank).machine
     axis, origin = pair.assembly.pinion_axis[:, 0], pair.assembly.pinion_origin[:, 0]
     z = screw.direction
     x = axis - (axis @ z) * z
@@ -71,13 +61,13 @@ def tool_in_space(pair: PairDimensions, flank: CutFlank, screw: GeneratingScrew)
     to_back, g = machine.machine_centre_to_back, machine.machine_root_angle
     work = np.array([to_back * np.cos(g), -machine.blank_offset, to_back * np.sin(g) + machine.sliding_base])
     centre = origin - frame @ work
-    return ToolPose(centre + frame @ machine.cutter_centre, frame @ machine.cutter_axes)
+    return generating.ToolPose(centre + frame @ machine.cutter_centre, frame @ machine.cutter_axes)
 
 
 def fit_on_cradle(
     pair: PairDimensions,
     targets: Sequence[TargetFlank],
-    screw: GeneratingScrew,
+    screw: generating.GeneratingScrew,
     free: FreeSettings,
     tilt_limit: float,
     steps: int = 3,
@@ -91,7 +81,7 @@ def fit_on_cradle(
     here = list(targets)
     shares = cradle_shares(pair, screw, steps)
     for share in shares:
-        following = generating_screw(pair.assembly, float(share))
+        following = generating.generating_screw(pair.assembly, float(share))
         here = [_on_cradle(pair, target, screw, following) for target in here]
         # a coarse fit is sufficient for the intermediate steps
         result = fit(here, free.common, free.own, max_iterations=60 if share == shares[-1] else 12)
@@ -113,12 +103,12 @@ def _from_fit(target: TargetFlank, fitted: FittedFlank) -> TargetFlank:
 
 
 def _tilt(flank: CutFlank) -> float:
-    return abs(float(tilt_and_swivel(flank).machine.tilt))
+    return abs(float(generating.tilt_and_swivel(flank).machine.tilt))
 
 
 def _tilted_back(target: TargetFlank, limit: float) -> TargetFlank:
     machine = target.flank.machine
-    assert isinstance(machine, FreeAxisMachine)
+    assert isinstance(machine, generating.FreeAxisMachine)
     share = min(1.0, float(np.sin(limit)) / max(float(np.hypot(machine.axis_x, machine.axis_y)), 1e-12))
     machine = replace(machine, axis_x=share * machine.axis_x, axis_y=share * machine.axis_y)
     return replace(target, flank=replace(target.flank, machine=machine))
@@ -128,14 +118,16 @@ def _without_axis(parameters: tuple[FitParameter, ...]) -> tuple[FitParameter, .
     return tuple(parameter for parameter in parameters if parameter.name not in ("axis_x", "axis_y"))
 
 
-def _on_cradle(pair: PairDimensions, target: TargetFlank, old: GeneratingScrew, new: GeneratingScrew) -> TargetFlank:
+def _on_cradle(
+    pair: PairDimensions, target: TargetFlank, old: generating.GeneratingScrew, new: generating.GeneratingScrew
+) -> TargetFlank:
     """The same tool in space on another cradle; the cutting parameters are starting values."""
     axis = pair.assembly.pinion_origin[:, 0], pair.assembly.pinion_axis[:, 0]
-    pose = machine_pose(new.point, new.direction, *axis, tool_in_space(pair, target.flank, old))
-    before = tilt_and_swivel(target.flank)
+    pose = generating.machine_pose(new.point, new.direction, *axis, tool_in_space(pair, target.flank, old))
+    before = generating.tilt_and_swivel(target.flank)
     shift = before.index_zero - target.flank.index_zero
     facing = (pair.assembly.pinion_frame.T @ pose.work_direction)[:2]
-    was = (pair.assembly.pinion_frame.T @ work_facing(old.direction, pair.assembly.pinion_axis[:, 0]))[:2]
+    was = (pair.assembly.pinion_frame.T @ generating.work_facing(old.direction, pair.assembly.pinion_axis[:, 0]))[:2]
     turned = float(np.arctan2(facing[1], facing[0]) - np.arctan2(was[1], was[0]))
     was_set = before.machine
     machine = replace(
@@ -150,7 +142,7 @@ def _on_cradle(pair: PairDimensions, target: TargetFlank, old: GeneratingScrew, 
     parameters = target.parameters + np.array([[0.0], [shift + ahead], [0.0]])
     parameters[2] *= new.rate / old.rate
     flank = replace(before, machine=machine, index_zero=before.index_zero + ahead)
-    flank, parameters = free_axis(flank, parameters)
+    flank, parameters = generating.free_axis(flank, parameters)
     root = target.root
     if root is not None:
         start = np.stack([root.start[0] + (parameters - target.parameters)[1, 0], root.start[1] * new.rate / old.rate])
@@ -216,10 +208,10 @@ class ConjugateFlankStart:
     error: float  # largest distance between both [m]
 
 
-def pinion_tool(pair: PairDimensions, gear: GearCut) -> ToolPose:
+def pinion_tool(pair: PairDimensions, gear: GearCut) -> generating.ToolPose:
     """The gear cutter rotated by 180 deg, with its tips at the pinion root at the mean point."""
     outwards = -gear.tool.axes[:, 2]
-    return ToolPose(gear.tool.centre + _reach(pair) * outwards, gear.tool.axes @ np.diag([1.0, -1.0, -1.0]))
+    return generating.ToolPose(gear.tool.centre + _reach(pair) * outwards, gear.tool.axes @ np.diag([1.0, -1.0, -1.0]))
 
 
 def _reach(pair: PairDimensions) -> float:
@@ -238,7 +230,7 @@ def conjugate_start(pair: PairDimensions, gear: GearCut, side: FlankSide, grid: 
 
     assembly, screw = pair.assembly, gear.screw
     axis = assembly.pinion_origin[:, 0], assembly.pinion_axis[:, 0]
-    pose = machine_pose(screw.point, screw.direction, *axis, pinion_tool(pair, gear))
+    pose = generating.machine_pose(screw.point, screw.direction, *axis, pinion_tool(pair, gear))
     machine = pose.machine(1.0 / screw.rate, -screw.pitch)
     reach = _reach(pair)
     angle = cut.blade.blade_angle
@@ -277,7 +269,7 @@ def target_flank(
     root_weight: residual per root error; with 0 the root is not fitted, only evaluated.
     thinning: angle by which the flank is moved back from contact [rad].
     """
-    flank, parameters = free_axis(start.flank, start.parameters)
+    flank, parameters = generating.free_axis(start.flank, start.parameters)
     conjugate = start.points
     phase = start.phase
     if thinning:

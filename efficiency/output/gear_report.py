@@ -14,6 +14,7 @@ from efficiency.design.design import Design
 from efficiency.geometry.pair_geometry import geometry_notes
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output import plots_flank as flank_plots
+from efficiency.output import tables
 from efficiency.output.flank_map import FlankMap
 from efficiency.output.geometry_report import AXIAL_SECTION
 from efficiency.output.geometry_tables import blank_table, misalignment_text, setting_tables, words
@@ -28,16 +29,6 @@ from efficiency.output.plots_load import (
     plot_transmission_error,
 )
 from efficiency.output.plots_map import map_figures
-from efficiency.output.tables import (
-    efficiency_grids,
-    efficiency_table,
-    operating_point,
-    operating_state,
-    percent,
-    position_table,
-    range_table,
-    result_tables,
-)
 from ehl.common.errors import InputError
 from ehl.common.reasons import reason_text
 from ehl.common.sections import Folded, Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
@@ -62,11 +53,11 @@ def gear_sections(result: EfficiencyResult, medium: Medium, units: Units = "metr
     if medium == "page":
         return page_sections(result, None, units)
     if medium == "files":
-        return [Section("", [Head(_title(result)), *result_tables(result)])]
+        return [Section("", [Head(_title(result)), *tables.result_tables(result)])]
     strength = [replace(result.strength.table(), notes=result.strength.notes)] if result.has_strength else []
     inputs = [] if result.asked is None else [result.asked.table()]
     notes = Notes(pair_notes(result_notes(result)))
-    return [Section("", [efficiency_table(result), notes, *strength, *inputs])]
+    return [Section("", [tables.efficiency_table(result), notes, *strength, *inputs])]
 
 
 def plot_gear(result: EfficiencyResult, ax: Axes | None) -> Axes:
@@ -83,7 +74,7 @@ def design_of(result: EfficiencyResult) -> PairDesign:
 
 
 def _title(result: EfficiencyResult) -> str:
-    return f"{operating_point(result)}, friction: {model_label(result.friction_model)}"
+    return f"{tables.operating_point(result)}, friction: {model_label(result.friction_model)}"
 
 
 def load_figures(flank: FlankMap) -> Iterator[Picture]:
@@ -188,9 +179,9 @@ def page_sections(result: EfficiencyResult, grid: Grid | None = None, units: Uni
         Section(
             "Numerical results",
             [
-                replace(efficiency_table(result), title="", notes=()),
-                range_table(result),
-                Folded("Positions of a pinion pitch", [position_table(result)]),
+                replace(tables.efficiency_table(result), title="", notes=()),
+                tables.range_table(result),
+                Folded("Positions of a pinion pitch", [tables.position_table(result)]),
             ],
         ),
         Section("Design", of_teeth),
@@ -200,11 +191,12 @@ def page_sections(result: EfficiencyResult, grid: Grid | None = None, units: Uni
 
 def _headline(result: EfficiencyResult, of_design: Sequence[str], grid: Grid | None) -> list[Item]:
     film = result.lubrication.film_ratio
+    with_rolling = tables.percent(result.efficiency_with_rolling, 2)
     tiles = [
         (f"{result.power_loss:.4g} W", f"sliding loss of {result.power_input / 1e3:.4g} kW"),
         (
             f"{result.power_loss_rolling:.4g} W",
-            f"rolling loss, not included in the efficiency; with it {percent(result.efficiency_with_rolling, 2)} %",
+            f"rolling loss, not included in the efficiency; with it {with_rolling} %",
         ),
         (f"{result.friction_coefficient_mean:.4f}", "mean friction coefficient"),
         (f"{result.pressure_max / 1e9:.2f} GPa", "maximum Hertz pressure"),
@@ -212,8 +204,8 @@ def _headline(result: EfficiencyResult, of_design: Sequence[str], grid: Grid | N
     if np.isfinite(film).any():
         tiles.append((f"{np.nanmin(film):.2g}", "minimum film ratio"))
     outside = f"of the sliding power outside the range of {model_label(result.friction_model)}"
-    tiles.append((f"{percent(result.outside_range_share, 1)} %", outside))
-    said = result_notes(result, of_design, operating_state(result) if grid else "")
+    tiles.append((f"{tables.percent(result.outside_range_share, 1)} %", outside))
+    said = result_notes(result, of_design, tables.operating_state(result) if grid else "")
     cases = 1
     if grid is not None:
         cases = len(grid.points)
@@ -229,9 +221,9 @@ def answer(result: EfficiencyResult, grid: Grid | None = None) -> MainResult:
     known = []
     inputs = result.inputs
     if inputs.low < inputs.high:
-        most = ", ".join(f"{name} ±{percent(half, 1)}" for name, half in list(inputs.groups.items())[:3])
-        interval = f"{percent(inputs.low, 1)} to {percent(inputs.high, 1)} %"
-        level = percent(inputs.level, 0)
+        most = ", ".join(f"{name} ±{tables.percent(half, 1)}" for name, half in list(inputs.groups.items())[:3])
+        interval = f"{tables.percent(inputs.low, 1)} to {tables.percent(inputs.high, 1)} %"
+        level = tables.percent(inputs.level, 0)
         known.append((interval, f"{level} % interval from uncertain inputs; largest contributions {most} points"))
     else:
         known.append(("no interval", "; ".join(inputs.notes) or "no input of this friction model is uncertain"))
@@ -241,18 +233,18 @@ def answer(result: EfficiencyResult, grid: Grid | None = None) -> MainResult:
     label = f"mesh efficiency, {model_label(result.friction_model)}"
     if grid is not None:
         values = grid.values()
-        ends = f"{percent(float(np.nanmin(values)), 2)} to {percent(float(np.nanmax(values)), 2)} %"
+        ends = f"{tables.percent(float(np.nanmin(values)), 2)} to {tables.percent(float(np.nanmax(values)), 2)} %"
         known.append((ends, f"range over the {len(grid.points)} points of the map"))
-        label = f"mesh efficiency at {operating_state(result)}, {model_label(result.friction_model)}"
-    return MainResult(f"{percent(result.efficiency, 2)} %", label, known)
+        label = f"mesh efficiency at {tables.operating_state(result)}, {model_label(result.friction_model)}"
+    return MainResult(f"{tables.percent(result.efficiency, 2)} %", label, known)
 
 
 def _map_items(grid: Grid, shown: EfficiencyResult) -> list[Item]:
     return [
         Row(map_figures(grid)),
-        *efficiency_grids(grid),
+        *tables.efficiency_grids(grid),
         *([Text(f"{grid.interpolation}.")] if grid.interpolation else []),
-        Text(f"The following sections refer to one point of the map, {operating_point(shown)}."),
+        Text(f"The following sections refer to one point of the map, {tables.operating_point(shown)}."),
     ]
 
 

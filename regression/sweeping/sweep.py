@@ -34,16 +34,7 @@ from ehl.fluid.oil import Oil
 from regression.data.result_files import JOURNAL, SAME_RUN, TEXT_WIDTHS, CaseStatus, case_status, cases_of_other_files
 from regression.friction.oil_cards import card_hash, cards_hash
 from regression.plan.plan import Plan
-from regression.sweeping.evaluators import (
-    TIME_CAP,
-    WORKER_CRASHED,
-    CaseRunner,
-    CaseTask,
-    Evaluator,
-    case_key,
-    fallback_settings,
-    solve_outputs,
-)
+from regression.sweeping import evaluators
 
 
 @dataclass
@@ -200,7 +191,7 @@ class SweepOptions:
     """Options of a sweep."""
 
     # contact to results; may raise `ConvergenceError` with a reason. Workers need to pickle it
-    evaluate: Evaluator = solve_outputs
+    evaluate: evaluators.Evaluator = evaluators.solve_outputs
     version: str = SOLVER  # version of `evaluate`; part of the key of every case
     jobs: int = 1  # worker processes, one thread each; 1 computes in this process
     executor: Executor | None = None  # from `ehl.common.runner.cluster`; replaces `jobs` local processes
@@ -276,9 +267,9 @@ def compute_cases(
         for position in order:
             point = points[int(position)]
             case = point.case()
-            key = case_key(case, options.version)
+            key = evaluators.case_key(case, options.version)
             # if no settings are left the row keeps the reason of the solver
-            exhausted = bool(failures.get(key)) and fallback_settings(case, failures[key]) is None
+            exhausted = bool(failures.get(key)) and evaluators.fallback_settings(case, failures[key]) is None
             if exhausted or key in done:
                 if known[key][0] == "failed":
                     kept[key] = known[key][1]
@@ -288,10 +279,10 @@ def compute_cases(
         resumed = len(points) - len(waiting)
         recorder = Recorder(journal, len(points), resumed, options.flush_every, options.flush_seconds, stop, costs)
 
-        tasks = (CaseTask(key, point.origin, point.case(), failures.get(key, 0)) for key, point in waiting)
+        tasks = (evaluators.CaseTask(key, point.origin, point.case(), failures.get(key, 0)) for key, point in waiting)
         jobs = max(1, min(options.jobs, len(waiting)))
         executor = local_executor(jobs) if options.executor is None else options.executor
-        solve = CaseRunner(options.evaluate, options.time_cap, options.retries)
+        solve = evaluators.CaseRunner(options.evaluate, options.time_cap, options.retries)
         run = TaskRun(tasks, solve, executor, solve.crashed, options.time_cap)
         try:
             recorder.show()
@@ -341,7 +332,7 @@ def shard_path(folder: Path, number: int, shards: int) -> Path:
 
 def _failed_settings(status: str, reason: str, attempts: int) -> int:
     """Number of settings of a case on disk that failed and are not tried again."""
-    return attempts if status == "failed" and reason not in (TIME_CAP, WORKER_CRASHED) else 0
+    return attempts if status == "failed" and reason not in (evaluators.TIME_CAP, evaluators.WORKER_CRASHED) else 0
 
 
 def run_meta(plan: Plan, version: str) -> dict[str, str | int]:

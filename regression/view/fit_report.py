@@ -39,22 +39,7 @@ from regression.friction.conditions import Array
 from regression.friction.families import FAMILIES
 from regression.friction.fitted import FittedFormula
 from regression.friction.published_registry import PUBLISHED
-from regression.view.plots import (
-    AXES,
-    COLEMAN,
-    checked_rows,
-    friction_of_rows,
-    middle_conditions,
-    plot_bands,
-    plot_friction,
-    plot_maps,
-    plot_regimes,
-    plot_residuals,
-    plot_sensitivity,
-    plot_stribeck,
-    plot_traction,
-    varies,
-)
+from regression.view import plots
 from regression.view.tables import (
     band_table,
     check_table,
@@ -255,9 +240,9 @@ def _range_and_cost(dataset: Dataset, best: FittedFormula) -> Section:
     ranges = Table(
         ("end", *best.ranges), ends, "Range of the data; points outside are computed and flagged.", vertical=True
     )
-    rest = checked_rows(dataset)
+    rest = plots.checked_rows(dataset)
     clock = time.perf_counter()
-    friction_of_rows(best, rest)
+    plots.friction_of_rows(best, rest)
     each = (time.perf_counter() - clock) / max(len(rest), 1)
     cost = [
         ("CPU time of the solved contacts", duration(float(dataset.frame["seconds_cpu"].sum()))),
@@ -268,11 +253,11 @@ def _range_and_cost(dataset: Dataset, best: FittedFormula) -> Section:
 
 
 def _data(dataset: Dataset) -> Section:
-    frame = checked_rows(dataset)
+    frame = plots.checked_rows(dataset)
     counts = dataset.frame["status"].value_counts()
     said = ", ".join(f"{counts[name]} {name}" for name in counts.index)
     ends = ("minimum", "25 %", "median", "75 %", "maximum")
-    columns = {name: frame[name].to_numpy(dtype=float) for name in AXES}
+    columns = {name: frame[name].to_numpy(dtype=float) for name in plots.AXES}
     finite = {name: values[np.isfinite(values)] for name, values in columns.items() if np.isfinite(values).any()}
     quantiles = [np.quantile(values, (0.0, 0.25, 0.5, 0.75, 1.0)) for values in finite.values()]
     heads = [Column("quantile"), *(Column(name, digits=3) for name in finite)]
@@ -285,7 +270,7 @@ def _data(dataset: Dataset) -> Section:
                 "It has a result with a stated error."
             ),
             Table(heads, list(zip(ends, *quantiles, strict=True)), vertical=True),
-            Picture(partial(plot_friction, dataset), "Computed friction over the film ratio of the solver."),
+            Picture(partial(plots.plot_friction, dataset), "Computed friction over the film ratio of the solver."),
         ],
     )
 
@@ -298,10 +283,12 @@ def _comparison(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iter
 
 
 def _published_rows(dataset: Dataset) -> list[tuple[object, ...]]:
-    frame = checked_rows(dataset)
+    frame = plots.checked_rows(dataset)
     mu, table = computed_friction(frame), columns(frame)
     bases = np.array([Oil.load(name).base if name else "mineral" for name in frame["oil"]])
-    rows = [_published_row("constant 0.05 (Coleman)", np.full(mu.size, COLEMAN), mu, np.zeros(mu.size, dtype=bool))]
+    rows = [
+        _published_row("constant 0.05 (Coleman)", np.full(mu.size, plots.COLEMAN), mu, np.zeros(mu.size, dtype=bool))
+    ]
     for published in PUBLISHED.values():
         value, outside = np.full(mu.size, np.nan), np.zeros(mu.size, dtype=bool)
         for base in np.unique(bases):
@@ -326,7 +313,7 @@ def _errors(dataset: Dataset, best: FittedFormula) -> Section:
     tables = [check_table(best), interval_table(best, interval_factors(dataset, best))]
     return Section(
         "Errors by region",
-        [Picture(partial(plot_bands, best), caption), *tables, Folded("In numbers", [band_table(best)])],
+        [Picture(partial(plots.plot_bands, best), caption), *tables, Folded("In numbers", [band_table(best)])],
     )
 
 
@@ -341,12 +328,12 @@ def _residuals(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Section:
                 "mu)."
             ),
             Picture(
-                partial(plot_regimes, dataset, formulas),
+                partial(plots.plot_regimes, dataset, formulas),
                 "Held-out friction by formula over computed friction, by film ratio. Dashed: deviation of 10 %. "
                 "The best formula is on top. Points outside the frame are drawn at its edge.",
             ),
             Picture(
-                partial(plot_residuals, dataset, best),
+                partial(plots.plot_residuals, dataset, best),
                 f"{best.label}: ratio of held-out to computed friction, over every variable. Line: running "
                 "median; band: 5 to 95 %. Points outside the frame are drawn at its edge.",
             ),
@@ -355,26 +342,26 @@ def _residuals(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Section:
 
 
 def _curves(dataset: Dataset, formulas: Sequence[FittedFormula], oil: str) -> Section:
-    middle = middle_conditions(dataset, oil)
+    middle = plots.middle_conditions(dataset, oil)
     best = formulas[0]
     drawn = "Thick: fitted formulas, the best with its interval. Thin: published formulas, (M) from memory. "
     near = "Dots: computed cases whose other variables deviate by at most 22 % of their range from these conditions."
     blocks: list[Item] = [Text(f"The middle of the data, unless stated otherwise: {middle.description()}.")]
     if middle.ranges["roughness_rms"][0] > 0.0 and (
-        varies(middle, "roughness_rms") or varies(middle, "speed_entrainment")
+        plots.varies(middle, "roughness_rms") or plots.varies(middle, "speed_entrainment")
     ):
         caption = (
             "Stribeck curves from slow and rough to fast and smooth: speed and roughness run from 3 to 97 % of the "
             f"cases in opposite directions. {drawn}{near}"
         )
-        blocks.append(Picture(partial(plot_stribeck, middle, formulas), caption))
-    blocks.append(Picture(partial(plot_traction, middle, formulas), f"Traction curves. {drawn}{near}"))
-    if varies(middle, "pressure_hertz") and varies(middle, "speed_entrainment"):
+        blocks.append(Picture(partial(plots.plot_stribeck, middle, formulas), caption))
+    blocks.append(Picture(partial(plots.plot_traction, middle, formulas), f"Traction curves. {drawn}{near}"))
+    if plots.varies(middle, "pressure_hertz") and plots.varies(middle, "speed_entrainment"):
         caption = (
             f"{best.label}: friction over pressure and speed. Dots: computed cases near these conditions, in the same "
             "colours. Hatched: outside the range, or extrapolated."
         )
-        blocks.append(Picture(partial(plot_maps, middle, best), caption))
+        blocks.append(Picture(partial(plots.plot_maps, middle, best), caption))
     return Section(f"Curves and maps, {oil}", blocks)
 
 
@@ -426,7 +413,7 @@ def _sensitivity(dataset: Dataset, best: FittedFormula) -> Section:
                 f"Sobol indices of ln µ by {best.label} over the box of the data, {found[0][1].evaluations} "
                 "evaluations each; the marks are 90 % intervals. The share of a variable depends on its range."
             ),
-            Row([Picture(partial(plot_sensitivity, indices), oil) for oil, indices in found]),
+            Row([Picture(partial(plots.plot_sensitivity, indices), oil) for oil, indices in found]),
         ],
     )
 
@@ -445,8 +432,8 @@ def _failures(dataset: Dataset, best: FittedFormula) -> Section:
         shown = [(str(r["key"])[:8], str(r["reason"]), *(r[name] for name in _CONDITIONS)) for r in records]
         caption = f"Cases without a result: {len(shown)} of {len(failed)}."
         blocks.append(Table(["case", "reason", *_CONDITION_COLUMNS], shown, caption))
-    rest = checked_rows(dataset)
-    deviation = friction_of_rows(best, rest) / computed_friction(rest) - 1.0
+    rest = plots.checked_rows(dataset)
+    deviation = plots.friction_of_rows(best, rest) / computed_friction(rest) - 1.0
     # fitted cases only: deviations of the others are mostly errors of the solver
     missed = np.where(rest["key"].isin(fitted_rows(dataset, best)["key"]), np.abs(deviation), -1.0)
     worst = np.argsort(-missed)[:_WORST]
