@@ -11,7 +11,7 @@ from efficiency.mesh import LoadedMesh as LoadedMesh
 from efficiency.mesh import Mesh as Mesh
 from efficiency.optimisation.load_sizing import sized_for_load as sized_for_load
 from efficiency.optimisation.optimise import optimise as optimise
-from efficiency.output.design_import import design_from_sheet
+from efficiency.output.machine_summary import design_from_sheet
 from efficiency.pair import GearPair as GearPair
 from efficiency.pairs import cylindrical as cylindrical
 from efficiency.pairs import load as load

@@ -11,9 +11,8 @@ from typing import Any, NoReturn, TypedDict, Unpack
 
 from efficiency.conditions.conditions import Value
 from efficiency.contact.gear_flanks import Side
-from efficiency.cylindrical_gears.contact_lines import axes_of, mesh_cycle
+from efficiency.cylindrical_gears.contact_lines import axes_of, elastic_pair, mesh_cycle
 from efficiency.cylindrical_gears.design import CylindricalDesign
-from efficiency.cylindrical_gears.teeth import elastic_pair
 from efficiency.design.design import load_design
 from efficiency.loss.closed_form import PitchGeometry
 from efficiency.ltca.load_distribution import TeethElasticity

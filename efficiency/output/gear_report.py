@@ -16,8 +16,7 @@ from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output import plots_flank as flank_plots
 from efficiency.output import tables
 from efficiency.output.flank_map import FlankMap
-from efficiency.output.geometry_report import AXIAL_SECTION
-from efficiency.output.geometry_tables import blank_table, misalignment_text, setting_tables, words
+from efficiency.output.geometry_report import AXIAL_SECTION, blank_table, misalignment_text, setting_tables, words
 from efficiency.output.machine_summary import FLANKS, Units, summary_rows
 from efficiency.output.notes import result_notes, said_of_grid
 from efficiency.output.plots_geometry import blank_figure

@@ -12,11 +12,10 @@ from typing import Any
 import pytest
 
 from efficiency.blanks.checks import KINDS
-from efficiency.blanks.dimensions import UndercutLimit
+from efficiency.blanks.dimensions import UndercutLimit, recommended_addendum_factor, recommended_thickness_factor
 from efficiency.blanks.inputs import PairBlankInput, load_blank
 from efficiency.blanks.pair import pair_blank, pitch_cones
 from efficiency.blanks.pair_blank import MemberBlank, PairBlank
-from efficiency.blanks.proportions import recommended_addendum_factor, recommended_thickness_factor
 from efficiency.blanks.virtual_gears import VirtualGears
 from efficiency.cutting.blank import Blank
 from efficiency.design.flank_input import BlankInput

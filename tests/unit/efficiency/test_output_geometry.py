@@ -17,8 +17,7 @@ from pages import read_page
 from efficiency.design.design import Design, load_design
 from efficiency.geometry import pair_geometry as geometry_module
 from efficiency.geometry.pair_geometry import PairGeometry, pair_geometry
-from efficiency.output.geometry_report import side_figures
-from efficiency.output.geometry_tables import contact_table, graded_notes, misalignment_text
+from efficiency.output.geometry_report import contact_table, graded_notes, misalignment_text, side_figures
 from efficiency.output.inspection_grid import FORMAT, inspection_grid, write_inspection_grid
 from efficiency.output.machine_summary import summary_rows, write_summary
 from efficiency.output.plots_geometry import blank_figure

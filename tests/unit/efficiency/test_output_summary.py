@@ -11,9 +11,8 @@ from pydantic import BaseModel
 from efficiency.contact.grid_flank import grid_flank, read_point_grid
 from efficiency.cutting.summary import parse_summary, read_summary
 from efficiency.design.design import bevel_names, load_design
-from efficiency.output.design_import import design_from_sheet
 from efficiency.output.files import export_grids
-from efficiency.output.machine_summary import sheet_text, write_sheet
+from efficiency.output.machine_summary import design_from_sheet, sheet_text, write_sheet
 from ehl.common.errors import InputError
 
 PAIR = "fm_spiral_bevel_14x39"

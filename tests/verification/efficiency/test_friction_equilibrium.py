@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from efficiency.contact.contact_lines import MeshPosition
-from efficiency.cylindrical_gears.teeth import cylindrical_tooth
+from efficiency.cylindrical_gears.contact_lines import cylindrical_tooth
 from efficiency.design.design import load_design
 from efficiency.loss.closed_form import buckingham_type, coleman_type, lengthwise_sliding
 from efficiency.loss.efficiency import MeshGrids, load_grids, solve_balanced

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from efficiency.contact.contact_lines import MeshPosition
-from efficiency.cylindrical_gears.teeth import cylindrical_tooth
+from efficiency.cylindrical_gears.contact_lines import cylindrical_tooth
 from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
 from efficiency.loss.power_loss import efficiency_of, position_losses
 from efficiency.ltca.load_distribution import LoadDistribution, TeethElasticity, distribute_load
