@@ -1,5 +1,7 @@
 import math
+import re
 import tokenize
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,7 @@ from ehl.common.units import ARCSEC, KELVIN, UNITS, ValueRange, _registry, parse
 # every way in which engineers write a value: unit of the field, number that it means or "refused", texts
 _LINES = (Path(__file__).parents[3] / "docs" / "spellings.tsv").read_text(encoding="utf-8").splitlines()[1:]
 SPELLINGS = [(text, unit, value) for unit, value, *texts in (line.split("\t") for line in _LINES) for text in texts]
+Floats = Sequence[float]
 UNITS_READ = sorted({unit for _, unit, _ in SPELLINGS})
 
 
@@ -67,6 +70,30 @@ def test_number_and_its_text_agree(value: float) -> None:
 def test_bare_number_is_refused_where_it_is_ambiguous() -> None:
     with refuses("--speed"):
         parse_quantity("1500", "rad/s", field="--speed", bare=False)
+    with refuses("--speed"):
+        parse_quantity(1500.0, "rad/s", field="--speed", bare=False)
+
+
+@pytest.mark.parametrize(
+    ("limits", "inside", "outside"),
+    [
+        ({"ge": 3.0, "le": 7.0}, (3.0, 7.0), (2.9, 7.1)),
+        ({"gt": 3.0, "lt": 7.0}, (3.1, 6.9), (3.0, 7.0)),
+        ({"ge": 3.0}, (3.0, 1e9), (2.9,)),
+        ({"le": 7.0}, (-1e9, 7.0), (7.1,)),
+    ],
+)
+@pytest.mark.parametrize("unit", ["m", ""])
+def test_ends_of_a_range(
+    limits: dict[str, float], inside: Sequence[float], outside: Sequence[float], unit: str
+) -> None:
+    allowed = ValueRange(unit, **limits)
+    for number in inside:
+        assert allowed.check(f"{number} {unit}".strip(), "length") == number
+    for number in outside:
+        with refuses("length") as caught:
+            allowed.check(f"{number} {unit}".strip(), "length")
+        assert re.findall(r"\d", caught.value.allowed)[: len(limits)] == [f"{end:.0f}" for end in limits.values()]
 
 
 @pytest.mark.parametrize(("bare", "unit", "meant"), [(25, "m", "25 mm"), (90, "K", "90 degC"), (1.2, "Pa", "1.2 MPa")])
@@ -103,6 +130,7 @@ def test_list_takes_its_unit_from_the_last_entry() -> None:
 def test_range_counts_its_values_with_both_ends() -> None:
     assert TORQUE.check_list("50:200:4 N m", "--torque") == [50.0, 100.0, 150.0, 200.0]
     assert TORQUE.check_list("0.2:0.1:2kN m", "--torque") == [200.0, 100.0]
+    assert ValueRange("m").check_list("-0.3:0.3:7 m", "E")[3] == 0.0
     for text in (
         "50:200 N m",
         "50:200:1 N m",
