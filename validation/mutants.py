@@ -5,8 +5,9 @@
 
 A mutant is one change of one function: a comparison, an operator, a number, a condition, a returned value, or a
 statement left out. Texts, annotations and the arguments of errors are not changed, as tests do not assert wording.
-The tests of an area are collected once; each mutant is a forked process that replaces the code of the function and runs
-them up to the first failure. A mutant that takes ten times as long as the tests is noticed too.
+The tests of an area are collected once and run once, to learn which functions each runs. Each mutant is a forked
+process that replaces the code of a function and runs the tests of this function, the shortest first, up to the first
+failure. A mutant that takes ten times as long as its tests is noticed too.
 """
 
 from __future__ import annotations
@@ -15,11 +16,14 @@ import argparse
 import ast
 import gc
 import importlib
+import inspect
 import json
 import os
 import random
 import resource
 import sys
+import tempfile
+import threading
 import time
 import types
 from collections import Counter
@@ -34,15 +38,15 @@ from common import command_line
 ROOT = Path(__file__).resolve().parents[1]
 # area -> files, tests
 AREAS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
-    "units": (("ehl/common/units.py",), ("tests/unit/ehl/test_units.py", "tests/unit/test_your_files.py")),
+    "units": (("ehl/common/units.py",), ("tests/unit/ehl/test_units.py",)),
     "journal": (("ehl/common/journal.py",), ("tests/unit/regression/test_store.py",)),
     "errors": (
-        ("ehl/rough/batch_means.py", "ehl/rough/multilevel.py", "ehl/validity.py"),
-        ("tests/unit/ehl/test_error_bars.py", "tests/unit/ehl/test_transient_parts.py"),
+        ("ehl/rough/averaging.py", "ehl/rough/multilevel.py", "ehl/smooth/refine.py"),
+        ("tests/unit/ehl/test_error_bars.py",),
     ),
     "guard": (
-        ("regression/friction/data_cloud.py", "regression/friction/error_tables.py"),
-        ("tests/verification/regression/test_data_cloud.py", "tests/unit/regression/test_fit_checks.py"),
+        ("regression/friction/data_cloud.py",),
+        ("tests/verification/regression/test_data_cloud.py",),
     ),
 }
 COMPARED = {
@@ -53,7 +57,7 @@ OPERATED = {
     ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Pow: ast.Mult,
     ast.FloorDiv: ast.Mult, ast.Mod: ast.Mult, ast.BitAnd: ast.BitOr, ast.BitOr: ast.BitAnd,
 }  # fmt: skip
-KILLED, SURVIVED, NO_MUTANT = 0, 3, 4
+KILLED, SURVIVED = 0, 3
 SPARE = 10.0  # processor time of a mutant over that of the tests [s]
 
 
@@ -129,51 +133,66 @@ def codes(code: types.CodeType) -> Iterator[types.CodeType]:
             yield from codes(value)
 
 
-def replaced(path: Path, tree: ast.Module) -> bool:
-    """Put the code of a mutant into the functions of the imported module; whether any differs."""
-    new = {c.co_qualname: c for c in codes(compile(ast.fix_missing_locations(tree), str(path), "exec"))}
-    found = False
+def functions(path: Path, tree: ast.Module) -> dict[str, types.CodeType]:
+    """Code of every function of a file by its qualified name."""
+    found = codes(compile(ast.fix_missing_locations(tree), str(path), "exec"))
+    return {code.co_qualname: code for code in found if code.co_flags & inspect.CO_OPTIMIZED}
+
+
+def put_in(path: Path, new: dict[str, types.CodeType]) -> None:
+    """Give the functions of an imported module other code."""
     for function in gc.get_objects():
         if isinstance(function, types.FunctionType) and function.__code__.co_filename == str(path):
             code = new.get(function.__code__.co_qualname)
-            if code is not None and code != function.__code__:
-                if len(code.co_freevars) != len(function.__code__.co_freevars):
-                    return False
+            if code is not None and len(code.co_freevars) == len(function.__code__.co_freevars):
                 function.__code__ = code
-                found = True
-    return found
 
 
 class Area:
-    """Plugin of pytest: in place of the tests, the tests of every mutant in a process of its own."""
+    """Plugin of pytest: in place of the tests, those of every mutant that run its function, in a process of its own."""
 
     def __init__(self, name: str, sample: int, seed: int) -> None:
         self.name, self.sample, self.seed = name, sample, seed
+        self.paths = [ROOT / path for path in AREAS[name][0]]
         self.rows: list[dict[str, Any]] = []
 
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         """Run the tests without a mutant, then those of each mutant."""
         for path in AREAS[self.name][0]:  # what tests import late
             importlib.import_module(path.removesuffix(".py").replace("/", "."))
-        items = list(session.items)
-        clock = time.process_time(), sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
-        if self._forked(items, None, None) != SURVIVED:
-            raise SystemExit(f"{self.name}: the tests fail without a mutant")
-        seconds = sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2]) - clock[1]
-        every = [(ROOT / path, number) for path in AREAS[self.name][0] for number in range(_count(ROOT / path))]
+        with tempfile.TemporaryDirectory() as folder:
+            used = Path(folder) / "used"
+            if self._forked(session.items, used=used) != SURVIVED:
+                raise SystemExit(f"{self.name}: the tests fail without a mutant")
+            runs = json.loads(used.read_text(encoding="utf-8"))
+        every = [(path, number) for path in self.paths for number in range(sum(1 for _ in mutants(path)))]
         chosen = every if not self.sample else random.Random(self.seed).sample(every, min(self.sample, len(every)))
-        for path, number in sorted(chosen):
-            kind, line, text, tree = next(m for k, m in enumerate(mutants(path)) if k == number)
-            found = self._forked(items, (path, tree), 10.0 * seconds + SPARE)
-            if found != NO_MUTANT:
-                row = {"area": self.name, "place": f"{path.relative_to(ROOT)}:{line}", "kind": kind, "change": text}
-                self.rows.append(row | {"killed": found != SURVIVED})
-                if found == SURVIVED:
-                    print(f"{row['place']}: {kind}: {text}", flush=True)
+        for path in self.paths:
+            sound = functions(path, ast.parse(path.read_text(encoding="utf-8")))
+            numbers = {number for of, number in chosen if of == path}
+            for number, (kind, line, text, tree) in enumerate(mutants(path)):
+                if number in numbers:
+                    new = {name: code for name, code in functions(path, tree).items() if code != sound.get(name)}
+                    own = [k for k, (_, names) in enumerate(runs) if new.keys() & set(names)]
+                    limit = 10.0 * sum(runs[k][0] for k in own) + SPARE
+                    items = [session.items[k] for k in sorted(own, key=lambda k: runs[k][0])]
+                    killed = self._forked(items, (path, new), limit=limit) != SURVIVED
+                    place = f"{path.relative_to(ROOT)}:{line}"
+                    row = {"area": self.name, "place": place, "kind": kind, "change": text, "killed": killed}
+                    self.rows.append(row)
+                    if not killed:
+                        print(f"{place}: {kind}: {text}", flush=True)
         return True
 
-    def _forked(self, items: list[Any], mutant: tuple[Path, ast.Module] | None, limit: float | None) -> int:
-        """How a process ends that runs the tests up to the first failure."""
+    def _forked(
+        self,
+        items: list[Any],
+        mutant: tuple[Path, dict[str, types.CodeType]] | None = None,
+        *,
+        used: Path | None = None,
+        limit: float | None = None,
+    ) -> int:
+        """How a process ends that runs tests up to the first failure; `used`: file of what each test runs."""
         sys.stdout.flush()
         process = os.fork()
         if process == 0:
@@ -183,18 +202,31 @@ class Area:
                 os.dup2(1, 2)
                 if limit is not None:
                     resource.setrlimit(resource.RLIMIT_CPU, (int(limit) + 1, int(limit) + 2))
-                if mutant is not None and not replaced(*mutant):
-                    end = NO_MUTANT
+                if mutant is not None:
+                    put_in(*mutant)
+                files, runs = set(map(str, self.paths)), []
+                for item, after in zip(items, [*items[1:], None], strict=True):
+                    names, clock = set[str](), time.process_time()
+
+                    def note(frame: types.FrameType, event: str, _: object) -> None:
+                        if event == "call" and frame.f_code.co_filename in files:
+                            names.add(frame.f_code.co_qualname)  # noqa: B023
+
+                    if used is not None:
+                        sys.setprofile(note)
+                        threading.setprofile(note)
+                    passed = _passes(item, after)
+                    runs.append((time.process_time() - clock, sorted(names)))
+                    if not passed:
+                        break
                 else:
-                    end = SURVIVED if all(map(_passes, items, [*items[1:], None])) else KILLED
+                    end = SURVIVED
+                if used is not None:
+                    used.write_text(json.dumps(runs), encoding="utf-8")
             finally:
                 os._exit(end)
         _, status = os.waitpid(process, 0)
         return os.waitstatus_to_exitcode(status)
-
-
-def _count(path: Path) -> int:
-    return sum(1 for _ in mutants(path))
 
 
 def _passes(item: Any, after: Any) -> bool:

@@ -78,6 +78,21 @@ def test_limits_are_those_of_sums_and_differences_with_the_slack() -> None:
     np.testing.assert_allclose(CLOUD.pair_margin(logs), margin, atol=1.1e-3)
 
 
+def test_distance_is_to_the_nearest_point_over_the_covering_radius() -> None:
+    few = data_cloud(TABLE, NAMES, count=20)
+    assert few is not None
+    new = cases(100, 5)
+    apart = few.whitened(new)[:, None] - few.step * np.array(few.points)
+    np.testing.assert_allclose(few.distance(new), np.linalg.norm(apart, axis=2).min(axis=1) / few.radius, rtol=1e-9)
+    assert few.radius > 1.5 * CLOUD.radius
+    assert 0.95 < few.distance(TABLE).max() <= 1.0
+
+
+@pytest.mark.parametrize("names", [NAMES[:1], NAMES[:2]])
+def test_two_variables_make_a_cloud(names: tuple[str, ...]) -> None:
+    assert (data_cloud(TABLE, names) is not None) == (len(names) == 2)
+
+
 def test_nothing_and_infinity_are_far() -> None:
     for value in (0.0, np.inf):
         assert CLOUD.extrapolation({**at(0.0, 0.0, 0.0), "speed_entrainment": np.array([value])})[0] == (
