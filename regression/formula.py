@@ -15,6 +15,7 @@ from pydantic import PrivateAttr
 from ehl.common.data import data_names
 from ehl.common.errors import InputError, same_name
 from ehl.common.pages import Reportable
+from ehl.common.progress import report_progress
 from ehl.common.sections import Medium, Section
 from ehl.common.table import Column, Table
 from ehl.common.threads import one_thread
@@ -301,7 +302,7 @@ def fit(
     >>> formula.family
     'power_law'
     """
-    from regression.fitting.fit import fit_families, fit_formula
+    from regression.fitting.fit import expected_seconds, fit_families, fit_formula
     from regression.fitting.rows import dataset_of
 
     if family not in ("best", NETWORK):
@@ -317,6 +318,7 @@ def fit(
     if family == "best":
         found = fit_families(dataset, corners=corners, nested=nested, **checks)
     else:
+        report_progress("formulas", 0, 1, expected_seconds([family], len(dataset.frame)))
         found = (fit_formula(dataset, family, corners=corners, **checks),)
     tried = (*FAMILIES, NETWORK) if family == "best" else (family,)
     return Formula.of(found[0], FitRecord(found, tried, dataset))

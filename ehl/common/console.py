@@ -391,13 +391,16 @@ class ProgressDisplay:
         self.begin = clock()
         self.begins: dict[str, float] = {}
         self.next = self.begin + FIRST_DISPLAY
-        self.state = Progress("", 0, 0)
+        self.state, self.reported = Progress("", 0, 0), self.begin
         self._bar: Any = None
 
     def update(self, state: Progress) -> None:
         """Receive the reported state of the computation."""
+        self.reported = self.clock()
         if state.done == 0:
-            self.begins[state.step] = self.clock()
+            self.begins[state.step] = self.reported
+            if state.seconds_left:
+                self.next = self.reported  # an expected time is shown at once
         # nested steps alternate and have separate rates
         self.begins.setdefault(state.step, self.clock() if self.begins else self.begin)
         self.state = state
@@ -410,9 +413,11 @@ class ProgressDisplay:
             parts.append(f"{state.step} {state.done} of {state.total}".lstrip())
         parts.append(f"{duration(now - self.begin)} elapsed")
         left = state.seconds_left
-        if left is None and 0 < state.done < state.total:
+        if left is not None:
+            left = max(left - (now - self.reported), 0.0)
+        elif 0 < state.done < state.total:
             left = (now - self.begins[state.step]) * (state.total - state.done) / state.done
-        if left is not None and state.done < state.total:
+        if left and state.done < state.total:
             parts.append(f"about {duration(left)} left")
         return ", ".join(parts)
 

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 
 from ehl.common.arrays import finite_or_none
 from ehl.common.errors import ConvergenceError, InputError, MixedEhlError
+from ehl.common.progress import report_progress
 from ehl.common.threads import single_thread
 from regression import __version__
 from regression.data.dataset import Dataset, columns
@@ -270,6 +272,16 @@ def fit_formula(
     )
 
 
+# processor time of a fit, of any closed form and of a network, with ten folds [s, s per row]
+CLOSED_FORM_SECONDS, NETWORK_SECONDS = (1.0, 0.001), (9.0, 0.06)
+
+
+def expected_seconds(names: Sequence[str], rows: int) -> float:
+    """Expected processor time of the fits of some families to a number of rows [s]."""
+    costs = [NETWORK_SECONDS if name == NETWORK else CLOSED_FORM_SECONDS for name in names]
+    return sum(fixed + each * rows for fixed, each in costs)
+
+
 def fit_families(
     dataset: Dataset,
     *,
@@ -288,7 +300,9 @@ def fit_families(
     """
     fitted: list[FittedFormula] = []
     refused: dict[str, MixedEhlError] = {}
-    for name in (*FAMILIES, NETWORK):
+    names = (*FAMILIES, NETWORK)
+    for number, name in enumerate(names):
+        report_progress("formulas", number, len(names), expected_seconds(names[number:], len(dataset.frame)))
         try:
             fitted.append(fit_formula(dataset, name, corners=corners, paths=paths, noise=noise, oil=oil))
         except (InputError, ConvergenceError) as error:

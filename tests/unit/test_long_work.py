@@ -44,14 +44,18 @@ def test_the_first_line_comes_within_five_seconds_and_further_ones_twice_a_minut
 
 
 def test_the_remaining_time_is_that_of_the_current_step() -> None:
-    clock = Clock()
-    display = ProgressDisplay("comparison", io.StringIO(), clock)
+    stream, clock = io.StringIO(), Clock()
+    display = ProgressDisplay("comparison", stream, clock)
     clock.now += 40.0
     display.update(Progress("contacts", 0, 80))
     assert display.text() == "comparison, contacts 0 of 80, 40 s elapsed"
     display.update(Progress("contacts", 0, 80, 44.0))
     assert display.text() == "comparison, contacts 0 of 80, 40 s elapsed, about 44 s left"
+    # a stated time is shown at once and counts down
+    display.refresh()
+    assert stream.getvalue().count("\n") == 1
     clock.now += 10.0
+    assert display.text() == "comparison, contacts 0 of 80, 50 s elapsed, about 34 s left"
     display.update(Progress("contacts", 20, 80))
     assert display.text() == "comparison, contacts 20 of 80, 50 s elapsed, about 30 s left"
     display.update(Progress("contacts", 80, 80))
