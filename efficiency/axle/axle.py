@@ -430,7 +430,7 @@ class Axle:
     def _result(
         self, kind: Kind, rows: Sequence[DutyRow], meshes: Sequence[_MeshLoss], nodes: _Nodes | None = None
     ) -> AxleResult:
-        points, said = [], []
+        points, said, intervals = [], [], list[Ends]()
         bearings: tuple[BearingLoss, ...] = ()
         loads: dict[float, _Loads] = {}
         for row, mesh in zip(rows, meshes, strict=True):
@@ -445,15 +445,17 @@ class Axle:
                 ends = dict.fromkeys(SOURCES[1:], (math.nan, math.nan))
                 mesh = _MeshLoss.failed(error.reason, (error.detail,))
             points.append(self._point(row, mesh, others, ends))
+            intervals.append(ends)
             said += [(where, note) for note in (*mesh.notes, *notes)]
         model = next((mesh.model for mesh in meshes if mesh.model), "")
         about = self.name, self.input.source, self.pair.name, model, self._oil.name, dict(self.methods), tuple(points)
         uses = frozenset(self._oil.lubricant(rows[0].temperature).references()).union(*(mesh.uses for mesh in meshes))
+        more: dict[str, Any] = {"said": tuple(said), "ends": tuple(intervals), "uses": uses}
         if kind != "point" or points[0].reason:
-            return AxleResult(kind, *about, said=tuple(said), uses=uses)
+            return AxleResult(kind, *about, **more)
         by_method = self._alternatives(rows[0], loads[rows[0].torque])
         named = {f"{name} {method}": loss for (name, method), loss in by_method.items()}
-        return AxleResult(kind, *about, bearings, named, tuple(said), uses)
+        return AxleResult(kind, *about, bearings, named, **more)
 
     def _point(self, row: DutyRow, mesh: _MeshLoss, others: Mapping[str, float], ends: Ends) -> AxlePoint:
         total = math.fsum((mesh.loss, *others.values()))
@@ -482,7 +484,6 @@ class Axle:
             outside_range_share=mesh.outside,
             status="failed" if mesh.reason else "converged",
             reason=mesh.reason,
-            ends=ends,
         )
 
 

@@ -82,7 +82,6 @@ class AxlePoint:
     outside_range_share: float  # share of the sliding power outside the range of the friction model
     status: str
     reason: str
-    ends: Ends = field(default_factory=dict)  # of the losses outside the mesh
 
 
 @dataclass(frozen=True)
@@ -114,6 +113,7 @@ class AxleResult(LossTable):
     bearings: tuple[BearingLoss, ...] = field(default=(), repr=False)
     alternatives: dict[str, float] = field(default_factory=dict, repr=False)
     said: tuple[tuple[str, str], ...] = field(default=(), repr=False)  # point and note
+    ends: tuple[Ends, ...] = field(default=(), repr=False)  # of the losses outside the mesh, of each point
     uses: frozenset[str] = field(default=frozenset(), repr=False)  # cited by `references`
 
     def values(self, name: str = "loss_total") -> FloatArray:
@@ -135,7 +135,7 @@ class AxleResult(LossTable):
         weights = [HOUR * point.hours if self.kind == "duty" else 1.0 for point in self.points]
 
         def take(name: str, place: int | None = None) -> float:
-            ends = [1.0 if place is None else point.ends[name][place] for point in self.points]
+            ends = [1.0 if place is None else each[name][place] for each in self.ends]
             losses = self.values(f"loss_{name}")
             return math.fsum(w * loss * end for w, loss, end in zip(weights, losses, ends, strict=True))
 
@@ -169,8 +169,9 @@ class AxleResult(LossTable):
 
     def table(self) -> Table:
         """One row per point."""
-        hidden = ("ends",) if self.kind == "duty" else ("ends", "hours")
-        rows = [{name: value for name, value in vars(point).items() if name not in hidden} for point in self.points]
+        rows = [asdict(point) for point in self.points]
+        if self.kind != "duty":
+            rows = [{name: value for name, value in row.items() if name != "hours"} for row in rows]
         return Table.from_records(rows, title=self._title, name="axle", vertical=self.kind == "point")
 
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:

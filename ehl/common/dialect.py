@@ -1,5 +1,6 @@
 """Dialect of a text table, determined from its content: separator, decimal sign, first and last line of numbers."""
 
+import csv
 import math
 import re
 from collections.abc import Sequence
@@ -11,6 +12,8 @@ from ehl.common.errors import InputError
 MISSING = frozenset(
     (
         *("nan", "bad", "n/a", "na", "#n/a", "none", "null", "void", "invalid", "missing", "masked", "inf", "-inf"),
+        *("n.a.", "k.a.", "ungültig", "fehlt", "fehler", "leer", "error", "err", "fail", "failed", "undefined"),
+        *("overload", "overflow", "#value!", "#wert!", "#div/0!", "#nv", "no data", "keine daten"),
         *("*", "**", "***", "*****", "-", "--", "---", "?", "1.#qnan", "1.#ind"),
     )
 )
@@ -18,7 +21,9 @@ _PLAIN = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
 _GROUPED = {".": re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+\.\d+"), ",": re.compile(r"[+-]?[1-9]\d{0,2}(\.\d{3})+,\d+")}
 # with decimal commas elsewhere: 1.5 or 1500?
 _AMBIGUOUS = {".": re.compile(r"[+-]?[1-9]\d{0,2},\d{3}"), ",": re.compile(r"[+-]?[1-9]\d{0,2}\.\d{3}")}
+_COMMAS = re.compile(r"[+-]?\d+,\d+")
 _LEADING = re.compile(r"([+-]?[\d.,]*\d[.,]?(?:[eE][+-]?\d+)?)(.*)", re.DOTALL)
+_DATE = re.compile(r"\d{1,4}[./-]\d{1,2}[./-]\d{1,4}|\d{1,2}:\d{2}(:\d{2}([.,]\d+)?)?")  # or a time
 _SIGNS = str.maketrans({"\u2212": "-", "\u2013": "-", "\u00a0": " ", "\u202f": " "})
 
 
@@ -33,19 +38,22 @@ class Dialect:
     def cells(self, line: str) -> list[str]:
         """Cells of a line without quotes and without empty cells at its end."""
         line = line.strip(" \ufeff\x1a")
-        cells = line.split() if self.separator == " " else line.split(self.separator)
+        if '"' in line and self.separator == ",":  # with decimal commas
+            cells = next(csv.reader([line]))
+        else:
+            cells = line.split() if self.separator == " " else line.split(self.separator)
         cells = [cell.strip().strip('"').strip() for cell in cells]
         while cells and not cells[-1]:
             cells.pop()
         return cells
 
     def number(self, cell: str) -> float | None:
-        """Value of a cell; nan for an empty cell or a missing value, None for another text.
+        """Value of a cell; nan for an empty cell, a missing value or a date, None for another text.
 
         Raises `InputError`: the decimal sign of the cell is ambiguous.
         """
         text = cell.translate(_SIGNS).strip()
-        if not text or text.casefold() in MISSING:
+        if not text or text.casefold() in MISSING or _DATE.fullmatch(text):
             return math.nan
         if any(_AMBIGUOUS[sign].fullmatch(text) for sign in (".," if self.unsure else self.decimal)):
             raise _ambiguous("cell", cell, text)
@@ -65,9 +73,7 @@ class Dialect:
             return True
 
 
-DIALECTS = tuple(
-    Dialect(*pair) for pair in (("\t", "."), (";", "."), (",", "."), (" ", "."), ("\t", ","), (";", ","), (" ", ","))
-)
+DIALECTS = tuple(Dialect(separator, decimal) for decimal in ".," for separator in "\t;, ")
 
 
 @dataclass(frozen=True)
@@ -99,6 +105,10 @@ def numeric_block(text: str) -> NumericBlock:
             if reached > score:
                 best, score = dialect, reached
     block = _longest_run(lines, best)
+    pairs = best.separator == "," and all(map(_COMMAS.fullmatch, map(",".join, block.rows)))
+    if pairs and any(row[1].startswith("0") and len(row[1]) > 1 for row in block.rows):
+        best = Dialect(";", ",")  # one column: no integer begins with a zero
+        block = _longest_run(lines, best)
     unsure = best.decimal == "." and decimals_of([cell for row in block.rows for cell in row], best.separator) == ".,"
     return replace(block, dialect=replace(best, unsure=unsure))
 
@@ -157,9 +167,11 @@ def with_point(cell: str, decimals: str, where: str) -> str:
     Raises `InputError`: the decimal sign of the number is ambiguous.
     """
     match = _LEADING.fullmatch(cell.translate(_SIGNS))
-    if match is None or "," not in match[1] + decimals:
+    if match is None:
         return cell
     text, unit = match[1], match[2]
+    if "," not in text + decimals:
+        return text + unit
     if any(_AMBIGUOUS[sign].fullmatch(text) for sign in decimals):
         raise _ambiguous(where, cell, text)
     grouped = next((sign for sign in ".," if _GROUPED[sign].fullmatch(text)), "")

@@ -35,6 +35,27 @@ _LOG = logging.getLogger("mixed_ehl")
 # a header such as "pressure_hertz [GPa]"; round brackets are common in spreadsheets; what follows # is a comment
 _HEADER = re.compile(r"(?P<name>[^\[(#]+?|#.*)\s*(?:[\[(]\s*(?P<unit>[^\])]*?)\s*[\])].*?)?(?:\s#.*)?")
 _HEADER_LINES = 200  # among the first of these the header is looked for
+# first cell of a row that a spreadsheet or a test rig adds below the data
+_STATISTICS = frozenset(
+    (
+        *(
+            "mean",
+            "average",
+            "avg",
+            "median",
+            "min",
+            "max",
+            "minimum",
+            "maximum",
+            "std",
+            "sd",
+            "stdev",
+            "stddev",
+            "rms",
+        ),
+        *("sum", "total", "count", "mittelwert", "mittel", "summe", "stabw", "standardabweichung", "anzahl", "gesamt"),
+    )
+)
 _PLACEHOLDERS = re.compile(r"-?9{1,6}(\.0*)?")  # of missing values, where the quantity cannot have them
 _CODES = re.compile(r"-9{3,6}(\.0*)?")  # which a signed quantity could have
 _WORKBOOKS = (".xlsx", ".xlsm")
@@ -144,14 +165,14 @@ def numbered_table(
             _check_width(path, cells, len(heads[0].names))
     found: dict[str, list[Any]] = {}
     numbers: list[int] = []
-    left_out = 0
+    left_out, other = 0, list[int]()
     ends = [head.position for head in heads[1:]] + [len(cells)]
     for block, (head, end) in enumerate(zip(heads, ends, strict=True), 1):
         taken = {name: k for k, name in enumerate(head.quantities) if name}
         if not foreign or taken.keys() >= set(required):
             body = cells.iloc[head.position + 1 : end]
-            rows, out = _block(path, body, head, taken, quantities, bare, foreign, missing)
-            left_out += out
+            rows, out, more = _block(path, body, head, taken, quantities, bare, foreign, missing)
+            left_out, other = left_out + out, other + more
             for number, values in rows:
                 numbers.append(number)
                 for name, value in values.items():
@@ -163,8 +184,8 @@ def numbered_table(
         raise InputError(path.name, "a header without rows", "at least one row below the header")
     if left_out > len(numbers):
         raise InputError(path.name, f"{left_out} rows with missing values", f"fewer than the {len(numbers)} whole ones")
-    if foreign or left_out:
-        _tell(path, heads[0], left_out)
+    if foreign or left_out or other:
+        _tell(path, heads[0], left_out, other)
     return whole, tuple(numbers)
 
 
@@ -177,8 +198,8 @@ def _block(
     bare: bool,
     foreign: bool,
     missing: bool,
-) -> tuple[list[tuple[int, dict[str, Any]]], int]:
-    """Number and values of the rows below a header, and how many were left out for missing values."""
+) -> tuple[list[tuple[int, dict[str, Any]]], int, list[int]]:
+    """Number and values of the rows below a header, how many lack a value, and the rows that are no data."""
     units = list(head.units)
     body = body.iloc[:, : len(units)]
     if len(body) and _are_units(list(body.iloc[0]), head.quantities, units, quantities):
@@ -187,10 +208,19 @@ def _block(
     separator = str(body.attrs.get("separator", ""))
     decimals = decimals_of([cell for cell in body.to_numpy().ravel() if isinstance(cell, str)], separator)
     rows: list[tuple[int, dict[str, Any]]] = []
-    left_out = 0
+    left_out, other, last = 0, list[int](), head.position
+    labelled = any(k == 0 and quantities[name] is None for name, k in taken.items())
     for number, row in zip(body.index, body.to_numpy(), strict=True):
         used = {name: row[k] for name, k in taken.items()}
-        if foreign and not any(_looks_numeric(cell) for cell in used.values()):
+        texts = not any(_looks_numeric(cell) for cell in used.values())
+        added = not labelled and str(row[0]).strip(" .:").casefold() in _STATISTICS
+        if added or (texts and rows and not foreign and number > last + 1):
+            other.append(int(number))
+            if texts and not foreign:  # another table behind an empty line
+                break
+            continue
+        last = number
+        if foreign and texts:
             continue  # a line of text between the steps of a test rig
         values: dict[str, Any] = {}
         for name, cell in used.items():
@@ -205,7 +235,7 @@ def _block(
             rows.append((int(number), values))
             continue
         left_out += 1
-    return rows, left_out
+    return rows, left_out, other
 
 
 def _looks_numeric(cell: Cell) -> bool:
@@ -228,7 +258,7 @@ def _is_missing(cell: Cell, unit: str | None, quantity: ValueRange, *, empty: bo
     return False
 
 
-def _tell(path: Path, head: _Head, left_out: int) -> None:
+def _tell(path: Path, head: _Head, left_out: int, others: Sequence[int]) -> None:
     """Note which column was taken for what."""
     pairs = [(name, mine) for name, mine in zip(head.names, head.quantities, strict=True) if name]
     named = [f"{name} -> {mine}" for name, mine in pairs if mine and name != mine]
@@ -236,6 +266,8 @@ def _tell(path: Path, head: _Head, left_out: int) -> None:
     parts = [", ".join(named)] if named else []
     parts += [f"not used: {', '.join(other)}"] if other else []
     parts += [f"{left_out} rows with missing values left out"] if left_out else []
+    if others:
+        parts.append(f"row {', '.join(map(str, others))}: statistics or another table, left out")
     if parts:
         _LOG.info("%s: %s", path.name, "; ".join(parts))
 
@@ -285,11 +317,15 @@ def _head(position: int, row: Sequence[Cell], quantities: Mapping[str, ValueRang
 
 
 def _with_unit(name: str, unit: str | None, quantities: Mapping[str, ValueRange | None]) -> tuple[str, str | None, str]:
-    """Name, unit and quantity of a head, its unit behind a slash or a blank too: ``p / GPa`` (DIN 1313), ``SRR %``."""
+    """Name, unit and quantity of a head, its unit behind another sign too: ``p / GPa`` (DIN 1313), ``SRR %``, ``T_C``.
+
+    A name with an underscore has a unit only if it is no name as a whole.
+    """
     if unit is None:
         first, _, after = name.partition("/")
         before, _, last = name.rpartition(" ")
-        for words, rest in ((first, after), (before, last)):
+        stem, _, end = name.rpartition("_") if not _meant(name, quantities) else ("", "", "")
+        for words, rest in ((first, after), (before, last), (stem, end if end[:1].isalpha() else "")):
             words, rest = words.strip().removesuffix(" in"), rest.strip()
             meant = (words if words in quantities else _meant(words, quantities)) if words and rest else ""
             quantity = quantities.get(meant)
@@ -299,9 +335,10 @@ def _with_unit(name: str, unit: str | None, quantities: Mapping[str, ValueRange 
 
 
 def _plain_name(name: str) -> str:
-    for special, plain in zip("äöüßμ\u00b5%", ("ae", "oe", "ue", "ss", "mu", "mu", "percent"), strict=True):
+    name = name.casefold()
+    for special, plain in zip("äöüμ\u00b5%", ("ae", "oe", "ue", "mu", "mu", "percent"), strict=True):
         name = name.replace(special, plain)
-    return re.sub(r"[^a-z0-9]+", "_", name.casefold()).strip("_")
+    return re.sub(r"[^a-z0-9]+", "_", name).strip("_")
 
 
 def _meant(name: str, quantities: Mapping[str, ValueRange | None]) -> str:

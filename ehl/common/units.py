@@ -88,7 +88,8 @@ _READ: dict[str, tuple[tuple[float, str], ...]] = {
         (_INCH, 'in inch inches zoll "'),
         (_FOOT, "ft feet foot"),
         (1e-3 * _INCH, "mil mils thou"),
-        (1e-6 * _INCH, "uin microinch"),
+        (1e-6 * _INCH, "uin microinch microinches"),
+        (1e-10, "Å angstrom angstroms"),
     ),
     "m^2": ((1.0, "m2"), (1e-4, "cm2"), (1e-6, "mm2")),
     "1/m": ((1.0, "1/m"),),
@@ -166,8 +167,8 @@ _ANY_CASE = (
     "rpm krpm min u upm umdr r rev revs rot tr hz rps rad deg degree degrees celsius fahrenheit cst centistoke "
     "centistokes lb lbf ft in inch inches zoll feet foot mil mils thou micron microns micrometer micrometre mikrometer "
     "millimeter millimetre microinch lbft ftlb lbfft ftlbf lbin inlb lbfin inlbf psi ksi km h kmh kph mph fpm fps "
-    "newton newtons metre metres meter meters pound pounds per percent pct prozent second seconds minute minutes hr "
-    "hour hours"
+    "newton newtons microinches angstrom angstroms metre metres meter meters pound pounds per percent pct prozent "
+    "second seconds minute minutes hr hour hours"
 )
 # fields whose unit is never left to pint: another spelling there may mean something else
 _CLOSED = ("", "rad/s", "N*m", "rad")

@@ -42,7 +42,9 @@ _HINT = (
     "--unit-height; in a contact file profile_unit_x, profile_unit_height)."
 )
 _EXTRA = 'Formats of instruments are read by SurfaceTopography: pip install "mixed-ehl[roughness]".'
-_SPACING = r"spacing|step|increment|interval|resolution|pitch|pixel[ _]?size|calibration|\bdx\b|delta ?x|abstand"
+_SPACING = (
+    r"spacing|step|increment|interval|resolution|pitch|pixel[ _]?size|calibration|\bdx\b|delta ?x|abstand|schrittweite"
+)
 _WIDTH, _HEIGHT = r"\bwidth\b|\bbreite\b", r"\bheight\b|\bhöhe\b"
 _SIZE = re.compile(r"[-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?")
 _VALUE_UNIT = re.compile(r"(?:values?|height|z|werte?|höhen?)[ _-]*(?:units?|einheit(?:en)?)\W+([^\s,;\])\"]+)", re.I)

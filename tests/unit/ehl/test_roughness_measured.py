@@ -313,6 +313,27 @@ def test_formats_written_by_surface_topography(tmp_path, kind):
     assert (kind == "matrix") == (found.notes == ())
 
 
+@pytest.mark.parametrize(
+    ("head", "line"),
+    [
+        ("x [mm],Height (Angstrom)", "{x:.4f},{a:.2f}"),
+        ('"x [mm]","z [um]"', '"{x:.4f}","{z:.6f}"'),  # with decimal commas
+        ("Datum;Zeit;x [mm];z [um]", "12.03.2024;10:00:01;{x:.4f};{z:.6f}"),
+        ("Messschrittweite: 0,5 um\nEinheit: um", "{z:.6f}"),  # one column with decimal commas
+        ("x [mm];z [um]", "{y:.4f};{z:.6f};;"),  # falling positions
+    ],
+)
+def test_traces_as_instruments_and_spreadsheets_write_them(tmp_path, head, line):
+    heights = 1e-6 * np.sin(0.1 * np.arange(400)) + 0.02e-6
+    points = ({"x": 5e-4 * k, "y": -5e-4 * k, "z": 1e6 * h, "a": 1e10 * h} for k, h in enumerate(heights))
+    lines = [line.format(**point) for point in points]
+    if head[0] in '"M':
+        lines = [text.replace(".", ",") for text in lines]
+    found = read_heights(write(tmp_path / "trace.csv", [*head.splitlines(), *lines]))
+    assert found.spacing == pytest.approx(5e-7)
+    assert_allclose(found.heights[0], heights[:: -1 if "{y" in line else 1], atol=1e-12)
+
+
 @pytest.mark.parametrize("kind", ["aISO-1.0", "aBCR-1.0", "gsf"])
 def test_simple_formats_of_maps(tmp_path, kind):
     """Text after ISO 25178-71 with any number of heights a line, and the simple format of Gwyddion."""

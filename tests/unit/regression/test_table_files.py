@@ -167,6 +167,25 @@ def test_heads_and_numbers_of_other_programs(tmp_path: Path, text: str) -> None:
 @pytest.mark.parametrize(
     "text",
     [
+        "load_kN,speed_entrainment_mm/s,slide_to_roll\n1.2345,2500,0.1\nMean,1,2500,0.1\n",
+        "load [N],speed_entrainment [m/s],slide_to_roll\n1234.5,2.5,0.1\nMean,2,0.2\nSD,1,0.1\n",
+        "load [N],speed_entrainment [m/s],slide_to_roll\n1234.5,2.5,0.1\n\nname,value\nmean,3\n",
+        '"load [N]","speed_entrainment [m/s]","slide_to_roll"\n"1234,5","2,5","0,1"\n',
+        "Datum;Normalkraft [N];Rolling speed (m/s);Schlupf [%]\n12.03.2024;1234,5;2,5;10\nMittelwert;1;1;1\n",
+        "load [N];speed_entrainment [m/s];slide_to_roll;;\n1234,5;−2,5;−0,1;;\n",
+    ],
+)
+def test_rows_and_columns_around_the_data(tmp_path: Path, text: str) -> None:
+    """Statistics and tables below the data, dates, quotes, empty cells at the end, units behind an underscore."""
+    (tmp_path / "t.csv").write_text(text, encoding="utf-8")
+    found = read_table(tmp_path / "t.csv", CONDITIONS, tuple(CONDITIONS))
+    assert [abs(found[name][0]) for name in CONDITIONS] == pytest.approx([1234.5, 2.5, 0.1])  # type: ignore[arg-type]
+    assert len(found["load"]) == 1
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
         "load [N];speed_entrainment [m/s];slide_to_roll\n1.500;2,5;0,1\n",  # 1.5 or 1500?
         "load [N];speed_entrainment [m/s];slide_to_roll\n1.500;2;1\n",  # nor does another number decide it
         "load [N];speed_entrainment [m/s];slide_to_roll\n1,500;2.5;0.1\n",
