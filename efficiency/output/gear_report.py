@@ -29,9 +29,12 @@ from efficiency.output.plots_load import (
 )
 from efficiency.output.plots_map import map_figures
 from ehl.common.errors import InputError
+from ehl.common.quantities import quantity
 from ehl.common.reasons import reason_text
 from ehl.common.sections import Folded, Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table
+from ehl.fluid.oil import Oil
+from ehl.fluid.oil_sheet import figures_at
 from ehl.surface.finish import default_correlation_length
 from ehl.uncertainty.result import plot_sources
 from regression.friction.published_registry import model_label
@@ -155,7 +158,7 @@ def page_sections(result: EfficiencyResult, grid: Grid | None = None, units: Uni
     placed = f"{misalignment_text(design).capitalize()}. " if isinstance(design, Design) else ""
     head = Head(
         f"Gear efficiency: {design.name}",
-        f"{_title(result)}. {placed}Source of the design: {design.source or 'not stated'}",
+        f"{placed}Source of the design: {design.source or 'not stated'}",
         SPIN,
     )
     on_tooth: list[Section] = []
@@ -169,7 +172,7 @@ def page_sections(result: EfficiencyResult, grid: Grid | None = None, units: Uni
     else:
         of_teeth = [Table(("quantity", "pinion / gear"), cast("CylindricalDesign", design).rows())]
     return [
-        Section("", [head, *_headline(result, of_design, grid)]),
+        Section("", [head, _inputs_table(result, design), *_headline(result, of_design, grid)]),
         *([Section("Efficiency over torque, speed and temperature", _map_items(grid, result))] if grid else []),
         *on_tooth,
         *([Section("Uncertainty of the inputs", _input_items(result))] if result.inputs.sources else []),
@@ -178,14 +181,50 @@ def page_sections(result: EfficiencyResult, grid: Grid | None = None, units: Uni
         Section(
             "Numerical results",
             [
-                replace(tables.efficiency_table(result), title="", notes=()),
-                tables.range_table(result),
+                Row(
+                    [
+                        replace(tables.efficiency_table(result), title="", notes=()),
+                        replace(tables.range_table(result), title=""),
+                    ]
+                ),
                 Folded("Positions of a pinion pitch", [tables.position_table(result)]),
             ],
         ),
         Section("Design", of_teeth),
         Section("Method", _model_items(result)),
     ]
+
+
+def _inputs_table(result: EfficiencyResult, design: PairDesign) -> Table:
+    """Pair, operating point, oil at its temperature and at the teeth, finish, friction model."""
+    pair = design.name
+    if isinstance(design, Design):
+        pinion, gear = design.pinion.blank, design.gear.blank
+        pair += f", {pinion.teeth} x {gear.teeth}, face width {1e3 * gear.face_width:.4g} mm"
+        if design.assembly.hypoid_offset:
+            pair += f", offset {1e3 * design.assembly.hypoid_offset:.4g} mm"
+    oil, alpha, viscosity = Oil.load(result.oil), quantity("pressure_viscosity"), quantity("viscosity_inlet")
+    warmest = float(np.max(result.points.state.temperature_oil, initial=result.temperature))
+    texts = []
+    for kelvin, where in ((result.temperature, ""), (warmest, " at the teeth")):
+        found = figures_at(oil, kelvin)
+        texts.append(
+            f"{quantity('temperature').text(kelvin)}{where}: {viscosity.text(found['viscosity_inlet'])}, "
+            f"alpha* {alpha.text(found['pressure_viscosity_star'])}"
+        )
+    finishes = []
+    for name, member in (("pinion", design.pinion), ("gear", design.gear)):
+        finish = member.surface_finish()
+        made = "" if finish is None else f" {finish.name}, {finish.state.replace('_', ' ')},"
+        finishes.append(f"{name}{made} Rq {1e6 * member.roughness_rms:.3g} um")
+    rows = [
+        ("pair", pair),
+        ("operating point", f"{result.side} flanks, {tables.operating_state(result)}, {result.driver} driving"),
+        ("oil", f"{result.oil}; {'; '.join(dict.fromkeys(texts))}"),
+        ("finish", "; ".join(finishes)),
+        ("friction", model_label(result.friction_model)),
+    ]
+    return Table(("input", "value"), rows)
 
 
 def _headline(result: EfficiencyResult, of_design: Sequence[str], grid: Grid | None) -> list[Item]:
@@ -249,7 +288,7 @@ def _map_items(grid: Grid, shown: EfficiencyResult) -> list[Item]:
 
 def _model_items(result: EfficiencyResult) -> list[Item]:
     return [
-        Table(("neglected", "explanation"), [text.partition(": ")[::2] for text in result.skipped]),
+        Text(f"Neglected: {'; '.join(result.skipped)}."),
         Text(
             f"{result.positions} positions of the mesh, {result.points_per_line} points per contact line, "
             f"{result.points_loaded} loaded points; loads from {result.load_balance} equilibrium, {result.driver} "
@@ -262,7 +301,7 @@ def _strength_items(result: EfficiencyResult, flank: FlankMap) -> list[Item]:
     strength = result.strength
     table = replace(strength.table(), notes=())
     assumed = Table(("assumption",), [(note,) for note in strength.notes])
-    return [Row(list(strength_figures(flank))), table, Folded("Assumptions on the strength", [assumed])]
+    return [Row([*strength_figures(flank), table]), Folded("Assumptions on the strength", [assumed])]
 
 
 def _input_items(result: EfficiencyResult) -> list[Item]:
@@ -297,7 +336,9 @@ def _design_items(design: Design, units: Units) -> list[Item]:
     heads = ("member", "material", "finish", "roughness Rq [µm]", *waves)
     return [
         Picture(partial(blank_figure, design), AXIAL_SECTION),
-        Table(("quantity", "unit", "pinion", "gear"), blank_table(rows)),
         Table(heads, surface),
-        *flanks,
+        Folded(
+            "Blank, cutters and machine settings",
+            [Table(("quantity", "unit", "pinion", "gear"), blank_table(rows)), *flanks],
+        ),
     ]

@@ -53,7 +53,7 @@ def test_page_holds_everything_and_escapes(tmp_path: Path) -> None:
     page = read_page(Result().report(tmp_path / "sub" / "page.html"))
     assert page.sections[0].startswith("99.1 % efficiency 98 to 99.5 % interval 5 W loss")
     assert "1. One 2. Two" in page.sections[0]
-    for part in ("Title & more", "a < b", "mu = 0.05", "cap", "a line", "footer", "2 more of less weight"):
+    for part in ("Title & more", "a < b", "mu = 0.05", "cap", "a line", "footer", "2 further notes"):
         assert part in page.text
     # units typeset, each note with its count and the worst case
     assert "note 4 at 90 °C 2 of 7; worst: 4 N m" in page.sections[1]
