@@ -27,7 +27,7 @@ class Guard:
     def __init__(self, app: Callable[..., Awaitable[None]], port: int, token: str) -> None:
         self._app = app
         self._hosts = {f"{name}:{port}" for name in ("127.0.0.1", "localhost", "[::1]")}
-        self._cookie = f"mixed-ehl-{port}"  # cookies do not tell ports apart
+        self._cookie = f"mixed-ehl-{port}"  # cookies are shared by all ports
         self._token = token
 
     async def __call__(self, scope: _Message, receive: Callable[[], Awaitable[_Message]], send: _Send) -> None:

@@ -1,4 +1,4 @@
-"""What is refused, and what a designer is warned of, with number, limit and remedy.
+"""Refusals and warnings for a blank, with value, limit and remedy.
 
 Limits marked M are recommendations of ISO 23509 or AGMA 2005 from memory, D follow from the geometry, O are ours.
 """
@@ -39,7 +39,7 @@ TANGENCY = 0.005  # deg, O
 
 
 def check_pressure_angles(inputs: PairBlankInput, generated: tuple[float, float], limit: float) -> None:
-    """Refuse generated pressure angles no blade can have."""
+    """Refuse generated pressure angles outside the range of blades."""
     for name, alpha in zip(("drive", "coast"), generated, strict=True):
         if not 5.0 <= degrees(alpha) <= 40.0:
             raise InputError(
@@ -58,14 +58,14 @@ def check_dimensions(pair: PairBlank) -> None:
             raise InputError(
                 "taper",
                 pair.taper,
-                f"a tooth depth at both ends above a tenth of the mean one; the {name} has {min(depths) * 1e3:.4g} mm",
-                "Take a smaller face width or less taper.",
+                f"a tooth depth at both ends above a tenth of the mean; the {name} has {min(depths) * 1e3:.4g} mm",
+                "Use a smaller face width or less taper.",
             )
         if member.root_angle <= 0.0 or member.inner_root_diameter <= 0.0:
             raise InputError(
                 "taper",
                 pair.taper,
-                f"a root cone that stays off its axis; the {name} has a root angle of {degrees(member.root_angle):.4g} "
+                f"a root cone off its axis; the {name} has a root angle of {degrees(member.root_angle):.4g} "
                 f"deg and {member.inner_root_diameter * 1e3:.4g} mm root diameter at the toe",
             )
         if min(member.normal_thickness) <= 0.0:
@@ -78,8 +78,8 @@ def check_dimensions(pair: PairBlank) -> None:
             raise InputError(
                 "depth",
                 f"{min(member.slot_width) * 1e3:.4g} mm wide slots of the {name} at the root",
-                "slots wider than 0: blades cross",
-                "Take a smaller depth factor, pressure angle or thickness factor of the other sign.",
+                "slots wider than 0, in which the blades do not cross",
+                "Use a smaller depth factor or pressure angle, or a thickness factor of the other sign.",
             )
 
 
@@ -119,7 +119,7 @@ def _teeth(pair: PairBlank) -> Iterator[BlankWarning]:
         remedy = "Change the thickness factor, or lower depth or pressure angle."
         yield from _at_least("slot_width", f"{name} at the {place}", slot * 1e3, SLOT_WIDTH * module, "mm", remedy)
         what, ratio = f"{name}, widest over narrowest slot", max(member.slot_width) / slot
-        remedy = "The blade for the wide end cuts the other flank at the narrow one: take another depth taper."
+        remedy = "A blade for the wide end would cut the opposite flank at the narrow end: use another depth taper."
         yield from _at_most("slot_taper", what, ratio, process.widest_slot, "", remedy)
         theta = degrees(min(member.addendum_angle, member.dedendum_angle))
         remedy = "The tooth grows towards the toe."
@@ -128,9 +128,9 @@ def _teeth(pair: PairBlank) -> Iterator[BlankWarning]:
 
 def _cutter_and_face(pair: PairBlank) -> Iterator[BlankWarning]:
     gear = pair.gear
-    ratio, remedy = gear.face_width / gear.outer_cone_distance, "The toe becomes small: narrow the face."
+    ratio, remedy = gear.face_width / gear.outer_cone_distance, "The toe becomes small: reduce the face width."
     yield from _at_most("face_width", "b_2/R_e2", ratio, FACE_WIDTH_CONE, "", remedy)
-    limit, remedy = FACE_WIDTH_MODULE * pair.module_outer * 1e3, "Ten outer modules are usual: narrow the face."
+    limit, remedy = FACE_WIDTH_MODULE * pair.module_outer * 1e3, "Ten outer modules are usual: reduce the face width."
     yield from _at_most("face_width", "b_2", gear.face_width * 1e3, limit, "mm", remedy)
     natural = gear.mean_cone_distance * sin(gear.mean_spiral_angle) * 1e3
     cutter = PROCESSES[pair.process].radius_limit(pair.taper, natural)
@@ -141,7 +141,7 @@ def _cutter_and_face(pair: PairBlank) -> Iterator[BlankWarning]:
         mean, inner = degrees(member.mean_spiral_angle), degrees(member.inner_spiral_angle)
         remedy = "Axial forces and sliding grow: lower the spiral angle or the offset."
         yield from _at_most("spiral_angle", f"{name}, beta_m", mean, SPIRAL_PINION, "deg", remedy)
-        remedy = "The tooth turns back at the toe: take a larger cutter or spiral angle."
+        remedy = "The spiral angle changes its sign at the toe: use a larger cutter or spiral angle."
         yield from _at_least("spiral_angle", f"{name}, beta_i", inner, 0.0, "deg", remedy)
     limit, remedy = OFFSET * gear.outer_diameter * 1e3, "Sliding and heat grow with the offset."
     yield from _at_most("offset", "a", pair.hypoid_offset * 1e3, limit, "mm", remedy)
@@ -149,16 +149,16 @@ def _cutter_and_face(pair: PairBlank) -> Iterator[BlankWarning]:
 
 def _mesh(pair: PairBlank) -> Iterator[BlankWarning]:
     limit = CLEARANCE * pair.module_normal * 1e3
-    remedy = "Raise the clearance factor: the edge radius of the mating blade needs room."
+    remedy = "Raise the clearance factor: the edge radius of the mating blade needs space."
     yield from _at_least("clearance", "c", pair.clearance * 1e3, limit, "mm", remedy, slack=1e-9 * limit)
-    remedy = "A tooth leaves the mesh before the next one enters: raise spiral angle, face width or depth."
+    remedy = "One tooth pair leaves the mesh before the next one enters: raise spiral angle, face width or depth."
     for side, virtual in (("drive", pair.virtual_drive), ("coast", pair.virtual_coast)):
         total = virtual.contact_ratio_total
         yield from _at_least("contact_ratio", f"total, {side} side", total, CONTACT_RATIO, "", remedy)
-    remedy = "Errors of one blade group or tooth always meet the same teeth; take numbers without common factor."
+    remedy = "The same teeth always meet: use numbers of teeth without a common factor."
     teeth = pair.pinion.teeth, pair.gear.teeth
     for what, factor in PROCESSES[pair.process].common_factors(pair.blade_groups or 0, teeth):
         yield from _at_most("common_factor", what, factor, 1, "", remedy)
     what, error = "spiral angle of the pinion against touching cones", abs(degrees(pair.tangency_error))
-    remedy = "The method as printed stops early: take pitch_cones = 'tangent' or 'converged' for flanks."
+    remedy = "The iteration of the standard stops early: use pitch_cones = 'tangent' or 'converged' for flanks."
     yield from _at_most("tangency", what, error, TANGENCY, "deg", remedy)

@@ -1,4 +1,4 @@
-"""The blank file of a bevel or hypoid pair: what a designer types, in the terms of ISO 23509.
+"""The blank file of a bevel or hypoid pair: inputs in the terms of ISO 23509.
 
 Where the standard recommends a value it is the default; `PairBlank.defaults` names what was taken.
 """
@@ -30,7 +30,7 @@ Offset = Annotated[
         "m",
         ge=0.0,
         le=0.5,
-        hint="A positive offset raises the spiral angle of the pinion; offsets the other way are not designed here.",
+        hint="A positive offset raises the spiral angle of the pinion; negative offsets are not supported.",
     ),
 ]
 SpiralAngle = Annotated[
@@ -105,10 +105,10 @@ class Backlash(InputModel):
 class PairBlankInput(InputModel):
     """Blank of a pair: the content of a blank file.
 
-    `pitch_cones` says how far the iteration of Methods 1 to 3 goes: "converged" to rounding and with cones that touch
-    exactly; "tangent" to the tolerance of the standard, then exact contact of the cones; "standard" as printed there.
+    `pitch_cones` selects the end of the iteration of Methods 1 to 3: "converged", to rounding, exact contact of the
+    cones; "tangent", at the tolerance of the standard, then exact contact of the cones; "standard", as printed there.
 
-    `gear_cutting` says whether the gear's tooth is generated (so where left out) or Formate, with straight profile;
+    `gear_cutting`: the gear tooth is generated (default) or Formate, with straight profile;
     `inside_blade_angle_gear` is the blade angle that cuts the convex flank of a Formate gear, by default its pressure
     angle: the cutter axis then stands square to the root cone.
     """
@@ -140,7 +140,7 @@ class PairBlankInput(InputModel):
 
     @property
     def defaults(self) -> tuple[str, ...]:
-        """What the file leaves out, with the value taken; lengths in mm, angles in deg."""
+        """Inputs that the file omits, with their default values; lengths in mm, angles in deg."""
         return tuple(_left_out(self, ""))
 
     @model_validator(mode="after")
@@ -168,7 +168,7 @@ class PairBlankInput(InputModel):
 
     @property
     def gear_generation(self) -> Generation:
-        """How the profile of the gear comes about."""
+        """Generation of the gear profile."""
         return GENERATIONS[self.gear_cutting or "generated"]
 
     @property
@@ -183,7 +183,7 @@ class PairBlankInput(InputModel):
                 "inside_blade_angle_gear",
                 f"{degrees(self.inside_blade_angle_gear):.6g} deg",
                 "no value: the gear is generated",
-                'Take gear_cutting = "formate", or leave the blade angle out.',
+                'Use gear_cutting = "formate", or omit the blade angle.',
             )
         return self
 
@@ -200,7 +200,7 @@ class PairBlankInput(InputModel):
                 "hypoid_offset",
                 self.hypoid_offset,
                 "0 in Method 0 (bevel pairs)",
-                "Hypoid pairs take Method 1, 2 or 3.",
+                "Hypoid pairs require Method 1, 2 or 3.",
             )
         return self
 

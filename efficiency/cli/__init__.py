@@ -57,12 +57,10 @@ def doctor() -> None:
 
 @app.command(rich_help_panel=PROGRAM)
 def warmup(
-    kind: Annotated[
-        str, typer.Argument(metavar="KIND", help="smooth, rough (with smooth), or gear: what a gear pair needs.")
-    ] = "gear",
+    kind: Annotated[str, typer.Argument(metavar="KIND", help="smooth, rough (includes smooth) or gear.")] = "gear",
     json_output: JsonOption = False,
 ) -> None:
-    """Compile what is not compiled yet, so that no later command waits for it."""
+    """Compile the solver in advance."""
     ready = efficiency.warmup(kind)
     if json_output:
         print_json(ready.to_dict())
@@ -73,7 +71,7 @@ def warmup(
 @app.command("app", rich_help_panel=PROGRAM)
 def show_app(
     design: Annotated[
-        Path | None, typer.Argument(metavar="DESIGN", help="Design file listed with the shipped pairs.")
+        Path | None, typer.Argument(metavar="DESIGN", help="Design file, listed with the shipped pairs.")
     ] = None,
     port: Annotated[int, typer.Option(help="Port on the loopback address.", min=1024, max=65535)] = 8642,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open a browser.")] = True,

@@ -106,7 +106,7 @@ def export(
     columns: Annotated[int, console.advanced(help="Points from heel to toe.")] = 31,
     margin: Annotated[
         float,
-        console.advanced(help="Grids keep this share of face and depth off the edges, for inspection 0.05 to 0.1."),
+        console.advanced(help="Grids: margin to the edges as a share of face and depth, 0.05 to 0.1 for inspection."),
     ] = 0.0,
     rim: Annotated[str | None, console.advanced(help="Solids: rim below the root, such as '6 mm'.")] = None,
     bore: Annotated[str | None, console.advanced(help="Members: diameter of the bore, '0 mm' for none.")] = None,
@@ -114,7 +114,7 @@ def export(
     language: Annotated[
         str | None, typer.Option(help="Formula: python, c, fortran, matlab, fmu; by the suffix if not given.")
     ] = None,
-    oil: Annotated[str | None, typer.Option(help="Formula: oil card to write in, if fitted to several.")] = None,
+    oil: Annotated[str | None, typer.Option(help="Formula: oil of the written function, if fitted to several.")] = None,
     oil_arguments: Annotated[
         bool, console.advanced("--oil-arguments", help="Formula: the oil's properties as arguments of the function.")
     ] = False,
@@ -158,7 +158,7 @@ def import_summary(
     sheet: Annotated[Path, typer.Argument(metavar="SHEET", help="Machine summary, one 'label, value' a line.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Design file to write (TOML).")],
     like: Annotated[
-        str | None, typer.Option(help="Design that gives what a sheet does not: assembly, materials, operation.")
+        str | None, typer.Option(help="Design with the data that a sheet lacks: assembly, materials, operation.")
     ] = None,
 ) -> None:
     """Read a machine summary (inch or metric) into a design file."""
@@ -186,7 +186,7 @@ def correct(
     ] = None,
     json_output: shared.JsonOption = False,
 ) -> None:
-    """Machine corrections from measured flanks: what to change so that the next part comes out as designed."""
+    """Machine corrections from measured flanks: settings that bring the next part to the design."""
     result = efficiency.machine_corrections(design, grids, uncertainty, cast("Literal[1, 2]", order))
     if output is not None:
         console.write_text(output, result.text)
@@ -274,7 +274,8 @@ def study(
 ) -> None:
     """Parameter study: torque, speed, temperature, roughness, offset and misalignment against efficiency.
 
-    All combinations of the operating parameters, misalignments one at a time. A study that was killed goes on.
+    All combinations of the operating parameters, misalignments one at a time. The same command
+    resumes an interrupted study.
     """
     store = shared.started_store(output, fresh)
     chosen: dict[str, Any] = {
@@ -301,7 +302,7 @@ def plan(
     size: Annotated[int, typer.Option(min=1, help="Cases of the plan, for each oil.")] = 1024,
     coverage: Annotated[float, typer.Option(help="Share of the lost work inside each range.")] = 0.98,
 ) -> None:
-    """Write the plan of a sweep whose ranges are what the contact points of gear designs see in their duty.
+    """Write the plan of a sweep over the operating range of gear designs in a duty cycle.
 
     The ranges are quantiles weighted with the work lost at each point.
     """

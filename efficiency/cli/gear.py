@@ -18,12 +18,10 @@ UncertaintyOption = Annotated[
     bool,
     advanced(
         "--uncertainty",
-        help="Contribution of each input to the interval; for ehl by solved contacts at both ends (minutes).",
+        help="Contribution of each input; with ehl from solved contacts (minutes).",
     ),
 ]
-LoadFromOption = Annotated[
-    Path | None, advanced(help="CSV file with the load distribution of another program, in place of the own one.")
-]
+LoadFromOption = Annotated[Path | None, advanced(help="CSV file with a load distribution of another program.")]
 SaveLoadOption = Annotated[Path | None, advanced(help="Write the load distribution as CSV, as --load-from reads it.")]
 DutyArgument = Annotated[
     Path, typer.Argument(metavar="DUTY", help="Duty cycle, CSV or XLSX: torque, speed, temperature, hours.")
@@ -49,7 +47,7 @@ def gear(
     load_balance: shared.LoadBalanceOption = None,
     bulk_temperature: BulkOption = None,
     uncertainty: UncertaintyOption = False,
-    strength: Annotated[bool, advanced("--strength", help="With --json: strength of the teeth as well.")] = False,
+    strength: Annotated[bool, advanced("--strength", help="With --json: include the strength of the teeth.")] = False,
     load_from: LoadFromOption = None,
     save_load: SaveLoadOption = None,
 ) -> None:
@@ -90,8 +88,10 @@ def map_points(
     misalignment: shared.MisalignmentOptions,
     load_balance: shared.LoadBalanceOption = None,
     strength: shared.StrengthOption = False,
-    interval: Annotated[bool, advanced("--interval", help="Columns of the 90 % interval by uncertain inputs.")] = False,
-    every_point: Annotated[bool, advanced("--every-point", help="Solve every point: interpolate none.")] = False,
+    interval: Annotated[
+        bool, advanced("--interval", help="Columns of the 90 % interval from uncertain inputs.")
+    ] = False,
+    every_point: Annotated[bool, advanced("--every-point", help="Solve every point without interpolation.")] = False,
 ) -> None:
     """Efficiency of a gear pair over torque, speed and temperature.
 
@@ -120,11 +120,13 @@ def duty(
     misalignment: shared.MisalignmentOptions,
     load_balance: shared.LoadBalanceOption = None,
     roughness: shared.RoughnessOptions,
-    tyre_radius: Annotated[str | None, typer.Option(help="For a recorded vehicle speed, e.g. '0.32 m'.")] = None,
-    ratio: Annotated[
-        float | None, typer.Option(help="Pinion turns per turn of the wheels; by default the pair's.")
+    tyre_radius: Annotated[
+        str | None, typer.Option(help="Tyre radius for a vehicle speed in km/h, e.g. '0.32 m'.")
     ] = None,
-    temperature: Annotated[str | None, typer.Option(help="Of the oil where the file has none.")] = None,
+    ratio: Annotated[
+        float | None, typer.Option(help="Turns of the pinion per turn of the wheels; default: that of the pair.")
+    ] = None,
+    temperature: Annotated[str | None, typer.Option(help="Oil temperature if the file has none.")] = None,
 ) -> None:
     """Energies of a gear pair over a duty cycle, by row and in total."""
     shared.check_files(files)

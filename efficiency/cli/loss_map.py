@@ -69,7 +69,7 @@ def axle_test(
     application: Annotated[
         str, typer.Option(help="single (output torque to 4000 N m) or tandem (2000 N m).")
     ] = "single",
-    torque_max: Annotated[str | None, typer.Option(help="Output torque the axle is rated for: '2500 N m'.")] = None,
+    torque_max: Annotated[str | None, typer.Option(help="Rated output torque of the axle, e.g. '2500 N m'.")] = None,
     revolutions_per_mile: Annotated[float, advanced(help="Revolutions of the smallest tyre.")] = 650.0,
     friction: shared.FrictionOption = None,
     conditions: _ConditionOptions,

@@ -31,11 +31,11 @@ _FINISH = ("finish", "A finish card of a measured trace or map.", 'finish = "{fi
 OutputOption = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="FILE", help="File to write; my_... if not given.")
 ]
-ForceOption = Annotated[bool, typer.Option("--force", help="Write over a file that exists.")]
+ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")]
 
 
 class NewGroup(typer.core.TyperGroup):
-    """Kinds of files as commands, made when they are asked for: they would double the time of `mixed-ehl --help`."""
+    """Kinds of files as commands, created on demand: they would double the time of `mixed-ehl --help`."""
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Kinds in the order of the work."""
@@ -55,7 +55,7 @@ class NewGroup(typer.core.TyperGroup):
 new_app = App(
     cls=NewGroup,
     no_args_is_help=True,
-    help="Write a commented input file that works as it is. Without options, a terminal prompts for the values.",
+    help="Write a complete input file with comments. Without options, a terminal prompts for the values.",
 )
 
 
@@ -68,7 +68,7 @@ def new_finish(
     detrend: console.DetrendOption = 2,
     cutoff_long: console.CutoffLongOption = None,
     cutoff_short: console.CutoffShortOption = None,
-    new: Annotated[bool, typer.Option("--new", help="The surface was measured as made, not run in.")] = False,
+    new: Annotated[bool, typer.Option("--new", help="The measured surface is new, not run in.")] = False,
     plot: console.ProfilePlotOption = None,
 ) -> None:
     """A finish card of a measured trace or map: Rq, correlation length, skewness, lay with ranges; power spectrum."""
@@ -119,7 +119,7 @@ def _command(kind: str) -> Callable[..., None]:
 
 
 def _ask(questions: dict[str, tuple[str, str]]) -> dict[str, str]:
-    """Answers from the terminal; Enter takes what stands in brackets."""
+    """Answers from the terminal; Enter selects the value in brackets."""
     print("Press Enter for the value in brackets.")
     asked = {
         name: str(
@@ -132,7 +132,7 @@ def _ask(questions: dict[str, tuple[str, str]]) -> dict[str, str]:
 
 @new_app.callback()
 def _new() -> None:
-    """Write a commented input file that works as it is. Without options, a terminal prompts for the values."""
+    """Write a complete input file with comments. Without options, a terminal prompts for the values."""
 
 
 def register(app: App) -> None:

@@ -61,10 +61,12 @@ def optimise(
     ],
     tolerance: Annotated[
         list[str] | None,
-        advanced(help="Error of the ease-off as made, to both sides: 'lengthwise_crowning=5 um'; repeat for several."),
+        advanced(help="Manufacturing error (half width): 'lengthwise_crowning=5 um'; repeat for several."),
     ] = None,
-    over: Annotated[str, advanced(help="Loss over the box: mean or worst; all else is the worst.")] = "mean",
-    flanks: Annotated[str, advanced(help="Whose ease-off is varied: drive, coast or both.")] = "drive",
+    over: Annotated[
+        str, advanced(help="Loss over the box of misalignments: mean or worst; other quantities: worst.")
+    ] = "mean",
+    flanks: Annotated[str, advanced(help="Flanks whose ease-off is varied: drive, coast or both.")] = "drive",
     evaluations: Annotated[int, advanced(help="Evaluations of the search.")] = 120,
     batch: Annotated[int, advanced(help="Evaluations at the same time.")] = 4,
     check: Annotated[int, advanced(help="Points checked on the full mesh.")] = 4,
@@ -79,8 +81,8 @@ def optimise(
 ) -> None:
     """Search ease-off and blank of a pair for less loss within limits of pressure, transmission error, edges and roots.
 
-    Writes the front, and each checked point as a design file that `gear` opens. A search that was killed goes on. Exit
-    code 1: no point is better within the limits.
+    Writes the front, and each checked point as a design file for `gear`. The same command resumes an interrupted
+    search. Exit code 1: no better point within the limits.
     """
     store = shared.started_store(output, fresh)
     box = {"E": "0.05 mm", "P": "0.05 mm"} | misalignment

@@ -116,7 +116,7 @@ MisalignmentOptions = Annotated[
 ]
 LoadBalanceOption = Annotated[
     str | None,
-    advanced(help="What carries the torque: frictional (default, normal and friction forces), or frictionless."),
+    advanced(help="Torque balance: frictional (default, with friction forces) or frictionless."),
 ]
 FrictionOption = Annotated[
     str | None,
@@ -133,15 +133,15 @@ StrengthOption = Annotated[
 ]
 MarkingOption = Annotated[str | None, advanced(help="Thickness of the marking compound, default '6.35 um'.")]
 JsonOption = Annotated[bool, output_option("--json", help="Print one JSON object in SI units.")]
-ReportOption = Annotated[Path | None, output_option(help="Write one HTML page, for print too.")]
+ReportOption = Annotated[Path | None, output_option(help="Write one HTML page, also for printing.")]
 FiguresOption = Annotated[Path | None, output_option(help="Folder for figures (PNG).")]
 _TABLES = {
     "cite": Annotated[
         bool | None,
         advanced("--cite", help="References of the laws, formulas and standards used; BibTeX with --json."),
     ],
-    "xlsx": Annotated[Path | None, output_option(help="Write every table into one workbook.")],
-    "csv": Annotated[Path | None, advanced(help="Folder for every table as CSV.")],
+    "xlsx": Annotated[Path | None, output_option(help="Write all tables into one workbook.")],
+    "csv": Annotated[Path | None, advanced(help="Folder for all tables as CSV.")],
 }
 TableOptions = Annotated[dict[str, Any], OptionGroup(_TABLES)]
 FileOptions = Annotated[dict[str, Any], OptionGroup({"plot": FiguresOption, "report": ReportOption, **_TABLES})]
@@ -149,9 +149,9 @@ UnitsOption = Annotated[str, advanced(help="Units of design tables: metric or in
 DaskOption = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler (tcp://..., file.json), or local:N.")
 ]
-JobsOption = Annotated[int | None, typer.Option(min=1, help="Worker processes; default: the cores there are.")]
+JobsOption = Annotated[int | None, typer.Option(min=1, help="Worker processes; default: all processors.")]
 FreshOption = Annotated[
-    bool, advanced("--fresh", help="Delete what an earlier run left in the folder, and start again.")
+    bool, advanced("--fresh", help="Delete the results of an earlier run in the folder and start again.")
 ]
 
 

@@ -22,7 +22,7 @@ from ehl.common.arrays import FloatArray
 from ehl.material import Material
 
 Relief = Callable[[FloatArray], FloatArray]
-"""Gap by tip relief of both members [m] over the place on the path of contact [m]."""
+"""Gap from the tip relief of both members [m] over the place on the path of contact [m]."""
 
 # shortest line of contact, over the face width
 _SHORTEST = 1e-3
@@ -107,7 +107,7 @@ RIM, TO_AXIS = 1.2, 0.5
 
 
 class RigidTeeth(TeethElasticity):
-    """Teeth that do not bend: the lines of contact flatten alone, so that the load per length is even within 10 %."""
+    """Rigid teeth: only the contacts deform, so that the load per length is uniform within 10 %."""
 
     def bending(self, cycle: Sequence[MeshPosition]) -> list[FloatArray]:
         """No deflection at any point."""
@@ -130,7 +130,7 @@ def cylindrical_tooth(
     half_angle: half the angle the tooth fills at a radius [rad].
     twist: turn of the sections along the face [rad/m], positive towards the loaded flank.
     """
-    # a cone of no angle is no blank that an input may be; its heights are radii
+    # a cone angle of zero is not allowed as an input; its heights are radii
     blank = Blank.model_construct(
         teeth=teeth,
         pitch_angle=0.0,
@@ -158,7 +158,7 @@ def elastic_pair(
 
     def tooth(member: int) -> SolidTooth:
         root, tip = pair.root[member], pair.tip[member]
-        # each member is seen with its loaded flank towards rising azimuth: sections that lead in the sense of rotation
+        # the loaded flank of each member faces rising azimuth: sections that lead in the sense of rotation
         # are turned forwards on the pinion, backwards on the gear
         twist = (1.0 - 2.0 * member) * lead / pair.reference[member]
         rim = min(RIM * (tip - root), TO_AXIS * root)

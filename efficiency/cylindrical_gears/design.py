@@ -35,7 +35,7 @@ class CylindricalMember(MemberSurface):
     addendum_factor: Factor = 1.0
     dedendum_factor: Factor = 1.25
     tip_diameter: Length | None = None  # [m]; from addendum, profile shift and centre distance where not given
-    tip_relief: Depth = 0.0  # material taken off at the tip, square to the flank [m]
+    tip_relief: Depth = 0.0  # material removed at the tip, normal to the flank [m]
     # along the path of contact, from the tip down [m]; the relief grows linearly along it
     tip_relief_length: Depth = 0.0
     # as of a bevel member
@@ -56,7 +56,7 @@ class CylindricalDesign(PairDesign):
     """A cylindrical pair: the content of a design file with `kind = "cylindrical"`."""
 
     kind: Literal["cylindrical"] = "cylindrical"
-    # what it is called and where it comes from
+    # name and source
     name: Name
     source: str = ""
     module_normal: Annotated[float, ValueRange("m", ge=1e-4, le=0.1)]  # m_n [m]
@@ -65,7 +65,7 @@ class CylindricalDesign(PairDesign):
     helix_angle: Annotated[float, ValueRange("rad", ge=0.0, le=0.8)] = 0.0
     face_width: Length  # in common [m]
     centre_distance: Length | None = None  # [m]; without backlash where not given
-    # teeth that bend, or lines of contact that share the load by their length
+    # elastic teeth, or a load in proportion to the length of the contact lines
     load_share: Literal["elastic", "rigid"] = "elastic"
     edge_rounding: EdgeRounding | None = None  # radius of the tip edges [m]
     pinion: CylindricalMember
@@ -125,7 +125,7 @@ class CylindricalDesign(PairDesign):
         return _EDGE_ROUNDING * self.module_normal if self.edge_rounding is None else self.edge_rounding
 
     def relief(self, place: FloatArray) -> FloatArray:
-        """Gap by the tip relief of both members over the place on the path of contact [m]."""
+        """Gap from the tip relief of both members over the place on the path of contact [m]."""
         start, end = self.involute.path
         gap = np.zeros_like(place)
         for member, from_tip in ((self.pinion, end - place), (self.gear, place - start)):

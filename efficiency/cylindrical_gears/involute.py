@@ -105,7 +105,7 @@ class InvolutePair:
 
     @cached_property
     def tip(self) -> tuple[float, float]:
-        """Tip radii; without tip diameters shortened by what profile shift and centre distance leave open."""
+        """Tip radii; without tip diameters, shortened for the centre distance."""
         short = max(sum(self.reference) + sum(self.profile_shift) * self.module - self.centre, 0.0)
         parts = zip(self.reference, self.profile_shift, self.addendum, self.tip_diameter, strict=True)
         one, two = (

@@ -1,7 +1,7 @@
 """Misalignment study: contact of a pair over E, P, G and shaft angle, without load and at a torque (V-H check).
 
 The flank points are solved once; every state of misalignment takes them over and computes its ease-off, contact path,
-transmission error and pattern anew. At a torque every state has its load distribution as well, on the same elastic
+transmission error and pattern again. At a torque every state has its load distribution as well, on the same elastic
 bodies.
 """
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from efficiency.loss.efficiency_result import EfficiencyResult
 
 AXES = ("E", "P", "G", "shaft_angle_error")
-# what a state has at a torque
+# columns of a state under load
 LOADED = ("transmission_error_loaded", "pressure_max", "edge_load_share", "load_centre_u", "power_loss", "efficiency")
 # names of the columns of files and JSON, where they differ from those of `MisalignmentPoint`
 _COLUMNS = {"error_maximum_u": "crest_u", "error_maximum_depth": "crest_depth", "undercut": "absent"}
@@ -38,7 +38,7 @@ _COLUMNS = {"error_maximum_u": "crest_u", "error_maximum_depth": "crest_depth", 
 
 @dataclass(frozen=True)
 class MisalignmentPoint:
-    """Contact in one state of misalignment; what needs a load is not a number without a torque."""
+    """Contact in one state of misalignment; quantities under load are nan without a torque."""
 
     # misalignments [m], shaft_angle_error [rad]
     E: float
@@ -59,7 +59,7 @@ class MisalignmentPoint:
     pattern_depth: float = np.nan
     undercut: float = 0.0  # share of the mating flank that is undercut
     edges: str = ""  # edges in contact without load, separated by commas
-    pattern_edges: str = ""  # edges the pattern runs into
+    pattern_edges: str = ""  # edges that the pattern reaches
     transmission_error_loaded: float = np.nan  # peak to peak at the torque [rad]
     pressure_max: float = np.nan  # largest pressure, edges left out [Pa]
     edge_load_share: float = np.nan  # share of the torque where the contact reaches an edge
@@ -70,7 +70,7 @@ class MisalignmentPoint:
     efficiency: float = np.nan
     # ``edge contact``: computed, an edge carries somewhere in the mesh
     status: Literal["converged", "edge contact", "failed"] = "failed"
-    reason: str = ""  # why it failed
+    reason: str = ""  # of a failure
 
     def to_dict(self, loaded: bool = False) -> dict[str, float | str]:
         """Values by the names of the columns in files; those of a load where there is one."""
@@ -112,7 +112,7 @@ class MisalignmentStudy:
         return pandas.DataFrame([point.to_dict(self.torque is not None) for point in self.points])
 
     def to_dict(self) -> dict[str, object]:
-        """Plain numbers and strings for JSON; what could not be computed is None."""
+        """Plain numbers and strings for JSON; None where a value could not be computed."""
         rows = [finite_or_none(point.to_dict(self.torque is not None)) for point in self.points]
         return {
             "design": self.design,
@@ -142,7 +142,7 @@ class MisalignmentGrid(Reportable):
 
     @property
     def reason(self) -> str:
-        """How many states failed."""
+        """Number of failed states."""
         points = [point for study in self.studies for point in study.points]
         failed = sum(point.status == "failed" for point in points)
         return f"{failed} of {len(points)} states" if failed else ""

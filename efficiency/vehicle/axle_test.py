@@ -1,4 +1,4 @@
-"""Power loss of an axle at the test points of 40 CFR 1037.560, as GEM takes it.
+"""Power loss of an axle at the test points of 40 CFR 1037.560, in the format of GEM.
 
     P_loss = T_in omega_wheel k_a - T_out omega_wheel
 
@@ -25,14 +25,14 @@ from regression.friction.published_registry import model_label
 Application = Literal["single", "tandem"]
 
 RPM = 2.0 * np.pi / 60.0
-MILES_PER_HOUR = 65.0  # vehicle speed whose wheel speed the test has to reach
-REVOLUTIONS_PER_MILE = 650.0  # of a tyre nobody knows
+MILES_PER_HOUR = 65.0  # vehicle speed of the highest wheel speed of the test
+REVOLUTIONS_PER_MILE = 650.0  # of an unknown tyre
 _OUTPUT_TORQUES: dict[Application, tuple[float, ...]] = {
     "single": (0.0, 500.0, 1000.0, 2000.0, 3000.0, 4000.0),
     "tandem": (0.0, 250.0, 500.0, 1000.0, 1500.0, 2000.0),
 }
 _REVOLUTIONS = ValueRange("", ge=100.0, le=2000.0, hint="Revolutions of the smallest tyre per mile.")
-_MARGIN = 1.25  # input torques computed reach so far beyond the output torque over the ratio: efficiencies above 0.8
+_MARGIN = 1.25  # computed input torques over output torque by ratio: covers efficiencies above 0.8
 SOURCE = "test points of 40 CFR 1037.560 from memory: compare them with the text in force"
 
 

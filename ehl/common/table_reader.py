@@ -135,7 +135,7 @@ def read_table(
     bare: whether a number without any unit counts as SI.
     missing: whether rows that hold ``nan``, ``Bad``, ``-999`` or the like are left out; in the table of another program
         also those with an empty cell.
-    Raises `InputError`: the file cannot be read, lacks a column, has one nobody knows, or a cell cannot be used; it is
+    Raises `InputError`: the file cannot be read, lacks a column, has an unknown one, or a cell cannot be used; it is
     named.
     """
     return numbered_table(path, quantities, required, bare=bare, missing=missing)[0]

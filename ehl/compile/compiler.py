@@ -242,7 +242,7 @@ class InternalLibrary(JITCodeLibrary):
 
     @property
     def codegen(self) -> Any:
-        """What the compiler tells of a finished function."""
+        """Output of the compiler for a finished function."""
         return _NoEnvironment
 
     def get_pointer_to_function(self, name: str) -> int:

@@ -19,7 +19,7 @@ LOWEST, HIGHEST = -30, 30
 CELL_BITS = 48  # of a double, behind exponent and number of its cell
 CELL_REST, CELL_UNIT = 2**CELL_BITS - 1, 2.0 ** (1 - CELL_BITS)
 FIRST_CELL = (1023 + LOWEST) * PER_DOUBLING
-NO_MORE_AHEAD = 25.0  # exp(-2 r) is nothing beside 1
+NO_MORE_AHEAD = 25.0  # exp(-2 r) is negligible compared with 1
 EULER_GAMMA = 0.5772156649015329
 
 VISCOSITY_POLE = 150.0  # K: temperature at which most laws would have a pole of ln(eta)

@@ -147,7 +147,7 @@ class State(NamedTuple):
     scalars: np.ndarray  # see the indices below
 
 
-CAPPED = 4  # node kind beside FLUID and CONTACT: total pressure at the hardness, mass carried
+CAPPED = 4  # node kind in addition to FLUID and CONTACT: total pressure at the hardness, mass carried
 # entries of State.scalars: rigid gap, its last value, time steps rolled so far, steps since this run started
 RIGID_APPROACH, RIGID_APPROACH_OLD, TRAVEL, AGE = range(4)
 
