@@ -22,9 +22,10 @@ _GROUPED = {".": re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+\.\d+"), ",": re.compile
 # with decimal commas elsewhere: 1.5 or 1500?
 _AMBIGUOUS = {".": re.compile(r"[+-]?[1-9]\d{0,2},\d{3}"), ",": re.compile(r"[+-]?[1-9]\d{0,2}\.\d{3}")}
 _COMMAS = re.compile(r"[+-]?\d+,\d+")
+_SPACED = re.compile(r"([+-]?[1-9]\d{0,2}(?:[ '’]\d{3})+)((?![\d'’]).*)")
 _LEADING = re.compile(r"([+-]?[\d.,]*\d[.,]?(?:[eE][+-]?\d+)?)(.*)", re.DOTALL)
 _DATE = re.compile(r"\d{1,4}[./-]\d{1,2}[./-]\d{1,4}|\d{1,2}:\d{2}(:\d{2}([.,]\d+)?)?")  # or a time
-_SIGNS = str.maketrans({"\u2212": "-", "\u2013": "-", "\u00a0": " ", "\u202f": " "})
+_SIGNS = str.maketrans({"\u2212": "-", "\u2013": "-", **dict.fromkeys("\u00a0\u2009\u202f", " ")})
 
 
 @dataclass(frozen=True)
@@ -166,7 +167,10 @@ def with_point(cell: str, decimals: str, where: str) -> str:
     where: field of the error.
     Raises `InputError`: the decimal sign of the number is ambiguous.
     """
-    match = _LEADING.fullmatch(cell.translate(_SIGNS))
+    cell = cell.translate(_SIGNS)
+    if (spaced := _SPACED.fullmatch(cell)) is not None:  # of thousands: a cell is no list
+        cell = re.sub("[ '’]", "", spaced[1]) + spaced[2]
+    match = _LEADING.fullmatch(cell)
     if match is None:
         return cell
     text, unit = match[1], match[2]

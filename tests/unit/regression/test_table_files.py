@@ -172,6 +172,8 @@ def test_heads_and_numbers_of_other_programs(tmp_path: Path, text: str) -> None:
         "load [N],speed_entrainment [m/s],slide_to_roll\n1234.5,2.5,0.1\n\nname,value\nmean,3\n",
         '"load [N]","speed_entrainment [m/s]","slide_to_roll"\n"1234,5","2,5","0,1"\n',
         "Datum;Normalkraft [N];Rolling speed (m/s);Schlupf [%]\n12.03.2024;1234,5;2,5;10\nMittelwert;1;1;1\n",
+        "load [N];speed_entrainment [m/s];slide_to_roll\n1\u202f234,5;2,5;0,1\n",
+        "load [N],speed_entrainment [m/s],slide_to_roll\n1'234.5,2.5 m/s,0.1\n",
         "load [N];speed_entrainment [m/s];slide_to_roll;;\n1234,5;−2,5;−0,1;;\n",
     ],
 )
