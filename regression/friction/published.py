@@ -21,7 +21,7 @@ KGF_PER_CM2 = 98066.5
 
 def xu_kahraman_2007(
     pressure_hertz: ArrayLike,
-    slide_to_roll: ArrayLike,
+    slide_to_roll_total: ArrayLike,
     speed_entrainment: ArrayLike,
     viscosity_inlet: ArrayLike,
     radius_equivalent: ArrayLike,
@@ -34,15 +34,15 @@ def xu_kahraman_2007(
     is not meaningful below 1 mPa s, and vanishes for SR -> 0.
 
     pressure_hertz: P [Pa].
-    slide_to_roll: sliding over entrainment speed [-]; the sign has no effect.
-    speed_entrainment: ve = (u1 + u2)/2 [m/s].
+    slide_to_roll_total: sliding over entrainment speed [-]; the sign has no effect.
+    speed_entrainment: Ve = (u1 + u2)/2 [m/s].
     viscosity_inlet: n0, dynamic viscosity at inlet temperature [Pa s].
     radius_equivalent: R [m].
     roughness_rms: S, composite Rq [m].
     """
     b1, b2, b3, b4, b5, b6, b7, b8, b9 = XU_COEFFICIENTS
     pressure = np.asarray(pressure_hertz, dtype=float) * 1e-9
-    sliding = np.abs(np.asarray(slide_to_roll, dtype=float))
+    sliding = np.abs(np.asarray(slide_to_roll_total, dtype=float))
     viscosity = np.asarray(viscosity_inlet, dtype=float) * 1e3
     group = sliding * pressure * np.log10(viscosity)
     f = b1 + b4 * group + b5 * np.exp(-group) + b9 * np.exp(np.asarray(roughness_rms, dtype=float) * 1e6)
@@ -55,7 +55,7 @@ def benedict_kelley_1961(
     viscosity_inlet: ArrayLike,
     speed_sliding: ArrayLike,
     speed_sum: ArrayLike,
-    roughness: ArrayLike = 0.0,
+    roughness_rms: ArrayLike = 0.0,
 ) -> Array:
     """Disc tests (Benedict & Kelley 1961, ASLE Trans. 4).
 
@@ -65,14 +65,14 @@ def benedict_kelley_1961(
 
     load_per_length: w [N/m].
     viscosity_inlet: eta [Pa s].
-    speed_sliding: vs [m/s].
+    speed_sliding: Vs [m/s].
     speed_sum: VS = u1 + u2 [m/s].
-    roughness: S, RMS roughness [m], below 30 microinch (0.76 um); 0 gives a factor of 1.
+    roughness_rms: S, RMS roughness [m], below 30 microinch (0.76 um); 0 gives a factor of 1.
     """
     load = np.asarray(load_per_length, dtype=float) * 1e-3
     viscosity = np.asarray(viscosity_inlet, dtype=float) * 1e3
     ratio = 29660.0 * load / (viscosity * np.asarray(speed_sliding) * np.asarray(speed_sum) ** 2)
-    return np.asarray(0.0127 * np.log10(ratio) * 50.0 / (50.0 - np.asarray(roughness) / MICROINCH))
+    return np.asarray(0.0127 * np.log10(ratio) * 50.0 / (50.0 - np.asarray(roughness_rms) / MICROINCH))
 
 
 def schlenk_1994(
@@ -155,7 +155,7 @@ def misharin_1958(viscosity_kinematic: ArrayLike, speed_sliding: ArrayLike, spee
     """Disc tests (Misharin 1958): 0.325 (Vs VS nu)^-0.25, limited to 0.02 to 0.08; m/s and cSt; from memory.
 
     viscosity_kinematic: nu [m2/s].
-    speed_sliding: vs [m/s].
+    speed_sliding: Vs [m/s].
     speed_sum: VS = u1 + u2 [m/s].
     """
     viscosity = np.asarray(viscosity_kinematic, dtype=float) * 1e6
@@ -172,7 +172,7 @@ def drozdov_gavrikov_1967(
 
     pressure_hertz: maximum pressure p [Pa].
     viscosity_kinematic: nu [m2/s].
-    speed_sliding: vs [m/s].
+    speed_sliding: Vs [m/s].
     speed_sum: VS = u1 + u2 [m/s].
     """
     viscosity = np.asarray(viscosity_kinematic, dtype=float) * 1e6
@@ -193,7 +193,7 @@ def odonoghue_cameron_1966(
     The unit of viscosity may be mPa s in the original, which would change mu by 2 %.
 
     viscosity_kinematic: nu [m2/s].
-    speed_sliding, speed_entrainment: vs and the mean speed Ve [m/s].
+    speed_sliding, speed_entrainment: Vs and the mean speed Ve [m/s].
     radius_equivalent: R [m].
     roughness_ra: S, centre-line average roughness [m].
     """
@@ -218,7 +218,7 @@ def arana_2019_fluid(
     pressure: p, mean pressure of the contact [Pa].
     viscosity: eta at that pressure and oil temperature [Pa s].
     pressure_viscosity: alpha [1/Pa].
-    speed_sliding: vs [m/s].
+    speed_sliding: Vs [m/s].
     film: h = phi_T h_c, central film with its thermal inlet factor [m].
     limiting_shear_coefficient: lam [-]: mineral 0.047, naphthenic 0.053, PAO 0.035, polyglycol 0.044.
     """

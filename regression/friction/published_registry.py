@@ -6,6 +6,7 @@ stated in `applied` (own choice).
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from inspect import signature
 from pathlib import PurePath
 from typing import Literal
 
@@ -38,11 +39,12 @@ class PublishedFriction(FrictionModel):
     name: str  # registry name, ``author_year``
     source: str  # authors, year, kind of data
     certainty: Certainty  # of the coefficients
-    local: Callable[[Conditions, str], Array]  # friction coefficient from the local conditions and the base oil
     function: Callable[..., Array]  # the published formula
     # smallest and largest value of variables of `regression.friction.conditions.UNITS` in the original, SI units
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     range_certainty: str = "from memory"
+    # friction coefficient from the local conditions and the base oil; by default arguments are conditions of their name
+    local: Callable[[Conditions, str], Array] | None = None
     applied: str = ""  # additional assumptions at a contact point
     diverges: bool = False  # mu is infinite without sliding; it is evaluated with at least `SLIDING_FLOOR`
 
@@ -87,21 +89,14 @@ class PublishedFriction(FrictionModel):
             outside |= table["speed_sliding"] < SLIDING_FLOOR
             table["speed_sliding"] = np.maximum(table["speed_sliding"], SLIDING_FLOOR)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            mu = self.local(table, base)
+            mu = self.local(table, base) if self.local else _by_name(self.function, table)
         return np.asarray(np.where(np.isfinite(mu) & (mu >= 0.0), mu, np.nan)), outside
 
 
-def _xu(c: Conditions, base: str) -> Array:
-    return p.xu_kahraman_2007(
-        c["pressure_hertz"], c["slide_to_roll_total"], c["speed_entrainment"], c["viscosity_inlet"],
-        c["radius_equivalent"], c["roughness_rms"],
-    )  # fmt: skip
-
-
-def _benedict_kelley(c: Conditions, base: str) -> Array:
-    return p.benedict_kelley_1961(
-        c["load_per_length"], c["viscosity_inlet"], c["speed_sliding"], c["speed_sum"], c["roughness_rms"]
-    )
+def _by_name(function: Callable[..., Array], c: Conditions, **derived: Array | float) -> Array:
+    """A formula at local conditions with the names of its arguments; the others are `derived`."""
+    names = [name for name in signature(function).parameters if name not in derived]
+    return function(**{name: c[name] for name in names}, **derived)
 
 
 def _mean_ra(c: Conditions) -> Array:
@@ -110,9 +105,7 @@ def _mean_ra(c: Conditions) -> Array:
 
 def _schlenk(c: Conditions, base: str) -> Array:
     factor = p.lubricant_factor_niemann(base, c["speed_sum"])
-    return p.schlenk_1994(
-        c["load_per_length"], c["viscosity_inlet"], c["speed_sum"], c["radius_equivalent"], _mean_ra(c), factor
-    )
+    return _by_name(p.schlenk_1994, c, roughness_ra=_mean_ra(c), lubricant_factor=factor)
 
 
 def _iso_tr_14179_1(c: Conditions, base: str) -> Array:
@@ -124,23 +117,11 @@ def _iso_tr_14179_1(c: Conditions, base: str) -> Array:
 
 def _iso_tr_14179_2(c: Conditions, base: str) -> Array:
     diameter = 2.0 * c["radius_equivalent"] * (1.0 + 1.0 / 3.0) / np.sin(PRESSURE_ANGLE)
-    return p.iso_tr_14179_2(
-        c["load_per_length"], c["viscosity_inlet"], c["speed_sum"], c["radius_equivalent"], _mean_ra(c), diameter
-    )
-
-
-def _misharin(c: Conditions, base: str) -> Array:
-    return p.misharin_1958(c["viscosity_kinematic"], c["speed_sliding"], c["speed_sum"])
-
-
-def _drozdov(c: Conditions, base: str) -> Array:
-    return p.drozdov_gavrikov_1967(c["pressure_hertz"], c["viscosity_kinematic"], c["speed_sliding"], c["speed_sum"])
+    return _by_name(p.iso_tr_14179_2, c, roughness_ra=_mean_ra(c), pinion_diameter=diameter)
 
 
 def _odonoghue(c: Conditions, base: str) -> Array:
-    return p.odonoghue_cameron_1966(
-        c["viscosity_kinematic"], c["speed_sliding"], c["speed_entrainment"], c["radius_equivalent"], _mean_ra(c)
-    )
+    return _by_name(p.odonoghue_cameron_1966, c, roughness_ra=_mean_ra(c))
 
 
 def _arana_film(c: Conditions) -> Array:
@@ -210,7 +191,6 @@ _ENTRIES = (
         "xu_kahraman_2007",
         "Xu, Kahraman, Anderson & Maddock 2007, J. Mech. Des. 129; regression of EHL results, 75W90",
         "found",
-        _xu,
         p.xu_kahraman_2007,
         {
             "pressure_hertz": (0.5e9, 2.5e9),
@@ -220,13 +200,12 @@ _ENTRIES = (
             "viscosity_inlet": (1e-3, 0.2),
         },
         "from memory; the smallest viscosity is that of a meaningful equation",
-        "|SR| is the length of the sliding vector over the entrainment speed",
+        applied="|SR| is the length of the sliding vector over the entrainment speed",
     ),
     PublishedFriction(
         "benedict_kelley_1961",
         "Benedict & Kelley 1961, ASLE Trans. 4; disc tests, mineral oils",
         "mixed",
-        _benedict_kelley,
         p.benedict_kelley_1961,
         {"roughness_rms": (0.0, 30.0 * p.MICROINCH)},
         applied="roughness factor (from memory) with the composite Rq",
@@ -236,26 +215,26 @@ _ENTRIES = (
         "schlenk_1994",
         "Schlenk; Niemann, Hoehn & Michaelis; FZG gear tests",
         "found",
-        _schlenk,
         p.schlenk_1994,
         {"load_per_length": (150e3, np.inf)},
+        local=_schlenk,
         applied=_LOCAL_LOAD + "; XL of the standard (from memory) by base oil",
     ),
     PublishedFriction(
         "iso_tr_14179_1",
         "ISO/TR 14179-1, mesh coefficient of friction",
         "from memory",
-        _iso_tr_14179_1,
         p.iso_tr_14179_1,
+        local=_iso_tr_14179_1,
         applied="K and V from w', R and u_r at the pitch point of a pair with 20 deg pressure angle (ours)",
     ),
     PublishedFriction(
         "iso_tr_14179_2",
         "ISO/TR 14179-2, mesh coefficient of friction",
         "from memory",
-        _iso_tr_14179_2,
         p.iso_tr_14179_2,
         {"load_per_length": (150e3, np.inf)},
+        local=_iso_tr_14179_2,
         applied=_LOCAL_LOAD
         + "; d1 = 2 R (1 + 1/3)/sin 20 deg, a pair of ratio 3 (ours; ratio 1 gives 10 % less, a rack 7 % more)",
     ),
@@ -263,7 +242,6 @@ _ENTRIES = (
         "misharin_1958",
         "Misharin 1958; disc tests",
         "from memory",
-        _misharin,
         p.misharin_1958,
         {"pressure_hertz": (2500.0 * p.KGF_PER_CM2, np.inf), "slide_to_roll_total": (0.4, 1.3)},
         diverges=True,
@@ -272,7 +250,6 @@ _ENTRIES = (
         "drozdov_gavrikov_1967",
         "Drozdov & Gavrikov 1967; disc tests",
         "from memory",
-        _drozdov,
         p.drozdov_gavrikov_1967,
         {
             "pressure_hertz": (4000.0 * p.KGF_PER_CM2, 20000.0 * p.KGF_PER_CM2),
@@ -285,8 +262,8 @@ _ENTRIES = (
         "odonoghue_cameron_1966",
         "O'Donoghue & Cameron 1966; disc tests",
         "from memory",
-        _odonoghue,
         p.odonoghue_cameron_1966,
+        local=_odonoghue,
         applied="Ra = 0.798 Rq, mean of both; the unit of viscosity in the original is unknown, 2 % of mu",
         diverges=True,
     ),
@@ -294,34 +271,34 @@ _ENTRIES = (
         "arana_2019",
         "Arana, Larranaga & Ulacia 2019; load sharing 1 - erf(lambda), Eyring stress 2 Lam/alpha",
         "found",
-        _arana,
         p.arana_2019_fluid,
+        local=_arana,
         applied=_FILM + "; mu_b = 0.065 of the authors",
     ),
     PublishedFriction(
         "doleschel_2002",
         "Doleschel; load sharing (1 - lambda/2)^2, lambda on the mean Ra",
         "found",
-        _doleschel,
         p.share_doleschel_2002,
+        local=_doleschel,
         applied=_SHARE + "; film friction of Arana et al. in place of the measured reference values of the author",
     ),
     PublishedFriction(
         "matsumoto_morikawa_2014",
         "Matsumoto & Morikawa; load sharing 0.5 log10 D, D = (Rz1 + Rz2)/h_min",
         "found",
-        _matsumoto,
         p.share_matsumoto_2014,
+        local=_matsumoto,
         applied=_SHARE + "; film friction of Arana et al., h_min of Pan & Hamrock, Rz = 5 Rq (ours)",
     ),
     PublishedFriction(
         "masjedi_khonsari_2012",
         "Masjedi & Khonsari 2012, J. Tribol. 134; load share of rough line contacts, fit to a statistical model",
         "from memory",
-        _masjedi,
         p.share_masjedi_khonsari_2012,
         {"film_ratio_formula": (0.1, np.inf)},
         "ours: the share exceeds 1 at lower values; the range of the original is unknown",
+        local=_masjedi,
         applied="film friction of Arana et al. with the inlet-heating factor of Murch & Wilson; mu_b = 0.10 and "
         "hardness 8 GPa (ours)",
     ),
