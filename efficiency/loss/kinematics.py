@@ -1,7 +1,7 @@
 """Local conditions of lubrication at the loaded contact points."""
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Annotated, Literal, Self
 
 import numpy as np
@@ -187,10 +187,3 @@ def loaded_points(load: LoadDistribution, effective_modulus: float, operation: O
     )
     sliding = np.hypot(at["sliding_across"], at["sliding_along"]) * omega
     return LoadedPoints(state, at["force"], sliding, load.loaded_position, load.loaded_index)
-
-
-def join_states(*states: ContactState) -> ContactState:
-    """One state with the points of several states, concatenated."""
-    return ContactState(
-        **{f.name: np.concatenate([getattr(state, f.name) for state in states]) for f in fields(ContactState)}
-    )

@@ -31,14 +31,12 @@ from regression.data.result_files import (
     TIMING_UNITS,
     one_row_per_case,
     read_file,
-    read_meta,
     read_run,
     run_files,
     table_of,
 )
 from regression.friction.conditions import DERIVED_UNITS, UNITS, Array, derive
 from regression.friction.oil_cards import hashes_of_cards
-from regression.plan.plan import Plan
 
 FOLDER = "datasets"
 SUFFIX = ".h5"
@@ -255,14 +253,6 @@ def results_path(run: Source) -> Path:
         return named_file("run", FOLDER, str(run), SUFFIX)
     allowed = " or ".join(("a folder or file of results", *([", ".join(dataset_names())] if dataset_names() else [])))
     raise InputError("run", str(run), allowed, "Run `mixed-ehl sweep PLAN.toml -o RUN` first.")
-
-
-def dataset_plan(name: str) -> Plan:
-    """The plan of a dataset, stored with its results.
-
-    Raises `InputError`: there is no such dataset.
-    """
-    return Plan.from_json(str(read_meta(results_path(name))["plan"]))
 
 
 def _read(run: Path) -> Dataset:

@@ -17,7 +17,7 @@ from efficiency.design.design import Design
 from efficiency.loss import efficiency as stage
 from efficiency.loss.closed_form import coleman_type
 from efficiency.loss.efficiency import LoadedGrids, MeshGrids, load_grids, mesh_efficiency
-from efficiency.loss.kinematics import LoadedPoints, Operation, join_states
+from efficiency.loss.kinematics import LoadedPoints, Operation
 from efficiency.loss.power_loss import efficiency_of, position_losses
 from efficiency.ltca.limits import limit_notes, pressure_peak
 from efficiency.ltca.load_distribution import distribute_load
@@ -254,16 +254,6 @@ def test_names_are_checked_before_anything_is_computed() -> None:
         PAIR.at(grid=COARSE, oil="butter")
     with refuses("design"):
         GearPair("no_such_design")
-
-
-def test_join_states_keeps_order() -> None:
-    one = ContactState.of(
-        pressure_hertz=[1e9, 2e9], radius_equivalent=0.01, effective_modulus=2e11, speed_entrainment=1.0
-    )
-    other = ContactState.of(pressure_hertz=[3e9], radius_equivalent=0.02, effective_modulus=2e11, speed_entrainment=1.0)
-    both = join_states(one, other)
-    np.testing.assert_array_equal(both.pressure_hertz, [1e9, 2e9, 3e9])
-    np.testing.assert_array_equal(both.radius_equivalent, [0.01, 0.01, 0.02])
 
 
 def test_run_functions_agree_and_figures_show_the_result(mesh: MeshGrids) -> None:

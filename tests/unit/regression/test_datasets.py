@@ -16,11 +16,12 @@ import ehl.common.data
 from ehl import SOLVER
 from ehl.common.data import data_path
 from ehl.common.errors import InputError
-from regression.data.dataset import FOLDER, dataset_names, dataset_plan, load_dataset
+from regression.data.dataset import FOLDER, dataset_names, load_dataset
 from regression.data.result_files import merge
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import published_outputs
 from regression.sweeping.rerun import SHARE, rerun
+from regression.sweeping.run import Run
 from regression.sweeping.sweep import sweep_shard
 
 PLAN = 'name = "small"\n[sampling]\nsize = 64\ncorners = 4\n' + GEAR_VARIABLES
@@ -56,7 +57,7 @@ def test_compressed_file_holds_the_same(shelf: Path, tmp_path: Path) -> None:
 def test_a_name_is_a_dataset_and_a_path_a_run(shelf: Path, tmp_path: Path) -> None:
     assert dataset_names() == ("small",)
     assert load_dataset("small").data_hash == load_dataset(tmp_path / "run").data_hash
-    assert dataset_plan("small").plan_hash == load_dataset("small").plan_hash
+    assert Run("small").plan.plan_hash == load_dataset("small").plan_hash
     with pytest.raises(InputError, match=r"nothing.*or small.*mixed-ehl sweep"):
         load_dataset("nothing")
 
@@ -91,7 +92,7 @@ def test_a_compressed_file_can_be_swept_into(shelf: Path, tmp_path: Path) -> Non
     run = tmp_path / "again"
     run.mkdir()
     (run / "shard-0001-of-0001.h5").write_bytes((shelf / FOLDER / "small.h5").read_bytes())
-    report = sweep_shard(dataset_plan("small"), run, evaluate=ARANA, version="arana_2019", jobs=1)
+    report = sweep_shard(Run("small").plan, run, evaluate=ARANA, version="arana_2019", jobs=1)
     assert (report.resumed, report.converged) == (68, 0)
 
 
@@ -132,7 +133,7 @@ def test_fit_of_a_name_on_the_command_line(shelf: Path, tmp_path: Path, mixed_eh
 
 
 def test_rerun_gives_the_stored_friction_and_finds_what_changed(shelf: Path) -> None:
-    dataset, plan = load_dataset("small"), dataset_plan("small")
+    dataset, plan = load_dataset("small"), Run("small").plan
     again = list(rerun(dataset, plan, share=0.2, evaluate=ARANA))
     assert len(again) == 14  # a fifth of 68 cases
     assert len({case.key for case in again}) == 14
@@ -145,7 +146,7 @@ def test_rerun_gives_the_stored_friction_and_finds_what_changed(shelf: Path) -> 
 
 
 def test_budget_bounds_the_cost_of_a_rerun(shelf: Path) -> None:
-    dataset, plan = load_dataset("small"), dataset_plan("small")
+    dataset, plan = load_dataset("small"), Run("small").plan
     dataset.frame["seconds_cpu"] = np.linspace(0.1, 3.0, len(dataset.frame))
     few = list(rerun(dataset, plan, share=0.5, seconds=5.0, evaluate=ARANA))
     assert 5.0 < sum(case.seconds for case in few) <= 6.0
@@ -161,7 +162,7 @@ ELSEWHERE = 4e-3
 def test_a_random_share_of_the_shipped_cases_is_what_the_solver_says_today(name: str, count: int) -> None:
     """All of the random 1 %, whatever a case costs (some ten seconds)."""
     dataset = load_dataset(name)
-    cases = list(rerun(dataset, dataset_plan(name), share=SHARE))
+    cases = list(rerun(dataset, Run(name).plan, share=SHARE))
     assert len(cases) == count
     differences = np.array([case.difference for case in cases])
     within = [case.difference <= max(case.error, ELSEWHERE) for case in cases]
