@@ -7,22 +7,12 @@ import typer
 
 import ehl
 from ehl.common import console
-from ehl.common.console import (
-    CONTACT,
-    App,
-    JsonOption,
-    check_outputs,
-    given,
-    names_of,
-    print_json,
-    print_text,
-    write_figure,
-)
+from ehl.common import console as shared
 
 
 def solve(
     case_file: Annotated[Path, typer.Argument(metavar="CASE.toml", help="Input file of one contact.")],
-    json_output: JsonOption = False,
+    json_output: shared.JsonOption = False,
     plot: Annotated[Path | None, typer.Option(help="Write a figure of the solution (PNG, SVG, PDF).")] = None,
     report: Annotated[Path | None, typer.Option(help="Write one HTML page with results, notes and figure.")] = None,
     uncertainty: Annotated[
@@ -36,7 +26,7 @@ def solve(
 
     The exit code is 0 with a result, even if its error exceeds the tolerance (status unsettled), and 1 without.
     """
-    check_outputs({"plot": plot, "report": report})
+    shared.check_outputs({"plot": plot, "report": report})
     contact = ehl.Contact.from_file(case_file)
     result = contact.solve()
     # a page contains the interval by the inputs if it takes seconds only
@@ -47,11 +37,11 @@ def solve(
         spread = contact.uncertainty()
     if json_output:
         found = result.to_dict() | ({} if spread is None else {"uncertainty": spread.to_dict()})
-        print_json(found | ({"bibtex": result.citation().bibtex} if cite else {}))
+        shared.print_json(found | ({"bibtex": result.citation().bibtex} if cite else {}))
     else:
         result.show(uncertainty=spread)
         if cite:
-            print_text(f"\nReferences\n{result.citation()}")
+            shared.print_text(f"\nReferences\n{result.citation()}")
     result.write(report=report, plot=plot if result.status != "failed" else None, uncertainty=spread)
     if result.status != "converged":
         typer.echo(result.outcome, err=True)
@@ -115,7 +105,7 @@ def oil(
         typer.Argument(
             metavar="NAME",
             help="Shipped oil, card.toml, 'pao 97.5/13.3', 'pao 97.5 vi 145' or 'mineral vg 220'.",
-            autocompletion=names_of("oils"),
+            autocompletion=shared.names_of("oils"),
         ),
     ] = None,
     temperature: Annotated[
@@ -129,13 +119,13 @@ def oil(
     vg: Annotated[int | None, typer.Option(help="ISO VG of the generic oil, in place of both viscosities.")] = None,
     vi: Annotated[float | None, typer.Option(help="Viscosity index, in place of one of the viscosities.")] = None,
     density: Annotated[str | None, typer.Option(help="Density of the generic oil at 15 degC.")] = None,
-    json_output: JsonOption = False,
+    json_output: shared.JsonOption = False,
     plot: Annotated[Path | None, typer.Option(help="Write a figure of viscosity over pressure.")] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the oil card as a TOML file.")] = None,
 ) -> None:
     """Show the properties of an oil with their uncertainty; without NAME list the shipped oils."""
-    check_outputs({"plot": plot, "output": output})
-    generic: dict[str, Any] = given(
+    shared.check_outputs({"plot": plot, "output": output})
+    generic: dict[str, Any] = shared.given(
         {"nu_40": nu40, "nu_100": nu100, "iso_vg": vg, "viscosity_index": vi, "density_15": density}
     )
     if base is not None or generic:
@@ -145,16 +135,16 @@ def oil(
         card = ehl.Oil.generic(base, **generic, name=None if output is None else output.stem)
     elif name is None:
         table = _oil_list()
-        print_json({"oils": table.records()}) if json_output else table.print()
+        shared.print_json({"oils": table.records()}) if json_output else table.print()
         return
     else:
         card = ehl.Oil.load(name)
     if plot is not None:
-        write_figure(card.plot(temperatures=temperature), plot)
+        shared.write_figure(card.plot(temperatures=temperature), plot)
     if output is not None:
         card.save(output)
     if json_output:
-        print_json(card.to_dict(temperature))
+        shared.print_json(card.to_dict(temperature))
         return
     for table in _oil_tables(card, temperature):
         table.print()
@@ -167,19 +157,19 @@ def profile(
     detrend: console.DetrendOption = 2,
     cutoff_long: console.CutoffLongOption = None,
     cutoff_short: console.CutoffShortOption = None,
-    json_output: JsonOption = False,
+    json_output: shared.JsonOption = False,
     plot: console.ProfilePlotOption = None,
 ) -> None:
     """Check a measured profile: Rq, RSm, slope, correlation length, lay, interpolated points, form removed."""
-    check_outputs({"plot": plot})
+    shared.check_outputs({"plot": plot})
     cutoffs = {"cutoff_long": cutoff_long, "cutoff_short": cutoff_short}
-    found = ehl.measured_surface(file, unit_x=unit_x, unit_height=unit_height, detrend=detrend, **given(cutoffs))
+    found = ehl.measured_surface(file, unit_x=unit_x, unit_height=unit_height, detrend=detrend, **shared.given(cutoffs))
     found.write(plot=plot)
-    print_json(found.to_dict()) if json_output else found.show()
+    shared.print_json(found.to_dict()) if json_output else found.show()
 
 
-def register(app: App) -> None:
+def register(app: shared.App) -> None:
     """Add the commands of this package to the application."""
-    app.command(rich_help_panel=CONTACT)(solve)
-    app.command(rich_help_panel=CONTACT)(oil)
-    app.command(rich_help_panel=CONTACT)(profile)
+    app.command(rich_help_panel=shared.CONTACT)(solve)
+    app.command(rich_help_panel=shared.CONTACT)(oil)
+    app.command(rich_help_panel=shared.CONTACT)(profile)

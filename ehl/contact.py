@@ -11,24 +11,12 @@ from typing import TYPE_CHECKING, Any, Literal, Self, TypedDict, Unpack, cast
 
 from pydantic import ValidationError, model_validator
 
+from ehl import inputs as case_inputs
 from ehl.common.errors import InputError
 from ehl.common.validation import InputModel, input_error, read_toml
 from ehl.fluid.lubricant_inputs import DirectLubricant, LubricantInput, OilLubricant
 from ehl.fluid.pressure_viscosity import AlphaDefinition
 from ehl.fluid.rheology import Limit, Rheology
-from ehl.inputs import (
-    EACH_RMS,
-    MAX_PRESSURE_OVER_MODULUS,
-    MAX_SLIDING,
-    PRINTED,
-    Accuracy,
-    ContactInput,
-    ContactProblem,
-    ModelInput,
-    SolidInput,
-    SurfaceInput,
-    Thermal,
-)
 from ehl.line_contact import LineContact, hertz_load
 from ehl.material import Material, effective_modulus
 from ehl.surface.finish import State
@@ -110,8 +98,8 @@ class ContactKeywords(TypedDict, total=False):
     boundary_friction: Amount
     running_in: Literal["none", "plastic"] | None
     seed: int | None
-    thermal: Thermal | None
-    accuracy: Accuracy | None
+    thermal: case_inputs.Thermal | None
+    accuracy: case_inputs.Accuracy | None
     friction_tolerance: Amount
     shortcuts: Literal["auto", "off"] | None
     contact: Mapping[str, object]
@@ -124,16 +112,16 @@ class ContactKeywords(TypedDict, total=False):
 KEYWORDS: dict[str, tuple[str, str]] = {
     name: (table, name)
     for table, model in (
-        ("contact", ContactInput),
+        ("contact", case_inputs.ContactInput),
         ("lubricant", OilLubricant),
         ("lubricant", DirectLubricant),
-        ("surface", SurfaceInput),
-        ("model", ModelInput),
+        ("surface", case_inputs.SurfaceInput),
+        ("model", case_inputs.ModelInput),
     )
     for name in model.model_fields
 } | {
     "temperature": ("lubricant", "temperature_oil"),
-    **{name: ("surface", name) for name in ("roughness_rms", *PRINTED)},
+    **{name: ("surface", name) for name in ("roughness_rms", *case_inputs.PRINTED)},
     "temperature_bulk_1": ("solid_1", "temperature_bulk"),
     "temperature_bulk_2": ("solid_2", "temperature_bulk"),
 }
@@ -233,12 +221,12 @@ class Contact(InputModel):
     0.1
     """
 
-    contact: ContactInput
+    contact: case_inputs.ContactInput
     lubricant: LubricantInput
-    solid_1: SolidInput = SolidInput()
-    solid_2: SolidInput = SolidInput()
-    surface: SurfaceInput = SurfaceInput()
-    model: ModelInput = ModelInput()
+    solid_1: case_inputs.SolidInput = case_inputs.SolidInput()
+    solid_2: case_inputs.SolidInput = case_inputs.SolidInput()
+    surface: case_inputs.SurfaceInput = case_inputs.SurfaceInput()
+    model: case_inputs.ModelInput = case_inputs.ModelInput()
 
     def __init__(self, **values: Unpack[ContactKeywords]) -> None:
         tables, written = _tables(values, type(self).model_fields)
@@ -339,10 +327,10 @@ class Contact(InputModel):
         content = self.model_dump(exclude_unset=True)
         for name, table in tables.items():
             merged = {**content.get(name, {}), **table}
-            if set(PRINTED) & set(table):
+            if set(case_inputs.PRINTED) & set(table):
                 merged["correlation_length"] = None
             if "roughness_rms" in table:
-                merged |= {each: None for each in EACH_RMS if each not in table}
+                merged |= {each: None for each in case_inputs.EACH_RMS if each not in table}
             content[name] = {key: value for key, value in merged.items() if value is not None}
         return type(self)(**content)
 
@@ -446,14 +434,14 @@ class Contact(InputModel):
         oil = self.lubricant.temperature_oil
         return (self.solid_1.temperature_bulk or oil, self.solid_2.temperature_bulk or oil)
 
-    def problem(self) -> ContactProblem:
+    def problem(self) -> case_inputs.ContactProblem:
         """The contact in the form of the solvers."""
         line, lubricant, bodies = (
             self.line_contact(),
             self.lubricant.lubricant(),
             (self.solid_1.body(), self.solid_2.body()),
         )
-        return ContactProblem(line, lubricant, self.surface, self.model, bodies, self.bulk_temperatures())
+        return case_inputs.ContactProblem(line, lubricant, self.surface, self.model, bodies, self.bulk_temperatures())
 
     def unused_inputs(self) -> tuple[str, ...]:
         """One sentence for each given input that has no effect with the chosen models."""
@@ -502,18 +490,21 @@ class Contact(InputModel):
     @model_validator(mode="after")
     def _within_the_theory(self) -> Self:
         contact = self.line_contact()
-        most = MAX_PRESSURE_OVER_MODULUS * contact.effective_modulus
+        most = case_inputs.MAX_PRESSURE_OVER_MODULUS * contact.effective_modulus
         if contact.pressure_hertz > most:
             allowed = f"at most {most:.4g} Pa for this effective modulus"
             hint = "The half-width would exceed a quarter of the radius, beyond the assumption of half-spaces."
             raise InputError("contact.pressure_hertz", f"{contact.pressure_hertz:.4g} Pa", allowed, hint)
-        if contact.speed_sliding > MAX_SLIDING:
-            allowed, hint = f"a sliding speed of at most {MAX_SLIDING:g} m/s", f"It is {contact.speed_sliding:.4g} m/s."
+        if contact.speed_sliding > case_inputs.MAX_SLIDING:
+            allowed, hint = (
+                f"a sliding speed of at most {case_inputs.MAX_SLIDING:g} m/s",
+                f"It is {contact.speed_sliding:.4g} m/s.",
+            )
             raise InputError("contact.slide_to_roll", self.contact.slide_to_roll, allowed, hint)
         return self
 
 
-def _friction_of(p: ContactProblem) -> tuple[float, float, float]:
+def _friction_of(p: case_inputs.ContactProblem) -> tuple[float, float, float]:
     """Friction coefficient, its relative error and the film ratio of a problem."""
     from ehl.solve import solve_contact
 
@@ -549,5 +540,5 @@ def _solid(value: Any) -> Any:
     if isinstance(value, str):
         return {"material": value}
     if isinstance(value, Material):
-        return value.model_dump(include=set(SolidInput.model_fields) - {"material"})
+        return value.model_dump(include=set(case_inputs.SolidInput.model_fields) - {"material"})
     return value

@@ -20,6 +20,7 @@ from efficiency.conditions.duty import DutyRow, read_duty
 from efficiency.loss.ehl_friction import ehl_friction
 from efficiency.machine_settings.inputs import SettingsInput, load_targets, targets_next_to
 from efficiency.machine_settings.settings_result import SettingsResult
+from efficiency.optimisation import problem as search_problem
 from efficiency.optimisation.check import Correction, Evaluate, check_best, check_front, check_solved
 from efficiency.optimisation.evaluation import (
     Evaluation,
@@ -29,15 +30,6 @@ from efficiency.optimisation.evaluation import (
     missing_roots,
     over_states,
     settings_of,
-)
-from efficiency.optimisation.problem import (
-    Flanks,
-    Over,
-    SearchProblem,
-    box_states,
-    checked_limits,
-    checked_objectives,
-    variables_of,
 )
 from efficiency.optimisation.result import Candidate, Optimisation
 from efficiency.optimisation.surrogate import Processes, first_points, next_points, table_of, transformed
@@ -77,8 +69,8 @@ def optimise(
     duty: Path | str | Sequence[DutyRow] | None = None,
     misalignment: Mapping[str, Any] | None = None,
     tolerance: Mapping[str, Any] | None = None,
-    over: Over = "mean",
-    flanks: Flanks = "drive",
+    over: search_problem.Over = "mean",
+    flanks: search_problem.Flanks = "drive",
     friction: str | None = None,
     oil: str | None = None,
     evaluations: int = EVALUATIONS,
@@ -252,11 +244,11 @@ def make_problem(
     duty: Path | str | Sequence[DutyRow] | None,
     misalignment: Mapping[str, Any] | None,
     tolerance: Mapping[str, Any] | None,
-    over: Over,
-    flanks: Flanks,
+    over: search_problem.Over,
+    flanks: search_problem.Flanks,
     friction: str | None,
     oil: str | None,
-) -> SearchProblem:
+) -> search_problem.SearchProblem:
     """The validated problem of `optimise`."""
     if over not in ("mean", "worst"):
         raise InputError("over", over, "mean or worst")
@@ -272,14 +264,14 @@ def make_problem(
         raise InputError("flanks", flanks, "flanks that carry load in the duty cycle")
     card = oil or own.oil
     Oil.load(card)
-    return SearchProblem(
+    return search_problem.SearchProblem(
         start=start,
-        variables=tuple(variables_of(start, variables, flanks)),
+        variables=tuple(search_problem.variables_of(start, variables, flanks)),
         flanks=flanks,
-        objectives=checked_objectives(objectives),
-        limits=checked_limits(limits),
+        objectives=search_problem.checked_objectives(objectives),
+        limits=search_problem.checked_limits(limits),
         duty=rows,
-        states=box_states(misalignment, tolerance),
+        states=search_problem.box_states(misalignment, tolerance),
         over=over,
         friction=friction or default_friction(card),
         oil=card,
@@ -295,21 +287,21 @@ def _check_numbers(evaluations: int, batch: int, check: int, variables: int) -> 
         check_count(name, value, least, most)
 
 
-def _write_problem(problem: SearchProblem, path: Path, evaluations: int, batch: int, seed: int) -> None:
+def _write_problem(problem: search_problem.SearchProblem, path: Path, evaluations: int, batch: int, seed: int) -> None:
     content = {"version": __version__, **asdict(problem), "start": problem.start.model_dump()}
     content |= {"evaluations": evaluations, "batch": batch, "seed": seed}
     write_file(path, json.dumps(finite_or_none(content), indent=1) + "\n", "output", folder=True)
 
 
-def search_task(problem: SearchProblem, start: SettingsResult) -> EvaluationTask:
+def search_task(problem: search_problem.SearchProblem, start: SettingsResult) -> EvaluationTask:
     """Template of the tasks of a search; with the elastic bodies of the start where only the ease-off is varied."""
     bodies = "" if problem.varies_blank else start.design.model_dump_json()
     return EvaluationTask(problem, {}, problem.states, SEARCH_GRID, bodies=bodies, accepted=start.status)
 
 
 def _begin(
-    problem: SearchProblem, evaluate: Evaluate, *, default: bool
-) -> tuple[SearchProblem, Evaluation, tuple[dict[str, float], ...], EvaluationTask, list[str]]:
+    problem: search_problem.SearchProblem, evaluate: Evaluate, *, default: bool
+) -> tuple[search_problem.SearchProblem, Evaluation, tuple[dict[str, float], ...], EvaluationTask, list[str]]:
     """The start in all states, the states of the search, the template of its tasks, and notes."""
     made = settings_of(problem, {})
     pair = GearPair(made.design)
@@ -341,8 +333,8 @@ def _begin(
 
 
 def _with_data(
-    problem: SearchProblem, pair: GearPair, start: Evaluation, default: bool
-) -> tuple[SearchProblem, list[str]]:
+    problem: search_problem.SearchProblem, pair: GearPair, start: Evaluation, default: bool
+) -> tuple[search_problem.SearchProblem, list[str]]:
     """The problem without the default limits that have no data; explicit objectives and limits must have data."""
     missing = [name for name in problem.figures if not math.isfinite(start.figures[name])]
     notes = []
@@ -357,7 +349,7 @@ def _with_data(
     return replace(problem, limits=limits), notes
 
 
-def _search_states(problem: SearchProblem, each: Sequence[Evaluation]) -> tuple[dict[str, float], ...]:
+def _search_states(problem: search_problem.SearchProblem, each: Sequence[Evaluation]) -> tuple[dict[str, float], ...]:
     """The aligned pair and the corners with the highest and the lowest pressure of the start; without it, the loss."""
     states = problem.states
     if len(states) <= _MAX_STATES:

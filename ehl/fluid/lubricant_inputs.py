@@ -10,20 +10,12 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, in_any_case
+from ehl.fluid import oil_laws
 from ehl.fluid.conductivity import ASSUMED_CONDUCTIVITY, PAO, FilmConductivity
 from ehl.fluid.density import DOWSON_HIGGINSON, INCOMPRESSIBLE, Compression, DowsonHigginson
 from ehl.fluid.free_volume import Doolittle
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
-from ehl.fluid.oil_laws import (
-    NO_DEFINITION,
-    DensityInput,
-    ViscosityByConstants,
-    check_rising,
-    compression_of,
-    figures_by_constants,
-    scale_of_law,
-)
 from ehl.fluid.pressure_viscosity import AlphaDefinition, roelands_slope, solve_constant
 from ehl.fluid.rheology import Limit, Rheology, RisingStress
 from ehl.fluid.viscosity import RoelandsLaw, Temperature
@@ -99,12 +91,12 @@ class DirectLubricant(ShearInput):
     pressure_viscosity: PressureViscosity | None = None
     alpha_definition: AlphaDefinition | None = None
     viscosity_law: Literal["roelands", "barus"] = "roelands"
-    viscosity: Annotated[ViscosityByConstants, Field(discriminator="law")] | None = None
+    viscosity: Annotated[oil_laws.ViscosityByConstants, Field(discriminator="law")] | None = None
     pressure_rise_factor: Annotated[float, ValueRange("", ge=0.2, le=5.0)] = 1.0
     pressure_valid: Annotated[float, ValueRange("Pa", ge=1e7, le=1e10)] | None = None
     density_law: Literal["incompressible", "dowson_higginson"] = "dowson_higginson"
     density_coefficients: tuple[float, float] = DOWSON_HIGGINSON
-    density_pressure: DensityInput | None = None
+    density_pressure: oil_laws.DensityInput | None = None
     eyring_stress: Stress = 5e6
     limiting_shear_coefficient: LimitCoefficient | None = None
     temperature_oil: Temperature = 353.15
@@ -131,7 +123,7 @@ class DirectLubricant(ShearInput):
         if self.rheology == "eyring" and self.eyring_stress_law == "pressure" and self.eyring_stress_pressure is None:
             raise InputError("eyring_stress_pressure", None, RISING_TABLE, "eyring_stress_law is 'pressure'.")
         if self.viscosity is not None:
-            check_rising(self.viscosity, (self.temperature_oil,), self.pressure_valid)
+            oil_laws.check_rising(self.viscosity, (self.temperature_oil,), self.pressure_valid)
         limit_keys = self.limiting_shear == "smooth" or self.limiting_shear_ambient is not None
         if limit_keys and self.limiting_shear_coefficient is None:
             raise InputError("limiting_shear_coefficient", None, "Lambda of tau_L = tau_L0 + Lambda p, above 0 to 1")
@@ -143,7 +135,7 @@ class DirectLubricant(ShearInput):
         plain: Compression = DowsonHigginson(*self.density_coefficients)
         if self.density_law == "incompressible":
             plain = INCOMPRESSIBLE
-        density: dict[str, Any] = {"compression": plain} | compression_of(
+        density: dict[str, Any] = {"compression": plain} | oil_laws.compression_of(
             self.density_pressure, self.viscosity, self.temperature_oil
         )
         found = Lubricant(
@@ -164,8 +156,8 @@ class DirectLubricant(ShearInput):
     def _viscosity_figures(self) -> dict[str, Any]:
         law, definition = self.viscosity, self.alpha_definition or "slope"
         if law is not None:
-            scale = scale_of_law(law, self.temperature_oil, self.pressure_viscosity, definition)
-            figures = figures_by_constants(law, self.temperature_oil, scale)
+            scale = oil_laws.scale_of_law(law, self.temperature_oil, self.pressure_viscosity, definition)
+            figures = oil_laws.figures_by_constants(law, self.temperature_oil, scale)
             figures = {name: float(v) if isinstance(v, np.generic | np.ndarray) else v for name, v in figures.items()}
             return figures if self.viscosity_inlet is None else figures | {"viscosity_inlet": self.viscosity_inlet}
         assert self.viscosity_inlet is not None
@@ -204,7 +196,7 @@ class DirectLubricant(ShearInput):
         """Notes on assumptions of these inputs."""
         silent = self.pressure_viscosity is not None and self.alpha_definition is None and self.viscosity_law != "barus"
         assumed = self.conductivity_pressure is None
-        undefined = NO_DEFINITION.format(where="lubricant.pressure_viscosity")
+        undefined = oil_laws.NO_DEFINITION.format(where="lubricant.pressure_viscosity")
         return (undefined,) * silent + (ASSUMED_CONDUCTIVITY,) * assumed
 
 

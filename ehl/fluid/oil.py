@@ -26,22 +26,11 @@ from ehl.common.errors import InputError, near, same_name
 from ehl.common.figures import interactive
 from ehl.common.units import KELVIN, ValueRange
 from ehl.common.validation import InputModel, read_toml, validate
-from ehl.fluid import oil_alpha, oil_sheet
+from ehl.fluid import oil_alpha, oil_laws, oil_sheet
 from ehl.fluid.conductivity import ASSUMED_CONDUCTIVITY, CONDUCTIVITY_OF_BASE, FilmConductivity
 from ehl.fluid.density import density_at
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil_family import FAMILIES, SHEAR_MODULUS, check_viscosities, generic_card, generic_name
-from ehl.fluid.oil_laws import (
-    NO_DEFINITION,
-    AlphaInput,
-    DensityInput,
-    GoldAlpha,
-    ModulusAlpha,
-    ViscosityInput,
-    check_rising,
-    compression_of,
-    figures_by_constants,
-)
 from ehl.fluid.oil_uncertainty import VARIABLES, CardUncertainty, InputFactors, standard_uncertainty
 from ehl.fluid.pressure_viscosity import AlphaDefinition
 from ehl.fluid.rheology import LinearStress, RisingStress
@@ -107,9 +96,9 @@ class Oil(InputModel):
     base: Literal["mineral", "hydrocracked", "pao", "polyglycol", "ester"] = "mineral"
     density_15: Annotated[float, ValueRange("kg/m^3", ge=500.0, le=2000.0)]
     density_temperature: Annotated[float, ValueRange("1/K", ge=-2e-3, le=0.0)] = -6.75e-4
-    viscosity: ViscosityInput
-    pressure_viscosity: AlphaInput
-    density_pressure: DensityInput | None = None
+    viscosity: oil_laws.ViscosityInput
+    pressure_viscosity: oil_laws.AlphaInput
+    density_pressure: oil_laws.DensityInput | None = None
     # default: the values of the base oil (`ehl.fluid.oil_family`)
     limiting_shear_coefficient: Annotated[float, ValueRange("", gt=0.0, le=1.0)] | None = None
     limiting_shear_ambient: Annotated[float, ValueRange("Pa", ge=0.0, le=1e8)] | None = None
@@ -138,7 +127,7 @@ class Oil(InputModel):
             return given
         viscosity, alpha = info.data["viscosity"], info.data["pressure_viscosity"]
         base, certainty = info.data.get("base", "mineral"), info.data.get("certainty", "mixed")
-        by_gold = isinstance(alpha, GoldAlpha) and alpha.anchor_value is None
+        by_gold = isinstance(alpha, oil_laws.GoldAlpha) and alpha.anchor_value is None
         return standard_uncertainty(viscosity, base if by_gold else None, certainty) | given
 
     @classmethod
@@ -240,14 +229,14 @@ class Oil(InputModel):
         if isinstance(self.viscosity, WaltherViscosity):
             return self.viscosity_kinematic(temperature) * self.density(temperature)
         viscosity: Values = (
-            self.factors.viscosity * figures_by_constants(self.viscosity, temperature, 1.0)["viscosity_inlet"]
+            self.factors.viscosity * oil_laws.figures_by_constants(self.viscosity, temperature, 1.0)["viscosity_inlet"]
         )
         return viscosity
 
     def temperature_viscosity(self, temperature: Values) -> Values:
         """beta = -d ln(eta)/dT at ambient pressure [1/K]; `temperature` in K."""
         if not isinstance(self.viscosity, WaltherViscosity):
-            beta: Values = figures_by_constants(self.viscosity, temperature, 1.0)["temperature_viscosity"]
+            beta: Values = oil_laws.figures_by_constants(self.viscosity, temperature, 1.0)["temperature_viscosity"]
             return beta
         # eta = nu rho
         thinning = walther_slope(temperature, self.viscosity_kinematic_40, self.viscosity_kinematic_100)
@@ -269,9 +258,11 @@ class Oil(InputModel):
     def remarks(self) -> tuple[str, ...]:
         """Notes on assumptions of this card."""
         law = self.pressure_viscosity
-        stated = not isinstance(law, ModulusAlpha) and law.alpha_definition is None
+        stated = not isinstance(law, oil_laws.ModulusAlpha) and law.alpha_definition is None
         assumed = self.conductivity_pressure is None and self.base in ("ester", "polyglycol")
-        return (NO_DEFINITION.format(where=f"the card of {self.name}"),) * stated + (ASSUMED_CONDUCTIVITY,) * assumed
+        return (oil_laws.NO_DEFINITION.format(where=f"the card of {self.name}"),) * stated + (
+            ASSUMED_CONDUCTIVITY,
+        ) * assumed
 
     @property
     def limiting_stress(self) -> tuple[float, float]:
@@ -396,7 +387,7 @@ class Oil(InputModel):
                 "temperature_viscosity": self.temperature_viscosity(temperature),
             }
         else:
-            figures = figures_by_constants(law, temperature, oil_alpha.factor(self))
+            figures = oil_laws.figures_by_constants(law, temperature, oil_alpha.factor(self))
             figures |= {"pressure_viscosity": alpha, "viscosity_inlet": self.viscosity_dynamic(temperature)}
         return Lubricant(
             pressure_rise_factor=factors.pressure_viscosity,
@@ -412,7 +403,7 @@ class Oil(InputModel):
             heat_capacity=self.heat_capacity,
             **figures,
             film_conductivity=self.conductivity_pressure or CONDUCTIVITY_OF_BASE[self.base],
-            **compression_of(self.density_pressure, law, temperature),
+            **oil_laws.compression_of(self.density_pressure, law, temperature),
         )
 
     def to_dict(self, temperatures: str | Sequence[float | str] | None = None) -> dict[str, Any]:
@@ -457,8 +448,8 @@ class Oil(InputModel):
         names = ("viscosity_kinematic_40", "viscosity_kinematic_100")
         check_viscosities(self.viscosity_kinematic_40, self.viscosity_kinematic_100, *names)
         if not isinstance(self.viscosity, WaltherViscosity):
-            check_rising(self.viscosity, self.temperature_valid, self.pressure_valid)
-        by_constants = isinstance(self.pressure_viscosity, ModulusAlpha)
+            oil_laws.check_rising(self.viscosity, self.temperature_valid, self.pressure_valid)
+        by_constants = isinstance(self.pressure_viscosity, oil_laws.ModulusAlpha)
         if by_constants == isinstance(self.viscosity, WaltherViscosity):
             allowed = "'table' or 'gold'" if by_constants else "'constants': its coefficient follows from its constants"
             allowed += f", with law = '{self.viscosity.law}'"

@@ -8,27 +8,15 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, mod
 from ehl.common.errors import InputError
 from ehl.common.units import KELVIN
 from ehl.common.validation import InputModel
+from ehl.fluid import viscosity as viscosity_laws
 from ehl.fluid.density import DowsonHigginsonDensity, IncompressibleDensity, Murnaghan, Tait
 from ehl.fluid.free_volume import Doolittle, ImprovedYasutomi, McEwenPaluch, OriginalYasutomi
 from ehl.fluid.pressure_viscosity import AlphaDefinition, solve_constant
-from ehl.fluid.viscosity import (
-    AbsoluteLaw,
-    AlphaValue,
-    ModulusLaw,
-    ModulusViscosity,
-    RelativeLaw,
-    ScaledAbsoluteRise,
-    ScaledRise,
-    Temperature,
-    WaltherViscosity,
-    vogel_1921,
-    vogel_slope,
-)
 
 # register of the viscosity and density laws
 AbsoluteViscosity = ImprovedYasutomi | OriginalYasutomi | Doolittle | McEwenPaluch
-ViscosityByConstants = ModulusViscosity | AbsoluteViscosity
-ViscosityInput = Annotated[ViscosityByConstants | WaltherViscosity, Field(discriminator="law")]
+ViscosityByConstants = viscosity_laws.ModulusViscosity | AbsoluteViscosity
+ViscosityInput = Annotated[ViscosityByConstants | viscosity_laws.WaltherViscosity, Field(discriminator="law")]
 DensityInput = Annotated[Tait | Murnaghan | DowsonHigginsonDensity | IncompressibleDensity, Field(discriminator="law")]
 
 
@@ -56,8 +44,8 @@ class TabulatedAlpha(StatedAlpha):
     """Pressure-viscosity coefficient at given temperatures, with linear interpolation of ln alpha."""
 
     law: Literal["table"]
-    temperature: tuple[Temperature, ...] = Field(min_length=1)
-    value: tuple[AlphaValue, ...] = Field(min_length=1)
+    temperature: tuple[viscosity_laws.Temperature, ...] = Field(min_length=1)
+    value: tuple[viscosity_laws.AlphaValue, ...] = Field(min_length=1)
 
 
 class GoldAlpha(StatedAlpha):
@@ -65,8 +53,8 @@ class GoldAlpha(StatedAlpha):
 
     law: Literal["gold"]
     base: Literal["mineral", "pao", "polyglycol", "ester"]
-    anchor_temperature: Temperature | None = None
-    anchor_value: AlphaValue | None = None
+    anchor_temperature: viscosity_laws.Temperature | None = None
+    anchor_value: viscosity_laws.AlphaValue | None = None
 
 
 class ModulusAlpha(StatedAlpha):
@@ -76,8 +64,8 @@ class ModulusAlpha(StatedAlpha):
     """
 
     law: Literal["modulus", "constants"]
-    anchor_temperature: Temperature | None = None
-    anchor_value: AlphaValue | None = None
+    anchor_temperature: viscosity_laws.Temperature | None = None
+    anchor_value: viscosity_laws.AlphaValue | None = None
 
     @model_serializer(mode="wrap")
     def _without_anchor(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -100,11 +88,13 @@ NO_DEFINITION = (
 )
 
 
-def law_by_constants(law: ViscosityByConstants, temperature: Any) -> ModulusLaw | RelativeLaw:
+def law_by_constants(
+    law: ViscosityByConstants, temperature: Any
+) -> viscosity_laws.ModulusLaw | viscosity_laws.RelativeLaw:
     """Pressure law at an inlet temperature [K]."""
-    if isinstance(law, ModulusViscosity):
-        return ModulusLaw((law.a1, law.a2, law.b1, law.b2), temperature, (law.B, law.C))
-    return RelativeLaw(law, temperature)
+    if isinstance(law, viscosity_laws.ModulusViscosity):
+        return viscosity_laws.ModulusLaw((law.a1, law.a2, law.b1, law.b2), temperature, (law.B, law.C))
+    return viscosity_laws.RelativeLaw(law, temperature)
 
 
 KNOWN_PRESSURE = 0.5e9  # default of the pressure up to which a law must be valid [Pa]
@@ -120,7 +110,7 @@ def check_rising(law: ViscosityByConstants, temperatures: tuple[float, ...], pre
     for temperature in temperatures:
         slope = law_by_constants(law, temperature).by_pressure(pressures)
         wrong = ~(slope > _LEAST_SLOPE)
-        if isinstance(law, ModulusViscosity):
+        if isinstance(law, viscosity_laws.ModulusViscosity):
             low, bend = law.a1 + law.a2 * (temperature - KELVIN), law.b1 + law.b2 * (temperature - KELVIN)
             wrong |= low + bend * pressures <= 0.0
         if wrong.any():
@@ -139,22 +129,22 @@ def scale_of_law(
     if alpha is None:
         return 1.0
     own = law_by_constants(law, temperature)
-    return float(solve_constant(lambda factor: ScaledRise(own, factor), alpha, definition, 1.0))
+    return float(solve_constant(lambda factor: viscosity_laws.ScaledRise(own, factor), alpha, definition, 1.0))
 
 
 def figures_by_constants(law: ViscosityByConstants, temperature: Any, scale: float) -> dict[str, Any]:
     """Fields of `Lubricant` for a law at an inlet temperature [K], with the factor `scale` on ln(eta(p)/eta0)."""
-    if isinstance(law, ModulusViscosity):
+    if isinstance(law, viscosity_laws.ModulusViscosity):
         moduli = tuple(value / scale for value in (law.a1, law.a2, law.b1, law.b2))
         return {
             "viscosity_law": law.law,
-            "viscosity_inlet": vogel_1921(temperature, law.K, law.B, law.C),
+            "viscosity_inlet": viscosity_laws.vogel_1921(temperature, law.K, law.B, law.C),
             "pressure_viscosity": 1.0 / (moduli[0] + moduli[1] * (temperature - KELVIN)),
-            "temperature_viscosity": vogel_slope(temperature, law.B, law.C),
+            "temperature_viscosity": viscosity_laws.vogel_slope(temperature, law.B, law.C),
             "modulus_constants": moduli,
             "temperature_constants": (law.B, law.C),
         }
-    absolute: AbsoluteLaw = law if scale == 1.0 else ScaledAbsoluteRise(law, scale)
+    absolute: viscosity_laws.AbsoluteLaw = law if scale == 1.0 else viscosity_laws.ScaledAbsoluteRise(law, scale)
     ambient = 0.0 * temperature
     return {
         "viscosity_law": law.law,

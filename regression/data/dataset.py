@@ -26,15 +26,7 @@ from ehl.common.tabular import Tabular
 from ehl.fluid.oil import Oil
 from ehl.fluid.pressure_viscosity import alpha_film
 from ehl.fluid.viscosity import RoelandsLaw
-from regression.data.result_files import (
-    NUMBER_UNITS,
-    TIMING_UNITS,
-    one_row_per_case,
-    read_file,
-    read_run,
-    run_files,
-    table_of,
-)
+from regression.data import result_files
 from regression.friction.conditions import DERIVED_UNITS, UNITS, Array, derive
 from regression.friction.oil_cards import hashes_of_cards
 
@@ -81,7 +73,7 @@ class Dataset(Tabular):
     @property
     def units(self) -> dict[str, str]:
         """SI unit of every numeric column."""
-        return {**UNITS, **NUMBER_UNITS}
+        return {**UNITS, **result_files.NUMBER_UNITS}
 
     @property
     def oils(self) -> tuple[str, ...]:
@@ -99,8 +91,8 @@ class Dataset(Tabular):
         digest = hashlib.sha256()
         for name in ("key", "origin", "status", "reason"):
             digest.update("\n".join(self.frame[name]).encode())
-        for name in NUMBER_UNITS:
-            if name not in TIMING_UNITS:
+        for name in result_files.NUMBER_UNITS:
+            if name not in result_files.TIMING_UNITS:
                 values = np.ascontiguousarray(self.frame[name].to_numpy(dtype="<f8"))
                 # one bit pattern for all nan
                 digest.update(np.where(np.isnan(values), np.nan, values).astype("<f8").tobytes())
@@ -256,10 +248,10 @@ def results_path(run: Source) -> Path:
 
 
 def _read(run: Path) -> Dataset:
-    meta, rows = read_run(run)
+    meta, rows = result_files.read_run(run)
     if not len(rows):
         raise InputError("run", str(run), "a run with at least one finished case", "Run the sweep first.")
-    frame = table_of(rows)
+    frame = result_files.table_of(rows)
     # in blocks of rows, as the law of an oil needs the memory of hundreds of numbers per row
     film = [_film_coefficient(frame[start : start + _ROWS]) for start in range(0, len(frame), _ROWS)]
     frame = frame.assign(pressure_viscosity_film=np.concatenate(film))
@@ -425,9 +417,9 @@ def run_status(run: Path) -> RunStatus:
     """
     shards, parts = [], []
     plan_name, planned = "", 0
-    for path in run_files(run):
-        meta, rows = read_file(path)
-        frame = table_of(rows, _OF_STATUS)
+    for path in result_files.run_files(run):
+        meta, rows = result_files.read_file(path)
+        frame = result_files.table_of(rows, _OF_STATUS)
         failed = frame[frame["status"] == "failed"]
         unsettled = int((frame["status"] == "unsettled").sum())
         converged = len(frame) - len(failed) - unsettled
@@ -436,7 +428,7 @@ def run_status(run: Path) -> RunStatus:
         shards.append(ShardStatus(path, len(frame), converged, unsettled, reasons, seconds))
         parts.append(rows)
         plan_name, planned = str(meta["plan_name"]), int(meta["count"])
-    every = table_of(one_row_per_case(parts), _OF_STATUS)
+    every = result_files.table_of(result_files.one_row_per_case(parts), _OF_STATUS)
     failures = tuple(_failed_cases(every[every["status"] == "failed"]))
     longest = float(every["seconds_cpu"].max()) if len(every) else 0.0
     return RunStatus(plan_name, planned, len(every), failures, tuple(shards), longest)

@@ -9,26 +9,17 @@ from collections.abc import Mapping
 import numpy as np
 
 from regression.friction.conditions import Array, Conditions
+from regression.friction.families import heated_film as film_form
 from regression.friction.families.family import ROUGH_BOX, Family
-from regression.friction.families.heated_film import (
-    FILM_EQUATION,
-    SHARE_EQUATION,
-    SLOPE_POWER,
-    asperity_share,
-    film_friction,
-    film_ripple,
-    heated_film,
-    valley_film,
-)
 
 _FILM_POWER = 1.5  # of the load share of the film, from fits to both shipped oils
 
 
 def short_parts(c: Conditions, k: Mapping[str, float]) -> tuple[Array, Array]:
     """Asperity load share X, and friction of the film with the rest of the load."""
-    hot = heated_film(c, k)
-    share = asperity_share(c, hot, k)
-    film = film_friction(c, k, hot, film_ripple(c, hot, k)) * valley_film(c, hot, k)
+    hot = film_form.heated_film(c, k)
+    share = film_form.asperity_share(c, hot, k)
+    film = film_form.film_friction(c, k, hot, film_form.film_ripple(c, hot, k)) * film_form.valley_film(c, hot, k)
     return share, np.asarray(film * (1.0 - share) ** _FILM_POWER)
 
 
@@ -57,13 +48,13 @@ _TERMS: dict[str, tuple[float, float, float]] = {
     "narrow": (6.0, 0.0, 100.0),
 }
 _EQUATION = (
-    f"mu = X mu_b + (1 - X)^{_FILM_POWER:g} F; {SHARE_EQUATION}"
-    f" n = squeeze_film (0.01 lc/Rq)^{SLOPE_POWER:g} (1 + lc/b)^squeeze_width;"
+    f"mu = X mu_b + (1 - X)^{_FILM_POWER:g} F; {film_form.SHARE_EQUATION}"
+    f" n = squeeze_film (0.01 lc/Rq)^{film_form.SLOPE_POWER:g} (1 + lc/b)^squeeze_width;"
     " F = (1 + (Rq/h)^2)^(-valleys/2) r t (1 + (t/(Lam p/r))^8)^(-1/8)/p;"
     " t = tau0 a/(1 + heat tanh a)^0.75, a = asinh(x (1 + V/(1 + x))), x = strain eta v_s/(tau0 h);"
     " eta = eta0 exp(g), g = G y/(c (1 - y) + y), y = 1/r, r = (1 + relief_thick h0 R/b^2)^(2/3),"
     " G = ln(eta_p/eta0), c = G/(alpha p), p = pi p_h/4; p_i = p/r;"
-    f" {FILM_EQUATION}"
+    f" {film_form.FILM_EQUATION}"
 )
 
 

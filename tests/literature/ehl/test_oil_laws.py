@@ -10,9 +10,9 @@ from ehl.common.units import KELVIN
 from ehl.fluid.density import density_at, dowson_higginson_1966
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
-from ehl.fluid.oil_laws import GoldAlpha, ModulusViscosity, TabulatedAlpha
+from ehl.fluid.oil_laws import GoldAlpha, TabulatedAlpha
 from ehl.fluid.rheology import LinearStress
-from ehl.fluid.viscosity import GOLD_COEFFICIENTS, gold_2001, walther_1931, walther_slope
+from ehl.fluid.viscosity import GOLD_COEFFICIENTS, ModulusViscosity, gold_2001, walther_1931, walther_slope
 from ehl.line_contact import LineContact
 from ehl.material import Material, effective_modulus
 
