@@ -26,6 +26,7 @@ import tempfile
 import threading
 import time
 import types
+import warnings
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from copy import deepcopy
@@ -194,7 +195,9 @@ class Area:
     ) -> int:
         """How a process ends that runs tests up to the first failure; `used`: file of what each test runs."""
         sys.stdout.flush()
-        process = os.fork()
+        with warnings.catch_warnings():  # of other threads, of which there are none that hold a lock
+            warnings.simplefilter("ignore", DeprecationWarning)
+            process = os.fork()
         if process == 0:
             end = KILLED
             try:

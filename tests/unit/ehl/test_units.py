@@ -31,10 +31,11 @@ def test_text_becomes_si_or_is_refused_with_field_and_value(text: str, unit: str
     assert (caught.value.field, caught.value.value) == ("contact.value", text)
 
 
-@pytest.mark.parametrize("value", [True, None, [1.0], 10**400, math.nan])
-def test_what_is_no_number_is_refused(value: object) -> None:
+@pytest.mark.parametrize("value", [True, None, [1.0], 10**400, math.nan, "35° 12' 60\"", "35° 60'"])
+@pytest.mark.parametrize("unit", ["m", "rad"])
+def test_what_is_no_number_is_refused(value: object, unit: str) -> None:
     with pytest.raises(InputError):
-        parse_quantity(value, "m")
+        parse_quantity(value, unit)
 
 
 @pytest.mark.parametrize("unit", sorted({*UNITS_READ} - {"rad/s"}))  # where 1/s is 1 rad/s for pint

@@ -123,9 +123,9 @@ def test_what_follows_from_the_others_is_left_out() -> None:
     # one oil: its viscosity is a function of the temperature
     temperature = np.random.default_rng(4).uniform(300.0, 400.0, 1000)
     table = {**TABLE, "temperature_oil": temperature, "viscosity_inlet": np.exp(800.0 / (temperature - 170.0))}
-    found = data_cloud(table, (*NAMES, "temperature_oil", "viscosity_inlet"))
+    found = data_cloud(table, ("temperature_oil", "viscosity_inlet", *NAMES))
     assert found is not None
-    assert found.variables == (*NAMES, "temperature_oil")
+    assert found.variables == ("temperature_oil", *NAMES)
     assert data_cloud({**TABLE, "radius_equivalent": np.full(1000, 0.02)}, NAMES[1:]) is None
 
 
