@@ -117,6 +117,11 @@ def test_covering_points_cover() -> None:
     # Gonzalez: at most twice the best radius, and the chosen lie at least the radius apart
     apart = np.linalg.norm(z[chosen][:, None] - z[chosen][None], axis=2)[~np.eye(50, dtype=bool)]
     assert apart.min() >= radius
+    # where every point is chosen the neighbours give the scale
+    z = z[:20] + 3.0
+    chosen, radius = covering_points(z, 50)
+    apart = np.sort(np.linalg.norm(z[:, None] - z[None], axis=2), axis=1)
+    assert (chosen.size, radius) == (20, pytest.approx(np.quantile(apart[:, 1], 0.99), rel=1e-12))
 
 
 def test_what_follows_from_the_others_is_left_out() -> None:
