@@ -1,5 +1,6 @@
 """Fit, calibration, study and optimisation killed with SIGKILL: outputs whole or as before, finished work kept."""
 
+import shutil
 import signal
 import subprocess
 import sys
@@ -16,14 +17,9 @@ CHILD = """
 import os, signal, sys
 from pathlib import Path
 import regression
-from efficiency.design.design import load_design
-from efficiency.optimisation import optimise as search
-
-from efficiency.studies.parameter_study import Levels, run_study
 from ehl.common.journal import Journal
 
 what, out, examples, killed = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3]), sys.argv[4] == "killed"
-search.SEARCH_GRID, search._FIRST = (4, 7), 2
 replace, append, rows = os.replace, Journal.append, []
 
 def replace_killed(draft, target):
@@ -49,12 +45,19 @@ elif what == "calibrate":
     )
     found.save_card(out, force=True)
 elif what == "study":
+    from efficiency.design.design import load_design
+    from efficiency.studies.parameter_study import Levels, run_study
+
     levels = Levels((100.0, 250.0), (100.0,), (333.15,), (4e-7,), (5e-5,), (), (), ())
-    reused = run_study([load_design("fh_hypoid_9x34")], "constant:0.05", levels, store=out, grid=(4, 7)).reused
+    reused = run_study([load_design("fm_spiral_bevel_14x39")], "constant:0.05", levels, store=out, grid=(4, 7)).reused
 else:
+    from efficiency.optimisation import check
+    from efficiency.optimisation import optimise as search
+
+    search.SEARCH_GRID, check.CHECK_GRID, search._FIRST = (4, 7), (4, 7), 2
     reused = search.optimise(
         "fh_spiral_bevel_12x37", {"lengthwise_crowning": "30:90 um"}, objectives=["power_loss"], misalignment={},
-        friction="constant:0.05", evaluations=4, jobs=1, batch=1, check=1, store=out,
+        friction="constant:0.05", evaluations=4, jobs=1, batch=1, check=0, store=out,
     ).reused
 print(reused)
 """
@@ -66,7 +69,11 @@ def test_a_killed_command_leaves_whole_files_and_is_repeated(what: str, tmp_path
     journal = what in ("study", "optimise")
     if not journal:
         out.write_text("before")
-    command = [sys.executable, "-c", CHILD, what, str(out), str(EXAMPLES)]
+    shutil.copy(EXAMPLES / "calibration.toml", tmp_path)
+    # a third of the rows
+    rows = (EXAMPLES / "synthetic_traction.csv").read_text(encoding="utf-8").splitlines(keepends=True)
+    (tmp_path / "synthetic_traction.csv").write_text("".join(rows[:9]), encoding="utf-8")
+    command = [sys.executable, "-c", CHILD, what, str(out), str(tmp_path)]
     assert subprocess.run([*command, "killed"], capture_output=True).returncode == -signal.SIGKILL
     if not journal:
         assert out.read_text() == "before"

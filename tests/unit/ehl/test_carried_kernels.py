@@ -86,9 +86,6 @@ def test_a_carried_kernel_gives_the_bits_of_its_target_and_nothing_is_compiled(w
     assert taken.stdout.split() == [bits, "0"]
     assert taken.stderr == ""
     assert not list(folder.with_name("carried_cache").rglob("*.nbc"))
-    asked = answer("use", folder, MIXED_EHL_KERNELS="native")
-    assert asked.stdout.split()[1] == "1"
-    assert "compiling for rough contacts" in asked.stderr
 
 
 def test_what_is_carried_counts_before_what_is_on_disk(folder: Path) -> None:

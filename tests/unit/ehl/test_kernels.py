@@ -199,7 +199,7 @@ def _private(folder: Path) -> None:
 
 
 @OF_USERS
-@pytest.mark.parametrize("plant", [_private, _open_to_others, _link, _of_another, _below_one_of_all])
+@pytest.mark.parametrize("plant", [_private, _of_another, _below_one_of_all])
 def test_nothing_is_loaded_from_a_folder_of_others(tmp_path: Path, plant: Callable[[Path], None]) -> None:
     planted, ran = tmp_path / "between" / "planted", tmp_path / "ran"
     plant(planted)
