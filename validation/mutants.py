@@ -39,7 +39,7 @@ from common import command_line
 ROOT = Path(__file__).resolve().parents[1]
 # area -> files, tests
 AREAS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
-    "units": (("ehl/common/units.py",), ("tests/unit/ehl/test_units.py",)),
+    "units": (("ehl/common/units.py",), ("tests/unit/ehl/test_units.py", "tests/unit/ehl/test_validation.py")),
     "journal": (("ehl/common/journal.py",), ("tests/unit/regression/test_store.py",)),
     "errors": (
         ("ehl/rough/averaging.py", "ehl/rough/multilevel.py", "ehl/smooth/refine.py"),
