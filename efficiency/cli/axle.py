@@ -1,5 +1,7 @@
 """The command `axle`: losses of a whole axle."""
 
+from __future__ import annotations
+
 from pathlib import Path
 from typing import Annotated, Any, cast
 

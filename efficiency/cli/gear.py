@@ -1,5 +1,7 @@
 """Commands of one gear pair: `gear`, `map`, `duty`, `geometry`, `compare`, `demo`."""
 
+from __future__ import annotations
+
 from pathlib import Path
 from typing import Annotated, Any
 
