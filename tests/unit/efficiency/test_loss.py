@@ -133,7 +133,7 @@ def test_pressure_above_the_hardness_fails_and_says_where(mesh: MeshGrids) -> No
     assert f"above the 1.2 GPa hardness of the softer member at {above} of {pressure.size} loaded" in result.notes[0]
     assert f"up to {pressure.max() / 1e9:.4g} GPa" in result.notes[0]
     assert "mm from the toe" in result.notes[0]
-    assert result.to_dict()["notes"] == list(result.notes)
+    assert result.to_dict()["notes"] == [reason_text(result.reason), *result.notes]
     # a torque at which no point reaches it
     light = mesh_efficiency(load_grids(weak, 5.0), ConstantFriction(0.05), OIL, OPERATION)
     assert light.status == "converged"
