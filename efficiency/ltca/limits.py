@@ -188,7 +188,7 @@ def _edge_note(edges: EdgeLoad, load: LoadDistribution, teeth: TeethElasticity) 
         f"to {edges.pressure / 1e9:.3g} GPa ({edges.pressure_lower / 1e9:.3g} to {edges.pressure_upper / 1e9:.3g} GPa "
         f"for twice and half the radius), {flank_place(load, teeth, edges.position, edges.point)}"
     )
-    return text + f"; above the {hardness(teeth) / 1e9:.3g} GPa hardness: the edge yields or wears in" * yields
+    return text + f"; above the {hardness(teeth) / 1e9:.3g} GPa hardness: local yielding of the edge" * yields
 
 
 def edges_carry(edges: EdgeLoad, severe: bool) -> str:
