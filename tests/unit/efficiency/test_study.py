@@ -247,7 +247,7 @@ def test_a_point_that_fails_is_named_and_the_rest_goes_on(
     assert [(point.shaft_angle_error, point.reason) for point in study.failed] == [(1e-3, "no_contact")]
     assert study.failed[0].label.endswith(", 0.4 um, shaft_angle_error 3.438 arcmin")
     assert study.reason == f"1 of 3 points: {reason_text('no_contact')}"
-    assert study.notes["no_contact: for the test"] == 1
+    assert study.notes[f"{reason_text('no_contact')}: for the test"] == 1
     assert section_table(study, "fh_hypoid_9x34", "shaft_angle_error").records()[1]["reason"] == "no_contact"
     assert len(influence_table(study).rows) == 3
     point = json.loads(json.dumps(study.to_dict(), allow_nan=False))["points"][-1]
