@@ -288,7 +288,9 @@ class Bench:
                 self._settings.pop(next(iter(self._settings)))
         found = self._settings[key]
         if found.status != "converged":
-            raise InputError(next(iter(shape)), None, f"flanks that can be cut ({found.status})", *found.warnings[:1])
+            raise InputError(
+                next(iter(shape)), None, f"flanks that can be cut ({found.status})", "".join(found.warnings[:1])
+            )
         return found
 
     def roughness(self, design: str, finish: str = "") -> dict[str, str]:

@@ -175,6 +175,7 @@ def present_folder(result: Any, json_output: bool, folder: Path) -> None:
     fail_unless_converged(result.status, result.reason)
 
 
+MAP_FILES = (".vtlm", ".fmu", ".mo", ".m")
 MapFileOption = Annotated[
     list[Path] | None,
     typer.Option("--model", help="Write the map for VECTO (.vtlm), FMI (.fmu), Modelica (.mo) or Simscape (.m)."),
@@ -183,11 +184,9 @@ MapFileOption = Annotated[
 
 def check_map_files(files: Sequence[Path] | None) -> None:
     """Refuse files of a map that cannot be written, before anything is computed."""
-    from efficiency.vehicle.map_files import FORMATS
-
     for path in files or ():
-        if path.suffix.lower() not in FORMATS:
-            raise InputError("model", str(path), f"a file name ending in {', '.join(FORMATS)}")
+        if path.suffix.lower() not in MAP_FILES:
+            raise InputError("model", str(path), f"a file name ending in {', '.join(MAP_FILES)}")
         check_outputs({"model": path})
 
 

@@ -34,7 +34,7 @@ from ehl.common.reasons import reason_text
 from ehl.common.sections import Folded, Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table
 from ehl.fluid.oil import Oil
-from ehl.fluid.oil_sheet import figures_at
+from ehl.fluid.pressure_viscosity import alpha_of
 from ehl.surface.finish import default_correlation_length
 from ehl.uncertainty.result import plot_sources
 from regression.friction.published_registry import model_label
@@ -207,10 +207,10 @@ def _inputs_table(result: EfficiencyResult, design: PairDesign) -> Table:
     warmest = float(np.max(result.points.state.temperature_oil, initial=result.temperature))
     texts = []
     for kelvin, where in ((result.temperature, ""), (warmest, " at the teeth")):
-        found = figures_at(oil, kelvin)
+        lubricant = oil.at(kelvin)
         texts.append(
-            f"{quantity('temperature').text(kelvin)}{where}: {viscosity.text(found['viscosity_inlet'])}, "
-            f"alpha* {alpha.text(found['pressure_viscosity_star'])}"
+            f"{quantity('temperature').text(kelvin)}{where}: {viscosity.text(lubricant.viscosity_inlet)}, "
+            f"alpha* {alpha.text(float(alpha_of(lubricant.pressure_law, 'star')))}"
         )
     finishes = []
     for name, member in (("pinion", design.pinion), ("gear", design.gear)):

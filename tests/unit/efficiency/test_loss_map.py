@@ -14,10 +14,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from efficiency.cli.options import MAP_FILES
 from efficiency.pair import GearPair
 from efficiency.vehicle.axle_test import AxleTest, axle_test_points, power_loss_40cfr1037, solve_axle_test
 from efficiency.vehicle.loss_map import LossMap, SimpleAxleLosses, read_axle_losses
-from efficiency.vehicle.map_files import VECTO_HEAD, lossy_gear
+from efficiency.vehicle.map_files import FORMATS, VECTO_HEAD, lossy_gear
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.reasons import reason_text
 from regression.data.dataset import load_dataset
@@ -135,6 +136,7 @@ def test_tables_of_modelica_and_matlab_are_the_map(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["axle.csv", "axle", "2axle.mo", "my axle.m"])
 def test_other_map_files_are_refused(tmp_path: Path, name: str) -> None:
+    assert tuple(FORMATS) == MAP_FILES
     with pytest.raises(InputError):
         map_of_pair().write_model(tmp_path / name)
     assert not list(tmp_path.iterdir())
