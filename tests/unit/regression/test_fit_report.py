@@ -15,6 +15,7 @@ from small_plans import gear_plan
 
 from ehl.common.errors import InputError
 from ehl.common.pages import write_page
+from ehl.common.reasons import reason_text
 from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from regression.data.dataset import Dataset, load_dataset
@@ -142,7 +143,7 @@ def test_page(dataset: Dataset, formulas: list[FittedFormula], tmp_path: Path) -
     rows = {row[0]: row for row in cells(page) if row}
     best = formulas[0]
     assert rows[best.family][2] == f"{best.validation.r2_log:.4f}"
-    assert rows["film_jump" if "film_jump" in rows else "failed"][1:] == ["film_jump", "2"]
+    assert rows["failed"][1:] == [reason_text("film_jump"), "2"]
     assert rows["friction error above 100 %"][1] == "3"
     assert rows["data"][1] == dataset.data_hash
     assert rows["solver"][1] == "arana_2019"

@@ -217,8 +217,9 @@ def test_the_solver_gives_every_column(plan: Plan) -> None:
 
 @pytest.mark.parametrize(("shard", "jobs"), [((0, 2), 1), ((3, 2), 1), ((1, 1), 0)])
 def test_bad_shards_and_jobs(plan: Plan, tmp_path: Path, shard: tuple[int, int], jobs: int) -> None:
-    with pytest.raises(InputError, match=r"i/n|at least 1"):
+    with pytest.raises(InputError) as error:
         sweep_shard(plan, tmp_path, evaluate=XU, shard=shard, jobs=jobs)
+    assert error.value.field == ("shard" if jobs else "jobs")
 
 
 def test_a_folder_that_cannot_be_made(plan: Plan, tmp_path: Path) -> None:

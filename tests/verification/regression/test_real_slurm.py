@@ -136,7 +136,7 @@ def test_the_script_of_the_tutorial(
     script = mixed_ehl("sweep", "plan.toml", "-o", "run", "--slurm", "2", *options, *chain).out
     # the first tasks wait to be found
     slow = tmp_path / "slow.sh"
-    slow.write_text(script.replace("exec mixed-ehl sweep", "sleep 3; exec mixed-ehl sweep"))
+    slow.write_text(script.replace("exec mixed-ehl sweep", "sleep 5; exec mixed-ehl sweep"))
     number = run("bash", slow).split()[1].rstrip(":")
     wait(lambda: len(queue("running")) == 2)
     run("scancel", f"{number}_1")
