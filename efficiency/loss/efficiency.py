@@ -29,6 +29,7 @@ from efficiency.ltca.tangent_load import TangentLoad
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
 from ehl.common.quantities import quantity
+from ehl.common.reasons import reason_text
 from ehl.fluid.oil import Oil
 from regression.formula import Formula
 from regression.friction.conditions import Conditions, conditions_of
@@ -282,7 +283,7 @@ def _notes(
     if missing:
         notes += (f"{name} has no value at {missing} of {friction.mu.size} loaded points",)
     if isinstance(friction, SolvedFriction) and friction.failed:
-        reasons = ", ".join(f"{reason} {count}" for reason, count in sorted(friction.failed.items()))
+        reasons = ", ".join(f"{reason_text(reason)}: {count}" for reason, count in sorted(friction.failed.items()))
         share = _flag_shares(points, friction)[FrictionFlag.PREDICTED.name.lower()]
         how = f"predicted by the others, {100.0 * share:.2g} % of the loss" if share > 0.0 else "omitted"
         notes += (f"{sum(friction.failed.values())} of {friction.contacts} contacts not solved ({reasons}): {how}",)

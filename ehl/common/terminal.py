@@ -23,14 +23,19 @@ def terminal() -> Console:
 
 
 def print_text(text: str, indent: int = 0) -> None:
-    """Print a text wrapped at the width of the output; lines after the first are indented."""
+    """Print a text wrapped at the width of the output; lines after the first are indented.
+
+    Words longer than the width, such as paths, stay whole.
+    """
+    from rich.text import Text
+
     console = terminal()
-    lines = wrapped(text).wrap(console, max(console.width - indent, 1))
+    lines = Text(plain(text), overflow="ignore").wrap(console, max(console.width - indent, 1))
     for number, line in enumerate(lines):
         line.rstrip()
         if number and indent:
             line.pad_left(indent)
-        console.print(line)
+        console.print(line, soft_wrap=True)
 
 
 def wrapped(text: str, style: str = "") -> Text:

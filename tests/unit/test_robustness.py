@@ -432,7 +432,7 @@ def test_any_name_is_printed_as_it_is(
     assert capsys.readouterr().out.count(name) == 2
 
 
-@pytest.mark.parametrize(("name", "suffix"), zip(NAMES, [".svg", ".png", ".svg", ".pdf", ".pdf"], strict=True))
+@pytest.mark.parametrize(("name", "suffix"), list(zip(NAMES, [".svg", ".png", ".svg", ".pdf", ".pdf"], strict=True)))
 def test_any_name_is_drawn(name: str, suffix: str, tmp_path: Path) -> None:
     figure = Figure(figsize=(7.0, 4.2), layout="constrained")
     axes = figure.add_subplot()

@@ -23,6 +23,7 @@ from efficiency.output.tables import efficiency_table, result_table
 from efficiency.pair import GearPair
 from efficiency.studies.parameter_study import Levels, run_study
 from ehl.common.errors import InputError
+from ehl.common.reasons import reason_text
 from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from ehl.line_contact import LineContact
@@ -89,8 +90,8 @@ def test_failed_contacts_are_counted_named_and_carried_as_error(
     share = result.flag_shares["predicted"]
     assert 0.0 < share < 0.1
     assert (
-        f"{failed} of 60 contacts not solved (film_jump {failed}): predicted by the others, {100 * share:.2g} % of"
-        in (" ".join(result.notes))
+        f"{failed} of 60 contacts not solved ({reason_text('film_jump')}: {failed}): predicted by the others, "
+        f"{100 * share:.2g} % of" in (" ".join(result.notes))
     )
     assert result.efficiency == pytest.approx(sound.efficiency, abs=2e-5)
     assert result.efficiency_lower < sound.efficiency < result.efficiency_upper
@@ -102,7 +103,7 @@ def test_failed_contacts_are_counted_named_and_carried_as_error(
     assert 0.0 < result.edge_loss_share < 1.0
     (rows,) = result_table(result).records()
     assert rows["contacts"] == 60
-    assert rows["contacts failed film_jump"] == failed
+    assert rows[f"contacts failed {reason_text('film_jump')}"] == failed
     assert rows["points flagged predicted"] == result.flags["predicted"]
     assert json.loads(json.dumps(result.to_dict()))["contacts_failed"] == {"film_jump": failed}
     (shown,) = efficiency_table(result).records()

@@ -10,6 +10,7 @@ from pages import read_page
 from refusals import refuses
 
 import ehl
+from ehl.common.reasons import reason_text
 from ehl.contact import KEYWORDS, ContactKeywords
 from ehl.uncertainty.result import Change, InputUncertainty
 
@@ -141,7 +142,7 @@ def test_failed_results_have_a_page_and_no_figure(tmp_path: Path) -> None:
     failed = ehl.ContactResult("failed", "path_stalled")
     page = read_page(failed.report(tmp_path / "failed.html"))
     assert "no answer" in page.sections[0]
-    assert "fault failed: path_stalled" in page.sections[0]
+    assert f"fault failed: {reason_text('path_stalled')}" in page.sections[0]
     with refuses("plot"):
         failed.plot()
 
