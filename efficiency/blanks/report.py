@@ -8,8 +8,8 @@ from ehl.common.quantities import quantity
 from ehl.common.sections import Head, Item, Medium, Section
 from ehl.common.table import Column, Table
 
-_MEMBER = tuple(f.name for f in fields(MemberBlank) if f.type == "float")
-_PAIR = tuple(f.name for f in fields(PairBlank) if f.type == "float")
+_MEMBER = tuple(f.name for f in fields(MemberBlank) if f.type is float)
+_PAIR = tuple(f.name for f in fields(PairBlank) if f.type is float)
 _VIRTUAL = (
     "contact_ratio_profile",
     "contact_ratio_overlap",
