@@ -37,11 +37,11 @@ def vecto(found: LossMap, path: Path) -> str:
         for torque, loss in zip(torques, line, strict=True)
     ]
     outside = float(np.max(found.values("outside_range_share")))
-    told = [_about(found), f"at 0 rpm the torque losses of {rpm[0]:.4g} rpm, the lowest speed computed"]
+    parts = [_about(found), f"at 0 rpm the torque losses of {rpm[0]:.4g} rpm, the lowest speed computed"]
     if outside > 0.0:
-        told.append(f"up to {100.0 * outside:.3g} % of the sliding power outside the range of the friction model")
+        parts.append(f"up to {100.0 * outside:.3g} % of the sliding power outside the range of the friction model")
     # one comment at the end of the head: the place where VECTO's own files have theirs
-    comment = "; ".join(told).replace("#", " ").replace(",", ";")
+    comment = "; ".join(parts).replace("#", " ").replace(",", ";")
     return "\n".join([f"{VECTO_HEAD} # {comment}", *rows]) + "\n"
 
 
@@ -136,7 +136,7 @@ def lossy_gear(found: LossMap) -> tuple[FloatArray, float]:
             level = min(level, 0.0)
             slope = slope if level < 0.0 or len(x) < 2 else float(x @ y / (x @ x))
             error = max(error, float(np.abs(slope * x + level - y).max()))
-            lines.append((slope, -level / slope))
+            lines.append((slope, abs(level) / slope))
         (drive, first), (coast, second) = lines
         rows.append((speed, drive, 1.0 / coast, first, second))
     return np.array(rows), error
