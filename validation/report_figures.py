@@ -1,19 +1,23 @@
 """Pictures of pages and of the comparison of friction models, as the documentation shows them.
 
-``comparison`` and ``gear``: docs/reports.md. ``optimise``: the search of docs/optimise.md, 160 points of the page's
-command; evaluations are kept in the folder of results, and a stopped search resumes.
+``comparison`` and ``gear``: docs/reports.md; their PNG files contain the numbers that they show, for the test of these.
+``optimise``: the search of docs/optimise.md, 160 points of the page's command; evaluations are kept in the folder of
+results, and a stopped search resumes.
 """
 
 from __future__ import annotations
 
+import json
 import shutil
 import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from common import OUT, command_line
+from PIL import Image, PngImagePlugin
 
 import efficiency
 
@@ -34,6 +38,15 @@ def screenshot(page: Path, picture: Path, width: int = 1240, height: int = 900) 
         subprocess.run(command, check=True, capture_output=True, timeout=120)
 
 
+def mark(picture: Path, numbers: dict[str, Any]) -> None:
+    """Write numbers that a picture shows into its PNG file."""
+    text = PngImagePlugin.PngInfo()
+    text.add_text("Description", json.dumps(numbers))
+    with Image.open(picture) as image:
+        image.load()
+        image.save(picture, pnginfo=text, optimize=True)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Draw one of them."""
     parser = command_line(__doc__)
@@ -41,12 +54,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, default=Path("docs/figures"))
     given = parser.parse_args(arguments)
     if given.what == "comparison":
-        efficiency.load(PAIR).compare(MODELS).write(plot=given.out / "comparison.png")
+        compared = efficiency.load(PAIR).compare(MODELS)
+        compared.write(plot=given.out / "comparison.png")
+        mark(given.out / "comparison.png", {row.name: row.efficiency for row in compared.rows})
     elif given.what == "gear":
         with tempfile.TemporaryDirectory() as folder:
             page = Path(folder) / "gear.html"
-            efficiency.load(PAIR).at("75w90").report(page)
+            result = efficiency.load(PAIR).at("75w90")
+            result.report(page)
             screenshot(page, given.out / "report_gear.png")
+        shown = ("efficiency", "efficiency_error", "power_loss", "friction_coefficient_mean", "pressure_max")
+        mark(given.out / "report_gear.png", {name: getattr(result, name) for name in shown})
     else:
         folder = OUT / "optimise"
         store = folder / "points.jsonl"

@@ -1,0 +1,187 @@
+"""Numbers of README, landing page and tutorials, and of the pictures of both, are those of the program.
+
+Every number of the prose lies in a phrase of `PHRASES`, with its values today or the reason why there is none. The
+outputs below the cells of the tutorials are made when the pages are built; `test_examples` runs their commands.
+"""
+
+import inspect
+import json
+import math
+import re
+import shlex
+import tomllib
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+import efficiency
+import regression
+from efficiency.loss.ehl_friction import EhlFriction
+from efficiency.machine_settings.settings_result import RESIDUAL_LIMIT
+from efficiency.optimisation.problem import BOX
+from ehl.fluid.oil import Oil
+from regression.plan.plan import Plan
+from regression.sweeping.slurm import DEFAULT_JOBS, DEFAULT_TIME, job_script
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = [ROOT / "README.md", ROOT / "docs" / "index.md", *sorted((ROOT / "docs" / "tutorials").glob("*.md"))]
+PROSE = {
+    path.stem + "-" * (path.name == "index.md" and path.parent.name == "docs"): re.sub(
+        r"^```.*?^```|\]\(\S*\)", "]", path.read_text(encoding="utf-8"), flags=re.S | re.M
+    )
+    for path in PAGES
+}
+CLUSTER = "docs/tutorials/cluster.md"
+WORDS = {"half": 0.5, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8, "nine": 9}
+NUMBER = re.compile(rf"\d+(?:\.\d+)*|\b(?:{'|'.join(WORDS)})\b", re.I)
+
+
+def code(language: str, page: str = "README.md") -> str:
+    """The first block of a language on a page."""
+    found = re.search(rf"^```{language}\n(.*?)^```", (ROOT / page).read_text(encoding="utf-8"), re.S | re.M)
+    assert found is not None
+    return found[1]
+
+
+def oils() -> list[regression.Formula]:
+    """Formulas of the oils that have a short one as well."""
+    folder = ROOT / "data" / "formulas"
+    return [regression.Formula.load(path.stem.removesuffix("_short")) for path in folder.glob("*_short.json")]
+
+
+def solved() -> list[float]:
+    """Oils, contacts of their formulas, contacts of the plans that are not fitted, oils of `gear`."""
+    (fitted,) = {formula.data.count for formula in (*oils(), regression.Formula.load("gear"))}
+    others = sum(Plan.from_file(name).count for name in ("gear_paths", "gear_noise"))
+    return [len(oils()), fitted, len(oils()) * others, len(regression.Formula.load("gear").oils)]
+
+
+def cluster() -> list[float]:
+    """Jobs and tasks of the script of the tutorial."""
+    words = shlex.split(code("sh", CLUSTER).splitlines()[-1])
+    given = {name: value for name, value in pairwise(words) if name.startswith("--")}
+    script = job_script("plan.toml", "run", int(given["--slurm"]), merge=given["--merge"], fit=given["--fit"])
+    found = re.search(r"--array=1-(\d+)", script)
+    assert found is not None
+    return [script.count("$(sbatch"), float(found[1])]
+
+
+def points() -> list[float]:
+    """Operating points of the map of the tutorial."""
+    (command,) = re.findall("^mixed-ehl map .*", (ROOT / "docs" / "tutorials" / "gear.md").read_text("utf-8"), re.M)
+    return [math.prod(len(values.split(",")) for values in re.findall('"(.*?)"', command))]
+
+
+def demo() -> list[float]:
+    return [Plan.from_file("demo").count]
+
+
+def python() -> list[float]:
+    found = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["requires-python"]
+    return [float(found.removeprefix(">="))]
+
+
+def lines() -> list[float]:
+    return [sum(map(bool, code("python").splitlines()))]
+
+
+def level() -> list[float]:
+    """Of the interval of a formula, and of an efficiency [%]."""
+    (found,) = {formula.interval.level for formula in oils()}
+    assert inspect.signature(efficiency.EfficiencyResult.uncertainty).parameters["level"].default == found
+    return [100.0 * found]
+
+
+TIME, NAME, OPTION, RULE = "run time", "name", "example of an option", "definition or rule of thumb"
+Values = Callable[[], list[float]] | str
+# page -> phrase: values of its numbers, or why they are not compared
+EVERYWHERE: dict[str, Values] = {
+    r"\d+ % interval": level,
+    r"Python 3\.\d+": python,
+    r"(?:demo. computes|compiling:) \d+ contacts": demo,
+    r"in about \w+ minutes, \w+ a minute": TIME,
+    r"\w+ lines of Python": lines,
+    r"half an hour|[Hh]alf a minute": TIME,
+    r"14x39|BSD-3|ISO 23509|Kahraman \(2010\)": NAME,
+}
+PHRASES: dict[str, dict[str, Values]] = {
+    "README": {r"(?s)formulas of \w+ oils.*?fitted to all \w+": solved},
+    "index-": {
+        r"\w+ packages": lambda: [PROSE["index-"].count("\n| `")],
+        r"## \w+ commands": lambda: [len(code("sh", "docs/index.md").splitlines())],
+    },
+    "axle": {},
+    "better": {
+        r"±[\d.]+ mm": lambda: [1e3 * next(iter({*BOX.values()}))],
+        r'--[EP] "\S+ mm"': OPTION,
+        r"five times the time": TIME,
+    },
+    "calibrate": {r"about 1 where the model": RULE},
+    "cluster": {
+        r"(?s)\w+ dependent jobs.*?\w+ tasks": cluster,
+        r"of a task \(\d+\)": lambda: [DEFAULT_JOBS],
+        r"\(\d+ hours if not given\)": lambda: [float(DEFAULT_TIME.partition(":")[0])],
+        r"--jobs \d|=\d+G|=[\d:]+|scheduler:\d+|two machines": OPTION,
+        r"takes [\d.]+ to [\d.]+ GB|\d GB to \w+": "measured: docs/performance.md",
+        r"exit code 1": "test_sweep",
+    },
+    "gear": {
+        r"above \d µm the exit code is 1": lambda: [1e6 * RESIDUAL_LIMIT, 1.0],
+        r"1 µm rms is good": RULE,
+    },
+    "index": {
+        r"\w+ busy cores": TIME,
+        r"\| [\d mins]+ \|": TIME,
+        r"plan of \d+ contacts": lambda: [float(re.findall(r"--size (\d+)", code("sh", CLUSTER))[0])],
+        r"map of \w+ points": points,
+    },
+    "oil": {
+        r"two viscosities": lambda: [float(len(re.findall(r"--nu\d+", code("sh", "docs/tutorials/oil.md"))))],
+        r"\w+ pressure-viscosity coefficients": lambda: [
+            float(sum(name.startswith("pressure_viscosity") for name in Oil.load("75w90").to_frame().columns))
+        ],
+        r"--vg 220": OPTION,
+        r"one or two seconds": TIME,
+        r"(?s)film ratio of 3 .*?below\s1 ": RULE,
+    },
+}
+
+
+@pytest.mark.parametrize("page", PROSE)
+def test_numbers_of_a_page_are_those_of_the_program(page: str) -> None:
+    prose = PROSE[page]
+    for phrase in PHRASES[page]:
+        assert re.search(phrase, prose), f"{phrase} is not on the page"
+    for phrase, values in (PHRASES[page] | EVERYWHERE).items():
+        for found in re.findall(phrase, prose):
+            if not isinstance(values, str):
+                shown = [WORDS.get(number.lower()) or float(number) for number in NUMBER.findall(found)]
+                assert shown == pytest.approx(values()), found
+        prose = re.sub(phrase, "", prose)
+    assert [line for line in prose.splitlines() if NUMBER.search(line)] == []
+
+
+def test_numbers_of_the_pictures_are_those_of_the_program() -> None:
+    """Closed forms and formulas to the printed digits, solved contacts within the stated error of fewer contacts."""
+    shown = {}
+    for name in ("report_gear", "comparison"):
+        with Image.open(ROOT / "docs" / "figures" / f"{name}.png") as image:
+            shown[name] = json.loads(image.text["Description"])
+    gear, rows = shown.values()
+    fitted = {name for name in rows if "fitted" in name or ", mu " in name}
+    pair = efficiency.load("fm_spiral_bevel_14x39")
+    compared = pair.compare([name for name in rows if name != "ehl" and "-type" not in name and name not in fitted])
+    today = {row.name: row.efficiency for row in compared.rows}
+    assert rows.keys() == {*today, *fitted, "ehl"} - {name for name in today if name not in rows}
+    for name in rows.keys() & today.keys():
+        assert rows[name] == pytest.approx(today[name], abs=5e-6), name
+    result = compared.results[0]
+    assert gear.pop("efficiency") == pytest.approx(result.efficiency, abs=5e-5)
+    for name, value in gear.items():
+        assert value == pytest.approx(getattr(result, name), rel=2e-3), name
+    solved = pair.mesh().load().efficiency(EhlFriction("ehl", points=16, jobs=1))
+    for name in ("ehl", *(name for name in fitted if "fitted" in name)):
+        assert abs(rows[name] - solved.efficiency) < solved.efficiency_error
