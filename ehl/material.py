@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Annotated
 
 from pydantic import AliasChoices, Field
 
-from ehl.common.data import data_names, data_path
-from ehl.common.errors import InputError, near, same_name
 from ehl.common.units import ValueRange
-from ehl.common.validation import InputModel, read_toml, validate
+from ehl.common.validation import InputModel, load_shipped
 
 
 class Material(InputModel):
@@ -75,7 +72,7 @@ class Material(InputModel):
         >>> ehl.Material.load("steel").poisson_ratio
         0.3
         """
-        return _load(name)
+        return load_shipped(cls, "materials", name, "material")
 
     @property
     def thermal_effusivity(self) -> float:
@@ -86,15 +83,6 @@ class Material(InputModel):
     def thermal_diffusivity(self) -> float:
         """k/(rho c) [m2/s]."""
         return self.thermal_conductivity / (self.density * self.heat_capacity)
-
-
-@cache
-def _load(name: str) -> Material:
-    names = data_names("materials")
-    name = same_name(name, names)
-    if name not in names:
-        raise InputError("material", name, "one of " + ", ".join(names), near(name, names))
-    return validate(Material, read_toml(data_path("materials", f"{name}.toml")), f"materials/{name}.toml")
 
 
 def effective_modulus(body_1: Material, body_2: Material) -> float:

@@ -12,6 +12,9 @@ import numpy as np
 
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import InputError, MixedEhlError
+from ehl.common.pages import TableResult
+from ehl.common.table import Table
+from ehl.common.tabular import Tabular
 from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.fluid.lubricant import Lubricant
@@ -40,7 +43,7 @@ MOTION = (
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PathResult:
+class PathResult(TableResult, Tabular):
     """Solutions of similar contacts, in the order of the input.
 
     Parameters
@@ -116,12 +119,18 @@ class PathResult:
         """
         return results_frame(self.results)
 
+    def table(self) -> Table:
+        """As `to_frame`.
+
+        Returns
+        -------
+        ehl.Table
+        """
+        return Table.from_columns(self.to_frame().to_dict("list"), title=repr(self))
+
     def __repr__(self) -> str:
         solved = len(self.results) - self.status.count("failed")
         return f"PathResult({solved} of {len(self.results)} contacts solved, {self.warm} warm, {self.seconds:.3g} s)"
-
-    def _repr_html_(self) -> str:
-        return str(self.to_frame().to_html(max_rows=20))
 
 
 def solve_path(

@@ -10,7 +10,7 @@ from regression.plan.operating_range import WeightedPoints as WeightedPoints
 from regression.plan.operating_range import operating_range as operating_range
 from regression.plan.plan import Plan as Plan
 from regression.sweeping.run import Run as Run
-from regression.sweeping.run import slurm_script as slurm_script
 from regression.sweeping.run import sweep as sweep
+from regression.sweeping.slurm import slurm_script as slurm_script
 
 __version__: str

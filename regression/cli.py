@@ -263,7 +263,7 @@ def sweep_run(
     options |= {"shard": shard, "dask": dask}
     with working(content.name, f"finished cases are kept in {run}; the same command resumes"):
         result = regression.sweep(content, run, **options)
-    print_text(result.to_text())
+    print_text("\n".join(report.to_text() for report in result.reports))
     if result.unanswered:
         cases = "1 case has" if result.unanswered == 1 else f"{result.unanswered} cases have"
         typer.echo(f"{cases} no result: `mixed-ehl sweep status {run} --failed` lists them", err=True)

@@ -2,7 +2,11 @@
 
 from typing import Any
 
+import numpy as np
+
 from ehl.fluid.lubricant import Lubricant
+from ehl.heat.conduction import Matrices, surface_matrices
+from ehl.heat.traction import ThermalTraction, film_temperature, traction_of
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.state import ContactState
@@ -31,3 +35,24 @@ def gear_state(**changes: Any) -> ContactState:
         "slide_to_roll": 0.5, "temperature_oil": 363.15, "roughness_rms_1": 0.3e-6, "roughness_rms_2": 0.3e-6,
     }  # fmt: skip
     return ContactState.of(**(values | changes))
+
+
+def thermal_traction(
+    x: np.ndarray,
+    pressure: np.ndarray,
+    film: np.ndarray,
+    contact: LineContact,
+    lubricant: Lubricant,
+    bodies: tuple[Material, Material],
+    *,
+    temperature_bulk: tuple[float, float] | None = None,
+    matrices: Matrices | None = None,
+    rolling_heat: np.ndarray | None = None,
+    **options: Any,
+) -> ThermalTraction:
+    """Friction and temperatures at given pressure and film; by default both bodies have the inlet temperature."""
+    bulk = temperature_bulk or (lubricant.temperature, lubricant.temperature)
+    conduction = matrices or surface_matrices(x, contact, bodies)
+    rolling = np.zeros_like(x) if rolling_heat is None else rolling_heat
+    found = film_temperature(pressure, film, contact, lubricant, bulk, conduction, rolling_heat=rolling, **options)
+    return traction_of(found, x, contact, lubricant, bodies)

@@ -42,7 +42,7 @@ from ehl.common.units import parse_quantity
 from ehl.common.validation import read_toml, validate
 from ehl.fluid.oil import Oil
 from ehl.material import Material
-from ehl.surface.finish import _AdditiveFile, _FinishFile
+from ehl.surface.finish import Additive, _FinishFile
 from ehl.surface.measured_profile import load_profile
 from regression.calibration.measurement import read_measurement
 from regression.calibration.setup import load_setup
@@ -220,7 +220,7 @@ def kinds(folder: Path) -> dict[str, Kind]:
         "oil card": Kind(".toml", _shipped("oils"), _oil),
         "material": Kind(".toml", _shipped("materials"), lambda path: validate(Material, read_toml(path))),
         "finish": Kind(".toml", _shipped("finishes"), lambda path: validate(_FinishFile, read_toml(path))),
-        "additive": Kind(".toml", _shipped("additives"), lambda path: validate(_AdditiveFile, read_toml(path))),
+        "additive": Kind(".toml", _shipped("additives"), lambda path: validate(Additive, read_toml(path))),
         "plan": Kind(".toml", plans, _plan),
         "table of a plan": Kind(".csv", [table + b"1.0,15,3,0.2,80\n0.8,12,5,0.1,90\n"], table_plan),
         "result file": Kind(".h5", [results.read_bytes()], read_file),

@@ -6,7 +6,7 @@ import re
 import unicodedata
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import GetCoreSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
@@ -458,6 +458,11 @@ class ValueRange:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         return core_schema.no_info_plain_validator_function(self._validate)
+
+
+def value_range(annotation: Any) -> ValueRange:
+    """The unit and the allowed range of an annotated type."""
+    return next(part for part in get_args(annotation) if isinstance(part, ValueRange))
 
 
 def _entries(text: str) -> list[str]:

@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, NoReturn, TypeVar, Union, get_args, 
 from pydantic import AfterValidator, AliasChoices, BaseModel, ConfigDict, Field, Tag, ValidationError, model_validator
 from pydantic.fields import FieldInfo
 
-from ehl.common.data import data_names
+from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, near, same_name
 from ehl.common.files import parse_toml, read_text
 from ehl.common.units import ValueRange
@@ -47,6 +47,7 @@ KINDS = {
     "targets": Kind("a targets file", (("targets",), ("cutting",), ("blank", "operation")), "mixed-ehl settings FILE"),
     "axle": Kind("an axle", (("pinion_shaft",), ("gear_shaft",)), "mixed-ehl axle FILE"),
     "design": Kind("a design", (("assembly",), ("pinion", "gear")), "mixed-ehl gear FILE"),
+    "finish": Kind("a finish", (("new", "name"), ("run_in", "name")), 'finish = "FILE" in other files'),
 }  # fmt: skip
 _NEW = ("oil", "contact", "plan", "design", "targets")
 
@@ -185,6 +186,24 @@ def read_toml(path: str | Path, kind: str = "") -> dict[str, Any]:
         refuse_unreadable(text, path, kind, error)
     refuse_other_kind(content, path, kind)
     return content
+
+
+@cache
+def _load_shipped(model: Any, folder: str, name: str, field: str, also: str) -> Any:
+    names = data_names(folder)
+    name = same_name(name, names)
+    if name not in names:
+        raise InputError(field, name, "one of " + ", ".join(names) + also, near(name, names))
+    return validate(model, read_toml(data_path(folder, f"{name}.toml")), f"{folder}/{name}.toml")
+
+
+def load_shipped(model: type[Model], folder: str, name: str, field: str, also: str = "") -> Model:
+    """The model of a shipped file, by its name in any case; `InputError` for `field` if there is none.
+
+    also: what is allowed besides the names of the shipped files, for the error.
+    """
+    found: Model = _load_shipped(model, folder, name, field, also)
+    return found
 
 
 def validate(model: type[Model], content: dict[str, Any], where: str = "") -> Model:

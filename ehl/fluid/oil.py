@@ -21,11 +21,11 @@ from pydantic import (
 )
 
 from ehl.common.arrays import FloatArray
-from ehl.common.data import data_names, data_path
-from ehl.common.errors import InputError, near, same_name
+from ehl.common.data import data_names
+from ehl.common.errors import InputError, same_name
 from ehl.common.figures import interactive
 from ehl.common.units import KELVIN, ValueRange
-from ehl.common.validation import InputModel, read_toml, validate
+from ehl.common.validation import InputModel, load_shipped, read_toml, validate
 from ehl.fluid import oil_alpha, oil_laws, oil_sheet
 from ehl.fluid.conductivity import ASSUMED_CONDUCTIVITY, CONDUCTIVITY_OF_BASE, FilmConductivity
 from ehl.fluid.density import density_at
@@ -483,13 +483,10 @@ def _changed(name: str) -> int:
 
 @cache
 def _load_card(name: str, changed: int) -> Oil:
-    names = data_names("oils")
     if name.endswith(".toml") and Path(name).is_file():
         return validate(Oil, read_toml(name, "oil"), name)
     generic = generic_name(name)
     if generic is not None:
         return validate(Oil, generic_card(**generic), name)
-    if name not in names:
-        allowed = "one of " + ", ".join(names) + "; a generic oil such as 'pao 97.5/13.3' or 'mineral vg 220'"
-        raise InputError("oil", name, allowed + "; or the path of a card ending in .toml", near(name, names))
-    return validate(Oil, read_toml(data_path("oils", f"{name}.toml")), f"oils/{name}.toml")
+    also = "; a generic oil such as 'pao 97.5/13.3' or 'mineral vg 220'; or the path of a card ending in .toml"
+    return load_shipped(Oil, "oils", name, "oil", also)

@@ -64,7 +64,7 @@ def estimate_thermal_effect(
     contact. Both rises act on the viscosity there. Heating reduces the shear stress, so the isothermal stress gives an
     upper estimate. The threshold of 0.02 in d ln eta is from a parameter study.
 
-    contact, lubricant, bodies: as in `thermal_traction`.
+    contact, lubricant, bodies: as in `ehl.heat.traction.film_temperature`.
     film_central: [m]; default: the formula of Moes (1992).
     temperature_bulk: [K]; default: the inlet temperature.
     """
@@ -123,7 +123,7 @@ def carried_shear_heat(
     Peclet number. Both terms exceed the changes of 699 solved contacts by a third: the mean film temperature of those
     solutions underestimates the effect of the energy equation across the film by as much (docs/heat.md).
 
-    contact, lubricant: as in `ehl.heat.traction.thermal_traction`.
+    contact, lubricant: as in `ehl.heat.traction.film_temperature`.
     film: central film with heat [m].
     film_reduction: that film over the isothermal one [-].
     """

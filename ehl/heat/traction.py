@@ -8,11 +8,10 @@ import numpy as np
 from scipy.linalg.lapack import dgesv, dgetrf, dgetrs
 
 from ehl.common.arrays import FloatArray
-from ehl.common.errors import InputError
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import _kernels
 from ehl.heat._kernels import Film, Walls
-from ehl.heat.conduction import Matrices, peclet_number, surface_matrices
+from ehl.heat.conduction import Matrices, peclet_number
 from ehl.line_contact import LineContact
 from ehl.material import Material
 
@@ -104,56 +103,6 @@ class Conducted:
         return np.asarray(0.5 * (second + (first - second) @ division))
 
 
-def thermal_traction(
-    x: FloatArray,
-    pressure: FloatArray,
-    film: FloatArray,
-    contact: LineContact,
-    lubricant: Lubricant,
-    bodies: tuple[Material, Material],
-    *,
-    temperature_bulk: tuple[float, float] | None = None,
-    asperity_heat: FloatArray | None = None,
-    rolling_heat: FloatArray | None = None,
-    matrices: Matrices | None = None,
-    tolerance: float = 1e-9,
-    max_iterations: int = 80,
-) -> ThermalTraction:
-    """Shear stress, film and surface temperatures of a steady contact whose pressure and film are given.
-
-    At each node tau = tau(p, h, T_film), T_film = (T1 + T2)/2 + tau |v_s| h/(8 k_f), with the surface temperatures
-    T_i = bulk + conduction of q_i and the heat divided by the conductance of the film. The nonlocal balance is solved
-    by one Newton iteration in ln tau, as a lagged temperature oscillates at high load and sliding.
-
-    x (n,): nodes, increasing [m]; may be graded. Cost grows as n^3: a few hundred nodes suffice.
-    pressure, film (n,): fluid pressure [Pa] and film thickness [m]; there is no heat where the pressure is zero.
-    contact: speeds and load.
-    lubricant: its temperature is that of the inlet.
-    bodies: both bodies.
-    temperature_bulk: bulk temperatures [K]; default: the inlet temperature.
-    asperity_heat: heat at asperity contacts, mu_b p_c |v_s| [W/m2], a source at the surfaces.
-    rolling_heat: heat of the pressure-driven flow, u_r (h - h*) dp/dx with h* = flow/density [W/m2]. Its source is near
-        the walls, so that the mid-layer rise is q h/(16 k_f).
-    matrices (n, n): `surface_matrices` of these nodes, computed by default.
-    tolerance: on ln tau.
-    Raises `InputError`: arrays of unequal shape or not increasing, or a film that is not positive.
-    """
-    _check(x, pressure, film)
-    found = film_temperature(
-        pressure,
-        film,
-        contact,
-        lubricant,
-        temperature_bulk or (lubricant.temperature, lubricant.temperature),
-        matrices or surface_matrices(x, contact, bodies),
-        rolling_heat=np.zeros_like(x) if rolling_heat is None else rolling_heat,
-        asperity_heat=asperity_heat,
-        tolerance=tolerance,
-        max_iterations=max_iterations,
-    )
-    return traction_of(found, x, contact, lubricant, bodies)
-
-
 @dataclass(frozen=True)
 class FilmTemperature:
     """Shear stress and film temperature in balance at a given film; arrays on its nodes."""
@@ -188,9 +137,22 @@ def film_temperature(
     tolerance: float = 1e-9,
     max_iterations: int = 80,
 ) -> FilmTemperature:
-    """Heat balance of `thermal_traction` with the same parameters, for given conduction `matrices` of its nodes.
+    """Shear stress, film and surface temperatures of a steady contact whose pressure and film are given.
 
-    `guess` holds the initial stress and mean surface temperature.
+    At each node tau = tau(p, h, T_film), T_film = (T1 + T2)/2 + tau |v_s| h/(8 k_f), with the surface temperatures
+    T_i = bulk + conduction of q_i and the heat divided by the conductance of the film. The nonlocal balance is solved
+    by one Newton iteration in ln tau, as a lagged temperature oscillates at high load and sliding.
+
+    pressure, film (n,): fluid pressure [Pa] and film thickness [m]; there is no heat where the pressure is zero.
+    contact: speeds and load.
+    lubricant: its temperature is that of the inlet.
+    bulk: bulk temperatures [K].
+    matrices (n, n): `surface_matrices` of the nodes. Cost grows as n^3: a few hundred nodes suffice.
+    rolling_heat: heat of the pressure-driven flow, u_r (h - h*) dp/dx with h* = flow/density [W/m2]. Its source is near
+        the walls, so that the mid-layer rise is q h/(16 k_f).
+    asperity_heat: heat at asperity contacts, mu_b p_c |v_s| [W/m2], a source at the surfaces.
+    guess: initial stress and mean surface temperature.
+    tolerance: on ln tau.
     """
     speed, wet = contact.speed_sliding, pressure > 0.0
     rolling = np.where(wet, rolling_heat, 0.0)
@@ -321,14 +283,3 @@ def _stress(
     log_viscous = lubricant.log_viscosity(pressure, temperature) + math.log(max(speed, 1e-300)) - np.log(film)
     stress = np.exp(np.maximum(lubricant.shear_law.log_stress(log_viscous, pressure)[0], -300.0))
     return np.where(pressure > 0.0, stress, 0.0)
-
-
-def _check(x: FloatArray, pressure: FloatArray, film: FloatArray) -> None:
-    if not (x.ndim == 1 and len(x) >= 3 and x.shape == pressure.shape == film.shape):
-        raise InputError("x, pressure, film", (x.shape, pressure.shape, film.shape), "one shape, at least 3 nodes")
-    if not np.all(np.diff(x) > 0.0):
-        raise InputError("x", "array", "increasing nodes [m]")
-    if not (np.all(np.isfinite(pressure)) and np.all(pressure >= 0.0)):
-        raise InputError("pressure", "array", "finite, >= 0 Pa everywhere")
-    if not (np.all(np.isfinite(film)) and np.all(film > 0.0)):
-        raise InputError("film", "array", "finite, > 0 m everywhere")

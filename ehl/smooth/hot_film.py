@@ -50,7 +50,7 @@ SAME_MESH = 0.1  # change of the mesh stretch over the tolerance up to which con
 
 @dataclass(frozen=True)
 class HeatModel:
-    """Contact, oil and bodies for the heat balance of `ehl.heat.traction.thermal_traction`."""
+    """Contact, oil and bodies for the heat balance of `ehl.heat.traction.film_temperature`."""
 
     contact: LineContact
     lubricant: Lubricant

@@ -82,7 +82,7 @@ def solve_smooth(
 
     The viscosity in the Reynolds equation depends on the film temperature everywhere, inlet included.
 
-    contact, lubricant, bodies, temperature_bulk: as in `ehl.heat.traction.thermal_traction`.
+    contact, lubricant, bodies, temperature_bulk: as in `ehl.heat.traction.film_temperature`.
     thermal: "auto" neglects heat if `estimate_thermal_effect` is below its threshold.
     accuracy: as in `ehl.smooth.solver.solve_steady`.
     start: isothermal film of a neighbouring contact.

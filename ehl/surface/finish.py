@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 from statistics import NormalDist
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
@@ -18,11 +17,10 @@ from numpy.typing import ArrayLike
 from pydantic import model_validator
 
 from ehl.common.arrays import FloatArray, finite_or_none
-from ehl.common.data import data_names, data_path
-from ehl.common.errors import InputError, near, same_name
+from ehl.common.errors import InputError
 from ehl.common.files import toml_text
 from ehl.common.units import ValueRange
-from ehl.common.validation import InputModel, read_toml, validate
+from ehl.common.validation import InputModel, load_shipped, read_toml, validate
 
 if TYPE_CHECKING:
     from ehl.surface.measured_surface import MeasuredSurface
@@ -112,13 +110,6 @@ class _FinishFile(InputModel):
     run_in: _StateTable | None = None
 
 
-class _AdditiveFile(InputModel):
-    name: str
-    description: str
-    boundary_film: _LengthFigure
-    boundary_friction: Figure
-
-
 @dataclass(frozen=True)
 class Finish:
     """A finish of a flank in one state.
@@ -177,7 +168,10 @@ class Finish:
         """
         if state not in STATES:
             raise InputError("finish_state", state, " or ".join(STATES))
-        file = _finish_file(name)
+        if name.endswith(".toml"):
+            file = validate(_FinishFile, read_toml(name, "finish"), name)
+        else:
+            file = load_shipped(_FinishFile, "finishes", name, "finish", "; or FILE.toml")
         table: _StateTable | None = getattr(file, state)
         if table is None:
             raise InputError("finish_state", state, f"a state of {name}: " + ", ".join(set(STATES) - {state}))
@@ -281,8 +275,7 @@ class Finish:
         return replace(self, roughness_rms=_given("roughness_rms", rms))
 
 
-@dataclass(frozen=True)
-class Additive:
+class Additive(InputModel):
     """Boundary film of an additive class.
 
     boundary_film: film thickness below which solids count as touching [m].
@@ -291,7 +284,7 @@ class Additive:
 
     name: str
     description: str
-    boundary_film: Figure
+    boundary_film: _LengthFigure
     boundary_friction: Figure
 
     @classmethod
@@ -307,30 +300,7 @@ class Additive:
         >>> Additive.load("EP").boundary_film.high
         6e-08
         """
-        file = _additive_file(name)
-        return cls(file.name, file.description, file.boundary_film, file.boundary_friction)
-
-
-def _finish_file(name: str) -> _FinishFile:
-    if name.endswith(".toml"):
-        return validate(_FinishFile, read_toml(name, "finish"), name)
-    return _shipped_finish(same_name(name, data_names("finishes")))
-
-
-@cache
-def _shipped_finish(name: str) -> _FinishFile:
-    names = data_names("finishes")
-    if name not in names:
-        raise InputError("finish", name, "one of " + ", ".join(names) + "; or FILE.toml", near(name, names))
-    return validate(_FinishFile, read_toml(data_path("finishes", f"{name}.toml")), name)
-
-
-@cache
-def _additive_file(name: str) -> _AdditiveFile:
-    names = data_names("additives")
-    if name not in names:
-        raise InputError("additive", name, "one of " + ", ".join(names), near(name, names))
-    return validate(_AdditiveFile, read_toml(data_path("additives", f"{name}.toml")), name)
+        return load_shipped(cls, "additives", name, "additive")
 
 
 def default_correlation_length(rms_1: ArrayLike, rms_2: ArrayLike = 0.0) -> FloatArray:
@@ -446,7 +416,8 @@ def surface_uncertainty(
     0.29
     """
     chemistry = Additive.load(additive)
-    film, friction = chemistry.boundary_film, chemistry.boundary_friction
+    film: Figure = chemistry.boundary_film
+    friction = chemistry.boundary_friction
     if boundary_film is not None:
         film = film.scaled(boundary_film / film.value)
     if boundary_friction is not None:

@@ -195,9 +195,6 @@ class Calibration(Reportable):
             lines.append(f"  {estimate.name} = {value:.4g} {estimate.unit} {estimate.status}: {estimate.note}"[:160])
         return "\n".join(lines)
 
-    def _repr_html_(self) -> str:
-        return self.to_frame().to_html(index=False, na_rep="–")
-
     def _inputs(self) -> tuple[Measurement, CalibrationSetup]:
         if self.measurement is None or self.setup is None:
             raise InputError("measurement", None, "a result of `regression.calibrate` with its measurement and setup")

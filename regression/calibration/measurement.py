@@ -4,7 +4,6 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,23 +13,18 @@ from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.files import read_bytes
 from ehl.common.table_reader import numbered_table
-from ehl.common.units import ValueRange
+from ehl.common.units import ValueRange, value_range
 from ehl.fluid.viscosity import Temperature
 
-
-def _quantity(annotation: object) -> ValueRange:
-    return next(part for part in get_args(annotation) if isinstance(part, ValueRange))
-
-
 CONDITIONS: dict[str, ValueRange] = {
-    "pressure_hertz": _quantity(inputs.Pressure),
+    "pressure_hertz": value_range(inputs.Pressure),
     "load": ValueRange("N", gt=0.0, le=1e7),
-    "load_per_length": _quantity(inputs.LoadPerLength),
-    "radius_equivalent": _quantity(inputs.Radius),
-    "speed_entrainment": _quantity(inputs.Speed),
-    "slide_to_roll": _quantity(inputs.SlideToRoll),
-    "temperature_oil": _quantity(Temperature),
-    "roughness_rms": _quantity(inputs.Rms),
+    "load_per_length": value_range(inputs.LoadPerLength),
+    "radius_equivalent": value_range(inputs.Radius),
+    "speed_entrainment": value_range(inputs.Speed),
+    "slide_to_roll": value_range(inputs.SlideToRoll),
+    "temperature_oil": value_range(Temperature),
+    "roughness_rms": value_range(inputs.Rms),
 }
 LOADS = ("pressure_hertz", "load", "load_per_length")
 NEEDED = ("radius_equivalent", "speed_entrainment", "slide_to_roll", "temperature_oil")

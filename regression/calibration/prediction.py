@@ -297,8 +297,7 @@ class FrictionSolver:
         return np.array([self._known[key][:, :PARTS] for key in keys])
 
     def _key(self, values: Values) -> tuple[float, ...]:
-        names = [n for n in values if self.needs_solution(n) or n == "boundary_friction"]
-        return tuple(values[name] for name in sorted(names))
+        return tuple(values[name] for name in sorted(values))
 
     def _solve(self, sets: Sequence[Values], keys: Sequence[tuple[float, ...]], wanted: BoolArray) -> None:
         clock = time.perf_counter()

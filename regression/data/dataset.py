@@ -37,7 +37,7 @@ Source = str | os.PathLike[str]
 
 
 @dataclass(frozen=True)
-class Dataset(Tabular):
+class Dataset(TableResult, Tabular):
     """All cases of one or more runs, from `load_dataset`.
 
     Parameters
@@ -168,9 +168,6 @@ class Dataset(Tabular):
             f"{c['failed']} failed), {', '.join(self.oils) or 'lubricant by numbers'}, {self.solver_version}; "
             f"friction_coefficient {low:.4f} to {high:.4f}"
         )
-
-    def _repr_html_(self) -> str:
-        return self.table().html()
 
     def table(self) -> Table:
         """Minimum, median and maximum of the main quantities.

@@ -3,6 +3,7 @@
 import itertools
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -29,25 +30,35 @@ INTERVAL_LEVEL = 0.9
 _MIN_IN_BAND = 20  # smallest number of held-out cases of a band with its own interval
 
 
-def scores(frame: pd.DataFrame, predicted: Array) -> Scores:
-    """Errors of predicted friction compared with computed friction over all rows."""
+def scores(frame: pd.DataFrame, predicted: Array, **shares: float) -> Scores:
+    """Errors of predicted friction compared with computed friction over all rows; `shares` are further fields."""
     mu = computed_friction(frame)
     relative = predicted / mu - 1.0
     worst = int(np.argmax(np.abs(relative)))
     names = ("pressure_hertz", "radius_equivalent", "speed_entrainment", "slide_to_roll_total", "temperature_oil")
     case = {name: float(frame[name].iloc[worst]) for name in (*names, "roughness_rms", "friction_coefficient")}
     return Scores(
-        count=len(mu),
-        r2=_r2(mu, predicted),
+        **_errors(mu, predicted),
         r2_log=_r2(np.log(mu), np.log(predicted)),
-        rmse=_rms(predicted - mu),
-        rmse_log=_rms(np.log(predicted / mu)),
-        mape=float(np.mean(np.abs(relative))),
-        p95=float(np.quantile(np.abs(relative), 0.95)),
-        largest=float(np.abs(relative).max()),
-        bias=float(np.mean(relative)),
         worst=WorstCase(key=str(frame["key"].iloc[worst]), relative_error=float(relative[worst]), conditions=case),
+        **shares,
     )
+
+
+def _errors(mu: Array, predicted: Array) -> dict[str, Any]:
+    """Fields of `Errors`."""
+    relative = predicted / mu - 1.0
+    size = np.abs(relative)
+    return {
+        "count": len(mu),
+        "r2": _r2(mu, predicted),
+        "rmse": _rms(predicted - mu),
+        "rmse_log": _rms(np.log(predicted / mu)),
+        "mape": float(np.mean(size)),
+        "p95": float(np.quantile(size, 0.95)),
+        "largest": float(size.max()),
+        "bias": float(np.mean(relative)),
+    }
 
 
 def _r2(observed: Array, predicted: Array) -> float:
@@ -59,9 +70,7 @@ def bands(
     frame: pd.DataFrame, predicted: Array, covered: NDArray[np.bool_] | None = None, noise: NoiseFloor | None = None
 ) -> tuple[Band, ...]:
     """Errors by region (lambda, SR, pressure, temperature), without empty bands."""
-    mu = computed_friction(frame)
-    relative = predicted / mu - 1.0
-    result = []
+    mu, result = computed_friction(frame), []
     for variable, edges in BANDS.items():
         values = frame[variable].to_numpy(dtype=float)
         finite = values[np.isfinite(values)]
@@ -71,24 +80,10 @@ def bands(
         for low, high in itertools.pairwise(limits):
             inside = (values >= low) & ((values < high) | ((high == limits[-1]) & (values <= high)))
             if inside.any():
-                error = np.abs(relative[inside])
-                result.append(
-                    Band(
-                        variable=variable,
-                        low=low,
-                        high=high,
-                        count=int(inside.sum()),
-                        r2=_r2(mu[inside], predicted[inside]),
-                        rmse=_rms(predicted[inside] - mu[inside]),
-                        rmse_log=_rms(np.log(predicted[inside] / mu[inside])),
-                        mape=float(error.mean()),
-                        p95=float(np.quantile(error, 0.95)),
-                        largest=float(error.max()),
-                        bias=float(relative[inside].mean()),
-                        coverage=None if covered is None else float(covered[inside].mean()),
-                        noise=band_noise(noise, variable, low),
-                    )
-                )
+                errors = _errors(mu[inside], predicted[inside])
+                share = None if covered is None else float(covered[inside].mean())
+                lowest = band_noise(noise, variable, low)
+                result.append(Band(**errors, variable=variable, low=low, high=high, coverage=share, noise=lowest))
     return tuple(result)
 
 
@@ -232,8 +227,8 @@ def fit_formula(
         units={name: UNITS[name] for name in box},
         oils=tuple(identity for identity in oil_identities(dataset) if oil in (None, identity.name)),
         fit=scores(frame, within),
-        validation=scores(frame, held_out.mu).model_copy(
-            update={"coverage": float(covered.mean()), "extrapolated": float(held_out.extrapolated.mean())}
+        validation=scores(
+            frame, held_out.mu, coverage=float(covered.mean()), extrapolated=float(held_out.extrapolated.mean())
         ),
         corners=None,
         folds=int(np.unique(held_out.folds).size),
@@ -364,9 +359,7 @@ def checked_scores(formula: FittedFormula, frame: pd.DataFrame) -> Scores | None
     mu = computed_friction(frame)
     covered = (value.lower <= mu) & (mu <= value.upper)
     extrapolated = formula.extrapolation(columns(frame)) >= CloudDistance.NEAR
-    return scores(frame, value.mu).model_copy(
-        update={"coverage": float(covered.mean()), "extrapolated": float(extrapolated.mean())}
-    )
+    return scores(frame, value.mu, coverage=float(covered.mean()), extrapolated=float(extrapolated.mean()))
 
 
 def _unseen_errors(formula: FittedFormula, dataset: Dataset, repeated: pd.DataFrame) -> dict[str, object]:

@@ -5,7 +5,7 @@ The sweep stores the same names for each case, so that fit and evaluation of a f
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields
-from typing import Any, TypedDict, Unpack, get_args
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ehl import inputs
 from ehl.common.errors import InputError
 from ehl.common.quantities import si_units
-from ehl.common.units import ValueRange
+from ehl.common.units import ValueRange, value_range
 from ehl.fluid.density import dowson_higginson_1966
 from ehl.fluid.film_formulas import moes_film
 from ehl.fluid.lubricant import Lubricant
@@ -102,13 +102,9 @@ def lubricant_row(lubricant: Lubricant, pressure_hertz: float) -> dict[str, floa
     return {name: float(value) for name, value in lubricant_columns(lubricant, np.asarray(pressure_hertz)).items()}
 
 
-def _range_of(annotation: object) -> ValueRange:
-    return next(part for part in get_args(annotation) if isinstance(part, ValueRange))
-
-
 # inputs of a contact point with unit and range, in the order of `mixed-ehl mu`
 POINT: dict[str, ValueRange] = {
-    name: _range_of(annotation)
+    name: value_range(annotation)
     for name, annotation in (
         ("pressure_hertz", inputs.Pressure),
         ("radius_equivalent", inputs.Radius),

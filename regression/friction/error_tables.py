@@ -25,46 +25,40 @@ class WorstCase(InputModel):
     conditions: dict[str, Finite]
 
 
-class Scores(InputModel):
+class Errors(InputModel):
     """Errors of predicted friction compared with computed friction; relative ones are (predicted - computed)/computed.
 
-    `coverage` is the share of the cases within their interval, `extrapolated` that of the cases outside the range of
-    data; both are None if unknown.
+    `coverage` is the share of the cases within their interval, None if unknown.
     """
 
     count: int
     r2: Finite
-    r2_log: Finite
     rmse: Finite
-    rmse_log: Finite | None = None
+    rmse_log: Finite
     mape: Finite
     p95: Finite
     largest: Finite
     bias: Finite
-    worst: WorstCase
     coverage: Share | None = None
+
+
+class Scores(Errors):
+    """Errors over all cases; `extrapolated` is the share of the cases outside the range of data, None if unknown."""
+
+    r2_log: Finite
+    worst: WorstCase
     extrapolated: Share | None = None
 
 
-class Band(InputModel):
+class Band(Errors):
     """Cross-validated errors within one band of one variable.
 
-    `noise` is the relative standard deviation of one roughness realisation, None if unknown. Files of schema 1 have
-    MAPE, p95 and bias only.
+    `noise` is the relative standard deviation of one roughness realisation, None if unknown.
     """
 
     variable: str
     low: Finite
     high: Finite
-    count: int
-    r2: Finite | None = None
-    rmse: Finite | None = None
-    rmse_log: Finite | None = None
-    mape: Finite
-    p95: Finite
-    largest: Finite | None = None
-    bias: Finite
-    coverage: Share | None = None
     noise: Width | None = None
 
 
@@ -95,8 +89,7 @@ class NoiseFloor(InputModel):
 class WidthBand(InputModel):
     """Half width of the interval within one band of `film_ratio_formula` (low <= value < high).
 
-    `coverage` is the share of the held-out cases of the band within widths calibrated on the other folds; None in older
-    files.
+    `coverage` is the share of the held-out cases of the band within widths calibrated on the other folds.
     """
 
     low: Finite

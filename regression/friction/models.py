@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from ehl.common.arrays import finite_or_none
 from ehl.common.data import data_names
 from ehl.common.errors import InputError
+from ehl.common.pages import TableResult
+from ehl.common.table import Table
 from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.friction.conditions import Array, Conditions, PointConditions, conditions_of, contact_points
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from ehl.uncertainty.result import InputUncertainty
     from ehl.uncertainty.spread import UncertaintyInput
 
@@ -45,7 +45,7 @@ class FrictionFlag(IntEnum):
 
 
 @dataclass(frozen=True)
-class FrictionEstimate:
+class FrictionEstimate(TableResult):
     """Friction coefficients of many contact points.
 
     Parameters
@@ -76,20 +76,15 @@ class FrictionEstimate:
         words = np.array([flag.name.lower() for flag in FrictionFlag], dtype=object)
         return {**plain, "flag": words[self.flag].tolist() if np.ndim(self.flag) else words[int(self.flag)]}
 
-    def to_frame(self) -> pd.DataFrame:
+    def table(self) -> Table:
         """One row per point, with the columns of `to_dict`."""
-        import pandas as pd
-
-        return pd.DataFrame({name: np.ravel(np.array(values)) for name, values in self.to_dict().items()})
-
-    def _repr_html_(self) -> str:
-        return self.to_frame().head(20).to_html(index=False, na_rep="–")
+        return Table.from_columns({name: np.ravel(np.array(values)) for name, values in self.to_dict().items()})
 
     def __repr__(self) -> str:
         if np.size(self.mu) == 1:
-            content = self.to_frame().iloc[0]
+            flag = FrictionFlag(int(np.ravel(self.flag)[0])).name.lower().replace("_", " ")
             interval = f" ({float(self.lower):.4g} to {float(self.upper):.4g})" if np.isfinite(self.lower) else ""
-            return f"mu = {float(self.mu):.4g}{interval}, {content['flag'].replace('_', ' ')}"
+            return f"mu = {float(self.mu):.4g}{interval}, {flag}"
         numbers, counts = np.unique(self.flag, return_counts=True)
         flags = ", ".join(
             f"{count} {FrictionFlag(number).name.lower().replace('_', ' ')}"

@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, model_validator
 
 from ehl import inputs as case_inputs
 from ehl.common.errors import InputError, check_count, near
-from ehl.common.units import ValueRange
+from ehl.common.units import ValueRange, value_range
 from ehl.common.validation import InputModel
 from ehl.fluid.lubricant_inputs import PressureViscosity, Stress, Viscosity
 from ehl.fluid.viscosity import Temperature
@@ -23,11 +23,6 @@ class PlanAxis(InputModel):
     values: tuple[float, ...]
     sampled: bool = False
     scale: Literal["linear", "log"] = "linear"
-
-
-def value_range_of(annotation: Any) -> ValueRange:
-    """The unit and the allowed range of an annotated type."""
-    return next(part for part in get_args(annotation)[1:] if isinstance(part, ValueRange))
 
 
 def evenly_spaced(low: float, high: float, scale: str, count: int) -> tuple[float, ...]:
@@ -87,7 +82,7 @@ def _read_axis(value: Any, quantity: ValueRange) -> PlanAxis:
 
 
 def _axis(annotation: Any) -> Any:
-    return Annotated[PlanAxis, BeforeValidator(partial(_read_axis, quantity=value_range_of(annotation)))]
+    return Annotated[PlanAxis, BeforeValidator(partial(_read_axis, quantity=value_range(annotation)))]
 
 
 def _surface(name: str) -> Any:

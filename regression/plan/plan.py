@@ -25,9 +25,11 @@ from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, same_name
 from ehl.common.files import parse_json, parse_toml
+from ehl.common.pages import Reportable
+from ehl.common.sections import Head, Medium, Section
 from ehl.common.table import Table
 from ehl.common.table_reader import Column, read_columns
-from ehl.common.units import ValueRange
+from ehl.common.units import ValueRange, value_range
 from ehl.common.validation import InputModel, Name, read_toml, validate
 from ehl.contact import Contact
 from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
@@ -35,7 +37,7 @@ from ehl.inputs import ModelInput, SolidInput, SurfaceInput
 from ehl.material import Material, effective_modulus
 from ehl.surface.finish import default_correlation_length
 from regression.friction.conditions import LUBRICANT_UNITS, derive, lubricant_columns
-from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, PlanAxis, Variables, levels_of, value_range_of
+from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, PlanAxis, Variables, levels_of
 from regression.plan.cost import CostEstimate, contact_seconds
 from regression.plan.sampling import (
     Accept,
@@ -54,7 +56,7 @@ MAX_CASES = 1_000_000
 MAX_DRAWN = 10  # largest number of points before the constraints are applied, over MAX_CASES
 MAX_CORNER_VARIABLES = 10  # d ranges have 2^d corners
 # columns of a table of points; the oil is a text
-QUANTITIES: dict[str, ValueRange | None] = {**{n: value_range_of(a) for n, a in VARIABLES.items()}, "oil": None}
+QUANTITIES: dict[str, ValueRange | None] = {**{n: value_range(a) for n, a in VARIABLES.items()}, "oil": None}
 
 
 def _read_columns(value: Any) -> dict[str, Column]:
@@ -95,7 +97,7 @@ class PlanPoints:
         return {name: float(column[index]) for name, column in self.columns.items()}
 
 
-class Plan(InputModel):
+class Plan(InputModel, Reportable):
     """The contacts that a sweep solves: the content of a plan file.
 
     Create a plan with `from_file` or `from_dict`, which check both ends of every range; docs/sweep.md describes the
@@ -449,7 +451,7 @@ class Plan(InputModel):
 
     def _state_columns(self, columns: Mapping[str, FloatArray], size: int) -> dict[str, FloatArray]:
         """Columns of `regression.friction.conditions.STATE_UNITS` from the values of the variables."""
-        temperature = value_range_of(VARIABLES["temperature_oil"]).check(
+        temperature = value_range(VARIABLES["temperature_oil"]).check(
             self.lubricant.get("temperature_oil", 353.15), "lubricant.temperature_oil"
         )
         table = {
@@ -557,7 +559,17 @@ class Plan(InputModel):
         oils = ", ".join(self.oils) or "a lubricant by numbers"
         return f"accuracy {self.model.accuracy}; {oils}; over {varied or 'a table of points'}"
 
-    def _repr_html_(self) -> str:
+    def to_dict(self) -> dict[str, Any]:
+        """All entries in SI units, with their defaults, as stored with results (`from_json`).
+
+        Returns
+        -------
+        dict
+        """
+        return self.model_dump(mode="json")
+
+    def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
+        """Ends and number of values of each variable."""
         columns = {**{name: axis.values for name, axis in self.axes.items()}, **self.table}
         sampled = {name: axis.scale for name, axis in self.axes.items() if axis.sampled}
         rows = (
@@ -565,7 +577,8 @@ class Plan(InputModel):
             ("high", *(max(values) for values in columns.values())),
             ("values", *(f"{sampled[name]} range" if name in sampled else len(v) for name, v in columns.items())),
         )
-        return Table(("", *columns), rows, title=repr(self), vertical=True).html()
+        table = Table(("", *columns), rows, title=repr(self), vertical=True)
+        return [Section("", [Head(table.title), table])]
 
     @cached_property
     def columns(self) -> dict[str, FloatArray]:

@@ -18,14 +18,14 @@ from scipy.stats import qmc
 
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import InputError
-from ehl.common.units import ValueRange
+from ehl.common.units import ValueRange, value_range
 from ehl.common.validation import InputModel
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from ehl.inputs import LoadPerLength, SlidingSpeed
 from ehl.line_contact import half_width_of_pressure, hertz_load
 from ehl.material import Material
 from regression.friction.conditions import MIN_ROUGHNESS
-from regression.plan.axes import PlanAxis, read_ends, value_range_of
+from regression.plan.axes import PlanAxis, read_ends
 
 FLASH_FRICTION = 0.05  # friction coefficient of the flash temperature constraint (Coleman's constant)
 
@@ -68,14 +68,14 @@ class Constraints(InputModel):
     # lambda by the film formula of `regression.friction.conditions.derive` [-]
     film_ratio: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
     # w' [N/m]
-    load_per_length: _window(value_range_of(LoadPerLength)) | None = None  # type: ignore[valid-type]
+    load_per_length: _window(value_range(LoadPerLength)) | None = None  # type: ignore[valid-type]
     # Hertz half-width b [m]
     half_width: _window(ValueRange("m", ge=0.0, le=1.0)) | None = None  # type: ignore[valid-type]
     # correlation length over b and over the composite Rq [-]
     correlation_over_width: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
     correlation_over_rms: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
     # length of the sliding vector [m/s]
-    speed_sliding: _window(ValueRange("m/s", ge=0.0, le=value_range_of(SlidingSpeed).le)) | None = None  # type: ignore[valid-type]
+    speed_sliding: _window(ValueRange("m/s", ge=0.0, le=value_range(SlidingSpeed).le)) | None = None  # type: ignore[valid-type]
     # sliding speed over the entrainment speed [-]
     slide_to_roll_total: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
     # p_h times `speed_sliding` [W/m^2]

@@ -1,13 +1,8 @@
-"""Runs: the results of a sweep in a folder, and the functions that compute them.
-
-Slurm jobs of a sweep: a job that compiles, an array of shards, and a job that merges and fits.
-"""
+"""Runs: the results of a sweep in a folder, and the function that computes them."""
 
 from __future__ import annotations
 
-import re
-import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from functools import cached_property, partial
 from os import PathLike
 from pathlib import Path
@@ -15,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from ehl import SOLVER
 from ehl.common.errors import InputError
+from ehl.common.pages import TableResult
 from ehl.common.progress import ProgressCallback
-from ehl.common.runner import MAX_JOBS, checked_jobs, cluster
+from ehl.common.runner import checked_jobs, cluster
+from ehl.common.sections import Medium, Section
 from ehl.common.threads import one_thread
 from ehl.common.units import ValueRange
 from ehl.warmup import prepare_workers
@@ -31,117 +28,10 @@ from regression.sweeping.sweep import SweepReport, sweep_shard
 if TYPE_CHECKING:
     import pandas as pd
 
-MAX_TASKS = 10_000
-DEFAULT_JOBS = 4  # processors of a task by default
-DEFAULT_TIME = "04:00:00"
-# options of sbatch that the script sets
-_OWN = ("array", "cpus-per-task", "dependency", "parsable", "wrap")
-
-_SCRIPT = """#!/bin/bash
-# Run this on the login node: bash FILE. It submits all jobs. A second run computes the missing cases.
-set -euo pipefail
-
-{before}array=$(sbatch --parsable{after} <<'EOF'
-#!/bin/bash
-#SBATCH --array=1-{shards}
-#SBATCH --cpus-per-task={jobs}
-{options}
-# memory and time are per task; a task that was killed is resumed when the script is run again
-exec {sweep} --shard "${{SLURM_ARRAY_TASK_ID}}/{shards}"
-EOF
-)
-echo "array ${{array%%;*}}: {shards} tasks"
-"""
-# compiles once for all tasks, which load the kernels from the cache folder of the user
-_BEFORE = """kernels=$(sbatch --parsable <<'EOF'
-#!/bin/bash
-#SBATCH --cpus-per-task=1
-{options}
-exec {warmup}
-EOF
-)
-"""
-_AFTER = ' --dependency="afterany:${kernels%%;*}"'
-# runs in any case, since a task with a failed case ends with exit code 1
-_BEHIND = """
-behind=$(sbatch --parsable --dependency="afterany:${{array%%;*}}" <<'EOF'
-#!/bin/bash
-#SBATCH --cpus-per-task=1
-{options}
-set -e
-{commands}
-EOF
-)
-echo "then ${{behind%%;*}}: {what}"
-"""
-
-
-def job_script(
-    plan: str,
-    run: str,
-    shards: int,
-    options: Sequence[str] = (),
-    jobs: int = DEFAULT_JOBS,
-    *,
-    sbatch: Mapping[str, str] | None = None,
-    container: str | None = None,
-    merge: str | None = None,
-    fit: str | None = None,
-    kernels: bool = True,
-) -> str:
-    """The script that submits a sweep, to be run with ``bash``.
-
-    plan, run: arguments of ``mixed-ehl sweep``.
-    shards: tasks of the array.
-    options: further arguments of the command, such as ``["--set", "lubricant.oil=fva3"]``.
-    jobs: processors of a task; the number of its workers is SLURM_CPUS_PER_TASK.
-    sbatch: options of ``sbatch`` for all jobs by their long names: ``partition``, ``account``, ``mem``, ``time``...
-    container: image in which ``apptainer`` runs the program.
-    merge, fit: file of all results, and file of the formula fitted to them, written by a job after the array.
-    kernels: compile the kernels of contacts in a job before the array.
-    Raises `InputError`: the number of tasks or processors is out of range, or an option of sbatch is invalid.
-    """
-    for name, value, most in (("jobs", jobs, MAX_JOBS), ("tasks", shards, MAX_TASKS)):
-        if not 1 <= value <= most:
-            raise InputError(name, value, f"at least 1, at most {most}")
-    program = ["mixed-ehl"] if container is None else ["apptainer", "exec", container, "mixed-ehl"]
-    given = {"job-name": "mixed-ehl", "time": DEFAULT_TIME} | _checked(sbatch or {})
-    directives = "\n".join(f"#SBATCH --{name}={value}" for name, value in given.items())
-    script = _SCRIPT.format(
-        shards=shards,
-        jobs=jobs,
-        options=directives,
-        before=_BEFORE.format(options=directives, warmup=shlex.join([*program, "warmup", "rough"])) if kernels else "",
-        after=_AFTER if kernels else "",
-        sweep=shlex.join([*program, "sweep", plan, *options, "-o", run]),
-    )
-    behind = []
-    if merge is not None:
-        behind.append([*program, "sweep", "merge", run, "-o", merge, "--complete"])
-    if fit is not None:
-        behind.append([*program, "fit", run if merge is None else merge, "-o", fit])
-    if behind:
-        what = " and ".join(name for name, target in (("merge", merge), ("fit", fit)) if target is not None)
-        commands = "\n".join(shlex.join(command) for command in behind)
-        script += _BEHIND.format(options=directives, commands=commands, what=what)
-    return script
-
-
-def _checked(sbatch: Mapping[str, str]) -> dict[str, str]:
-    for name, value in sbatch.items():
-        if not re.fullmatch(r"[a-z][a-z-]*", name) or name in _OWN:
-            allowed = "a long option of sbatch such as partition=short"
-            raise InputError("sbatch", name, f"{allowed}; not {', '.join(_OWN)}, which the script sets")
-        # values in the head of a script are not quoted
-        if not re.fullmatch(r"[\w.,:;=@%+/\[\]-]+", value):
-            raise InputError(f"sbatch {name}", value, "a value without blanks or quotes")
-    return dict(sbatch)
-
-
 _SECONDS = ValueRange("s", gt=0.0)
 
 
-class Run(PathLike[str]):
+class Run(PathLike[str], TableResult):
     """The results of a sweep.
 
     Parameters
@@ -291,22 +181,14 @@ class Run(PathLike[str]):
             return len(dataset)
         return merge(self.path, target, compress=compress)
 
-    def to_text(self) -> str:
-        """Report of the last call of `sweep`.
-
-        Returns
-        -------
-        str
-        """
-        return "\n".join(report.to_text() for report in self.reports)
+    def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
+        """Result files and failed cases."""
+        return self.status.sections(medium)
 
     def __repr__(self) -> str:
         status = self.status
         failed = f", {len(status.failed)} failed" if status.failed else ""
         return f"Run {self.path}: {status.plan_name!r}, {status.finished} of {status.planned} cases{failed}"
-
-    def _repr_html_(self) -> str:
-        return self.status.table().html()
 
 
 @one_thread
@@ -374,7 +256,7 @@ def sweep(
     True
     """
     content = plan if isinstance(plan, Plan) else Plan.from_file(plan)
-    _check_formula(formula)
+    check_formula(formula)
     part = _shard(shard)
     with cluster(dask) as executor:
         options: dict[str, Any] = {
@@ -382,7 +264,7 @@ def sweep(
             "version": formula or SOLVER,
             "jobs": checked_jobs(jobs),
             "executor": executor,
-            "time_cap": None if time_cap is None else _time_cap(time_cap),
+            "time_cap": None if time_cap is None else checked_time_cap(time_cap),
             "retries": retries,
             "retry_failed": retry_failed,
             "progress": progress,
@@ -393,86 +275,7 @@ def sweep(
         return Run(target, (sweep_shard(content, target, part, **options),))
 
 
-def slurm_script(
-    plan: str | Path,
-    folder: str | PathLike[str],
-    tasks: int,
-    *,
-    jobs: int | None = None,
-    changes: Sequence[str] = (),
-    formula: str | None = None,
-    time_cap: float | str = 600.0,
-    retries: int = 1,
-    retry_failed: bool = False,
-    sbatch: Mapping[str, str] | None = None,
-    container: str | None = None,
-    merge: str | Path | None = None,
-    fit: str | Path | None = None,
-) -> str:
-    """Script that submits a sweep to Slurm: a job that compiles, an array of shards, and a job that merges and fits.
-
-    Parameters
-    ----------
-    plan : str or Path
-        The path of a plan file, or the name of a shipped plan.
-    folder : str or path
-        Folder of the results.
-    tasks : int
-        Tasks of the array, each with its own shard and result file.
-    jobs : int, optional
-        Processors of a task; 4 by default.
-    changes : sequence of str
-        Entries that replace those of the plan, such as ``lubricant.oil=fva3``.
-    formula : str, optional
-        Compute with this published formula instead of the solver.
-    time_cap : float or str
-        Wall time after which a case is stopped [s].
-    retries : int
-        Number of fallback settings that are tried if the solver fails.
-    retry_failed : bool
-        Compute the failed cases on disk again.
-    sbatch : mapping of str
-        Options of ``sbatch`` for all jobs by their long names, such as ``{"partition": "short", "mem": "8G"}``.
-    container : str, optional
-        Image in which ``apptainer`` runs the program.
-    merge : str or Path, optional
-        Merge all shards into this file when the array has ended.
-    fit : str or Path, optional
-        File of a formula that is fitted to all results.
-
-    Returns
-    -------
-    str
-        The script, to be run with ``bash`` on a computer with ``sbatch``.
-
-    Raises
-    ------
-    InputError
-        The plan or an option is invalid.
-
-    Examples
-    --------
-    >>> from regression import slurm_script
-    >>> script = slurm_script("demo", "run", tasks=8, sbatch={"partition": "short"}, merge="all.h5")
-    >>> print("\\n".join(line for line in script.splitlines() if "mixed-ehl sweep" in line))
-    exec mixed-ehl sweep demo --time-cap '600 s' --retries 1 -o run --shard "${SLURM_ARRAY_TASK_ID}/8"
-    mixed-ehl sweep merge run -o all.h5 --complete
-    """
-    Plan.from_file(plan, changes)
-    _check_formula(formula)
-    options = [part for change in changes for part in ("--set", change)]
-    options += ["--with", formula] if formula else []
-    cap = time_cap if isinstance(time_cap, str) else f"{time_cap:g} s"
-    _time_cap(cap)
-    options += ["--time-cap", cap, "--retries", str(retries), *(["--retry-failed"] if retry_failed else [])]
-    merged, fitted = (None if path is None else str(path) for path in (merge, fit))
-    return job_script(
-        str(plan), str(folder), tasks, options, DEFAULT_JOBS if jobs is None else jobs, sbatch=sbatch,
-        container=container, merge=merged, fit=fitted, kernels=formula is None,
-    )  # fmt: skip
-
-
-def _check_formula(formula: str | None) -> None:
+def check_formula(formula: str | None) -> None:
     if formula is not None and formula not in PUBLISHED:
         raise InputError("formula", formula, "one of " + ", ".join(sorted(PUBLISHED)))
 
@@ -484,6 +287,6 @@ def _shard(value: tuple[int, int] | str) -> tuple[int, int]:
     return int(number), int(shards)
 
 
-def _time_cap(value: float | str) -> float:
+def checked_time_cap(value: float | str) -> float:
     """Seconds; a text must have a unit."""
     return _SECONDS.check(value, "time_cap", bare=not isinstance(value, str))

@@ -5,9 +5,13 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Mapping, Sequence
+from os import PathLike
+from pathlib import Path
 
 from ehl.common.errors import InputError, check_count
 from ehl.common.runner import MAX_JOBS
+from regression.plan.plan import Plan
+from regression.sweeping.run import check_formula, checked_time_cap
 
 MAX_TASKS = 10_000
 DEFAULT_JOBS = 4  # processors of a task by default
@@ -54,49 +58,96 @@ echo "then ${{behind%%;*}}: {what}"
 """
 
 
-def job_script(
-    plan: str,
-    run: str,
-    shards: int,
-    options: Sequence[str] = (),
-    jobs: int = DEFAULT_JOBS,
+def slurm_script(
+    plan: str | Path,
+    folder: str | PathLike[str],
+    tasks: int,
     *,
+    jobs: int | None = None,
+    changes: Sequence[str] = (),
+    formula: str | None = None,
+    time_cap: float | str = 600.0,
+    retries: int = 1,
+    retry_failed: bool = False,
     sbatch: Mapping[str, str] | None = None,
     container: str | None = None,
-    merge: str | None = None,
-    fit: str | None = None,
-    kernels: bool = True,
+    merge: str | Path | None = None,
+    fit: str | Path | None = None,
 ) -> str:
-    """The script that submits a sweep, to be run with ``bash``.
+    """Script that submits a sweep to Slurm: a job that compiles, an array of shards, and a job that merges and fits.
 
-    plan, run: arguments of ``mixed-ehl sweep``.
-    shards: tasks of the array.
-    options: further arguments of the command, such as ``["--set", "lubricant.oil=fva3"]``.
-    jobs: processors of a task; the number of its workers is SLURM_CPUS_PER_TASK.
-    sbatch: options of ``sbatch`` for all jobs by their long names: ``partition``, ``account``, ``mem``, ``time``...
-    container: image in which ``apptainer`` runs the program.
-    merge, fit: file of all results, and file of the formula fitted to them, written by a job after the array.
-    kernels: compile the kernels of contacts in a job before the array.
-    Raises `InputError`: the number of tasks or processors is out of range, or an option of sbatch is invalid.
+    Parameters
+    ----------
+    plan : str or Path
+        The path of a plan file, or the name of a shipped plan.
+    folder : str or path
+        Folder of the results.
+    tasks : int
+        Tasks of the array, each with its own shard and result file.
+    jobs : int, optional
+        Processors of a task, by default 4; the number of its workers is SLURM_CPUS_PER_TASK.
+    changes : sequence of str
+        Entries that replace those of the plan, such as ``lubricant.oil=fva3``.
+    formula : str, optional
+        Compute with this published formula instead of the solver.
+    time_cap : float or str
+        Wall time after which a case is stopped [s].
+    retries : int
+        Number of fallback settings that are tried if the solver fails.
+    retry_failed : bool
+        Compute the failed cases on disk again.
+    sbatch : mapping of str
+        Options of ``sbatch`` for all jobs by their long names, such as ``{"partition": "short", "mem": "8G"}``.
+    container : str, optional
+        Image in which ``apptainer`` runs the program.
+    merge : str or Path, optional
+        Merge all shards into this file when the array has ended.
+    fit : str or Path, optional
+        File of a formula that is fitted to all results.
+
+    Returns
+    -------
+    str
+        The script, to be run with ``bash`` on a computer with ``sbatch``.
+
+    Raises
+    ------
+    InputError
+        The plan or an option is invalid.
+
+    Examples
+    --------
+    >>> from regression import slurm_script
+    >>> script = slurm_script("demo", "run", tasks=8, sbatch={"partition": "short"}, merge="all.h5")
+    >>> print("\\n".join(line for line in script.splitlines() if "mixed-ehl sweep" in line))
+    exec mixed-ehl sweep demo --time-cap '600 s' --retries 1 -o run --shard "${SLURM_ARRAY_TASK_ID}/8"
+    mixed-ehl sweep merge run -o all.h5 --complete
     """
-    for name, value, most in (("jobs", jobs, MAX_JOBS), ("tasks", shards, MAX_TASKS)):
+    Plan.from_file(plan, changes)
+    check_formula(formula)
+    cap = time_cap if isinstance(time_cap, str) else f"{time_cap:g} s"
+    checked_time_cap(cap)
+    jobs = DEFAULT_JOBS if jobs is None else jobs
+    for name, value, most in (("jobs", jobs, MAX_JOBS), ("tasks", tasks, MAX_TASKS)):
         check_count(name, value, 1, most)
     program = ["mixed-ehl"] if container is None else ["apptainer", "exec", container, "mixed-ehl"]
+    options = [part for change in changes for part in ("--set", change)] + (["--with", formula] if formula else [])
+    options += ["--time-cap", cap, "--retries", str(retries), *(["--retry-failed"] if retry_failed else [])]
     given = {"job-name": "mixed-ehl", "time": DEFAULT_TIME} | _checked(sbatch or {})
     directives = "\n".join(f"#SBATCH --{name}={value}" for name, value in given.items())
     script = _SCRIPT.format(
-        shards=shards,
+        shards=tasks,
         jobs=jobs,
         options=directives,
-        before=_BEFORE.format(options=directives, warmup=shlex.join([*program, "warmup", "rough"])) if kernels else "",
-        after=_AFTER if kernels else "",
-        sweep=shlex.join([*program, "sweep", plan, *options, "-o", run]),
+        before="" if formula else _BEFORE.format(options=directives, warmup=shlex.join([*program, "warmup", "rough"])),
+        after="" if formula else _AFTER,
+        sweep=shlex.join([*program, "sweep", str(plan), *options, "-o", str(folder)]),
     )
     behind = []
     if merge is not None:
-        behind.append([*program, "sweep", "merge", run, "-o", merge, "--complete"])
+        behind.append([*program, "sweep", "merge", str(folder), "-o", str(merge), "--complete"])
     if fit is not None:
-        behind.append([*program, "fit", run if merge is None else merge, "-o", fit])
+        behind.append([*program, "fit", str(folder if merge is None else merge), "-o", str(fit)])
     if behind:
         what = " and ".join(name for name, target in (("merge", merge), ("fit", fit)) if target is not None)
         commands = "\n".join(shlex.join(command) for command in behind)

@@ -6,15 +6,16 @@ crash are replaced. The same command resumes a sweep that was killed.
 Recording of finished cases of a sweep: counts, rows on disk, progress, and stop on request.
 """
 
+from __future__ import annotations
+
 import hashlib
 import signal
 import threading
 import time
-from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -22,80 +23,18 @@ from typing import Any
 import numpy as np
 
 from ehl import SOLVER
-from ehl.common.arrays import FloatArray
+from ehl.common.arrays import IntArray
 from ehl.common.errors import InputError
 from ehl.common.files import make_folder
 from ehl.common.journal import Journal
 from ehl.common.progress import ProgressCallback, duration, progress_to, report_progress
 from ehl.common.reasons import reason_text
 from ehl.common.runner import Executor, TaskRun, checked_jobs, local_executor
-from ehl.contact import Contact
 from ehl.fluid.oil import Oil
 from regression.data.result_files import JOURNAL, SAME_RUN, TEXT_WIDTHS, CaseStatus, case_status, cases_of_other_files
 from regression.friction.oil_cards import card_hash, cards_hash
 from regression.plan.plan import Plan
 from regression.sweeping import evaluators
-
-
-@dataclass
-class Recorder:
-    """Counts rows, writes them to disk in groups, and ends the sweep between two cases on request."""
-
-    journal: Journal
-    total: int
-    resumed: int
-    flush_every: int
-    flush_seconds: float
-    stop: threading.Event
-    costs: Mapping[str, float]
-    counts: Counter[str] = field(default_factory=Counter)
-    reasons: defaultdict[str, Counter[str]] = field(default_factory=lambda: defaultdict(Counter))
-    fallback: int = 0
-    seconds_cases: float = 0.0
-    seconds_cpu: float = 0.0
-    _buffer: list[Mapping[str, Any]] = field(default_factory=list)
-    _start: float = field(default_factory=time.perf_counter)
-    _flushed: float = field(default_factory=time.perf_counter)
-    _cost_done: float = 0.0
-    _cost_all: float = field(init=False)
-
-    def __post_init__(self) -> None:
-        self._cost_all = sum(self.costs.values())
-
-    def record(self, row: Mapping[str, Any]) -> None:
-        """Record a row; raises `KeyboardInterrupt` after a stop request."""
-        # missing values become nan or empty texts when the rows are read
-        self._buffer.append({name: value for name, value in row.items() if value == value and value != ""})
-        self.counts[row["status"]] += 1
-        if row["status"] != "converged":
-            self.reasons[row["status"]][row["reason"]] += 1
-        if row["status"] != "failed" and row.get("setting"):
-            self.fallback += 1
-        self.seconds_cases += float(row.get("seconds", 0.0))
-        self.seconds_cpu += float(row.get("seconds_cpu", 0.0))
-        self._cost_done += self.costs.get(row["key"], 0.0)
-        if len(self._buffer) >= self.flush_every or time.perf_counter() - self._flushed > self.flush_seconds:
-            self.flush()
-        self.show()
-        if self.stop.is_set():
-            raise KeyboardInterrupt
-
-    def flush(self) -> None:
-        """Write the waiting rows to disk."""
-        self.journal.append(self._buffer)
-        self._buffer.clear()
-        self._flushed = time.perf_counter()
-
-    def show(self) -> None:
-        """Report the progress."""
-        step = f"{failed} failed, cases" if (failed := self.counts["failed"]) else "cases"
-        report_progress(step, self.resumed + self.counts.total(), self.total, self._remaining())
-
-    def _remaining(self) -> float | None:
-        if self._cost_done <= 0.0:
-            return None
-        elapsed = time.perf_counter() - self._start
-        return elapsed * max(self._cost_all - self._cost_done, 0.0) / self._cost_done
 
 
 @contextmanager
@@ -120,27 +59,39 @@ def stop_requests() -> Iterator[threading.Event]:
             signal.signal(number, handler)
 
 
-@dataclass(frozen=True)
+@dataclass
 class SweepReport:
     """Report of one call of `sweep_shard`."""
 
     path: Path  # the result file of this shard
     total: int  # cases of this shard
-    resumed: int  # cases found on disk
-    # cases computed in this call; the error of an unsettled result exceeds the tolerance
-    converged: int
-    unsettled: int
-    failed: int
-    reasons_unsettled: dict[str, int]  # number of these unsettled cases by reason
-    reasons_failed: dict[str, int]  # number of cases without a result by reason, of this call and on disk
-    restarts: int  # number of crashes after which the workers were replaced
-    truncated: int  # incomplete rows of an interrupted process; computed again
-    corrupt: int  # rows on disk that do not match their checksum; computed again
-    fallback: int  # cases that have a result only with fallback settings
-    seconds: float  # wall time [s]
-    seconds_cases: float  # sum of the wall times of the cases computed in this call [s]
-    seconds_cpu: float  # sum of their processor times [s]
     workers: int | None  # worker processes of this machine; None on a cluster
+    resumed: int  # cases found on disk
+    # number of cases without a result by reason, of this call and on disk
+    reasons_failed: Counter[str]
+    # cases computed in this call; the error of an unsettled result exceeds the tolerance
+    converged: int = 0
+    unsettled: int = 0
+    failed: int = 0
+    reasons_unsettled: Counter[str] = field(default_factory=Counter)  # number of these unsettled cases by reason
+    restarts: int = 0  # number of crashes after which the workers were replaced
+    truncated: int = 0  # incomplete rows of an interrupted process; computed again
+    corrupt: int = 0  # rows on disk that do not match their checksum; computed again
+    fallback: int = 0  # cases that have a result only with fallback settings
+    seconds: float = 0.0  # wall time [s]
+    seconds_cases: float = 0.0  # sum of the wall times of the cases computed in this call [s]
+    seconds_cpu: float = 0.0  # sum of their processor times [s]
+
+    def count(self, row: Mapping[str, Any]) -> None:
+        """Add a case computed in this call."""
+        status = row["status"]
+        setattr(self, status, getattr(self, status) + 1)
+        if status != "converged":
+            (self.reasons_failed if status == "failed" else self.reasons_unsettled)[row["reason"]] += 1
+        if status != "failed" and row.get("setting"):
+            self.fallback += 1
+        self.seconds_cases += float(row.get("seconds", 0.0))
+        self.seconds_cpu += float(row.get("seconds_cpu", 0.0))
 
     @property
     def unanswered(self) -> int:
@@ -211,6 +162,56 @@ class SweepOptions:
                 raise InputError(name, getattr(self, name), f"at least {minimum}")
 
 
+class Recorder:
+    """Counts rows, writes them to disk in groups, and ends the sweep between two cases on request.
+
+    costs: estimated seconds of the cases to be computed.
+    """
+
+    def __init__(
+        self,
+        journal: Journal,
+        report: SweepReport,
+        options: SweepOptions,
+        stop: threading.Event,
+        costs: Mapping[str, float],
+    ) -> None:
+        self._journal, self._report, self._options, self._stop, self._costs = journal, report, options, stop, costs
+        self._buffer: list[Mapping[str, Any]] = []
+        self._start = self._flushed = time.perf_counter()
+        self._cost_done, self._cost_all = 0.0, sum(costs.values())
+
+    def record(self, row: Mapping[str, Any]) -> None:
+        """Record a row; raises `KeyboardInterrupt` after a stop request."""
+        # missing values become nan or empty texts when the rows are read
+        self._buffer.append({name: value for name, value in row.items() if value == value and value != ""})
+        self._report.count(row)
+        self._cost_done += self._costs.get(row["key"], 0.0)
+        late = time.perf_counter() - self._flushed > self._options.flush_seconds
+        if late or len(self._buffer) >= self._options.flush_every:
+            self.flush()
+        self.show()
+        if self._stop.is_set():
+            raise KeyboardInterrupt
+
+    def flush(self) -> None:
+        """Write the waiting rows to disk."""
+        self._journal.append(self._buffer)
+        self._buffer.clear()
+        self._flushed = time.perf_counter()
+
+    def show(self) -> None:
+        """Report the progress."""
+        report = self._report
+        left = None
+        if self._cost_done > 0.0:
+            elapsed = time.perf_counter() - self._start
+            left = elapsed * max(self._cost_all - self._cost_done, 0.0) / self._cost_done
+        step = f"{report.failed} failed, cases" if report.failed else "cases"
+        done = report.resumed + report.converged + report.unsettled + report.failed
+        report_progress(step, done, report.total, left)
+
+
 def sweep_shard(plan: Plan, folder: Path, shard: tuple[int, int] = (1, 1), **options: Any) -> SweepReport:
     """Compute the cases of a plan, or of one shard of it, that are not on disk yet.
 
@@ -227,34 +228,18 @@ def sweep_shard(plan: Plan, folder: Path, shard: tuple[int, int] = (1, 1), **opt
     if not 1 <= number <= shards:
         raise InputError("shard", f"{number}/{shards}", "i/n with 1 <= i <= n")
     path = shard_path(folder, number, shards)
-    indices = np.arange(number - 1, len(plan.points), shards)
-    points = [PlannedCase(plan.points.origin[int(i)], partial(plan.case_at, int(i))) for i in indices]
-    return compute_cases(path, run_meta(plan, given.version), points, plan.case_seconds()[indices], given)
+    return _compute_cases(path, plan, np.arange(number - 1, len(plan.points), shards), given)
 
 
-@dataclass(frozen=True)
-class PlannedCase:
-    """A case to be computed; its contact is created when it is needed, to save memory."""
-
-    origin: str
-    case: Callable[[], Contact]
-
-
-def compute_cases(
-    path: Path, meta: Mapping[str, str | int], points: Sequence[PlannedCase], cost: FloatArray, options: SweepOptions
-) -> SweepReport:
-    """Compute the cases that are not in a result file yet, the longest first.
-
-    path: the result file; created if it does not exist.
-    meta: result of `run_meta`.
-    cost: estimated seconds of the cases.
-    """
+def _compute_cases(path: Path, plan: Plan, indices: IntArray, options: SweepOptions) -> SweepReport:
+    """Compute the cases of a plan that are not in a result file yet, the longest first."""
     clock = time.perf_counter()
+    cost = plan.case_seconds()[indices]
     # the longest first, so that all workers finish at about the same time
-    order = np.lexsort((np.arange(len(points)), -cost))
+    order = np.lexsort((np.arange(indices.size), -cost))
     with (
         progress_to(options.progress),
-        Journal(path, meta, SAME_RUN, keep=case_status) as journal,
+        Journal(path, run_meta(plan, options.version), SAME_RUN, keep=case_status) as journal,
         stop_requests() as stop,
     ):
         # cases of other divisions into shards are included
@@ -262,11 +247,11 @@ def compute_cases(
         done = {key for key, (status, _, _) in known.items() if not (options.retry_failed and status == "failed")}
         failures = {key: _failed_settings(*entry) for key, entry in known.items()}
         costs: dict[str, float] = {}
-        waiting: list[tuple[str, PlannedCase]] = []
+        waiting: dict[str, int] = {}
         kept: dict[str, str] = {}  # reason of each failed case on disk that is not computed again
         for position in order:
-            point = points[int(position)]
-            case = point.case()
+            index = int(indices[position])
+            case = plan.case_at(index)
             key = evaluators.case_key(case, options.version)
             # if no settings are left the row keeps the reason of the solver
             exhausted = bool(failures.get(key)) and evaluators.fallback_settings(case, failures[key]) is None
@@ -274,13 +259,17 @@ def compute_cases(
                 if known[key][0] == "failed":
                     kept[key] = known[key][1]
             elif key not in costs:
-                costs[key] = float(cost[position])
-                waiting.append((key, point))
-        resumed = len(points) - len(waiting)
-        recorder = Recorder(journal, len(points), resumed, options.flush_every, options.flush_seconds, stop, costs)
-
-        tasks = (evaluators.CaseTask(key, point.origin, point.case(), failures.get(key, 0)) for key, point in waiting)
+                costs[key], waiting[key] = float(cost[position]), index
         jobs = max(1, min(options.jobs, len(waiting)))
+        workers = jobs if options.executor is None else None
+        resumed = indices.size - len(waiting)
+        report = SweepReport(path, indices.size, workers, resumed, Counter(kept.values()))
+        recorder = Recorder(journal, report, options, stop, costs)
+        # contacts are created when they are needed, to save memory
+        tasks = (
+            evaluators.CaseTask(key, plan.points.origin[index], plan.case_at(index), failures.get(key, 0))
+            for key, index in waiting.items()
+        )
         executor = local_executor(jobs) if options.executor is None else options.executor
         solve = evaluators.CaseRunner(options.evaluate, options.time_cap, options.retries)
         run = TaskRun(tasks, solve, executor, solve.crashed, options.time_cap)
@@ -291,24 +280,9 @@ def compute_cases(
                     recorder.record(row)
         finally:
             recorder.flush()
-    return SweepReport(
-        path,
-        len(points),
-        resumed,
-        recorder.counts["converged"],
-        recorder.counts["unsettled"],
-        recorder.counts["failed"],
-        dict(recorder.reasons["unsettled"]),
-        dict(recorder.reasons["failed"] + Counter(kept.values())),
-        run.restarts,
-        journal.truncated,
-        journal.corrupt,
-        recorder.fallback,
-        time.perf_counter() - clock,
-        recorder.seconds_cases,
-        recorder.seconds_cpu,
-        jobs if options.executor is None else None,
-    )
+    report.restarts, report.truncated, report.corrupt = run.restarts, journal.truncated, journal.corrupt
+    report.seconds = time.perf_counter() - clock
+    return report
 
 
 def _joined(*rows: Mapping[str, CaseStatus]) -> dict[str, CaseStatus]:

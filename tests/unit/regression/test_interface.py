@@ -40,6 +40,8 @@ def test_a_sweep_in_one_line_and_all_that_follows_from_it(tmp_path: Path) -> Non
     assert run.merge(tmp_path / "cases.csv") == run.merge(tmp_path / "cases.h5") == 16
     for result in (plan, run, run.status, run.dataset()):
         assert "<table>" in result._repr_html_()
+        for name in ("page.html", "tables.xlsx", "first.csv", "all.json"):
+            assert result.report(tmp_path / name).stat().st_size > 0
     for result in (plan, run, run.dataset(), plan.estimate()):
         assert len(repr(result)) < 1500
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from small_plans import sweep_plan
 
+from ehl.common.data import data_path
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.progress import Progress
 from ehl.common.runner import granted_workers
@@ -20,7 +21,7 @@ from ehl.inputs import SurfaceInput
 from regression.data.dataset import load_dataset, run_status
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import CaseRunner, CaseTask, Outputs, case_key, published_outputs, solve_outputs
-from regression.sweeping.run import job_script
+from regression.sweeping.slurm import slurm_script
 from regression.sweeping.sweep import sweep_shard
 
 XU = partial(published_outputs, name="xu_kahraman_2007")
@@ -228,7 +229,7 @@ def test_a_folder_that_cannot_be_made(plan: Plan, tmp_path: Path) -> None:
         sweep_shard(plan, tmp_path / "file" / "run", evaluate=XU)
 
 
-def test_slurm(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_slurm(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("joblib.externals.loky.cpu_count", lambda: 12)
     monkeypatch.setenv("SLURM_CPUS_PER_TASK", "7")
     assert granted_workers() == 7
@@ -237,14 +238,18 @@ def test_slurm(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.undo()
     monkeypatch.delenv("SLURM_CPUS_PER_TASK", raising=False)
     assert 1 <= granted_workers() <= (os.cpu_count() or 1)
-    script = job_script("my plan.toml", "runs/a b", 12, jobs=3)
+    monkeypatch.chdir(tmp_path)
+    Path("my plan.toml").write_text(data_path("plans", "demo.toml").read_text(encoding="utf-8"), encoding="utf-8")
+    script = slurm_script("my plan.toml", "runs/a b", 12, jobs=3)
     assert "#SBATCH --array=1-12" in script
     assert "#SBATCH --cpus-per-task=3" in script
-    assert "mixed-ehl sweep 'my plan.toml' -o 'runs/a b' --shard \"${SLURM_ARRAY_TASK_ID}/12\"" in script
+    assert "mixed-ehl sweep 'my plan.toml' --time-cap '600 s' --retries 1 -o 'runs/a b'" in script
+    assert '--shard "${SLURM_ARRAY_TASK_ID}/12"' in script
     assert "/tmp" not in script  # a folder that another user of the node could make first
     assert "NUMBA_CACHE_DIR" not in script
-    with pytest.raises(InputError, match="at least 1"):
-        job_script("plan.toml", "run", 0)
+    with pytest.raises(InputError) as refused:
+        slurm_script("my plan.toml", "run", 0)
+    assert refused.value.field == "tasks"
 
 
 def test_unsettled_results_are_kept_and_counted_apart(plan: Plan, tmp_path: Path) -> None:

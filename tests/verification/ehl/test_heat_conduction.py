@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 from contacts import BEARING_STEEL as STEEL
-from contacts import line_contact
+from contacts import line_contact, thermal_traction
 from numpy.testing import assert_allclose
 from scipy.integrate import quad
 from scipy.linalg import solve_banded
@@ -15,7 +15,6 @@ from twins.material_points import material_point_matrices, material_point_matrix
 
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.conduction import jaeger_matrix
-from ehl.heat.traction import thermal_traction
 
 B = 2e-4
 
