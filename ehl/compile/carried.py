@@ -1,7 +1,8 @@
 """Precompiled kernels of a wheel, loaded instead of compiled where they fit.
 
-A wheel may hold kernels for one version of Python, numba and llvmlite and for processors of level x86-64-v3
-(`hatch_build.py`). Kernels that are damaged or made from other sources or versions are ignored and compiled locally.
+A wheel may hold kernels for one version of Python, numba and llvmlite, compiled for the processor that built it or for
+all of level x86-64-v3 (`hatch_build.py`). Kernels that are damaged, made from other sources or versions, or for a
+processor with features that this one lacks are ignored and compiled locally.
 """
 
 import hashlib
@@ -26,7 +27,8 @@ FOLDER = Path(__file__).resolve().parents[1] / "_carried"
 INDEX = "kernels.json"
 SWITCH = "MIXED_EHL_KERNELS"  # "native": compile for the local processor
 LEVEL = "x86-64-v3"
-TARGET = (LEVEL, "+avx2")  # CPU name and features for the compiler; an empty list means the features of this machine
+# CPU name and features for the compiler; an empty list means the features of this machine
+TARGET = (LEVEL, "+avx2")
 # features of the level, as LLVM names them
 FEATURES = (
     *("avx", "avx2", "bmi", "bmi2", "cx16", "f16c", "fma", "fxsr", "lzcnt", "mmx", "movbe", "popcnt", "sahf"),
@@ -58,9 +60,11 @@ def why_not() -> str | None:
     if made_for != here:
         others = ", ".join(f"{what} {made_for.get(what)}" for what in here if made_for.get(what) != here[what])
         return f"the precompiled kernels are for {others}"
-    has = llvm.get_host_cpu_features()
-    missing = [feature for feature in FEATURES if not has.get(feature, False)]
-    return f"this processor is below {LEVEL}: no {', '.join(missing)}" if missing else None
+    has, needed = llvm.get_host_cpu_features(), _index().get("features")
+    if not isinstance(needed, list):
+        return "the index of the precompiled kernels cannot be read"
+    missing = [str(feature) for feature in needed if not has.get(feature, False)]
+    return f"the precompiled kernels need a processor with {', '.join(missing)}" if missing else None
 
 
 def _index() -> dict[str, Any]:
@@ -107,20 +111,22 @@ def carried_kernel(name: str, sources: str, arguments: tuple[Any, ...]) -> Any:
 
 
 def write_carried(kernels: Iterable[tuple[str, str, Any]], folder: Path) -> int:
-    """Write the kernels that this process compiled.
+    """Write the kernels that this process compiled, for its processor or for `TARGET`.
 
     kernels: module and function, hash of the sources, and the kernel.
     folder: is created; must not exist.
     Returns: number of kernels written.
     """
-    if (config.CPU_NAME, config.CPU_FEATURES) != TARGET:
-        raise RuntimeError(f"precompiled kernels require NUMBA_CPU_NAME, NUMBA_CPU_FEATURES = {TARGET}")
+    chosen = config.CPU_NAME, config.CPU_FEATURES
+    if chosen not in (TARGET, (None, None)):
+        raise RuntimeError(f"NUMBA_CPU_NAME, NUMBA_CPU_FEATURES have to be unset or {TARGET}")
+    host = sorted(name for name, has in llvm.get_host_cpu_features().items() if has)
     folder.mkdir(parents=True)
     entries: dict[str, dict[str, str]] = {}
     for name, sources, kernel in kernels:
-        content = dumps([(taken, made._reduce()) for taken, made in kernel.overloads.items()])
+        content = dumps(kernel.saved())
         entries[name] = {"file": f"{name}.bin", "sources": sources, "sha256": hashlib.sha256(content).hexdigest()}
         write_file(folder / f"{name}.bin", content)
-    index = {"surrounding": surrounding(), "kernels": entries}
+    index = {"surrounding": surrounding(), "features": FEATURES if chosen == TARGET else host, "kernels": entries}
     write_file(folder / INDEX, json.dumps(index, indent=1, sort_keys=True) + "\n")
     return len(entries)

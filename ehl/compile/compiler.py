@@ -151,6 +151,11 @@ class KernelCache(NullCache):
         """As of numba."""
         self.disk.save_overload(sig, data)
 
+    def saved(self, sig: Any, target_context: Any) -> Any:
+        """What is on disk of one signature, in the form in which it is kept."""
+        disk: Any = self.disk
+        return disk._cache_file.load(disk._index_key(sig, target_context.codegen()))
+
     def flush(self) -> None:
         """Forget what was compiled here."""
         self.disk.flush()
@@ -348,6 +353,10 @@ class Kernel(CPUDispatcher):
     def enable_caching(self) -> None:
         """Load what is carried or on disk, keep what is compiled."""
         self._cache = KernelCache(self.py_func)
+
+    def saved(self) -> list[tuple[Any, Any]]:
+        """What is on disk of this function, by signature."""
+        return [(taken, self._cache.saved(taken, self.targetctx)) for taken in self.overloads]
 
 
 def kernel(*, cache: bool = True, **options: Any) -> Callable[[Callable[..., Any]], Any]:
