@@ -179,14 +179,25 @@ def test_bodies_at_another_temperature_than_the_oil_are_noted_with_their_size(bu
     assert other.film_central / even.film_central == pytest.approx(expected, rel=0.12)
 
 
-def test_a_film_as_thick_as_a_tenth_of_the_radius_is_no_answer() -> None:
-    keys: dict[str, Any] = {"oil": "ke_additive", "temperature": "-40 degC", "pressure_hertz": "0.05 GPa"}
-    result = Contact(**keys, radius_equivalent="0.5 mm", speed_entrainment="200 m/s", accuracy="fast").solve()
-    assert (result.status, result.reason) == ("failed", "film_above_radius")
-    rough: dict[str, Any] = {"roughness_rms": "5 um", "slide_to_roll": 2.0, "pressure_hertz": "1.177 GPa"}
-    keys |= {"oil": "hvi", "radius_equivalent": "0.5 mm", "speed_entrainment": "100 m/s", "accuracy": "fast"}
-    result = Contact(**keys | rough).solve()
-    assert (result.status, result.reason) == ("failed", "film_above_radius")
+@pytest.mark.parametrize(
+    ("reason", "oil", "temperature", "radius", "pressure", "speed", "more"),
+    [
+        ("film_above_radius", "ke_additive", -40.0, 5e-4, 5e7, 200.0, {}),
+        ("film_above_radius", "hvi", -40.0, 5e-4, 1.177e9, 100.0, {"slide_to_roll": 2.0, "roughness_rms": 5e-6}),
+        ("path_limit", "pg_1_1", -40.0, 5e-4, 4e9, 1e-4, {"slide_to_roll": 10.0, "speed_sliding_lengthwise": 1.666}),
+        ("", "fva2", 96.06, 2.65e-3, 5e7, 4.733e-4, {"slide_to_roll": 1e-6, "roughness_rms": 2.728e-7}),
+    ],
+)
+def test_contacts_far_from_any_gear_have_an_error_or_a_reason(
+    reason: str, oil: str, temperature: float, radius: float, pressure: float, speed: float, more: dict[str, float]
+) -> None:
+    """Films of a tenth of the radius, limits of work, films that asperities carry away."""
+    keys: dict[str, Any] = {"oil": oil, "temperature_oil": 273.15 + temperature, "pressure_hertz": pressure} | more
+    result = Contact(**keys, radius_equivalent=radius, speed_entrainment=speed, accuracy="fast").solve()
+    assert (result.reason, result.status) == (reason, "failed" if reason else "converged")
+    if not reason:
+        assert 0.01 < result.friction_error < 1.0
+        assert result.friction_coefficient == pytest.approx(0.085, rel=result.friction_error)
 
 
 def test_no_error_is_negative_where_a_law_has_a_viscosity_that_rises_with_temperature() -> None:
