@@ -36,7 +36,7 @@ _COMMA_HINT = (
 )
 # the pattern of numbers takes a time that grows with the square of a text's length, and pint computes any power
 _LONGEST = 200
-_RANGE = re.compile(r"\s*([^:]{1,40}):([^:]{1,40}):\s*(\d{1,9})\s*([^\d.:][^:]{0,40})")
+_RANGE = re.compile(r"\s*([^:]{1,40}):([^:]{1,40}):\s*(\d{1,9})\s*([^\d.:][^:]{0,40}|)")
 _MAX_VALUES = 10_000  # of a range
 _POWERLESS = re.compile(r"(?<=[A-Za-z])(-?\d)")  # a power without its sign, as in m3
 _POWER, _SMALL_POWER = re.compile(r"\*\*|\^"), re.compile(r"(\*\*|\^)\s*[+-]?\d(\.\d+)?(?![\d^]|\*\*)")

@@ -31,7 +31,9 @@ def test_text_becomes_si_or_is_refused_with_field_and_value(text: str, unit: str
     assert (caught.value.field, caught.value.value) == ("contact.value", text)
 
 
-@pytest.mark.parametrize("value", [True, None, [1.0], 10**400, math.nan, "35° 12' 60\"", "35° 60'"])
+@pytest.mark.parametrize(
+    "value", [True, None, [1.0], 10**400, math.nan, "35° 12' 60\"", "35° 60'", "1" * 201, "1e-99 m^-99"]
+)
 @pytest.mark.parametrize("unit", ["m", "rad"])
 def test_what_is_no_number_is_refused(value: object, unit: str) -> None:
     with pytest.raises(InputError):
@@ -68,7 +70,13 @@ def test_number_and_its_text_agree(value: float) -> None:
     assert parse_quantity(f"{value!r} MPa", "Pa") == pytest.approx(value * 1e6, rel=1e-12)
 
 
+def test_units_that_pint_alone_reads() -> None:
+    for text, unit, value in (("0.1 kcal/(kg degC)", "J/(kg*K)", 418.4), ("72 degree_Reaumur", "K", 363.15)):
+        assert parse_quantity(text, unit, bare=False) == pytest.approx(value, rel=1e-6)
+
+
 def test_bare_number_is_refused_where_it_is_ambiguous() -> None:
+    assert parse_quantity("30° 30'", "rad", bare=False) == pytest.approx(math.radians(30.5))
     with refuses("--speed"):
         parse_quantity("1500", "rad/s", field="--speed", bare=False)
     with refuses("--speed"):
@@ -109,6 +117,19 @@ def test_bare_number_out_of_range_names_the_unit_that_was_meant(bare: float, uni
     assert meant in caught.value.hint
 
 
+def test_remedies() -> None:
+    """The hint of the field where no unit makes a value fit; the unit whose spelling is nearest."""
+    for value in (-1, "-1 m", 1e12):
+        with pytest.raises(InputError) as caught:
+            ValueRange("m", gt=0.0, le=1.0, hint="Measure it.").check(value, "field")
+        assert caught.value.hint == "Measure it."
+    for text, unit, meant in (("5 Nmm2x", "Pa", "N/mm2"), ("5 rpmm", "rad/s", "rpm"), ("5 mpa s", "m", "mm")):
+        with pytest.raises(InputError) as caught:
+            parse_quantity(text, unit)
+        assert caught.value.hint.endswith(f"{meant!r}?") is (meant != "mm")
+        assert caught.value.hint
+
+
 def test_range_is_named_with_its_unit() -> None:
     with refuses("radius"):
         ValueRange("m", gt=0.0, le=10.0).check(-1.0, "radius")
@@ -131,7 +152,11 @@ def test_list_takes_its_unit_from_the_last_entry() -> None:
 def test_range_counts_its_values_with_both_ends() -> None:
     assert TORQUE.check_list("50:200:4 N m", "--torque") == [50.0, 100.0, 150.0, 200.0]
     assert TORQUE.check_list("0.2:0.1:2kN m", "--torque") == [200.0, 100.0]
-    assert ValueRange("m").check_list("-0.3:0.3:7 m", "E")[3] == 0.0
+    assert ValueRange("m").check_list("-0.1:0.1:7 m", "E")[3] == 0.0
+    for unit in ("N*m", "", "K"):
+        with pytest.raises(InputError) as caught:
+            ValueRange(unit).check_list("5:6", "field")
+        assert len(ValueRange(unit).check_list(caught.value.allowed.split("'")[-2], "field")) == 4
     for text in (
         "50:200 N m",
         "50:200:1 N m",

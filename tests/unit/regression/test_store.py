@@ -1,12 +1,15 @@
 """Result files: whole rows survive whatever happens to the process, and foreign files are refused."""
 
 import errno
+import io
 import json
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import h5py
@@ -207,25 +210,88 @@ def test_second_writer_is_refused(path: Path) -> None:
     journal(path).close()
 
 
-def test_second_writer_is_refused_without_locks(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A file beside the journal shows its writer; one that nobody has touched for a minute is of a killed one."""
+@pytest.fixture
+def naps(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """A file system without locks, and a clock that notes what waits for it."""
 
     def no_locks(file: object, operation: int) -> None:
         raise OSError(errno.ENOLCK, "no locks available")
 
+    found: list[float] = []
     monkeypatch.setattr("fcntl.flock", no_locks)
-    monkeypatch.setattr("ehl.common.journal.BEAT", 0.1)
+    monkeypatch.setattr("ehl.common.journal.BEAT", 0.02)
+    monkeypatch.setattr("ehl.common.journal.time", SimpleNamespace(sleep=found.append))
+    return found
+
+
+def test_second_writer_is_refused_without_locks(path: Path, naps: list[float]) -> None:
+    """A file next to the journal shows its writer, and is touched as long as this writes."""
     shown = path.with_name(f"{path.name}.writer")
+    before = os.umask(0)
     with journal(path):
-        assert shown.exists()
+        os.umask(before)
+        assert shown.stat().st_mode & 0o777 == 0o644
+        assert naps == []
+        os.utime(shown, (0.0, 0.0))
+        waiting = time.monotonic() + 20.0
+        while shown.stat().st_mtime == 0.0 and time.monotonic() < waiting:
+            time.sleep(0.01)
+        assert shown.stat().st_mtime > 0.0
         with pytest.raises(InputError, match=r"no locks.*same shard running.*repeat the command after 60 s"):
             journal(path)
+        assert naps == [0.02, 0.02]
     assert not shown.exists()
+
+
+@pytest.mark.parametrize(("age", "killed"), [(0.0, False), (30.0, False), (90.0, True)])
+def test_a_writer_without_locks_counts_as_killed_after_a_minute(
+    path: Path, naps: list[float], age: float, killed: bool
+) -> None:
+    shown = path.with_name(f"{path.name}.writer")
     shown.touch()
-    os.utime(shown, (0.0, 0.0))
+    touched = shown.stat().st_mtime - age
+    os.utime(shown, (touched, touched))
+    if killed:
+        with journal(path) as rows:
+            rows.append([row(7)])
+    else:
+        with pytest.raises(InputError) as caught:
+            journal(path)
+        assert (caught.value.field, caught.value.value) == ("run", str(shown))
+    assert shown.exists() is not killed
+
+
+class FullDisk(io.FileIO):
+    """A file on a disk with room for 100 bytes."""
+
+    room = 100
+
+    def write(self, content: Any) -> int:
+        if not self.room:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        written = super().write(bytes(content)[: min(self.room, 7)])
+        self.room -= written
+        return written
+
+
+def test_rows_are_on_disk_whole_or_not_at_all(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    synced: list[int] = []
+    monkeypatch.setattr(os, "fsync", synced.append)
+    whole = path.read_bytes()
     with journal(path) as rows:
-        rows.append([row(7)])
-    assert not shown.exists()
+        assert rows._file is not None
+        rows._file.close()
+        rows._file = file = FullDisk(path, "ab")
+        with pytest.raises(InputError) as caught:
+            rows.append([row(8)])
+        assert (caught.value.field, caught.value.value) == ("run", str(path))
+        assert path.read_bytes() == whole
+        assert synced == []
+        assert row(8)["key"] not in rows.rows
+        file.room = 10_000
+        rows.append([row(9)])
+        assert synced == [file.fileno()]
+    assert keys(path)[-1] == row(9)["key"]
 
 
 def test_merge_sorts_and_removes_doubles(path: Path, tmp_path: Path) -> None:

@@ -24,8 +24,12 @@ def cases(count: int, seed: int) -> dict[str, np.ndarray]:
 
 
 TABLE = cases(1000, 1)
-CLOUD = data_cloud(TABLE, NAMES)
-assert CLOUD is not None
+
+
+def cloud(count: int = 64) -> DataCloud:
+    found = data_cloud(TABLE, NAMES, count)
+    assert found is not None
+    return found
 
 
 def at(*u: float) -> dict[str, np.ndarray]:
@@ -33,20 +37,22 @@ def at(*u: float) -> dict[str, np.ndarray]:
 
 
 def test_fitted_cases_are_inside_and_new_ones_nearly_all() -> None:
-    assert (CLOUD.extrapolation(TABLE) == CloudDistance.INSIDE).all()
-    assert CLOUD.distance(TABLE).max() <= 1.0 + 1e-9
-    new = CLOUD.extrapolation(cases(2000, 2))
+    fitted = cloud()
+    assert (fitted.extrapolation(TABLE) == CloudDistance.INSIDE).all()
+    assert fitted.distance(TABLE).max() <= 1.0 + 1e-9
+    new = fitted.extrapolation(cases(2000, 2))
     assert np.mean(new != CloudDistance.INSIDE) < 0.03
     assert not (new == CloudDistance.FAR).any()
 
 
 def test_the_cut_corner_is_outside_though_it_lies_in_the_box() -> None:
+    fitted = cloud()
     corner = at(0.95, 0.95, 0.0)
     for name in NAMES:
         assert TABLE[name].min() < corner[name][0] < TABLE[name].max()
-    assert CLOUD.extrapolation(corner)[0] > CloudDistance.INSIDE
-    assert CLOUD.extrapolation(at(0.3, 0.3, 0.0))[0] == CloudDistance.INSIDE
-    assert CLOUD.extrapolation(at(3.0, 3.0, 0.0))[0] == CloudDistance.FAR
+    assert fitted.extrapolation(corner)[0] > CloudDistance.INSIDE
+    assert fitted.extrapolation(at(0.3, 0.3, 0.0))[0] == CloudDistance.INSIDE
+    assert fitted.extrapolation(at(3.0, 3.0, 0.0))[0] == CloudDistance.FAR
 
 
 @settings(max_examples=50, deadline=None)
@@ -55,19 +61,35 @@ def test_every_way_out_leads_from_inside_to_far(direction: list[float]) -> None:
     unit = np.array(direction) / max(map(abs, direction))
     # a variable alone is the matter of the ranges of a formula
     unit[np.argsort(np.abs(unit))[1]] = np.copysign(1.0, unit[np.argsort(np.abs(unit))[1]])
-    levels = [int(CLOUD.extrapolation(at(*(unit * f)))[0]) for f in (0.0, 1.2, 1.6, 4.0)]
+    levels = [int(cloud().extrapolation(at(*(unit * f)))[0]) for f in (0.0, 1.2, 1.6, 4.0)]
     assert levels[0] == CloudDistance.INSIDE
     assert levels[1] >= CloudDistance.NEAR
     assert levels == sorted(levels)
     assert levels[-1] == CloudDistance.FAR
 
 
+def test_near_by_any_test_and_far_by_distance() -> None:
+    fitted = cloud()
+    distance, length = np.array([1.2, 1.21, 1.0, 1.0, 1.0, 2.0, 2.01]), np.ones(7)
+    length[2:4] = 1.2, 1.21
+    near, far = fitted.near_and_far(distance, fitted.mahalanobis * length, np.arange(7) == 4)
+    assert near.tolist() == [False, True, False, True, True, True, True]
+    assert far.tolist() == [False] * 6 + [True]
+    spread = {name: np.exp(2.0 * np.log(values / values.mean())) * values.mean() for name, values in TABLE.items()}
+    logs = np.log(np.column_stack([spread[name] for name in fitted.variables]))
+    length, outside = np.linalg.norm(fitted.whitened(spread), axis=1), fitted.pair_margin(logs) < 0.0
+    near, far = fitted.near_and_far(fitted.distance(spread), length, outside)
+    assert min(np.count_nonzero(near & ~far), np.count_nonzero(far), np.count_nonzero(~near)) > 50
+    np.testing.assert_array_equal(fitted.extrapolation(spread), np.where(far, 2, np.where(near, 1, 0)))
+
+
 def test_limits_are_those_of_sums_and_differences_with_the_slack() -> None:
+    fitted = cloud()
     random = np.random.default_rng(8)
     logs = np.log([1e9, 0.02, 5.0]) + random.uniform(-1.3, 1.3, (500, 3))
     u, cases_u = (
-        (values - np.array(CLOUD.mean)) / np.array(CLOUD.scale)
-        for values in (logs, np.log(np.column_stack([TABLE[name] for name in CLOUD.variables])))
+        (values - np.array(fitted.mean)) / np.array(fitted.scale)
+        for values in (logs, np.log(np.column_stack([TABLE[name] for name in fitted.variables])))
     )
     margin = np.full(500, np.inf)
     for i, k in ((0, 1), (0, 2), (1, 2)):
@@ -75,17 +97,18 @@ def test_limits_are_those_of_sums_and_differences_with_the_slack() -> None:
             inside, given = cases_u[:, i] + sign * cases_u[:, k], u[:, i] + sign * u[:, k]
             slack = 0.03 * np.ptp(inside)
             margin = np.minimum(margin, np.minimum(given - inside.min() + slack, inside.max() + slack - given))
-    np.testing.assert_allclose(CLOUD.pair_margin(logs), margin, atol=1.1e-3)
+    np.testing.assert_allclose(fitted.pair_margin(logs), margin, atol=1.1e-3)
 
 
 def test_distance_is_to_the_nearest_point_over_the_covering_radius() -> None:
-    few = data_cloud(TABLE, NAMES, count=20)
-    assert few is not None
+    fitted = cloud()
+    few = cloud(20)
     new = cases(100, 5)
     apart = few.whitened(new)[:, None] - few.step * np.array(few.points)
     np.testing.assert_allclose(few.distance(new), np.linalg.norm(apart, axis=2).min(axis=1) / few.radius, rtol=1e-9)
-    assert few.radius > 1.5 * CLOUD.radius
-    assert 0.95 < few.distance(TABLE).max() <= 1.0
+    assert few.radius > 1.5 * fitted.radius
+    # the rounding of stored coordinates is a margin
+    assert few.distance(TABLE).max() * few.radius == pytest.approx(few.radius - 1e-3 * 3**0.5, abs=6e-4)
 
 
 @pytest.mark.parametrize("names", [NAMES[:1], NAMES[:2]])
@@ -94,18 +117,23 @@ def test_two_variables_make_a_cloud(names: tuple[str, ...]) -> None:
 
 
 def test_nothing_and_infinity_are_far() -> None:
+    fitted = cloud()
     for value in (0.0, np.inf):
-        assert CLOUD.extrapolation({**at(0.0, 0.0, 0.0), "speed_entrainment": np.array([value])})[0] == (
+        assert fitted.extrapolation({**at(0.0, 0.0, 0.0), "speed_entrainment": np.array([value])})[0] == (
             CloudDistance.FAR
         )
 
 
 def test_coordinates_are_white_and_the_shape_is_kept() -> None:
-    z = CLOUD.whitened(TABLE)
+    fitted = cloud()
+    z = fitted.whitened(TABLE)
     np.testing.assert_allclose(np.cov(z, rowvar=False), np.eye(3), atol=5e-3)
     np.testing.assert_allclose(z.mean(axis=0), 0.0, atol=5e-3)
+    logs = np.log(np.column_stack([TABLE[name] for name in fitted.variables]))
+    assert fitted.mean == tuple(np.round(logs.mean(axis=0), 3))
+    assert fitted.scale == tuple(np.round(logs.std(axis=0), 4))
     shaped = {name: values[:6].reshape(2, 3) for name, values in TABLE.items()}
-    assert CLOUD.extrapolation(shaped).shape == (2, 3)
+    assert fitted.extrapolation(shaped).shape == (2, 3)
 
 
 def test_covering_points_cover() -> None:
@@ -113,6 +141,7 @@ def test_covering_points_cover() -> None:
     chosen, radius = covering_points(z, 50)
     distance = np.linalg.norm(z[:, None] - z[chosen][None], axis=2).min(axis=1)
     assert np.unique(chosen).size == 50
+    assert chosen[0] == np.argmin(np.linalg.norm(z, axis=1))
     assert distance.max() == pytest.approx(radius, rel=1e-12)
     # Gonzalez: at most twice the best radius, and the chosen lie at least the radius apart
     apart = np.linalg.norm(z[chosen][:, None] - z[chosen][None], axis=2)[~np.eye(50, dtype=bool)]
@@ -128,9 +157,12 @@ def test_what_follows_from_the_others_is_left_out() -> None:
     # one oil: its viscosity is a function of the temperature
     temperature = np.random.default_rng(4).uniform(300.0, 400.0, 1000)
     table = {**TABLE, "temperature_oil": temperature, "viscosity_inlet": np.exp(800.0 / (temperature - 170.0))}
-    found = data_cloud(table, ("temperature_oil", "viscosity_inlet", *NAMES))
-    assert found is not None
-    assert found.variables == ("temperature_oil", *NAMES)
+    for names in (("temperature_oil", "viscosity_inlet", *NAMES), (*NAMES, "temperature_oil", "viscosity_inlet")):
+        found = data_cloud(table, names)
+        assert found is not None
+        assert found.variables == tuple(name for name in names if name != "viscosity_inlet")
+    # a parabola through three cases says nothing
+    assert data_cloud({name: values[:3] for name, values in TABLE.items()}, NAMES[:2]) is not None
     assert data_cloud({**TABLE, "radius_equivalent": np.full(1000, 0.02)}, NAMES[1:]) is None
 
 
@@ -145,13 +177,16 @@ def test_convex_hull_by_linear_programs_is_that_of_delaunay() -> None:
 
 
 def test_file_round_trip_and_damage() -> None:
-    content = json.loads(CLOUD.model_dump_json())
+    fitted = cloud()
+    content = json.loads(fitted.model_dump_json())
     again = validate(DataCloud, content)
-    np.testing.assert_array_equal(again.extrapolation(cases(200, 7)), CLOUD.extrapolation(cases(200, 7)))
+    np.testing.assert_array_equal(again.extrapolation(cases(200, 7)), fitted.extrapolation(cases(200, 7)))
     for change, words in (
         ({"variables": ["pressure", *NAMES[1:]]}, "pressure_hertz"),
         ({"points": [[0, 1]]}, "rows of 3 numbers"),
         ({"points": []}, "at least one point"),
+        ({"limits": [[0, 3, 0, 0, 0, 0]]}, "indices from 0 to 2"),
+        ({"limits": [[-1, 1, 0, 0, 0, 0]]}, "indices from 0 to 2"),
         ({"mean": [0.0]}, "means and scales"),
         ({"radius": 0.0}, "radius"),
     ):
