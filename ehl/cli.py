@@ -52,35 +52,6 @@ def solve(
 
 
 _QUICK = 1.0  # largest wall time of one solution for which a page includes the input uncertainty [s]
-_ALPHAS = ("slope", "secant_200", "star", "film")
-_STATE = (
-    "viscosity_kinematic", "viscosity_inlet", "density", *(f"pressure_viscosity_{name}" for name in _ALPHAS),
-    "eyring_stress", "limiting_shear_ambient", "limiting_shear_coefficient", "shear_modulus",
-    "thermal_conductivity", "heat_capacity",
-)  # fmt: skip
-
-
-def _oil_tables(card: ehl.Oil, temperatures: str | None) -> list[ehl.Table]:
-    """Tables of `mixed-ehl oil NAME`."""
-    content: dict[str, Any] = card.to_dict(temperatures)
-    heads = [ehl.quantity("temperature_oil").text(state["temperature_oil"]) for state in content["states"]]
-    rows = [[head, *(state[name] for name in _STATE)] for head, state in zip(heads, content["states"], strict=True)]
-    known = content["uncertainty"]
-    low, high = content["temperature_valid"]
-    reach = ehl.quantity("temperature_valid").span(low, high)
-    if content["pressure_valid"] is not None:
-        reach += f" and to {ehl.quantity('pressure_valid').text(content['pressure_valid'])}"
-    title = f"{card.name}: {card.description}; base {card.base}, law {content['viscosity_law']}, valid {reach}"
-    columns = [ehl.quantity("pressure").text(pressure, 2) for pressure in content["pressures"]]
-    over = [[head, *values] for head, values in zip(heads, content["log_viscosity_ratio"], strict=True)]
-    spread = [[name, f"{100.0 * value:.3g} %"] for name, value in known.items() if name != "source"]
-    remarks = [f"note: {text}" for text in content["remarks"]]
-    remarks.append(f"data {card.certainty}; {card.source}.")
-    return [
-        ehl.Table(["state", *_STATE], rows, title=title, vertical=True),
-        ehl.Table(["ln(eta/eta0) at", *columns], over, title="increase of viscosity with pressure"),
-        ehl.Table(["input", "one standard deviation"], spread, title="uncertainty", notes=[*remarks, known["source"]]),
-    ]
 
 
 def _oil_list() -> ehl.Table:
@@ -141,15 +112,13 @@ def oil(
         return
     else:
         card = ehl.Oil.load(name)
-    if plot is not None:
-        shared.write_figure(card.plot(temperatures=temperature), plot)
+    card.write(plot=plot, temperatures=temperature)
     if output is not None:
         card.save(output)
     if json_output:
         shared.print_json(card.to_dict(temperature))
         return
-    for table in _oil_tables(card, temperature):
-        table.print()
+    card.show(temperatures=temperature)
 
 
 def profile(

@@ -11,7 +11,6 @@ from ehl.common.arrays import finite_or_none
 from ehl.common.notes import group_notes
 from ehl.common.pages import Reportable
 from ehl.common.reasons import reason_text
-from ehl.common.sections import Medium, Section
 from ehl.common.table import Table
 from ehl.heat.traction import ThermalTraction
 from ehl.inputs import ContactProblem
@@ -20,10 +19,7 @@ from ehl.rough.dry import DryContactResult
 from ehl.smooth.solver import SteadyResult
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from pandas import DataFrame
-
-    from ehl.uncertainty.result import InputUncertainty
 
 _NOT_SCALAR = ("skipped", "notes", "problem", "film", "isothermal", "heat", "transient", "dry")
 
@@ -54,7 +50,8 @@ class ContactResult(Reportable):
     """Results of one contact in SI units, with the names of docs/nomenclature.md.
 
     `Contact.solve` and `solve_path` return it. The main result is `friction_coefficient` with the relative error
-    `friction_error`; `notes` are the relevant limits of the model.
+    `friction_error`; `notes` are the relevant limits of the model. Pages and tables have the option `uncertainty`, the
+    result of `Contact.uncertainty`.
 
     Parameters
     ----------
@@ -127,6 +124,8 @@ class ContactResult(Reportable):
     >>> result.status, f"{1e9 * result.film_central:.0f} nm"
     ('converged', '577 nm')
     """
+
+    presenter = "ehl.view.contact_report:contact"
 
     status: str
     reason: str
@@ -224,24 +223,6 @@ class ContactResult(Reportable):
         found = {"contact", *self.problem.lubricant.references()}
         found |= {"rough contact", "film formula"} if self.transient is not None else set()
         return found | ({"heat"} if self.heat is not None else set())
-
-    def sections(self, medium: Medium = "page", uncertainty: InputUncertainty | None = None) -> list[Section]:
-        """Friction coefficient and its uncertainty, notes, figures, all results, the operating point.
-
-        Parameters
-        ----------
-        medium : {"page", "terminal", "files"}
-        uncertainty : InputUncertainty, optional
-            Input uncertainty from `Contact.uncertainty`.
-        """
-        from ehl.view.contact_report import contact_sections
-
-        return contact_sections(self, medium, uncertainty)
-
-    def _plot(self, ax: Axes | None, **options: Any) -> Axes:
-        from ehl.view.contact_report import plot_contact
-
-        return plot_contact(self, ax)
 
     def _title(self) -> str:
         return f"line contact, {self.operating_point}".removesuffix(", ")

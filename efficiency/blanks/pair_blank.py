@@ -1,6 +1,7 @@
 """What the blank of a pair consists of: every dimension of both members, and what a designer should look at."""
 
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
 from math import tan
 from typing import Any
 
@@ -9,6 +10,9 @@ from efficiency.blanks.slots import Three
 from efficiency.blanks.virtual_gears import VirtualGears
 from efficiency.cutting.blank import Blank, Hand
 from ehl.common.pages import Reportable
+from ehl.common.quantities import quantity
+from ehl.common.sections import Head, Item, Medium, Section
+from ehl.common.table import Column, Table
 
 
 @dataclass(frozen=True)
@@ -130,8 +134,6 @@ class MemberBlank:
 class PairBlank(Reportable):
     """Blank of a pair: lengths in m, angles in rad."""
 
-    presenter = "efficiency.blanks.report:blank"
-
     name: str
     method: int
     process: str
@@ -207,3 +209,72 @@ class PairBlank(Reportable):
         '0.003213 m'
         """
         return asdict(self)
+
+    def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
+        """Tables of the pair, of both members, and of its virtual gears; defaults and warnings below the last."""
+        places = [(name, i, place) for name in _AT_PLACES for i, place in enumerate(("toe", "mean", "heel"))]
+        members = [
+            (
+                name,
+                *(round(getattr(member, field), _DECIMALS) for field in _MEMBER),
+                *(round(getattr(member, field)[i], _DECIMALS) for field, i, _ in places),
+            )
+            for name, member in (("pinion", self.pinion), ("gear", self.gear))
+        ]
+        virtual = [
+            (side, *(getattr(gears, field) for field in _VIRTUAL))
+            for side, gears in (("drive", self.virtual_drive), ("coast", self.virtual_coast))
+        ]
+        process, taper = self.process.replace("_", " "), self.taper.replace("_", " ")
+        title = f"{self.name}: {self.pinion.teeth}x{self.gear.teeth}, Method {self.method}, {process}"
+        at_places = [_column(name, place) for name, _, place in places]
+        notes = [f"default: {item}" for item in self.defaults] + [f"warning: {item}" for item in self.warnings]
+        tables: list[Item] = [
+            Table(
+                _columns(_PAIR),
+                [[round(getattr(self, name), _DECIMALS) for name in _PAIR]],
+                title,
+                name="pair",
+                vertical=True,
+            ),
+            Table(
+                ["member", *_columns(_MEMBER), *at_places],
+                members,
+                f"members ({taper} depth taper; pinion {self.pinion.hand} hand, gear {self.gear.hand} hand)",
+                name="members",
+                vertical=True,
+            ),
+            Table(
+                ["side", *_columns(_VIRTUAL)],
+                virtual,
+                "virtual gears (ISO 10300-1, 85 % of the face)",
+                notes,
+                "virtual_gears",
+                vertical=True,
+            ),
+        ]
+        return [Section("", [Head(title), *tables])]
+
+
+_MEMBER = tuple(f.name for f in fields(MemberBlank) if f.type is float)
+_PAIR = tuple(f.name for f in fields(PairBlank) if f.type is float)
+_VIRTUAL = (
+    "contact_ratio_profile",
+    "contact_ratio_overlap",
+    "contact_ratio_total",
+    "contact_ratio_overlap_full",
+    "relative_radius",
+)
+_AT_PLACES = ("normal_thickness", "top_land", "slot_width")
+_DECIMALS = 12  # in SI; what is less is rounding error
+
+
+def _columns(names: Sequence[str]) -> list[Column]:
+    return [_column(name) for name in names]
+
+
+def _column(name: str, place: str = "") -> Column:
+    entry = quantity(name)
+    label = f"{entry.label}, {place}" if place else entry.label
+    symbol = f" ({entry.symbol})" if entry.symbol else ""
+    return Column(f"{name}_{place}" if place else name, of=name, label=label + symbol, digits=6)

@@ -3,6 +3,7 @@
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from pydantic import BaseModel
@@ -16,7 +17,8 @@ from efficiency.design.design import Design
 from efficiency.machine_settings.fit import FittedFlank
 from efficiency.machine_settings.generating import tilt_and_swivel
 from efficiency.machine_settings.inputs import FlankTarget, SettingsInput
-from ehl.common.quantities import quantities
+from ehl.common.files import toml_text
+from ehl.common.quantities import Quantity, quantities
 from ehl.common.units import ARCSEC, KELVIN
 from ehl.common.validation import validate, value_range_of
 
@@ -24,24 +26,14 @@ Value = str | float | int
 Table = dict[str, Value]
 
 
-def _unit(name: str) -> str:
-    """SI unit of a value of a design file."""
-    known = quantities().get(name)
-    return known.unit if known else ""
-
-
-def _written(name: str, value: Value) -> str:
+def _written(name: str, value: Value) -> Value:
     """A value of a design file with its unit; lengths to 0.1 nm, angles to 1e-9 rad."""
-    if isinstance(value, str):
-        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
-    if isinstance(value, int):
-        return str(value)
-    number, unit = float(value), _unit(name)
+    if isinstance(value, str | int):
+        return value
+    number, unit = float(value), quantities().get(name, Quantity(name)).unit
     if unit == "m":
-        return f'"{_short(number * 1e3, 7)} mm"'
-    if unit == "rad":
-        return f'"{_short(np.degrees(number), 8)} deg"'
-    return repr(float(f"{number:.10g}"))
+        return f"{_short(number * 1e3, 7)} mm"
+    return f"{_short(np.degrees(number), 8)} deg" if unit == "rad" else float(f"{number:.10g}")
 
 
 def _short(value: float, digits: int) -> str:
@@ -50,13 +42,13 @@ def _short(value: float, digits: int) -> str:
 
 
 def _tables(content: Iterable[tuple[str, Table]]) -> str:
-    lines = []
+    whole: dict[str, Any] = {}
     for name, table in content:
-        if not table:
-            continue
-        lines += ["", f"[{name}]"] if name else []
-        lines += [f"{key} = {_written(key, value)}" for key, value in table.items()]
-    return "\n".join(lines).strip("\n") + "\n"
+        inner = whole
+        for part in name.split(".") if name and table else ():
+            inner = inner.setdefault(part, {})
+        inner |= {key: _written(key, value) for key, value in table.items()}
+    return toml_text(whole)
 
 
 def machine_tables(member: str, machines: Mapping[FlankSide, MachineSettings]) -> str:

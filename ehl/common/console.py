@@ -36,7 +36,7 @@ from ehl.common.terminal import print_text as print_text
 from ehl.common.version import __version__
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -350,13 +350,6 @@ def check_outputs(outputs: Mapping[str, Path | None], **suffixes: str) -> None:
 def write_text(path: Path, text: str) -> None:
     """Write the file of ``--output``; `InputError` if that is not possible."""
     write_file(path, text, "output", folder=True)
-
-
-def write_figure(axes: Axes, path: Path) -> None:
-    """Write the figure of ``--plot``; the suffix chooses the format."""
-    from ehl.common.figures import save_figure
-
-    save_figure(axes, path)
 
 
 def print_json(content: dict[str, Any]) -> None:

@@ -209,7 +209,7 @@ def _toml_lines(table: dict[str, Any], path: tuple[str, ...]) -> list[str]:
     plain = {key: value for key, value in table.items() if not isinstance(value, dict)}
     lines = [f"[{'.'.join(map(_toml_key, path))}]"] if path and (plain or not table) else []
     lines += [f"{_toml_key(key)} = {_toml_literal(value)}" for key, value in plain.items()]
-    lines.append("")
+    lines += [""] if lines else []
     for key, value in table.items():
         if isinstance(value, dict):
             lines += _toml_lines(value, (*path, key))

@@ -23,7 +23,8 @@ from pydantic import (
 from ehl.common.arrays import FloatArray
 from ehl.common.data import data_names
 from ehl.common.errors import InputError, same_name
-from ehl.common.figures import interactive
+from ehl.common.pages import Reportable
+from ehl.common.sections import Medium, Section
 from ehl.common.units import KELVIN, ValueRange
 from ehl.common.validation import InputModel, load_shipped, read_toml, validate
 from ehl.fluid import oil_alpha, oil_laws, oil_sheet
@@ -77,7 +78,7 @@ class CalibrationRecord(InputModel):
     surface: dict[str, float] = Field(default_factory=dict)
 
 
-class Oil(InputModel):
+class Oil(InputModel, Reportable):
     """An oil card (`data/oils/*.toml`), with source and certainty of each value in the file.
 
     Examples
@@ -416,25 +417,16 @@ class Oil(InputModel):
 
         return pd.DataFrame(self.to_dict(temperatures)["states"])
 
-    def plot(self, ax: Axes | None = None, temperatures: str | Sequence[float | str] | None = None) -> Axes:
-        """Viscosity over pressure with one standard deviation, and points of the source of the card.
+    def _plot(self, ax: Axes | None, **options: Any) -> Axes:
+        return oil_sheet.plot_oil(self, _temperatures(options.get("temperatures")), ax)
 
-        Parameters
-        ----------
-        ax : Axes, optional
-            Axes of matplotlib; default: those of a new figure.
-        temperatures : str or sequence, optional
-            As in `to_dict`.
-        """
-        with interactive():
-            return oil_sheet.plot_oil(self, _temperatures(temperatures), ax)
+    def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
+        """Properties at `temperatures` (as in `to_dict`), increase of viscosity with pressure, uncertainty."""
+        return oil_sheet.oil_sections(self, _temperatures(options.get("temperatures")), medium)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the card as TOML in SI units; `InputError` if the path does not end in .toml."""
         oil_sheet.write_card(self, Path(path), "Oil card written by mixed-ehl")
-
-    def _repr_html_(self) -> str:
-        return str(self.to_frame().T.to_html(header=False, float_format="{:.4g}".format))
 
     @model_serializer(mode="wrap")
     def _without_none(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,9 @@ from ehl.common.data import data_path
 from ehl.common.errors import InputError
 from ehl.common.figures import axes_or_new
 from ehl.common.files import toml_text, write_file
-from ehl.common.quantities import axis_label, to_display
+from ehl.common.quantities import axis_label, quantity, to_display
+from ehl.common.sections import Head, Medium, Picture, Section
+from ehl.common.table import Table
 from ehl.common.units import KELVIN, ValueRange
 from ehl.fluid.pressure_viscosity import DEFINITIONS, alpha_of
 from ehl.fluid.rheology import stress_at
@@ -124,6 +126,38 @@ def plot_oil(oil: Oil, temperatures: Sequence[float], ax: Axes | None = None) ->
     axes.set_title(f"{oil.name}: viscosity, band: one standard deviation of ln(eta/eta0)", fontsize=10)
     axes.legend(frameon=False)
     return axes
+
+
+_STATE = (
+    "viscosity_kinematic", "viscosity_inlet", "density", *(f"pressure_viscosity_{name}" for name in DEFINITIONS),
+    "eyring_stress", "limiting_shear_ambient", "limiting_shear_coefficient", "shear_modulus",
+    "thermal_conductivity", "heat_capacity",
+)  # fmt: skip
+
+
+def oil_sections(card: Oil, temperatures: Sequence[float], medium: Medium) -> list[Section]:
+    """Properties of a card with their uncertainty, and on a page its viscosity over pressure."""
+    content = sheet(card, temperatures)
+    heads = [quantity("temperature_oil").text(state["temperature_oil"]) for state in content["states"]]
+    rows = [[head, *(state[name] for name in _STATE)] for head, state in zip(heads, content["states"], strict=True)]
+    known = content["uncertainty"]
+    low, high = content["temperature_valid"]
+    reach = quantity("temperature_valid").span(low, high)
+    if content["pressure_valid"] is not None:
+        reach += f" and to {quantity('pressure_valid').text(content['pressure_valid'])}"
+    title = f"{card.name}: {card.description}; base {card.base}, law {content['viscosity_law']}, valid {reach}"
+    columns = [quantity("pressure").text(pressure, 2) for pressure in content["pressures"]]
+    over = [[head, *values] for head, values in zip(heads, content["log_viscosity_ratio"], strict=True)]
+    spread = [[name, f"{100.0 * value:.3g} %"] for name, value in known.items() if name != "source"]
+    remarks = [f"note: {text}" for text in content["remarks"]]
+    remarks.append(f"data {card.certainty}; {card.source}.")
+    tables = [
+        Table(["state", *_STATE], rows, title=title, vertical=True),
+        Table(["ln(eta/eta0) at", *columns], over, title="increase of viscosity with pressure"),
+        Table(["input", "one standard deviation"], spread, title="uncertainty", notes=[*remarks, known["source"]]),
+    ]
+    figure = Picture(partial(plot_oil, card, temperatures), "Viscosity over pressure.", "viscosity")
+    return [Section("", [Head(card.name), *tables, *([figure] if medium == "page" else [])])]
 
 
 def card_text(card: Oil, head: str) -> str:

@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy
@@ -184,28 +185,12 @@ def require_plausible(name: str, x: FloatArray, heights: FloatArray, unit: str =
 
 
 def load_profile(
-    path: str | Path,
-    *,
-    cutoff_long: float | None,
-    cutoff_short: float,
-    unit_x: str = "",
-    unit_height: str = "",
-    detrend: int = 2,
-    spacing: float | None = None,
-    periodic: bool = True,
-    peklenik_number: float = 1.0,
+    path: str | Path, *, unit_x: str = "", unit_height: str = "", detrend: int = 2, **preparation: Any
 ) -> RoughProfile:
-    """A measured profile from a text or instrument file (`read_heights`), checked and prepared (`prepared_profile`)."""
+    """A measured profile from a text or instrument file (`read_heights`), checked and prepared.
+
+    preparation: cut-offs and other parameters of `prepared_profile`.
+    """
     x, heights, notes = profile_points(path, unit_x=unit_x, unit_height=unit_height)
-    return prepared_profile(
-        x,
-        heights,
-        cutoff_long=cutoff_long,
-        cutoff_short=cutoff_short,
-        spacing=spacing,
-        detrend_order=detrend,
-        periodic=periodic,
-        peklenik_number=peklenik_number,
-        source=f"measured: {Path(path).name}",
-        notes=notes,
-    )
+    source = f"measured: {Path(path).name}"
+    return prepared_profile(x, heights, detrend_order=detrend, source=source, notes=notes, **preparation)

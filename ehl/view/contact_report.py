@@ -295,7 +295,7 @@ def _plot_smooth(
 _TILES = ("film_central", "film_min", "film_ratio", "pressure_max", "temperature_film_max")
 
 
-def contact_sections(result: Any, medium: Medium, uncertainty: InputUncertainty | None) -> list[Section]:
+def contact_sections(result: Any, medium: Medium, uncertainty: InputUncertainty | None = None) -> list[Section]:
     """Sections of one contact, including one that failed."""
     if medium != "page":
         operating_point = [] if result.problem is None else [operating_point_table(result)]

@@ -10,7 +10,7 @@ import datetime
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,7 +23,6 @@ from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to
 from ehl.common.quantities import quantity, si_unit
 from ehl.common.runner import checked_jobs
-from ehl.common.sections import Medium, Section
 from ehl.common.threads import one_thread
 from ehl.common.units import KELVIN
 from ehl.common.validation import validate
@@ -47,7 +46,6 @@ from regression.calibration.setup import CalibrationSetup, load_setup, start_val
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.axes import Axes
 
 
 PROFILE_CALLS = 6000  # largest number of smooth solutions for which profiles are computed by default
@@ -114,8 +112,10 @@ class Calibration(Reportable):
     iterations: int
     solver_calls: int
     seconds: float
-    measurement: Measurement | None = None  # measured data
-    setup: CalibrationSetup | None = None  # known inputs and fitted parameters
+    measurement: Measurement  # measured data
+    setup: CalibrationSetup  # known inputs and fitted parameters
+
+    presenter = "regression.calibration.report:calibration"
 
     def card(self, name: str, *, force: bool = False) -> Oil:
         """The oil card with the calibrated values and a record of their origin.
@@ -131,14 +131,13 @@ class Calibration(Reportable):
         if self.misfit_share > NO_MODEL and not force:
             hint = "Use --force (in Python force=True) to write it nevertheless."
             raise MisfitTooLarge(f"no card written: {self.misfit_words()}. {hint}")
-        return calibrated_card(name, *self._inputs(), self, datetime.date.today())
+        return calibrated_card(name, self, datetime.date.today())
 
     @property
     def misfit_share(self) -> float:
         """Misfit over the mean friction of the rows [-]."""
-        measurement = self._inputs()[0]
-        used = [number not in self.excluded for number in measurement.row_numbers]
-        return self.misfit / float(np.mean(np.abs(measurement.friction[used])))
+        used = [number not in self.excluded for number in self.measurement.row_numbers]
+        return self.misfit / float(np.mean(np.abs(self.measurement.friction[used])))
 
     def misfit_words(self) -> str:
         """The misfit compared with the noise, as text."""
@@ -167,18 +166,7 @@ class Calibration(Reportable):
         """Lines of an input file for the card at this path and the calibrated surface values."""
         from regression.calibration.report import use_lines
 
-        return use_lines(Path(path), self._inputs()[1], self)
-
-    def sections(self, medium: Medium = "page") -> list[Section]:
-        """Parameters with intervals, correlations, noise, measured and computed curves, cost."""
-        from regression.calibration.report import calibration_sections
-
-        return calibration_sections(self, self._inputs()[0], medium)
-
-    def _plot(self, ax: Axes | None, **options: Any) -> Axes:
-        from regression.calibration.report import plot_calibration
-
-        return plot_calibration(self._inputs()[0], self, ax)
+        return use_lines(Path(path), self)
 
     def to_frame(self) -> pd.DataFrame:
         """One row per parameter: name, unit, status, value, standard error of ln(value), 95 % interval, note."""
@@ -195,16 +183,10 @@ class Calibration(Reportable):
             lines.append(f"  {estimate.name} = {value:.4g} {estimate.unit} {estimate.status}: {estimate.note}"[:160])
         return "\n".join(lines)
 
-    def _inputs(self) -> tuple[Measurement, CalibrationSetup]:
-        if self.measurement is None or self.setup is None:
-            raise InputError("measurement", None, "a result of `regression.calibrate` with its measurement and setup")
-        return self.measurement, self.setup
-
     def to_dict(self) -> dict[str, Any]:
         """Numbers and notes for JSON in SI units; nan becomes None."""
-        content: dict[str, Any] = finite_or_none(replace(self, measurement=None, setup=None))
-        for name in ("measurement", "setup"):
-            del content[name]
+        names = (item.name for item in fields(self) if item.name not in ("measurement", "setup"))
+        content: dict[str, Any] = finite_or_none({name: getattr(self, name) for name in names})
         for parameter in content["parameters"]:
             parameter["verdict"] = parameter.pop("note")  # the key of files
         return content

@@ -35,13 +35,12 @@ OF_CARD = {
 }
 
 
-def calibrated_card(
-    name: str, measurement: Measurement, setup: CalibrationSetup, result: Calibration, date: datetime.date
-) -> Oil:
+def calibrated_card(name: str, result: Calibration, date: datetime.date) -> Oil:
     """The card with the calibrated values and their record.
 
     Undetermined values remain those of the initial card unless the data exclude them.
     """
+    measurement, setup = result.measurement, result.setup
     base = Oil.load(setup.oil)
     moved = set(setup.parameters)
     if set(RISING) & moved:
@@ -110,9 +109,9 @@ def _geometry_words(setup: CalibrationSetup) -> str:
     return f"point contact, solved as a line contact of the same {specimens.match.replace('_', ' ')}"
 
 
-def use_lines(path: Path, setup: CalibrationSetup, result: Calibration) -> list[str]:
+def use_lines(path: Path, result: Calibration) -> list[str]:
     """Lines of an input file that use the calibrated values."""
-    lines = [f'[lubricant]  oil = "{path}"' + ('  eyring_stress_law = "pressure"' if setup.rising else "")]
+    lines = [f'[lubricant]  oil = "{path}"' + ('  eyring_stress_law = "pressure"' if result.setup.rising else "")]
     surface = [f"{name} = {result.values[name]:.4g}" for name in SURFACE if name in result.fitted]
     return lines + (["[surface]  " + "  ".join(surface)] if surface else [])
 
@@ -123,10 +122,11 @@ MAX_LABELS = 10
 CAPTION = "Points: measured; lines: computed. Below: residuals over the noise; outliers are circled."
 
 
-def plot_calibration(measurement: Measurement, result: Calibration, ax: Axes | None = None) -> Axes:
+def plot_calibration(result: Calibration, ax: Axes | None = None) -> Axes:
     """Plot of measured points and computed lines with residuals below, one column for each abscissa."""
     from matplotlib import colormaps
 
+    measurement = result.measurement
     curves: dict[str, list[tuple[str, list[int]]]] = {}
     for label in dict.fromkeys(measurement.curve):
         rows = [i for i, other in enumerate(measurement.curve) if other == label]
@@ -206,10 +206,10 @@ def correlation_tables(result: Calibration) -> list[Table]:
     return [Table(columns, rows, title="correlation of the logarithms")]
 
 
-def calibration_sections(result: Calibration, measurement: Measurement, medium: Medium) -> list[Section]:
+def calibration_sections(result: Calibration, medium: Medium) -> list[Section]:
     """Parameters with intervals, correlations, noise, outliers, measured and computed curves, cost."""
     tables = [parameter_table(result), *correlation_tables(result)]
-    head = Head("Calibration", measurement.name)
+    head = Head("Calibration", result.measurement.name)
     if medium == "terminal":
         return [Section("", [*tables, *map(Text, _lines(result))])]
     if medium == "files":
@@ -230,7 +230,7 @@ def calibration_sections(result: Calibration, measurement: Measurement, medium: 
         "parameters determined by these data",
         [misfit, (_share(result.solver_error), "largest numerical error of the solver")],
     )
-    curves = Picture(lambda: plot_calibration(measurement, result), CAPTION, "curves")
+    curves = Picture(lambda: plot_calibration(result), CAPTION, "curves")
     return [
         Section("", [head, answer, *([KeyFigures(tiles)] if tiles else []), Notes(_notes(result))]),
         Section("Measured and computed", [curves]),
@@ -255,8 +255,8 @@ def _lines(result: Calibration) -> list[str]:
 
 
 def _how(result: Calibration) -> str:
-    begun = "" if result.setup is None else f"Initial oil card: {result.setup.oil}. "
-    return f"{begun}{result.solver_calls} contacts solved in {result.iterations} rounds, {result.seconds:.1f} s."
+    solved = f"{result.solver_calls} contacts solved in {result.iterations} rounds, {result.seconds:.1f} s"
+    return f"Initial oil card: {result.setup.oil}. {solved}."
 
 
 def _share(value: float) -> str:

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
+from ehl.common.files import toml_text
 from ehl.common.pages import TableResult
 from ehl.common.quantities import quantity, si_unit, to_display
 from ehl.common.table import Table
@@ -176,18 +177,17 @@ class OperatingRange(TableResult):
             TOML.
         """
         ranges = self.variables
-        lines = [f"name = {_quoted(name)}", f"description = {_quoted(description)}", ""]
-        lines += ["[sampling]", f"size = {size}", "seed = 1", "", "[variables]"]
-        for variable, scale in _SCALES.items():
-            if variable in ranges:
-                lines.append(f"{variable} = {_axis(variable, ranges[variable], scale, margin)}")
+        content: dict[str, Any] = {"name": name, "description": description, "sampling": {"size": size, "seed": 1}}
+        content["variables"] = {
+            variable: _axis(variable, ranges[variable], scale, margin)
+            for variable, scale in _SCALES.items()
+            if variable in ranges
+        }
         if "film_ratio" in ranges:
             low, high = _widened(ranges["film_ratio"].low, ranges["film_ratio"].high, "log", margin)
-            lines += ["", "[constraints]", f"film_ratio = {{ low = {_down(low)!r}, high = {_up(high)!r} }}"]
-        listed = _quoted(oils[0]) if len(oils) == 1 else "[" + ", ".join(_quoted(oil) for oil in oils) + "]"
-        lines += ["", "[lubricant]", f"oil = {listed}", "", "[model]"]
-        lines += [f"accuracy = {_quoted(accuracy)}", ""]
-        return "\n".join(lines)
+            content["constraints"] = {"film_ratio": {"low": _down(low), "high": _up(high)}}
+        content["lubricant"] = {"oil": oils[0] if len(oils) == 1 else list(oils)}
+        return toml_text(content | {"model": {"accuracy": accuracy}})
 
     def plan(self, name: str, oils: Sequence[str], *, size: int, **options: Any) -> Plan:
         """The plan over the ranges.
@@ -292,13 +292,13 @@ def operating_range(points: Sequence[WeightedPoints], coverage: float = 0.98) ->
     return OperatingRange(ranges, coverage)
 
 
-def _axis(name: str, variable: VariableRange, scale: str, margin: float) -> str:
+def _axis(name: str, variable: VariableRange, scale: str, margin: float) -> float | str | dict[str, Any]:
     unit = quantity(name).display
     low, high = variable.low, variable.high
     if name == "slide_to_roll":
         low, high = max(low, MIN_SLIDING), max(high, 2.0 * MIN_SLIDING)
     if name == "lengthwise_to_roll" and high < MIN_SLIDING:
-        return "0.0"
+        return 0.0
     if high <= _ONE_VALUE * low:
         return _value(_rounded(to_display(name, variable.median), math.floor), unit)
     low, high = _widened(low, high, scale, margin)
@@ -306,8 +306,7 @@ def _axis(name: str, variable: VariableRange, scale: str, margin: float) -> str:
         low = max(low, 0.0)
     # rounded outwards in the display unit
     low, high = _down(to_display(name, low)), _up(to_display(name, high))
-    ends = f"low = {_value(low, unit)}, high = {_value(high, unit)}"
-    return f"{{ {ends}, scale = {_quoted(scale)} }}" if scale == "log" else f"{{ {ends} }}"
+    return {"low": _value(low, unit), "high": _value(high, unit), **({"scale": scale} if scale == "log" else {})}
 
 
 def _widened(low: float, high: float, scale: str, margin: float) -> tuple[float, float]:
@@ -334,9 +333,5 @@ def _rounded(value: float, towards: Callable[[float], int]) -> float:
     return float(f"{towards(value / digit) * digit:.3g}")
 
 
-def _value(value: float, unit: str) -> str:
-    return f'"{value:g} {unit}"' if unit else repr(value)
-
-
-def _quoted(text: str) -> str:
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
+def _value(value: float, unit: str) -> float | str:
+    return f"{value:g} {unit}" if unit else value

@@ -4,6 +4,7 @@ import datetime
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -199,7 +200,7 @@ def test_surrogate_is_the_solver_where_it_was_built_and_close_beside() -> None:
 
 
 def result_with(
-    values: dict[str, float], fitted: tuple[str, ...], not_identifiable: tuple[str, ...] = ()
+    values: dict[str, float], fitted: tuple[str, ...], not_identifiable: tuple[str, ...], *inputs: Any
 ) -> Calibration:
     nan = math.nan
     found = [
@@ -227,6 +228,7 @@ def result_with(
         5,
         99,
         1.0,
+        *inputs,
     )
 
 
@@ -236,8 +238,9 @@ def test_card_is_written_read_and_used(tmp_path: Path, monkeypatch: pytest.Monke
     measurement = measurement_of("pressure_hertz", [1e9, 1.2e9])
     values = {"stress_low": 4e6, "stress_slope": 0.03, "pressure_viscosity": 2e-8, "boundary_friction": 0.12}
     values |= {"limiting_shear_coefficient": 0.047}
-    result = result_with(values, ("stress_slope", "pressure_viscosity", "boundary_friction"), ("stress_low",))
-    card = calibrated_card("mine", measurement, setup, result, datetime.date(2026, 1, 31))
+    fitted = ("stress_slope", "pressure_viscosity", "boundary_friction")
+    result = result_with(values, fitted, ("stress_low",), measurement, setup)
+    card = calibrated_card("mine", result, datetime.date(2026, 1, 31))
     write_card(card, Path("mine.toml"), "Mine")
     again = Oil.load("mine.toml")
     assert again == card
@@ -253,7 +256,7 @@ def test_card_is_written_read_and_used(tmp_path: Path, monkeypatch: pytest.Monke
     oil = OilLubricant(oil="mine.toml", temperature_oil=WARM, eyring_stress_law="pressure").lubricant()
     assert not isinstance(oil.eyring_stress, float)
     assert oil.eyring_stress.stress_slope == 0.03
-    words = "\n".join(use_lines(Path("mine.toml"), setup, result))
+    words = "\n".join(use_lines(Path("mine.toml"), result))
     assert 'oil = "mine.toml"' in words
     assert 'eyring_stress_law = "pressure"' in words
     assert "boundary_friction = 0.12" in words
