@@ -432,14 +432,14 @@ class LoadedMesh:
     def strength_of(self, result: EfficiencyResult) -> Strength:
         """Strength of the teeth at the operating point of a result."""
         design, pitch = self.mesh.bevel, self.mesh.pitch
-        operation = result.operation
+        operation = result.case.operation
         local = LocalConditions(
             result.friction.mu,
             result.lubrication.film_central,
             result.lubrication.temperature_flash,
             operation.bulk,
             (operation.roughness_rms_pinion, operation.roughness_rms_gear),
-            result.card.viscosity_kinematic_40,
+            result.case.card.viscosity_kinematic_40,
             operation.speed * design.ratio * pitch.radius_gear,
             pitch.module_normal,
             self._hypoid_factor(),
@@ -469,9 +469,9 @@ class LoadedMesh:
             Result whose forces are written. They include friction in the torque balance, so that the file reproduces
             the loss. Default: the normal forces alone.
         """
-        if result is None or result.load_balance == "frictionless":
+        if result is None or result.conditions.load_balance == "frictionless":
             return write_load(self.grids.fine, self.grids.thermal, Path(path))
-        friction = f"{result.friction_model}, {result.driver} driving"
+        friction = f"{result.friction_model}, {result.conditions.driver} driving"
         points, positions = result.points, []
         for number, position in enumerate(result.load.positions):
             here = points.position == number
@@ -493,7 +493,7 @@ class LoadedMesh:
     ) -> EfficiencyResult:
         """Efficiency of a friction model at an operation; `many` as in `efficiency.loss.efficiency.solve_balanced`."""
         result = solve_balanced(self.grids, model, oil, operation, self._balance_of(load_balance), many=many)
-        return replace(result, source=self)
+        return replace(result, case=replace(result.case, mesh=self))
 
     def _chosen(self, friction: Friction | None, given: Mapping[str, Any]) -> tuple[FrictionModel, Conditions]:
         return resolve_friction(friction, self.mesh.design, given.get("oil")), Conditions.of(given)

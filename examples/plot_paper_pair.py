@@ -22,11 +22,11 @@ print(f"{force.size} points, {sliding.min():.2f} to {sliding.max():.2f} m/s of s
 
 # %%
 # **Friction power** of a position q: :math:`P(q)=\sum_i\mu_iF_i|v_{s,i}|`.
-loss = np.bincount(points.position, result.friction.mu * force * sliding, minlength=result.positions)
+loss = np.bincount(points.position, result.friction.mu * force * sliding, minlength=result.solution.positions)
 
 # %%
 # **Efficiency** with the mean over the mesh cycle: :math:`\eta=1-\bar P/(T_1\omega_1)`.
-answer = 100.0 * (1.0 - loss.mean() / (result.torque * result.speed))
+answer = 100.0 * (1.0 - loss.mean() / (result.conditions.torque * result.conditions.speed))
 print(f"{answer:.4f} % here, {100.0 * result.efficiency:.4f} % by the program")
 
 # %%
@@ -34,5 +34,5 @@ print(f"{answer:.4f} % here, {100.0 * result.efficiency:.4f} % by the program")
 mean = np.sum(result.friction.mu * force * sliding) / np.sum(force * sliding)
 print(f"mean mu {mean:.4f}; {result.friction_coefficient_mean:.4f} by the program")
 figure, axes = plt.subplots()
-axes.plot(np.degrees(result.pinion_angle), loss, "o-")
+axes.plot(np.degrees(result.cycle.pinion_angle), loss, "o-")
 axes.set(xlabel="pinion angle [deg]", ylabel="friction power [W]", ylim=(0.0, None))

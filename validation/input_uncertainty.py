@@ -85,7 +85,7 @@ def gears(count: int, formula: Formula, oil: Oil, points: int) -> Iterator[tuple
             case = entry.moved(case, float(rng.normal()))
         model, state, card = case
         operation = replace(
-            nominal.operation,
+            nominal.case.operation,
             roughness_rms_pinion=float(state.roughness_rms_1[0]),
             roughness_rms_gear=float(state.roughness_rms_2[0]),
             correlation_length=float(state.correlation_length[0]),

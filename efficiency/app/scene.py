@@ -411,7 +411,7 @@ class Bench:
         base = self.answer(scene)
         torque = base.loaded.torque
         turn = 30.0 / math.pi
-        speed = base.result.speed * turn
+        speed = base.result.conditions.speed * turn
         share = np.linspace(0.2, 1.4, MAP_STEPS)
         torques, speeds = [float(f"{x:.3g}") for x in torque * share], [float(f"{x:.3g}") for x in speed * share]
         rows: list[list[float]] = []

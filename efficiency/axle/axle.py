@@ -254,7 +254,7 @@ class Axle:
             spread.append(np.exp(values).ravel())
         model = next((corner.friction_model for corner in corners if corner is not None), "")
         at = zip(itertools.product(*axes), grid.points, *spread, strict=True)
-        nodes = sorted({point.result.torque for point in grid.points if point.result is not None})
+        nodes = sorted({point.result.conditions.torque for point in grid.points if point.result is not None})
         return {place: _MeshLoss.of(point, (low, high), model) for place, point, low, high in at}, nodes
 
     @one_thread

@@ -133,11 +133,11 @@ def _interpolated(
     found["efficiency_error"] = spread(at_nodes("efficiency_error"), _largest)
     sliding = spread(np.log(at_nodes("power_loss") / at_nodes("friction_coefficient_mean")), cubic_spline)
     found["friction_coefficient_mean"] = found["power_loss"] / np.exp(sliding)
-    torque, speed = (_on_axis(axes, name, float(getattr(first, name))) for name in ("torque", "speed"))
-    pinion, driven = torque * speed, first.driver == "pinion"
+    torque, speed = (_on_axis(axes, name, float(first.value(name))) for name in ("torque", "speed"))
+    pinion, driven = torque * speed, first.conditions.driver == "pinion"
     found["power_input"] = pinion + (0.0 if driven else found["power_loss"])
     found["power_output"] = found["power_input"] - found["power_loss"]
-    efficiencies = np.vectorize(lambda loss, torque, speed: efficiency_of(loss, torque, speed, first.driver))
+    efficiencies = np.vectorize(lambda loss, torque, speed: efficiency_of(loss, torque, speed, first.conditions.driver))
     found["efficiency"] = efficiencies(found["power_loss"], torque, speed)
     found["efficiency_with_rolling"] = efficiencies(found["power_loss"] + found["power_loss_rolling"], torque, speed)
     lost = 1.0 - at_nodes("efficiency")
@@ -207,7 +207,7 @@ class GridPoint:
             return self.requested[name]
         if self.reason or self.result is None:
             return self.interpolated.get(name, np.nan)
-        return getattr(self.result, name)
+        return self.result.value(name)
 
     @property
     def status(self) -> Literal["converged", "failed"]:

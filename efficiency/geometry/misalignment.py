@@ -253,7 +253,7 @@ def _loaded(
     centre = float(np.sum(force * face) / np.sum(force)) if force.any() else np.nan
     return replace(
         point,
-        **{name: getattr(result, name) for name in LOADED if name != "load_centre_u"},
+        **{name: result.value(name) for name in LOADED if name != "load_centre_u"},
         load_centre_u=centre - half_face,
         reason=result.reason,
         status="failed" if result.status == "failed" else point.status,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type
 from efficiency.loss.efficiency import LoadedGrids, solve_balanced
-from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance
+from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance, OperatingConditions
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.power_loss import loss_by_region
 from ehl.common.arrays import finite_or_none
@@ -63,11 +63,7 @@ class Comparison(Reportable):
 
     design: str
     side: str
-    oil: str
-    # [N m], [rad/s], [K]
-    torque: float
-    speed: float
-    temperature: float
+    conditions: OperatingConditions
     rows: tuple[ComparisonRow, ...]  # in the given order; closed forms last
     # results of the rows of kind "mesh", in their order; not in `to_dict`
     results: tuple[EfficiencyResult, ...] = field(repr=False, compare=False)
@@ -96,7 +92,7 @@ class Comparison(Reportable):
 
     def __repr__(self) -> str:
         rows = ", ".join(f"{row.name} {row.efficiency:.5f}" for row in self.rows)
-        return f"Comparison({self.design}, {self.side}, {self.torque:.6g} N m: {rows[:900]})"
+        return f"Comparison({self.design}, {self.side}, {self.conditions.torque:.6g} N m: {rows[:900]})"
 
     def _repr_html_(self) -> str:
         names = ["name", "efficiency", "efficiency_lower", "efficiency_upper", "power_loss", "outside_range_share"]
@@ -104,9 +100,8 @@ class Comparison(Reportable):
 
     def to_dict(self) -> dict[str, Any]:
         """Content for JSON; not-a-number becomes None."""
-        names = ("design", "side", "oil", "torque", "speed", "temperature", "status", "reference")
-        head = {name: getattr(self, name) for name in names}
-        return head | {"notes": list(self.notes), "rows": finite_or_none(self.rows)}
+        names = ("design", "side", "conditions", "status", "reference", "notes", "rows")
+        return {name: finite_or_none(getattr(self, name)) for name in names}
 
 
 def compare_models(
@@ -145,10 +140,7 @@ def compare_models(
     return Comparison(
         loaded.mesh.design,
         loaded.mesh.side,
-        oil.name,
-        loaded.fine.torque,
-        operation.speed,
-        operation.temperature,
+        results[0].conditions,
         tuple(rows),
         tuple(results),
         reference.friction_model if reference is not None else "",

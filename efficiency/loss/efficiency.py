@@ -9,13 +9,24 @@ distribution is used for all, and the loss is linear in a constant friction coef
 
 import math
 import time
-from dataclasses import asdict, replace
+from dataclasses import asdict, astuple, replace
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance, Reason
+from efficiency.loss.efficiency_result import (
+    EdgeContact,
+    EfficiencyErrors,
+    EfficiencyResult,
+    FrictionRange,
+    LoadBalance,
+    MeshCycle,
+    OperatingConditions,
+    Reason,
+    ResultCase,
+    SolutionSize,
+)
 from efficiency.loss.friction_equilibrium import balance_error, balance_friction, closed
 from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
 from efficiency.loss.lubrication import SolvedFriction, local_lubrication
@@ -45,12 +56,11 @@ SAFETY = 2.0
 # results that are nan after a failure
 _UNKNOWN: dict[str, Any] = dict.fromkeys(
     (
-        *("efficiency", "efficiency_with_rolling", "efficiency_error", "efficiency_error_positions"),
-        *("efficiency_error_points", "efficiency_error_contacts", "efficiency_error_balance"),
+        *("efficiency", "efficiency_with_rolling", "efficiency_error"),
         *("power_loss", "power_loss_rolling", "power_input", "power_output", "friction_coefficient_mean"),
     ),
     math.nan,
-)
+) | {"errors": EfficiencyErrors(*(math.nan,) * 4)}
 RANGES = (
     "pressure_hertz",
     "radius_equivalent",
@@ -100,82 +110,91 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
     efficiency = efficiency_at(losses)
     others = efficiency_at(losses[::2]), efficiency_at(position_losses(coarse, estimate_coarse.mu, count))
     error_positions, error_points = (SAFETY * abs(efficiency - other) for other in others)
-    error_contacts = abs(efficiency_at(losses * (1.0 + solved.mean_error)) - efficiency) if solved else 0.0
     reason = _reason(loaded, estimate, estimate_coarse)
     if not reason and not math.isfinite(moved + moved_coarse):
         reason = "self_locking"
     sliding_power = float(position_losses(fine, np.ones(fine.force.size), count).mean())
     power_loss = float(losses.mean())
     distance = load.distance if isinstance(load, TangentLoad) else 0.0
-    error_balance = balance_error(power_loss / (torque * speed), moved, distance)
+    errors = EfficiencyErrors(
+        error_positions,
+        error_points,
+        contacts=abs(efficiency_at(losses * (1.0 + solved.mean_error)) - efficiency) if solved else 0.0,
+        balance=balance_error(power_loss / (torque * speed), moved, distance),
+    )
     power_pinion = torque * speed
     power_input = power_pinion if operation.driver == "pinion" else power_pinion + power_loss
-    edges = loaded.edges
+    edges, (bulk_pinion, bulk_gear) = loaded.edges, operation.bulk
     found = EfficiencyResult(
         design=mesh.design,
         side=mesh.side,
         friction_model=friction.name,
-        load_balance="frictionless" if loaded.balance is None else "frictional",
-        driver=operation.driver,
-        oil=oil.name,
-        torque=torque,
-        speed=speed,
-        temperature=operation.temperature,
-        temperature_inlet=operation.inlet,
-        temperature_bulk_1=operation.bulk[0],
-        temperature_bulk_2=operation.bulk[1],
-        roughness_rms_1=operation.roughness_rms_pinion,
-        roughness_rms_2=operation.roughness_rms_gear,
-        correlation_length=float(np.median(fine.state.correlation_length)),
-        peklenik_number=float(np.median(fine.state.peklenik_number)),
+        conditions=OperatingConditions(
+            torque=torque,
+            speed=speed,
+            temperature=operation.temperature,
+            oil=oil.name,
+            driver=operation.driver,
+            load_balance="frictionless" if loaded.balance is None else "frictional",
+            temperature_inlet=operation.inlet,
+            temperature_bulk_pinion=bulk_pinion,
+            temperature_bulk_gear=bulk_gear,
+            roughness_rms_pinion=operation.roughness_rms_pinion,
+            roughness_rms_gear=operation.roughness_rms_gear,
+            correlation_length=float(np.median(fine.state.correlation_length)),
+            peklenik_number=float(np.median(fine.state.peklenik_number)),
+        ),
         efficiency=efficiency,
         efficiency_with_rolling=efficiency_at(losses + rolling),
-        efficiency_error=error_positions + error_points + error_contacts + error_balance,
-        efficiency_error_positions=error_positions,
-        efficiency_error_points=error_points,
-        efficiency_error_contacts=error_contacts,
-        efficiency_error_balance=error_balance,
+        efficiency_error=sum(astuple(errors)),
+        errors=errors,
         power_loss=power_loss,
         power_loss_rolling=float(rolling.mean()),
         power_input=power_input,
         power_output=power_input - power_loss,
         friction_coefficient_mean=power_loss / sliding_power if sliding_power > 0.0 else math.nan,
         pressure_max=loaded.fine.pressure_max,
-        pressure_edge=edges.pressure,
-        pressure_edge_lower=edges.pressure_lower,
-        pressure_edge_upper=edges.pressure_upper,
-        edge_load_share=edges.share,
-        edge_loss_share=_edge_loss(loaded.fine, fine, estimate.mu),
-        transmission_error_loaded=float(np.ptp(loaded.fine.transmission_error)),
-        transmission_error_unloaded=mesh.unloaded_error,
-        ranges={name: (float(table[name].min()), float(table[name].max())) for name in RANGES},
+        edges=EdgeContact(
+            edges.pressure,
+            edges.pressure_lower,
+            edges.pressure_upper,
+            edges.share,
+            _edge_loss(loaded.fine, fine, estimate.mu),
+        ),
+        cycle=MeshCycle(
+            transmission_error_loaded=float(np.ptp(loaded.fine.transmission_error)),
+            transmission_error_unloaded=mesh.unloaded_error,
+            pinion_angle=np.array([p.pinion_angle for p in mesh.fine]),
+            power_loss=losses,
+            power_loss_rolling=rolling,
+            transmission_error=loaded.fine.transmission_error,
+        ),
         outside_range_share=_outside_range(fine, estimate),
-        flag_shares=_flag_shares(fine, estimate),
-        flags={flag.name.lower(): int(np.count_nonzero(estimate.flag == flag)) for flag in FrictionFlag},
-        contacts=solved.contacts if solved else 0,
-        contacts_failed=dict(solved.failed) if solved else {},
-        torque_residual=loaded.fine.torque_residual,
-        compatibility_residual=loaded.fine.compatibility_residual,
-        positions=count,
-        points_per_line=mesh.points_per_line,
-        points_loaded=fine.force.size,
+        friction_range=FrictionRange(
+            ranges={name: (float(table[name].min()), float(table[name].max())) for name in RANGES},
+            flags={flag.name.lower(): int(np.count_nonzero(estimate.flag == flag)) for flag in FrictionFlag},
+            flag_shares=_flag_shares(fine, estimate),
+        ),
+        solution=SolutionSize(
+            positions=count,
+            points_per_line=mesh.points_per_line,
+            points_loaded=fine.force.size,
+            contacts=solved.contacts if solved else 0,
+            contacts_failed=dict(solved.failed) if solved else {},
+            torque_residual=loaded.fine.torque_residual,
+            compatibility_residual=loaded.fine.compatibility_residual,
+        ),
         status="failed" if reason else "converged",
         reason=reason,
         deflection={} if mesh.deflection is None else asdict(mesh.deflection),
         skipped=_skipped(loaded.balance is None, operation, mesh.deflection is not None),
         notes=_notes(loaded, friction, estimate, fine, operation, oil),
         seconds=time.perf_counter() - clock,
-        pinion_angle=np.array([p.pinion_angle for p in mesh.fine]),
-        power_loss_positions=losses,
-        power_loss_rolling_positions=rolling,
-        transmission_error_positions=loaded.fine.transmission_error,
         load=loaded.fine,
         points=fine,
         friction=estimate,
         lubrication=lubrication,
-        model=friction,
-        operation=operation,
-        card=oil,
+        case=ResultCase(friction, operation, oil),
     )
     return replace(found, **_UNKNOWN) if reason else found
 
@@ -208,11 +227,11 @@ def solve_balanced(
         return replace(
             without,
             friction_model=friction.name,
-            load_balance=load_balance,
+            conditions=replace(without.conditions, load_balance=load_balance),
             status="failed",
             reason=reason,
             notes=(*without.notes, note),
-            model=friction,
+            case=replace(without.case, model=friction),
             **_UNKNOWN,
         )
     return mesh_efficiency(balanced, friction, oil, operation)

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from html import escape
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Literal, Protocol
-
-import numpy as np
 
 from efficiency.loss.kinematics import Driver, LoadedPoints, Operation
 from efficiency.loss.lubrication import LocalLubrication
 from efficiency.ltca.load_distribution import LoadDistribution
-from ehl.common.arrays import FloatArray
+from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import InputError
 from ehl.common.notes import Note, NoteKind, group_notes
 from ehl.common.pages import Reportable
@@ -44,7 +43,6 @@ Reason = Literal[
     "friction_not_converged",
     "friction_undefined",
 ]
-_ARRAYS_KEPT_OUT = ("load", "points", "friction", "lubrication", "model", "operation", "card", "source", "asked")
 
 
 class ResultSource(Protocol):
@@ -67,6 +65,129 @@ class ResultSource(Protocol):
         """Strength of the teeth."""
 
 
+@dataclass(frozen=True)
+class OperatingConditions:
+    """Operating conditions of a result; SI units.
+
+    torque, speed: torque [N m] and speed [rad/s] at the pinion shaft.
+    temperature, temperature_inlet: temperature of the oil, and of the oil at the inlet of the contacts [K].
+    oil: name of the oil card.
+    load_balance: forces in the torque balance: normal and friction forces, or normal forces alone.
+    temperature_bulk_pinion, temperature_bulk_gear: bulk temperature of the teeth [K].
+    roughness_rms_pinion, roughness_rms_gear: Rq of the flanks [m].
+    correlation_length, peklenik_number: texture of the flanks across the contact line, median of the points [m], [-].
+    """
+
+    torque: float
+    speed: float
+    temperature: float
+    oil: str
+    driver: Driver
+    load_balance: LoadBalance
+    temperature_inlet: float
+    temperature_bulk_pinion: float
+    temperature_bulk_gear: float
+    roughness_rms_pinion: float
+    roughness_rms_gear: float
+    correlation_length: float
+    peklenik_number: float
+
+
+@dataclass(frozen=True)
+class EfficiencyErrors:
+    """Contributions to the numerical error of the efficiency [-].
+
+    positions, points: twice the change if the positions, or the points per contact line, are halved.
+    contacts: error from the mean friction of solved contacts; 0 for a formula.
+    balance: error of the approximate balance of normal and friction forces
+        (`efficiency.loss.friction_equilibrium.balance_error`).
+    """
+
+    positions: float
+    points: float
+    contacts: float
+    balance: float
+
+
+@dataclass(frozen=True)
+class EdgeContact:
+    """Contact at the tip, toe and heel edges.
+
+    pressure, pressure_lower, pressure_upper: maximum elastic pressure at an edge, and with twice and half the edge
+        radius [Pa].
+    load_share, loss_share: share of the torque and of the loss where the contact reaches an edge [-].
+    """
+
+    pressure: float
+    pressure_lower: float
+    pressure_upper: float
+    load_share: float
+    loss_share: float
+
+
+@dataclass(frozen=True)
+class MeshCycle:
+    """Values over the mesh cycle; the transmission error is an angle of the gear [rad].
+
+    transmission_error_loaded, transmission_error_unloaded: peak-to-peak values.
+    pinion_angle: angle of each mesh position [rad].
+    power_loss, power_loss_rolling, transmission_error: loss [W] and loaded transmission error at each position.
+    """
+
+    transmission_error_loaded: float
+    transmission_error_unloaded: float
+    pinion_angle: FloatArray = field(repr=False)
+    power_loss: FloatArray = field(repr=False)
+    power_loss_rolling: FloatArray = field(repr=False)
+    transmission_error: FloatArray = field(repr=False)
+
+    @property
+    def pitch(self) -> float:
+        """Pinion pitch from the equally spaced positions [rad]."""
+        return float(self.pinion_angle[1] - self.pinion_angle[0]) * self.pinion_angle.size
+
+
+@dataclass(frozen=True)
+class FrictionRange:
+    """Local conditions at the loaded points, and where they lie outside the stated range of the friction model.
+
+    ranges: smallest and largest value of each local variable of the friction formula.
+    flags, flag_shares: number of points by the flag of the friction model, and their share of the loss [-].
+    """
+
+    ranges: dict[str, tuple[float, float]]
+    flags: dict[str, int]
+    flag_shares: dict[str, float]
+
+
+@dataclass(frozen=True)
+class SolutionSize:
+    """Size and residuals of the numerical solution.
+
+    contacts: number of solved contacts including failed ones; 0 for a formula.
+    contacts_failed: number of failed contacts by reason.
+    torque_residual, compatibility_residual: largest relative residuals of the load distribution [-].
+    """
+
+    positions: int
+    points_per_line: int
+    points_loaded: int
+    contacts: int
+    contacts_failed: dict[str, int]
+    torque_residual: float
+    compatibility_residual: float
+
+
+@dataclass(frozen=True)
+class ResultCase:
+    """Friction model, operation, oil card and mesh of a result, from which further results are computed."""
+
+    model: FrictionModel
+    operation: Operation
+    card: Oil
+    mesh: ResultSource | None = None
+
+
 @dataclass(frozen=True, repr=False)
 class EfficiencyResult(Reportable):
     """Efficiency of one pair at one operating point; SI units.
@@ -75,35 +196,16 @@ class EfficiencyResult(Reportable):
     ----------
     design, side, friction_model : str
         Design, flank pair and friction model.
-    load_balance : {"frictional", "frictionless"}
-        Forces in the torque balance: normal and friction forces, or normal forces alone.
-    driver : {"pinion", "gear"}
-        Driving member.
-    oil : str
-        Name of the oil card.
-    torque, speed, temperature : float
-        Torque [N m] and speed [rad/s] at the pinion shaft, oil temperature [K].
-    temperature_inlet : float
-        Temperature of the oil at the inlet of the contacts [K].
-    temperature_bulk_1, temperature_bulk_2 : float
-        Bulk temperature of pinion and gear teeth [K].
-    roughness_rms_1, roughness_rms_2 : float
-        Rq of pinion and gear flanks [m].
-    correlation_length, peklenik_number : float
-        Correlation length of the roughness across the contact line [m] and Peklenik number [-], median of the points.
+    conditions : OperatingConditions
+        Torque, speed, temperatures, oil, roughness.
     efficiency : float
         power_output/power_input, with sliding friction only [-].
     efficiency_with_rolling : float
         Efficiency including the rolling loss [-].
     efficiency_error : float
-        Estimated numerical error: sum of the next four [-].
-    efficiency_error_positions, efficiency_error_points : float
-        Twice the change if the positions, or the points per contact line, are halved [-].
-    efficiency_error_contacts : float
-        Error from the mean friction of solved contacts; 0 for a formula [-].
-    efficiency_error_balance : float
-        Error of the approximate balance of normal and friction forces
-        (`efficiency.loss.friction_equilibrium.balance_error`) [-].
+        Estimated numerical error: sum of `errors` [-].
+    errors : EfficiencyErrors
+        Contributions to `efficiency_error`.
     power_loss : float
         Loss by sliding friction, mean over the mesh cycle [W].
     power_loss_rolling : float
@@ -114,26 +216,16 @@ class EfficiencyResult(Reportable):
         Mean weighted with the sliding power density: ``power_loss/sum(F |v_s|)`` [-]; nan without sliding.
     pressure_max : float
         Maximum Hertz pressure of the flanks in the cycle [Pa].
-    pressure_edge, pressure_edge_lower, pressure_edge_upper : float
-        Maximum elastic pressure at a tip, toe or heel edge, and with twice and half the edge radius [Pa].
-    edge_load_share, edge_loss_share : float
-        Share of the torque and of the loss where the contact reaches an edge [-].
-    transmission_error_loaded, transmission_error_unloaded : float
-        Peak-to-peak values over the cycle, as gear angle [rad].
-    ranges : dict
-        Smallest and largest value over the loaded points of each local variable of the friction formula.
+    edges : EdgeContact
+        Contact at the tooth edges.
+    cycle : MeshCycle
+        Loss and transmission error over the mesh cycle.
     outside_range_share : float
         Share of the sliding power at points outside the stated range of the friction model [-].
-    flags, flag_shares : dict
-        Number of loaded points by the flag of the friction model, and their share of the loss [-].
-    contacts : int
-        Number of solved contacts including failed ones; 0 for a formula.
-    contacts_failed : dict
-        Number of failed contacts by reason.
-    torque_residual, compatibility_residual : float
-        Largest relative residuals of the load distribution [-].
-    positions, points_per_line, points_loaded : int
-        Size of the computation.
+    friction_range : FrictionRange
+        Local conditions relative to the range of the friction model.
+    solution : SolutionSize
+        Size and residuals of the numerical solution.
     status, reason : str
         ``converged`` or ``failed``, and the reason of failure.
     deflection : dict
@@ -145,8 +237,6 @@ class EfficiencyResult(Reportable):
         Limits of the model that this case exceeds, with their place.
     seconds : float
         Wall time of loss and friction; geometry and load are shared between results [s].
-    pinion_angle, power_loss_positions, power_loss_rolling_positions, transmission_error_positions : arrays
-        Values over the mesh cycle [rad], [W], [W], [rad].
     load : LoadDistribution
         Load distribution; this field and the following ones are not in `to_dict`.
     points : LoadedPoints
@@ -155,14 +245,8 @@ class EfficiencyResult(Reportable):
         Friction at these points.
     lubrication : LocalLubrication
         Films and temperatures at these points.
-    model : FrictionModel
-        Friction model.
-    operation : Operation
-        Operating point.
-    card : Oil
-        Oil card.
-    source : ResultSource, optional
-        Loaded mesh of the result.
+    case : ResultCase
+        Friction model, operation, oil card and mesh of the result.
     asked : InputUncertainty, optional
         Input uncertainty that replaces the default one; see `with_inputs`.
 
@@ -171,8 +255,8 @@ class EfficiencyResult(Reportable):
     >>> import efficiency
     >>> mesh = efficiency.load("fm_spiral_bevel_14x39").mesh(positions=4, points_per_line=9)
     >>> result = mesh.load("300 N m").efficiency("constant:0.05", speed="1500 rpm")
-    >>> f"{100.0 * result.efficiency:.1f} %"
-    '99.0 %'
+    >>> f"{100.0 * result.efficiency:.1f} %, {result.conditions.torque:g} N m"
+    '99.0 %, 300 N m'
     """
 
     presenter = "efficiency.output.gear_report:gear"
@@ -180,68 +264,33 @@ class EfficiencyResult(Reportable):
     design: str
     side: str
     friction_model: str
-    load_balance: LoadBalance
-    driver: Driver
-    oil: str
-    torque: float
-    speed: float
-    temperature: float
-    temperature_inlet: float
-    temperature_bulk_1: float
-    temperature_bulk_2: float
-    roughness_rms_1: float
-    roughness_rms_2: float
-    correlation_length: float
-    peklenik_number: float
+    conditions: OperatingConditions
     efficiency: float
     efficiency_with_rolling: float
     efficiency_error: float
-    efficiency_error_positions: float
-    efficiency_error_points: float
-    efficiency_error_contacts: float
-    efficiency_error_balance: float
+    errors: EfficiencyErrors
     power_loss: float
     power_loss_rolling: float
     power_input: float
     power_output: float
     friction_coefficient_mean: float
     pressure_max: float
-    pressure_edge: float
-    pressure_edge_lower: float
-    pressure_edge_upper: float
-    edge_load_share: float
-    edge_loss_share: float
-    transmission_error_loaded: float
-    transmission_error_unloaded: float
-    ranges: dict[str, tuple[float, float]]
+    edges: EdgeContact
+    cycle: MeshCycle
     outside_range_share: float
-    flags: dict[str, int]
-    flag_shares: dict[str, float]
-    contacts: int
-    contacts_failed: dict[str, int]
-    torque_residual: float
-    compatibility_residual: float
-    positions: int
-    points_per_line: int
-    points_loaded: int
+    friction_range: FrictionRange
+    solution: SolutionSize
     status: Literal["converged", "failed"]
     reason: Reason
     deflection: dict[str, float]
     skipped: tuple[str, ...]
     notes: tuple[str, ...]
     seconds: float
-    pinion_angle: FloatArray = field(repr=False)
-    power_loss_positions: FloatArray = field(repr=False)
-    power_loss_rolling_positions: FloatArray = field(repr=False)
-    transmission_error_positions: FloatArray = field(repr=False)
     load: LoadDistribution = field(repr=False, compare=False)
     points: LoadedPoints = field(repr=False, compare=False)
     friction: FrictionEstimate = field(repr=False, compare=False)
     lubrication: LocalLubrication = field(repr=False, compare=False)
-    model: FrictionModel = field(repr=False, compare=False)
-    operation: Operation = field(repr=False, compare=False)
-    card: Oil = field(repr=False, compare=False)
-    source: ResultSource | None = field(default=None, repr=False, compare=False)
+    case: ResultCase = field(repr=False, compare=False)
     asked: InputUncertainty | None = field(default=None, repr=False, compare=False)
 
     @cached_property
@@ -266,10 +315,11 @@ class EfficiencyResult(Reportable):
         """90 % interval of sliding and rolling loss together [W], both independent."""
         from efficiency.loss.uncertainty import ROLLING
 
-        power, factor = self.torque * self.speed, math.exp(score_of(0.90) * ROLLING)
+        driven = self.conditions.driver == "pinion"
+        power, factor = self.conditions.torque * self.conditions.speed, math.exp(score_of(0.90) * ROLLING)
         ends = []
         for side, end, rolling in ((-1.0, self.efficiency_upper, 1.0 / factor), (1.0, self.efficiency_lower, factor)):
-            sliding = power * (1.0 - end if self.driver == "pinion" else 1.0 / end - 1.0)
+            sliding = power * (1.0 - end if driven else 1.0 / end - 1.0)
             width = math.hypot(sliding - self.power_loss, (rolling - 1.0) * self.power_loss_rolling)
             ends.append(self.power_loss + self.power_loss_rolling + side * width)
         return ends[0], ends[1]
@@ -301,8 +351,9 @@ class EfficiencyResult(Reportable):
         """
         from efficiency.loss.uncertainty import efficiency_uncertainty
 
-        at = self.points, self.friction, self.card, self.operation
-        return efficiency_uncertainty(self.model, *at, self.power_loss, self.torque, spreads, level, solved=solved)
+        case, torque = self.case, self.conditions.torque
+        at = self.points, self.friction, case.card, case.operation, self.power_loss, torque
+        return efficiency_uncertainty(case.model, *at, spreads, level, solved=solved)
 
     def with_inputs(self, inputs: InputUncertainty) -> EfficiencyResult:
         """The result with another input uncertainty from `uncertainty`."""
@@ -311,52 +362,59 @@ class EfficiencyResult(Reportable):
     @property
     def has_strength(self) -> bool:
         """Whether the strength of the teeth can be rated; this requires a bevel pair and its mesh."""
-        return self.source is not None and self.source.has_strength
+        return self.case.mesh is not None and self.case.mesh.has_strength
 
     @cached_property
     def strength(self) -> Strength:
         """Pressure, root stress, safety factors, scuffing and micropitting with grades; computed on first access."""
-        return self._source("strength").strength_of(self)
+        if self.case.mesh is None:
+            raise InputError("strength", "a result without its mesh", "a result of `LoadedMesh.efficiency`")
+        return self.case.mesh.strength_of(self)
 
     def references(self) -> set[str]:
         """Gear model, laws of the oil, friction model; strength where it was computed."""
-        kind = "bevel" if self.has_strength else "cylindrical"
-        found = {"gear", f"gear:{kind}", "film formula", *self.card.lubricant(self.temperature).references()}
-        found |= self.model.references()
-        if max(self.temperature_bulk_1, self.temperature_bulk_2) > self.temperature:
+        kind, at = "bevel" if self.has_strength else "cylindrical", self.conditions
+        found = {"gear", f"gear:{kind}", "film formula", *self.case.card.lubricant(at.temperature).references()}
+        found |= self.case.model.references()
+        if max(at.temperature_bulk_pinion, at.temperature_bulk_gear) > at.temperature:
             found.add("bulk temperature")
         return found | ({"strength"} if "strength" in vars(self) else set())
 
-    def scalars(self) -> dict[str, Any]:
-        """Scalar values by name, SI units, without the interval from uncertain inputs (the cells of a map)."""
+    def value(self, name: str) -> Any:
+        """Value by its name in tables, also from the records: ``torque``, ``edge_load_share``."""
+        return attrgetter(_PATHS.get(name, name))(self)
+
+    def scalars(self, *, interval: bool = False) -> dict[str, Any]:
+        """Scalar values by their names in tables, SI units; `interval`: with the interval from uncertain inputs."""
         kept = (str, bool, int, float)
-        return {name: value for name in self._names() if isinstance(value := getattr(self, name), kept)}
+        found = {name: value for name in _PATHS if isinstance(value := self.value(name), kept)}
+        return found | (self._interval() if interval else {})
 
     def to_dict(self, *, strength: bool = False) -> dict[str, Any]:
-        """Content without the point arrays, for JSON; not-a-number and infinity become None.
+        """Content without the point arrays, for JSON, with the records as objects; not-a-number becomes None.
 
         Parameters
         ----------
         strength : bool
             Include the strength of the teeth.
         """
-        plain = {name: _plain(getattr(self, name)) for name in self._names()}
+        plain = {f.name: getattr(self, f.name) for f in fields(self) if f.compare}
         if self.reason:
             plain["notes"] = [reason_text(self.reason), *self.notes]
-        interval = {name: _plain(value) for name, value in self._interval().items()}
         graded = {"strength": self.strength.to_dict()} if strength else {}
-        return plain | interval | {"uncertainty": self.inputs.to_dict()} | graded
+        return {**finite_or_none(plain | self._interval()), "uncertainty": self.inputs.to_dict(), **graded}
 
     def to_frame(self) -> pandas.DataFrame:
         """One row: the scalar values by name, SI units."""
         import pandas
 
-        return pandas.DataFrame([self.scalars() | self._interval() | {"notes": "; ".join(self.notes)}])
+        return pandas.DataFrame([self.scalars(interval=True) | {"notes": "; ".join(self.notes)}])
 
     def __repr__(self) -> str:
+        at = self.conditions
         values = (
-            f"{self.design}, {self.side}, {self.torque:.6g} N m, {self.speed:.6g} rad/s, "
-            f"{self.temperature:.6g} K, {self.oil}, {self.friction_model}"
+            f"{self.design}, {self.side}, {at.torque:.6g} N m, {at.speed:.6g} rad/s, "
+            f"{at.temperature:.6g} K, {at.oil}, {self.friction_model}"
         )
         if self.status == "failed":
             return f"EfficiencyResult({values}: failed, {self.reason})"
@@ -374,25 +432,26 @@ class EfficiencyResult(Reportable):
     def _interval(self) -> dict[str, float]:
         return {"efficiency_lower": self.efficiency_lower, "efficiency_upper": self.efficiency_upper}
 
-    def _names(self) -> list[str]:
-        return [name for name in self.__dataclass_fields__ if name not in _ARRAYS_KEPT_OUT]
 
-    def _source(self, what: str) -> ResultSource:
-        if self.source is None:
-            raise InputError(what, "a result without its mesh", "a result of `LoadedMesh.efficiency`")
-        return self.source
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, np.ndarray):
-        return [_plain(float(v)) for v in value]
-    if isinstance(value, dict):
-        return {key: _plain(v) for key, v in value.items()}
-    if isinstance(value, tuple):
-        return [_plain(v) for v in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+# names in tables that differ from those of the fields
+_TABLE_NAMES = {
+    **{("errors", name): f"efficiency_error_{name}" for name in ("positions", "points", "contacts", "balance")},
+    **{("edges", f"pressure{end}"): f"pressure_edge{end}" for end in ("", "_lower", "_upper")},
+    **{("edges", f"{what}_share"): f"edge_{what}_share" for what in ("load", "loss")},
+}
+_RECORDS = {
+    "conditions": OperatingConditions,
+    "errors": EfficiencyErrors,
+    "edges": EdgeContact,
+    "cycle": MeshCycle,
+    "solution": SolutionSize,
+}
+# attribute of each value by its name in tables; the arrays of a record are without repr
+_PATHS = {
+    _TABLE_NAMES.get((f.name, part), part or f.name): f"{f.name}.{part}".rstrip(".")
+    for f in fields(EfficiencyResult)
+    for part in ([p.name for p in fields(_RECORDS[f.name]) if p.repr] if f.name in _RECORDS else [""])
+}
 
 
 GEAR_NOTES: tuple[NoteKind, ...] = (

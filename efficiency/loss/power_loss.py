@@ -87,9 +87,9 @@ def local_height(outline: FloatArray, face: FloatArray) -> FloatArray:
 
 def friction_along_mesh(result: EfficiencyResult) -> FloatArray:
     """Friction coefficient at each position of the mesh cycle, weighted with the sliding power; nan without sliding."""
-    sliding = position_losses(result.points, np.ones(result.points.force.size), result.positions)
-    mu = np.full(result.positions, np.nan)
-    np.divide(result.power_loss_positions, sliding, out=mu, where=sliding > 0.0)
+    count = result.solution.positions
+    sliding, mu = position_losses(result.points, np.ones(result.points.force.size), count), np.full(count, np.nan)
+    np.divide(result.cycle.power_loss, sliding, out=mu, where=sliding > 0.0)
     return mu
 
 

@@ -232,8 +232,8 @@ def _moved(result: EfficiencyResult, name: str, end: str) -> float:
 
 def _loss_at(result: EfficiencyResult, efficiency: float) -> float:
     """Loss at another efficiency with the same power at the pinion [W]."""
-    power = result.torque * result.speed
-    return power * (1.0 - efficiency) if result.driver == "pinion" else power * (1.0 / efficiency - 1.0)
+    power = result.conditions.torque * result.conditions.speed
+    return power * (1.0 - efficiency) if result.conditions.driver == "pinion" else power * (1.0 / efficiency - 1.0)
 
 
 def solved_loss(pair: GearPair, task: EvaluationTask) -> tuple[float, float]:
@@ -254,7 +254,7 @@ def _figure(result: EfficiencyResult, name: str) -> float:
         return float(getattr(result.strength, name))
     if name == "temperature_flash":
         return float(np.nanmax(result.lubrication.temperature_flash))
-    return float(getattr(result, name))
+    return float(result.value(name))
 
 
 def allowed_of(problem: SearchProblem, start: Evaluation) -> dict[str, float]:

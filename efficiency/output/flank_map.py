@@ -39,14 +39,14 @@ class FlankMap:
     def of(cls, flanks: GearFlanks, result: EfficiencyResult) -> FlankMap:
         """The lines of a result, sorted by roll angle."""
         rolls, lines, edges = [], [], [np.zeros(0, np.int64)]
-        start, step = 0, float(result.pinion_angle[1] - result.pinion_angle[0])
+        start, pitch = 0, result.cycle.pitch
         for load in result.load.positions:
             p = load.position
             for part in p.lines:
                 if p.edge is not None and p.edge.touching[part[0]]:
                     edges.append(start + part)
                 elif part.size >= _MIN_POINTS:
-                    rolls.append(p.pinion_angle + float(p.pair[part[0]]) * step * result.positions)
+                    rolls.append(p.pinion_angle + float(p.pair[part[0]]) * pitch)
                     lines.append(start + part)
             start += p.pair.size
         order = np.argsort(rolls)
@@ -149,7 +149,7 @@ class FlankMap:
         lost = power * self.of_positions("length") * share[:, None]
         known = self.area > 0.0
         density = np.full(lost.shape, np.nan)
-        density[known] = lost[known] / (self.result.positions * self.area[known])
+        density[known] = lost[known] / (self.result.solution.positions * self.area[known])
         return density
 
     @cached_property
@@ -159,7 +159,8 @@ class FlankMap:
         Components along the pitch cone to the heel and normal to it to the tip.
         """
         # if the gear drives, all velocities are reversed
-        speed = self.result.speed * (1.0 if self.result.driver == "pinion" else -1.0)
+        at = self.result.conditions
+        speed = at.speed if at.driver == "pinion" else -at.speed
         positions = [load.position for load in self.result.load.positions]
         parts = [_projected(p, self.flanks.blank("gear").pitch_angle) for p in positions]
         u, h = (self._grid(np.concatenate([part[k] for part in parts])) * speed for k in (0, 1))

@@ -33,7 +33,6 @@ from ehl.common.quantities import quantity
 from ehl.common.reasons import reason_text
 from ehl.common.sections import Folded, Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table
-from ehl.fluid.oil import Oil
 from ehl.fluid.pressure_viscosity import alpha_of
 from ehl.surface.finish import default_correlation_length
 from ehl.uncertainty.result import plot_sources
@@ -69,9 +68,9 @@ def plot_gear(result: EfficiencyResult, ax: Axes | None) -> Axes:
 
 def design_of(result: EfficiencyResult) -> PairDesign:
     """The design of a result."""
-    if result.source is None:
+    if result.case.mesh is None:
         raise InputError("report", "a result without its mesh", "a result of `GearPair`, `Mesh` or `LoadedMesh`")
-    design: PairDesign = result.source.design
+    design: PairDesign = result.case.mesh.design
     return design
 
 
@@ -176,7 +175,7 @@ def page_sections(result: EfficiencyResult, grid: Grid | None = None, units: Uni
         *([Section("Efficiency over torque, speed and temperature", _map_items(grid, result))] if grid else []),
         *on_tooth,
         *([Section("Uncertainty of the inputs", _input_items(result))] if result.inputs.sources else []),
-        *([Section("Strength", _strength_items(result, flank))] if flank is not None and result.source else []),
+        *([Section("Strength", _strength_items(result, flank))] if flank is not None and result.case.mesh else []),
         Section("Mesh cycle", [Row(mesh_figures(result))]),
         Section(
             "Numerical results",
@@ -203,11 +202,11 @@ def _inputs_table(result: EfficiencyResult, design: PairDesign) -> Table:
         pair += f", {pinion.teeth} x {gear.teeth}, face width {1e3 * gear.face_width:.4g} mm"
         if design.assembly.hypoid_offset:
             pair += f", offset {1e3 * design.assembly.hypoid_offset:.4g} mm"
-    oil, alpha, viscosity = Oil.load(result.oil), quantity("pressure_viscosity"), quantity("viscosity_inlet")
-    warmest = float(np.max(result.points.state.temperature_oil, initial=result.temperature))
+    at, alpha, viscosity = result.conditions, quantity("pressure_viscosity"), quantity("viscosity_inlet")
+    warmest = float(np.max(result.points.state.temperature_oil, initial=at.temperature))
     texts = []
-    for kelvin, where in ((result.temperature, ""), (warmest, " at the teeth")):
-        lubricant = oil.at(kelvin)
+    for kelvin, where in ((at.temperature, ""), (warmest, " at the teeth")):
+        lubricant = result.case.card.at(kelvin)
         texts.append(
             f"{quantity('temperature').text(kelvin)}{where}: {viscosity.text(lubricant.viscosity_inlet)}, "
             f"alpha* {alpha.text(float(alpha_of(lubricant.pressure_law, 'star')))}"
@@ -219,8 +218,8 @@ def _inputs_table(result: EfficiencyResult, design: PairDesign) -> Table:
         finishes.append(f"{name}{made} Rq {1e6 * member.roughness_rms:.3g} um")
     rows = [
         ("pair", pair),
-        ("operating point", f"{result.side} flanks, {tables.operating_state(result)}, {result.driver} driving"),
-        ("oil", f"{result.oil}; {'; '.join(dict.fromkeys(texts))}"),
+        ("operating point", f"{result.side} flanks, {tables.operating_state(result)}, {at.driver} driving"),
+        ("oil", f"{at.oil}; {'; '.join(dict.fromkeys(texts))}"),
         ("finish", "; ".join(finishes)),
         ("friction", model_label(result.friction_model)),
     ]
@@ -287,11 +286,12 @@ def _map_items(grid: Grid, shown: EfficiencyResult) -> list[Item]:
 
 
 def _model_items(result: EfficiencyResult) -> list[Item]:
+    size, at = result.solution, result.conditions
     return [
         Text(f"Neglected: {'; '.join(result.skipped)}."),
         Text(
-            f"{result.positions} positions of the mesh, {result.points_per_line} points per contact line, "
-            f"{result.points_loaded} loaded points; loads from {result.load_balance} equilibrium, {result.driver} "
+            f"{size.positions} positions of the mesh, {size.points_per_line} points per contact line, "
+            f"{size.points_loaded} loaded points; loads from {at.load_balance} equilibrium, {at.driver} "
             f"driving. Computing friction and loss took {result.seconds:.2g} s."
         ),
     ]

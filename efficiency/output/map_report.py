@@ -69,11 +69,9 @@ def nearest_point(grid: Grid) -> EfficiencyResult:
     operation = design_of(usable[0]).operation
 
     def distance(result: EfficiencyResult) -> float:
-        return (
-            abs(result.torque / operation.torque - 1.0)
-            + abs(result.speed / operation.speed - 1.0)
-            + abs(result.temperature - operation.temperature) / 50.0
-        )
+        at = result.conditions
+        torque, speed = abs(at.torque / operation.torque - 1.0), abs(at.speed / operation.speed - 1.0)
+        return torque + speed + abs(at.temperature - operation.temperature) / 50.0
 
     return min(usable, key=distance)
 

@@ -10,9 +10,10 @@ from matplotlib import colormaps
 from matplotlib.ticker import NullFormatter
 
 from efficiency.loss.power_loss import FACES, HEIGHTS, friction_along_mesh
+from efficiency.output.tables import operating_state
 from ehl.common.arrays import FloatArray
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, figure_of, new_figure
-from ehl.common.quantities import quantity, typeset_units
+from ehl.common.quantities import typeset_units
 from ehl.common.reasons import reason_text
 
 if TYPE_CHECKING:
@@ -55,9 +56,8 @@ def plot_comparison(comparison: Comparison, ax: Axes | None = None) -> Axes:
     axes.set_yticks(place, [row.label for row in rows])
     axes.set(xlabel="mesh power loss [% of input]; bars end with the efficiency", xlim=(0.0, 1.35 * limit))
     # title of the whole figure, because long names of friction models leave narrow axes
-    state = ", ".join(quantity(n).text(getattr(comparison, n)) for n in ("torque", "speed", "temperature"))
     title = axes.set_title if ax is not None else figure_of(axes).suptitle
-    title(typeset_units(f"{comparison.design}: {state}"))
+    title(typeset_units(f"{comparison.design}: {operating_state(comparison)}"))
     return axes
 
 
@@ -83,7 +83,7 @@ def plot_friction_along_mesh(comparison: Comparison) -> Figure:
 
 def plot_loss_along_mesh(comparison: Comparison) -> Figure:
     """Power loss over one pinion pitch, one line per model."""
-    return _along(comparison, [result.power_loss_positions for result in comparison.results], "power loss [W]")
+    return _along(comparison, [result.cycle.power_loss for result in comparison.results], "power loss [W]")
 
 
 def _along(comparison: Comparison, values: list[FloatArray], label: str) -> Figure:
@@ -91,8 +91,7 @@ def _along(comparison: Comparison, values: list[FloatArray], label: str) -> Figu
     axes: Axes = figure.add_subplot()
     shades = colormaps["viridis"](np.linspace(0.0, 0.9, max(len(values), 2)))
     for number, (result, line) in enumerate(zip(comparison.results, values, strict=True)):
-        step = float(result.pinion_angle[1] - result.pinion_angle[0])
-        roll = result.pinion_angle / (step * result.positions)
+        roll = result.cycle.pinion_angle / result.cycle.pitch
         style = {"color": shades[number], "marker": MARKERS[number % len(MARKERS)], "ms": 3.5, "lw": 1.2}
         axes.plot(roll, line, label=comparison.rows[number].label, **style)
     axes.set(xlabel="pinion roll [pinion pitches]", ylabel=label, ylim=(0.0, None))

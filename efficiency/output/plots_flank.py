@@ -87,7 +87,7 @@ def contact_figure(flank: FlankMap, member: Member = "gear", top: float | None =
 
     `top` [GPa] is the end of a scale that several figures share.
     """
-    figure, axes = _flank_figure(flank, member, f"contact pattern at {flank.result.torque:.4g} N m")
+    figure, axes = _flank_figure(flank, member, f"contact pattern at {flank.result.conditions.torque:.4g} N m")
     x, y = _place(flank, member)
     pressure = flank.of_load("pressure_hertz") * 1e-9
     axes.plot([], [], color=_EDGE, lw=0.6, label="potential lines")

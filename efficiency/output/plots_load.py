@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def plot_load_sharing(result: EfficiencyResult, ax: Axes | None = None) -> Axes:
     """Share of the torque on one tooth pair over its roll angle in pinion pitches."""
     axes = axes_or_new(ax)
-    pitch = _pitch(result)
+    pitch = result.cycle.pitch
     roll, share = [], []
     for load in result.load.positions:
         for pair, part in load.share.items():
@@ -33,7 +33,7 @@ def plot_load_sharing(result: EfficiencyResult, ax: Axes | None = None) -> Axes:
         xlabel="roll of one tooth pair from the design point [pinion pitches]",
         ylabel="share of the torque [-]",
         ylim=(0.0, 1.05),
-        title=f"Load sharing at {result.torque:g} N m",
+        title=f"Load sharing at {result.conditions.torque:g} N m",
     )
     return axes
 
@@ -41,7 +41,7 @@ def plot_load_sharing(result: EfficiencyResult, ax: Axes | None = None) -> Axes:
 def plot_pair_load(result: EfficiencyResult, ax: Axes | None = None) -> Axes:
     """Normal force and maximum Hertz pressure of one tooth pair over its roll angle in pinion pitches."""
     axes = axes_or_new(ax)
-    pitch = _pitch(result)
+    pitch = result.cycle.pitch
     rows = sorted(
         (
             load.position.pinion_angle / pitch + int(pair),
@@ -63,13 +63,13 @@ def plot_pair_load(result: EfficiencyResult, ax: Axes | None = None) -> Axes:
     other.set(ylabel="maximum " + axis_label("pressure_hertz"), ylim=(0.0, 1.25 * float(pressure.max())))
     handles = [*axes.get_lines(), *other.get_lines()]
     axes.legend(handles, [str(line.get_label()) for line in handles], frameon=False, loc="upper left", ncols=2)
-    axes.set_title(f"Load of one tooth pair at {result.torque:g} N m")
+    axes.set_title(f"Load of one tooth pair at {result.conditions.torque:g} N m")
     return axes
 
 
 def plot_root_stress(result: EfficiencyResult) -> Figure:
     """Maximum root stress of both members over the roll angle of the tooth pair, and along the face."""
-    strength, pitch = result.strength, _pitch(result)
+    strength, pitch = result.strength, result.cycle.pitch
     figure = new_figure(9.0, 3.6)
     over, along = figure.subplots(1, 2)
     for root, color in ((strength.pinion, BLUE), (strength.gear, ORANGE)):
@@ -83,18 +83,18 @@ def plot_root_stress(result: EfficiencyResult) -> Figure:
     over.set(xlabel="roll of one tooth pair from the design point [pinion pitches]", ylabel=axis_label("root_stress"))
     over.legend(frameon=False, fontsize=8)
     along.set(xlabel="distance from the toe [mm]", ylabel="maximum over the mesh [MPa]", ylim=(0.0, None))
-    figure.suptitle(f"Root stress at {result.torque:g} N m")
+    figure.suptitle(f"Root stress at {result.conditions.torque:g} N m")
     return figure
 
 
 def plot_transmission_error(result: EfficiencyResult, ax: Axes | None = None) -> Axes:
     """Loaded and unloaded transmission error over one pinion pitch, each about its mean."""
     axes = axes_or_new(ax)
-    angle = result.pinion_angle / _pitch(result)
+    angle = result.cycle.pinion_angle / result.cycle.pitch
     unloaded = np.array([p.position.transmission_error for p in result.load.positions])
     for name, values, color in (
         ("unloaded", unloaded, GREY),
-        (f"at {result.torque:g} N m", result.transmission_error_positions, BLUE),
+        (f"at {result.conditions.torque:g} N m", result.cycle.transmission_error, BLUE),
     ):
         arcsec = to_display("transmission_error", values)
         label = f"{name}: {np.ptp(arcsec):.1f} arcsec peak to peak, mean {arcsec.mean():.1f}"
@@ -108,18 +108,19 @@ def plot_transmission_error(result: EfficiencyResult, ax: Axes | None = None) ->
 def plot_friction_and_loss(result: EfficiencyResult, ax: Axes | None = None) -> Axes:
     """Friction coefficient weighted with the sliding power, and power loss, along the mesh cycle."""
     axes = axes_or_new(ax)
-    angle = result.pinion_angle / _pitch(result)
+    angle = result.cycle.pinion_angle / result.cycle.pitch
     points, mu = result.points, result.friction.mu
     weight = points.force * points.speed_sliding
-    each = [points.position == k for k in range(result.positions)]
+    each = [points.position == k for k in range(result.solution.positions)]
     mean = np.array([np.average(mu[at], weights=weight[at]) for at in each])
     low, high = (np.array([f(mu[at]) for at in each]) for f in (np.min, np.max))
     axes.fill_between(angle, low, high, color=BLUE, alpha=0.15, lw=0.0, label="range over the lines")
     axes.plot(angle, mean, color=BLUE, marker=".", label="mean, weighted with sliding power")
     axes.set(xlabel="pinion roll [pinion pitches]", ylabel=axis_label("mu"), ylim=(0.0, None))
     loss = axes.twinx()
-    loss.plot(angle, result.power_loss_positions, color=ORANGE, marker=".", label="power loss")
-    finite = result.power_loss_positions[np.isfinite(result.power_loss_positions)]
+    lost = result.cycle.power_loss
+    loss.plot(angle, lost, color=ORANGE, marker=".", label="power loss")
+    finite = lost[np.isfinite(lost)]
     loss.set(ylabel="power loss [W]", ylim=(0.0, 1.3 * float(finite.max()) if finite.size else 1.0))
     handles = [*axes.get_legend_handles_labels()[0], *loss.get_lines()]
     axes.legend(handles, [str(h.get_label()) for h in handles], frameon=False, loc="lower left")
@@ -127,9 +128,3 @@ def plot_friction_and_loss(result: EfficiencyResult, ax: Axes | None = None) -> 
     outcome = f"efficiency {100.0 * result.efficiency:.3f} %" if found else f"failed: {reason_text(result.reason)}"
     axes.set_title(f"{model_label(result.friction_model)}: {outcome}")
     return axes
-
-
-def _pitch(result: EfficiencyResult) -> float:
-    """Pinion pitch [rad] from the equally spaced positions."""
-    step = float(result.pinion_angle[1] - result.pinion_angle[0])
-    return step * result.positions

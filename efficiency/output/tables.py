@@ -15,7 +15,7 @@ import numpy as np
 from efficiency.loss.power_loss import FACES, HEIGHTS, friction_along_mesh
 from ehl.common.quantities import quantity
 from ehl.common.reasons import reason_text
-from ehl.common.table import Cell, Column, Table, cell
+from ehl.common.table import Column, Table, cell
 from ehl.state import ContactState
 from regression.friction.models import FrictionFlag
 from regression.friction.published_registry import model_label
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _SUMMARY = (
     *("efficiency", "efficiency_error", "efficiency_lower", "efficiency_upper", "efficiency_with_rolling"),
     *("power_loss", "power_loss_rolling", "power_input", "friction_coefficient_mean", "outside_range_share"),
-    *("temperature_bulk_1", "pressure_max", "transmission_error_loaded", "transmission_error_unloaded"),
+    *("temperature_bulk_pinion", "pressure_max", "transmission_error_loaded", "transmission_error_unloaded"),
     "torque_residual",
 )
 _EDGE = ("pressure_edge", "pressure_edge_lower", "pressure_edge_upper", "edge_load_share", "edge_loss_share")
@@ -56,40 +56,33 @@ def percent(value: float, digits: int = 3) -> str:
 def operating_point(result: EfficiencyResult | Comparison) -> str:
     """Pair, side, torque, speed and oil in one line."""
     torque, speed, temperature = operating_state(result).split(", ")
-    return f"{result.design}, {result.side}, {torque}, {speed}, {result.oil} at {temperature}"
+    return f"{result.design}, {result.side}, {torque}, {speed}, {result.conditions.oil} at {temperature}"
 
 
 def operating_state(result: EfficiencyResult | Comparison) -> str:
     """Torque, speed and oil temperature in words."""
     names = ("torque", "speed", "temperature")
-    return ", ".join(quantity(name).text(getattr(result, name)) for name in names)
-
-
-def scalars(result: Any) -> dict[str, Cell]:
-    """The scalar values of a result by name, without arrays and groups."""
-    kept = (str, bool, int, float, np.floating, np.integer)
-    every = {f.name: getattr(result, f.name) for f in fields(result)}
-    return {name: cell(value) for name, value in every.items() if isinstance(value, kept)}
+    return ", ".join(quantity(name).text(getattr(result.conditions, name)) for name in names)
 
 
 def efficiency_table(result: EfficiencyResult) -> Table:
     """The main figures of one operating point."""
-    values = {name: getattr(result, name) for name in _SUMMARY}
+    values = {name: result.value(name) for name in _SUMMARY}
     if not values["efficiency_lower"] < values["efficiency_upper"]:  # no uncertain input, or failed
         del values["efficiency_lower"], values["efficiency_upper"]
     columns: dict[Any, Any] = dict(values)
-    if result.edge_load_share > 0.0:
-        columns |= {name: getattr(result, name) for name in _EDGE}
+    if result.edges.load_share > 0.0:
+        columns |= {name: result.value(name) for name in _EDGE}
     film, flash = _finite(result.lubrication.film_ratio), _finite(result.lubrication.temperature_flash)
     columns[Column("film_ratio_min", of="film_ratio", label="film ratio, minimum")] = film.min(initial=math.inf)
     columns[Column("film_ratio_max", of="film_ratio", label="film ratio, maximum")] = film.max(initial=-math.inf)
     columns["temperature_flash"] = flash.max(initial=-math.inf)
-    if result.contacts:
-        columns["contacts"] = result.contacts
-        columns[Column("failed", label="failed contacts")] = sum(result.contacts_failed.values())
-        if result.flags["predicted"]:
+    if result.solution.contacts:
+        columns["contacts"] = result.solution.contacts
+        columns[Column("failed", label="failed contacts")] = sum(result.solution.contacts_failed.values())
+        if result.friction_range.flags["predicted"]:
             label = "share of the loss near failed contacts"
-            columns[Column("predicted_share", of="share", label=label)] = result.flag_shares["predicted"]
+            columns[Column("predicted_share", of="share", label=label)] = result.friction_range.flag_shares["predicted"]
     status = f"{result.status}: {reason_text(result.reason)}" if result.reason else result.status
     return Table(
         tuple(columns),
@@ -97,7 +90,7 @@ def efficiency_table(result: EfficiencyResult) -> Table:
         title=f"{operating_point(result)}, friction: {model_label(result.friction_model)}",
         notes=(
             *(() if result.reason else (inputs_note(result.inputs),)),
-            f"{status}, {result.points_loaded} points, {result.driver} driving",
+            f"{status}, {result.solution.points_loaded} points, {result.conditions.driver} driving",
             *(f"neglected  {note}" for note in result.skipped),
         ),
         vertical=True,
@@ -144,12 +137,12 @@ def result_tables(result: EfficiencyResult) -> list[Table]:
 
 def result_table(result: EfficiencyResult) -> Table:
     """Scalar values, ranges of the local conditions and counts of the flags of the friction model, one per line."""
-    columns: dict[Any, Any] = dict(scalars(result))
-    columns |= {"efficiency_lower": result.efficiency_lower, "efficiency_upper": result.efficiency_upper}
-    for name, (low, high) in result.ranges.items():
+    columns: dict[Any, Any] = {name: cell(value) for name, value in result.scalars(interval=True).items()}
+    for name, (low, high) in result.friction_range.ranges.items():
         columns |= {Column(f"{name} (minimum)", of=name): low, Column(f"{name} (maximum)", of=name): high}
-    columns |= {f"points flagged {name}": count for name, count in result.flags.items()}
-    columns |= {f"contacts failed {reason_text(reason)}": count for reason, count in result.contacts_failed.items()}
+    columns |= {f"points flagged {name}": count for name, count in result.friction_range.flags.items()}
+    failed = result.solution.contacts_failed
+    columns |= {f"contacts failed {reason_text(reason)}": count for reason, count in failed.items()}
     return Table(tuple(columns), [tuple(columns.values())], name="result", vertical=True)
 
 
@@ -173,14 +166,14 @@ def position_table(result: EfficiencyResult) -> Table:
     shares = [load.share for load in loads]
     pairs = sorted({pair for share in shares for pair, part in share.items() if part > 0.0})
     columns: dict[Any, Any] = {
-        "pinion_angle": result.pinion_angle,
+        "pinion_angle": result.cycle.pinion_angle,
         "force": [float(load.force.sum()) for load in loads],
         "pairs loaded": [sum(part > 0.0 for part in share.values()) for share in shares],
         "pressure_max": [float(load.pressure_hertz.max()) for load in loads],
-        "transmission_error_loaded": result.transmission_error_positions,
+        "transmission_error_loaded": result.cycle.transmission_error,
         "friction_coefficient_mean": np.divide(lost, work, out=np.full(count, np.nan), where=work > 0.0),
-        "power_loss": result.power_loss_positions,
-        "power_loss_rolling": result.power_loss_rolling_positions,
+        "power_loss": result.cycle.power_loss,
+        "power_loss_rolling": result.cycle.power_loss_rolling,
         "transmission_error_unloaded": [load.position.transmission_error for load in loads],
         "pressure_edge": [float(np.max(load.pressure_max, initial=0.0, where=load.at_edge)) for load in loads],
         "points_loaded": [int(np.count_nonzero(load.force > 0.0)) for load in loads],
@@ -202,7 +195,7 @@ def point_table(result: EfficiencyResult) -> Table:
     places = ("pair", "face_gear", "height_gear", "face_pinion", "height_pinion", "length")
     columns: dict[Any, Any] = {
         "position": points.position,
-        "pinion_angle": result.pinion_angle[points.position],
+        "pinion_angle": result.cycle.pinion_angle[points.position],
         **{name: of_position(name) for name in places},
         "force": points.force,
     }
@@ -294,8 +287,8 @@ def comparison_tables(comparison: Comparison) -> list[Table]:
     along: dict[str, dict[Any, Any]] = {"mu": {}, "power_loss": {}}
     for row, result in zip(comparison.rows, comparison.results, strict=False):
         along["mu"][Column(row.name, of="mu", label=row.name)] = friction_along_mesh(result)
-        along["power_loss"][Column(row.name, of="power_loss", label=row.name)] = result.power_loss_positions
-    angle = {"pinion_angle": comparison.results[0].pinion_angle}
+        along["power_loss"][Column(row.name, of="power_loss", label=row.name)] = result.cycle.power_loss
+    angle = {"pinion_angle": comparison.results[0].cycle.pinion_angle}
     regions = [
         Column(f"{height}, {face}", of="share", label=f"{height}, {face}") for height in HEIGHTS for face in FACES
     ]

@@ -107,7 +107,7 @@ def _gear(result: DemoResult) -> Section:
     gear = result.comparison.results[0]
     pair = result.gear.flanks
     assert pair is not None
-    cycle = tuple(load.position for load in gear.load.positions)
+    cycle, at = tuple(load.position for load in gear.load.positions), gear.conditions
     flank = FlankMap.of(pair.flanks, gear)
     return Section(
         "Gear pair",
@@ -115,7 +115,7 @@ def _gear(result: DemoResult) -> Section:
             Text(
                 f"{pair.teeth_pinion} x {pair.teeth_gear} spiral bevel pair, face-milled and generated. The flanks "
                 "follow from the machine settings by the equation of meshing. The ease-off refers to the conjugate "
-                f"pinion. The load is {gear.torque:.4g} N m at {quantity('speed').text(gear.speed)} of the pinion."
+                f"pinion. The load is {at.torque:.4g} N m at {quantity('speed').text(at.speed)} of the pinion."
             ),
             Row(
                 [

@@ -181,13 +181,13 @@ class StudyPoint:
 
 def with_result(point: StudyPoint, result: EfficiencyResult) -> StudyPoint:
     """A point with the values of its result."""
-    given = {*result.__dataclass_fields__, "efficiency_lower", "efficiency_upper"}
-    names = {f.name for f in fields(StudyPoint)} & given
-    names -= {"design", "temperature"}
+    found = result.scalars(interval=True) | {"notes": result.notes}
+    wanted = {f.name for f in fields(StudyPoint)} - {"design", *OPERATING}
+    known = {name: value for name, value in found.items() if name in wanted}
     weight = result.points.force * result.points.speed_sliding
     ratio = np.where(np.isfinite(result.lubrication.film_ratio), result.lubrication.film_ratio, np.nan)
     mean = float(np.nansum(weight * ratio) / np.sum(weight)) if weight.sum() > 0.0 else math.nan
-    values = vars(point) | {name: getattr(result, name) for name in names}
+    values = vars(point) | known
     flash = float(np.nanmax(result.lubrication.temperature_flash)) if result.points.force.size else math.nan
     return StudyPoint(**values | {"film_ratio": mean, "temperature_flash": flash, "causes": result.inputs.groups})
 

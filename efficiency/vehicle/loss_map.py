@@ -391,7 +391,7 @@ def _said_of(point: GridPoint, note: str) -> tuple[str, str]:
     """Torque and speed of a point in words, torques below zero in coast, with its note or why it has no result."""
     at = point.condition
     if point.result is not None:
-        at = {"torque": point.result.torque, "speed": point.result.speed, "driver": point.result.driver}
+        at = vars(point.result.conditions)
     torque = at["torque"] if at["driver"] == "pinion" else -at["torque"]
     place = f"{quantity('torque').text(torque)}, {quantity('speed').text(at['speed'])}"
     return place, note if point.result is not None else f"no result: {note}"

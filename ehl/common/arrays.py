@@ -18,7 +18,8 @@ BoolArray = NDArray[np.bool_]
 def finite_or_none(value: Any) -> Any:
     """Copy of a value for JSON, with None in place of non-finite numbers.
 
-    value: a scalar, or dicts, lists, tuples and records (dataclasses) of them; tuples become lists, records dicts.
+    value: a scalar, or arrays, dicts, lists, tuples and records (dataclasses) of them; arrays and tuples become lists,
+        records dicts.
 
     Examples
     --------
@@ -29,6 +30,8 @@ def finite_or_none(value: Any) -> Any:
         return {field.name: finite_or_none(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, dict):
         return {key: finite_or_none(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return finite_or_none(value.tolist())
     if isinstance(value, (list, tuple)):
         return [finite_or_none(item) for item in value]
     if isinstance(value, float) and not math.isfinite(value):

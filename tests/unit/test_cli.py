@@ -91,13 +91,13 @@ def test_solve_table_and_figure(mixed_ehl: Cli, tmp_path: Path) -> None:
 
 def test_gear_and_its_map(mixed_ehl: Cli) -> None:
     one = json.loads(mixed_ehl("gear", PAIR, "--torque", "200 N m", "--json").out)
-    assert one["torque"] == pytest.approx(200.0)
+    assert one["conditions"]["torque"] == pytest.approx(200.0)
     assert 0.98 < one["efficiency"] < 1.0
     grid = json.loads(mixed_ehl("map", PAIR, "--torque", "100, 200 N m", "--json").out)
     assert [point["torque"] for point in grid["points"]] == [100.0, 200.0]
     # the load of the map starts from its neighbour: the same within the stated errors of both
     again = grid["points"][1]
-    stated = one["efficiency_error_balance"] + again["efficiency_error_balance"]
+    stated = one["errors"]["balance"] + again["efficiency_error_balance"]
     assert stated < 1e-5
     assert again["efficiency"] == pytest.approx(one["efficiency"], abs=stated)
 

@@ -79,7 +79,7 @@ OTHERS = {
     "Axle.with_methods",
     *("GearPair.check", "GearPair.misaligned", "GearPair.finished", "GearPair.sharing_bodies"),
     "LoadedMesh.write_load",
-    *("EfficiencyResult.with_inputs", "EfficiencyResult.scalars", "EfficiencyResult.to_dict"),
+    *(f"EfficiencyResult.{name}" for name in ("with_inputs", "value", "scalars", "to_dict")),
     *("EfficiencyResult.to_frame", "EfficiencyResult.references"),
 }
 

@@ -51,7 +51,7 @@ def test_loss_and_pressure_of_rigid_teeth_are_those_printed(name: str) -> None:
     """Their load is even along the lines, ours within 10 %; their lines are cut at fewer places."""
     overlap, _, loss, pitch_point, largest = REPORTS[name][7:]
     result = pair(name).mesh().load("200 N m").efficiency("constant:0.05", load_balance="frictionless")
-    factor = result.power_loss / (result.torque * result.speed) / 0.05
+    factor = result.power_loss / (result.conditions.torque * result.conditions.speed) / 0.05
     assert factor == pytest.approx(loss, rel=0.025)
     assert result.pressure_max / 1e9 == pytest.approx(largest, rel=0.03)
     if overlap == 0.0:  # the lines of helical gears are of several lengths when one of them crosses the pitch point

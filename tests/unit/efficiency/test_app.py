@@ -213,7 +213,7 @@ def test_where_nothing_can_carry_the_load_there_is_no_number(bench: Bench, scene
 
 def test_the_contact_that_loses_most_is_one_of_the_mesh(bench: Bench, scene: Scene) -> None:
     point = bench.contact(scene).line_contact()
-    low, high = bench.answer(scene).result.ranges["pressure_hertz"]
+    low, high = bench.answer(scene).result.friction_range.ranges["pressure_hertz"]
     assert low <= point.pressure_hertz <= high
 
 

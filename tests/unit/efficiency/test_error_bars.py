@@ -46,8 +46,8 @@ def test_error_is_twice_what_half_the_positions_and_half_the_points_change(loade
     fewer = efficiency_at(loss_of(coarse, 4))
     assert abs(half - every) > 1e-7
     assert abs(fewer - every) > 1e-7
-    assert result.efficiency_error_positions == pytest.approx(2.0 * abs(half - every), rel=1e-9)
-    assert result.efficiency_error_points == pytest.approx(2.0 * abs(fewer - every), rel=1e-9)
+    assert result.errors.positions == pytest.approx(2.0 * abs(half - every), rel=1e-9)
+    assert result.errors.points == pytest.approx(2.0 * abs(fewer - every), rel=1e-9)
     assert result.efficiency_error == pytest.approx(2.0 * (abs(half - every) + abs(fewer - every)), rel=1e-9)
 
 
@@ -103,7 +103,7 @@ def test_rolling_loss_is_the_work_on_both_surfaces(loaded: LoadedGrids) -> None:
     points = LoadedPoints(state, np.array([100.0, 50.0]), np.ones(2), np.array([0, 2]), np.array([0, 0]))
     np.testing.assert_allclose(rolling_losses(points, np.array([1e-3, 2e-3]), 3), [0.4, 0.0, 0.4], rtol=1e-12)
     result = mesh_efficiency(loaded, ConstantFriction(MU), OIL, OPERATION)
-    assert result.power_loss_rolling == pytest.approx(result.power_loss_rolling_positions.mean(), rel=1e-12)
+    assert result.power_loss_rolling == pytest.approx(result.cycle.power_loss_rolling.mean(), rel=1e-12)
     lost = (result.efficiency - result.efficiency_with_rolling) * result.power_input
     assert lost == pytest.approx(result.power_loss_rolling, rel=1e-9)
 
@@ -111,8 +111,8 @@ def test_rolling_loss_is_the_work_on_both_surfaces(loaded: LoadedGrids) -> None:
 def test_ranges_of_a_result_run_from_the_smallest_to_the_largest_value(loaded: LoadedGrids) -> None:
     result = mesh_efficiency(loaded, ConstantFriction(MU), OIL, OPERATION)
     pressure = result.points.state.pressure_hertz
-    assert result.ranges["pressure_hertz"] == (pressure.min(), pressure.max())
-    assert all(low <= high for low, high in result.ranges.values())
+    assert result.friction_range.ranges["pressure_hertz"] == (pressure.min(), pressure.max())
+    assert all(low <= high for low, high in result.friction_range.ranges.values())
     backwards = mesh_efficiency(loaded, ConstantFriction(MU), OIL, replace(OPERATION, driver="gear"))
     assert backwards.power_input == pytest.approx(200.0 * 125.0 + backwards.power_loss, rel=1e-12)
     assert backwards.power_output == pytest.approx(200.0 * 125.0, rel=1e-12)

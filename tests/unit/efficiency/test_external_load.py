@@ -61,8 +61,8 @@ def test_round_trip(lines: list[str], loaded: LoadedGrids, geared: Mesh, tmp_pat
         assert q.force.sum() == pytest.approx(p.force.sum(), rel=1e-13)
     assert again.status == "converged"
     content = again.to_dict()
-    assert content["transmission_error_loaded"] is None
-    assert content["compatibility_residual"] is None
+    assert content["cycle"]["transmission_error_loaded"] is None
+    assert content["solution"]["compatibility_residual"] is None
     assert any("load.csv" in note and "1.0000 of the stated torque" in note for note in again.notes)
 
 
@@ -79,8 +79,10 @@ def test_a_saved_load_gives_the_loss_of_the_run(spreadsheet: bool, geared: Mesh,
             head, friction, *rest = text.replace("constant:0,1;", "constant:0.1,").splitlines()
             path.write_bytes("\r\n".join([f"{head};;;;", friction, *rest]).encode("utf-16"))
         again = geared.load_from(path).efficiency(model, bulk=bulk)
-        assert again.load_balance == "frictional"
-        assert again.temperature_bulk_1 == pytest.approx(own.temperature_bulk_1, abs=1e-6)
+        assert again.conditions.load_balance == "frictional"
+        assert again.conditions.temperature_bulk_pinion == pytest.approx(
+            own.conditions.temperature_bulk_pinion, abs=1e-6
+        )
         assert again.power_loss == pytest.approx(own.power_loss, rel=1e-9)
         assert again.pressure_max == pytest.approx(own.pressure_max, rel=1e-9)
 

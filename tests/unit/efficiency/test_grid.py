@@ -111,7 +111,7 @@ def test_grid_of_a_pair_is_the_single_run() -> None:
     single = GearPair(DESIGN.with_misalignment(P=5e-5), keep=True).at(MODEL, GRID, torque=150.0, speed=125.0)
     # one of many points: torque balance and bulk temperature from fewer contact points
     assert abs(found.values()[0, 1] - single.efficiency) < 1e-5
-    assert found.results[1].efficiency_error_balance < 1e-5
+    assert found.results[1].errors.balance < 1e-5
     assert found.axes == {"P": (5e-5,), "speed": (60.0, 125.0)}
 
 

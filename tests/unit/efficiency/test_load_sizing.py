@@ -19,7 +19,7 @@ def test_edges_of_a_template_carry_next_to_nothing() -> None:
     assert found.shares[-1] < EDGE_LIMIT < found.shares[0]
     pair = efficiency.GearPair(efficiency.settings(found.targets).design)
     result = pair.mesh("drive", 12, 21).load(start.operation.torque).efficiency("constant:0.05")
-    assert result.edge_load_share < EDGE_LIMIT
+    assert result.edges.load_share < EDGE_LIMIT
     assert found.targets.blank == start.blank
 
 

@@ -90,10 +90,10 @@ def test_points_outside_the_range_are_told(loaded: LoadedGrids) -> None:
     pressure = result.points.state.pressure_hertz
     power = result.points.force * result.points.speed_sliding
     assert result.outside_range_share == pytest.approx(power[pressure > 1e9].sum() / power.sum())
-    assert result.flags["outside_range"] == np.count_nonzero(pressure > 1e9) > 0
+    assert result.friction_range.flags["outside_range"] == np.count_nonzero(pressure > 1e9) > 0
     lost = result.friction.mu * power
-    assert result.flag_shares["outside_range"] == pytest.approx(lost[pressure > 1e9].sum() / lost.sum())
-    assert sum(result.flag_shares.values()) == pytest.approx(1.0)
+    assert result.friction_range.flag_shares["outside_range"] == pytest.approx(lost[pressure > 1e9].sum() / lost.sum())
+    assert sum(result.friction_range.flag_shares.values()) == pytest.approx(1.0)
     assert result.status == "converged"
 
 
@@ -107,7 +107,7 @@ def test_missing_friction_is_a_failure_not_a_number(loaded: LoadedGrids, flag: F
     assert math.isnan(result.efficiency)
     assert result.to_dict()["efficiency"] is None
     beyond = np.count_nonzero(result.points.state.pressure_hertz > 1e9)
-    assert f"formula test has no value at {beyond} of {result.points_loaded} loaded points" in result.notes
+    assert f"formula test has no value at {beyond} of {result.solution.points_loaded} loaded points" in result.notes
     assert plot_friction_and_loss(result).get_title().endswith(reason_text(reason))
 
 
@@ -116,7 +116,7 @@ def test_a_formula_without_a_value_fails_the_run() -> None:
     huge = formula.model_copy(update={"coefficients": formula.coefficients | {"strain": math.inf}})
     result = PAIR.at(huge, COARSE)
     assert (result.status, result.reason) == ("failed", "friction_undefined")
-    assert result.flags["undefined"] == result.points_loaded
+    assert result.friction_range.flags["undefined"] == result.solution.points_loaded
 
 
 def test_pressure_above_the_hardness_fails_and_says_where(mesh: MeshGrids) -> None:
@@ -147,8 +147,8 @@ def test_load_at_the_edges_is_told(loaded: LoadedGrids) -> None:
     assert "gear tip" in note
     assert "before and after the path of the smooth flanks" in note
     result = mesh_efficiency(loaded, ConstantFriction(0.05), OIL, OPERATION)
-    assert 0.0 < result.edge_load_share < result.edge_loss_share < 0.5
-    assert result.pressure_max < result.pressure_edge_lower < result.pressure_edge < result.pressure_edge_upper
+    assert 0.0 < result.edges.load_share < result.edges.loss_share < 0.5
+    assert result.pressure_max < result.edges.pressure_lower < result.edges.pressure < result.edges.pressure_upper
 
 
 def with_offset(offset: float) -> Design:
@@ -158,7 +158,7 @@ def with_offset(offset: float) -> Design:
 
 def test_flanks_that_do_not_match_are_told() -> None:
     result = GearPair(with_offset(0.003)).at(grid=COARSE)
-    arcsec = math.degrees(result.transmission_error_unloaded) * 3600.0
+    arcsec = math.degrees(result.cycle.transmission_error_unloaded) * 3600.0
     assert arcsec > 100.0
     assert f"transmission error, {arcsec:.0f} arcsec peak to peak" in result.notes[-1]
 
@@ -185,10 +185,10 @@ def test_failed_load_is_a_failure(mesh: MeshGrids, monkeypatch: pytest.MonkeyPat
 def test_result_is_json(loaded: LoadedGrids) -> None:
     content = mesh_efficiency(loaded, ConstantFriction(0.05), OIL, OPERATION).to_dict()
     assert json.loads(json.dumps(content)) == content
-    assert content["speed"] == 125.0
-    assert len(content["power_loss_positions"]) == content["positions"] == 4
+    assert content["conditions"]["speed"] == 125.0
+    assert len(content["cycle"]["power_loss"]) == content["solution"]["positions"] == 4
     assert content["power_loss"] == pytest.approx((1.0 - content["efficiency"]) * content["power_input"])
-    assert set(content["ranges"]) == set(stage.RANGES)
+    assert set(content["friction_range"]["ranges"]) == set(stage.RANGES)
 
 
 def test_faster_is_the_same_share_of_loss_for_constant_friction(loaded: LoadedGrids) -> None:
@@ -258,7 +258,7 @@ def test_names_are_checked_before_anything_is_computed() -> None:
 
 def test_run_functions_agree_and_figures_show_the_result(mesh: MeshGrids) -> None:
     result = PAIR.at("xu_kahraman_2007", COARSE)
-    assert result.torque == DESIGN.operation.torque
+    assert result.conditions.torque == DESIGN.operation.torque
     comparison = PAIR.compare(("xu_kahraman_2007",), grid=COARSE)
     assert comparison.rows[0].efficiency == result.efficiency
     assert comparison.reference == "xu_kahraman_2007"
@@ -273,7 +273,9 @@ def test_run_functions_agree_and_figures_show_the_result(mesh: MeshGrids) -> Non
     closed = next(row for row in comparison.rows if row.name == "Coleman-type (our derivation)")
     assert closed.efficiency == coleman_type(PAIR.mesh("drive", *COARSE).pitch, 0.05)
     for row in comparison.rows:
-        assert row.power_loss == pytest.approx((1.0 - row.efficiency) * result.torque * result.speed, rel=1e-9)
+        assert row.power_loss == pytest.approx(
+            (1.0 - row.efficiency) * result.conditions.torque * result.conditions.speed, rel=1e-9
+        )
     regions = np.array(comparison.rows[0].loss_regions)
     assert regions.shape == (3, 3)
     assert regions.sum() == pytest.approx(1.0, rel=1e-12)
@@ -287,7 +289,7 @@ def test_run_functions_agree_and_figures_show_the_result(mesh: MeshGrids) -> Non
     assert np.max(sharing) == pytest.approx(max(max(p.share.values()) for p in result.load.positions))
     assert len(plot_transmission_error(result).lines) == 2
     loss = plot_friction_and_loss(result).figure.axes[1].lines[0].get_ydata()
-    np.testing.assert_array_equal(loss, result.power_loss_positions)
+    np.testing.assert_array_equal(loss, result.cycle.power_loss)
     assert len(plot_comparison(comparison).patches) == len(comparison.rows)
     assert [len(axes.lines) for axes in plot_map(map_).figure.axes] == [2, 2]
 

@@ -83,9 +83,10 @@ def _solve(loss: Any, reason: Any = lambda torque: "") -> tuple[Any, list[float]
     def solve(condition: Any) -> EfficiencyResult:
         torque = condition["torque"]
         called.append(torque)
-        lost = torque * RESULT.speed * loss(torque)
-        figures = {"torque": torque, "power_loss": lost, "efficiency": 1.0 - loss(torque), "efficiency_error": 1e-9}
-        return replace(RESULT, **figures, reason=reason(torque))
+        lost = torque * RESULT.conditions.speed * loss(torque)
+        figures = {"power_loss": lost, "efficiency": 1.0 - loss(torque), "efficiency_error": 1e-9}
+        conditions = replace(RESULT.conditions, torque=torque)
+        return replace(RESULT, **figures, conditions=conditions, reason=reason(torque))
 
     return solve, called
 

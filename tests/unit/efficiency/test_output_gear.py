@@ -69,7 +69,7 @@ def geared() -> Meshed:
 def result(geared: Meshed) -> EfficiencyResult:
     loaded = geared[1].load(300.0)
     found = mesh_efficiency(loaded.grids, friction_model("xu_kahraman_2007"), OIL, operation())
-    return replace(found, source=loaded)
+    return replace(found, case=replace(found.case, mesh=loaded))
 
 
 @pytest.fixture(scope="module")
@@ -111,7 +111,7 @@ def test_loss_density_integrates_to_the_loss(flank: FlankMap, result: Efficiency
     for value, k, i in zip(power, result.points.position, result.points.index, strict=True):
         edge = result.load.positions[k].position.edge
         if edge is None or not edge.touching[i]:
-            lost += value / result.positions
+            lost += value / result.solution.positions
     assert np.nansum(flank.loss_density * flank.area) == pytest.approx(lost, rel=1e-12)
     assert 0.5 * result.power_loss < lost <= result.power_loss * (1.0 + 1e-12)
 
@@ -131,7 +131,7 @@ def test_sliding_in_the_projection_is_the_rate_of_the_blank_coordinates(
     ends = [places + sign * step * vectors for sign in (-1.0, 1.0)]
     (u0, h0), (u1, h1) = (blank.coordinates(np.hypot(e[:, 0], e[:, 1]), e[:, 2]) for e in ends)
     at = np.concatenate(flank.lines)
-    speed = result.speed / (2.0 * step)
+    speed = result.conditions.speed / (2.0 * step)
     np.testing.assert_allclose(along.ravel(), (u1 - u0)[at] * speed, rtol=1e-5, atol=1e-6)
     np.testing.assert_allclose(up.ravel(), (h1 - h0)[at] * speed, rtol=1e-5, atol=1e-6)
 
@@ -199,18 +199,18 @@ def test_workbook_and_csv_hold_the_result(result: EfficiencyResult, tmp_path: Pa
     single = {row[0]: row[1:] for row in sheet_rows(tmp_path / "r.xlsx", "result")}
     assert single["efficiency"] == (pytest.approx(100.0 * result.efficiency, rel=1e-14), "%")
     assert single["friction_model"] == ("xu_kahraman_2007", "")
-    pressure = pytest.approx(result.ranges["pressure_hertz"][1] / 1e9, rel=1e-14)
+    pressure = pytest.approx(result.friction_range.ranges["pressure_hertz"][1] / 1e9, rel=1e-14)
     assert single["pressure_hertz (maximum)"] == (pressure, "GPa")
     header, *points = sheet_rows(tmp_path / "r.xlsx", "points")
-    assert len(points) == result.points_loaded
+    assert len(points) == result.solution.points_loaded
     column = {name: np.array([row[k] for row in points]) for k, name in enumerate(header)}
     for name in ("pressure_hertz [GPa]", "radius_equivalent [mm]", "temperature_bulk_1 [degC]", "film_central [nm]"):
         assert name in column
     np.testing.assert_allclose(column["friction_coefficient"], result.friction.mu, rtol=1e-14)
-    assert column["power_loss [W]"].sum() / result.positions == pytest.approx(result.power_loss, rel=1e-12)
+    assert column["power_loss [W]"].sum() / result.solution.positions == pytest.approx(result.power_loss, rel=1e-12)
     position, *rows = sheet_rows(tmp_path / "r.xlsx", "positions")
     lost = [row[position.index("power_loss [W]")] for row in rows]
-    np.testing.assert_allclose(lost, result.power_loss_positions, rtol=1e-14)
+    np.testing.assert_allclose(lost, result.cycle.power_loss, rtol=1e-14)
     shares = [k for k, name in enumerate(position) if name.startswith("share of pair")]
     np.testing.assert_allclose([sum(row[k] for k in shares) for row in rows], 1.0)
     with (tmp_path / "csv" / "points.csv").open(encoding="utf-8", newline="") as file:
@@ -236,7 +236,7 @@ def test_page_of_a_point_and_of_a_map(geared: Meshed, grid: Grid, tmp_path: Path
     roots = max(re.findall(r"a root up to ([\d.]+) mm above the root cone", " ".join(told)), key=float)
     assert f"a root up to {roots} mm above the root cone" in page.sections[0]
     chosen = nearest_point(grid)
-    assert (chosen.torque, chosen.speed, chosen.temperature) == (300.0, 120.0, 363.15)
+    assert (chosen.conditions.torque, chosen.conditions.speed, chosen.conditions.temperature) == (300.0, 120.0, 363.15)
     # the answer with its interval and the error of the solution on the first screen
     low, high = 100.0 * chosen.efficiency_lower, 100.0 * chosen.efficiency_upper
     assert page.sections[0].index(f"{100.0 * chosen.efficiency:.2f} %") < page.sections[0].index("warning")
@@ -316,11 +316,11 @@ def test_terminal_names_models_and_notes_as_the_page_does(
 def test_tables_for_the_page(result: EfficiencyResult) -> None:
     low, high = range_table(result).records()
     assert (low["end"], high["end"]) == ("minimum", "maximum")
-    assert low["pressure_hertz"] == pytest.approx(result.ranges["pressure_hertz"][0])
+    assert low["pressure_hertz"] == pytest.approx(result.friction_range.ranges["pressure_hertz"][0])
     assert high["pressure_hertz"] == pytest.approx(result.pressure_max)
     assert f"<td>{high['pressure_hertz'] / 1e9:.3f}</td>" in range_table(result).html()
     positions = position_table(result).records()
-    assert [row["power_loss"] for row in positions] == list(result.power_loss_positions)
+    assert [row["power_loss"] for row in positions] == list(result.cycle.power_loss)
     mean = np.average([row["friction_coefficient_mean"] for row in positions], weights=_sliding_work(result))
     assert mean == pytest.approx(result.friction_coefficient_mean, rel=1e-9)
     (row,) = efficiency_table(result).records()

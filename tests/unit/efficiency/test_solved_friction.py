@@ -79,15 +79,15 @@ def test_failed_contacts_are_counted_named_and_carried_as_error(
     hard = float(pressure[-8])
     monkeypatch.setattr(module, "solve_contact", solver(lambda contact: contact.pressure_hertz >= hard))
     result = mesh_efficiency(loaded, model(), OIL, OPERATION)
-    assert (sound.contacts, sound.contacts_failed) == (60, {})
+    assert (sound.solution.contacts, sound.solution.contacts_failed) == (60, {})
     assert result.status == "converged"
-    assert result.contacts == 60
-    failed = result.contacts_failed["film_jump"]
+    assert result.solution.contacts == 60
+    failed = result.solution.contacts_failed["film_jump"]
     assert 0 < failed < 6
-    assert result.flags["predicted"] > 0
-    assert result.flags["not_converged"] == 0
+    assert result.friction_range.flags["predicted"] > 0
+    assert result.friction_range.flags["not_converged"] == 0
     assert result.outside_range_share == 0.0
-    share = result.flag_shares["predicted"]
+    share = result.friction_range.flag_shares["predicted"]
     assert 0.0 < share < 0.1
     assert (
         f"{failed} of 60 contacts not solved ({reason_text('film_jump')}: {failed}): predicted by the others, "
@@ -97,15 +97,15 @@ def test_failed_contacts_are_counted_named_and_carried_as_error(
     assert result.efficiency_lower < sound.efficiency < result.efficiency_upper
     assert result.efficiency_upper - result.efficiency_lower > sound.efficiency_upper - sound.efficiency_lower
     # every share is of all the loss
-    assert sum(result.flag_shares.values()) == pytest.approx(1.0)
+    assert sum(result.friction_range.flag_shares.values()) == pytest.approx(1.0)
     assert loss_by_region(result).sum() == pytest.approx(1.0)
     assert np.all(np.isfinite(friction_along_mesh(result)))
-    assert 0.0 < result.edge_loss_share < 1.0
+    assert 0.0 < result.edges.loss_share < 1.0
     (rows,) = result_table(result).records()
     assert rows["contacts"] == 60
     assert rows[f"contacts failed {reason_text('film_jump')}"] == failed
-    assert rows["points flagged predicted"] == result.flags["predicted"]
-    assert json.loads(json.dumps(result.to_dict()))["contacts_failed"] == {"film_jump": failed}
+    assert rows["points flagged predicted"] == result.friction_range.flags["predicted"]
+    assert json.loads(json.dumps(result.to_dict()))["solution"]["contacts_failed"] == {"film_jump": failed}
     (shown,) = efficiency_table(result).records()
     assert (shown["contacts"], shown["failed"]) == (60, failed)
     assert shown["predicted_share"] == share
@@ -121,10 +121,10 @@ def test_where_too_much_failed_there_is_no_efficiency_and_no_share(
     assert (result.status, result.reason) == ("failed", "friction_not_converged")
     assert math.isnan(result.efficiency)
     assert math.isnan(result.efficiency_lower)
-    assert math.isnan(result.edge_loss_share)
+    assert math.isnan(result.edges.loss_share)
     assert np.all(np.isnan(loss_by_region(result)))
-    assert sum(result.flag_shares.values()) == pytest.approx(1.0)
-    assert result.flag_shares["not_converged"] > module.MAX_FAILED
+    assert sum(result.friction_range.flag_shares.values()) == pytest.approx(1.0)
+    assert result.friction_range.flag_shares["not_converged"] > module.MAX_FAILED
     assert any("contacts not solved" in note for note in result.notes)
     assert any("has no value at" in note for note in result.notes)
     monkeypatch.setattr(module, "solve_contact", solver(lambda contact: True))
@@ -138,8 +138,8 @@ def test_error_of_solved_contacts_is_that_of_their_mean(loaded: LoadedGrids, mon
     monkeypatch.setattr(module, "solve_contact", solver(lambda contact: False))
     result = mesh_efficiency(loaded, model(), OIL, OPERATION)
     contacts = (1.0 - result.efficiency) * result.friction.mean_error  # type: ignore[attr-defined]
-    assert result.efficiency_error_contacts == pytest.approx(contacts)
-    mesh = result.efficiency_error_positions + result.efficiency_error_points
+    assert result.errors.contacts == pytest.approx(contacts)
+    mesh = result.errors.positions + result.errors.points
     assert result.efficiency_error == pytest.approx(contacts + mesh)
     # 1 % that is no chance, of every contact; what is chance is averaged
     assert 0.01 < result.friction.mean_error < 0.02  # type: ignore[attr-defined]
@@ -196,7 +196,7 @@ def test_texture_reaches_points_maps_duty_and_study() -> None:
     witness.seen.clear()
     rows = [DutyRow(200.0, 125.0, 363.15, 1.0)]
     result = PAIR.at(witness, COARSE)
-    assert (result.correlation_length, result.peklenik_number) == (60e-6, 4.0)
+    assert (result.conditions.correlation_length, result.conditions.peklenik_number) == (60e-6, 4.0)
     PAIR.over(witness, grid=COARSE, torque=[200.0], speed=[100.0])
     PAIR.duty(rows, witness, grid=COARSE)
     levels = Levels((200.0,), (125.0,), (363.15,), (2e-7,), E=(), P=(), G=(), shaft_angle_error=())

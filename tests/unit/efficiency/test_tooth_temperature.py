@@ -47,10 +47,10 @@ def test_a_loss_that_runs_away_ends_at_the_hottest_oil() -> None:
 def test_teeth_are_warm_by_default_and_as_the_oil_on_request(friction: str) -> None:
     loaded = GearPair(DESIGN).mesh("drive", 4, 9).load(100.0)
     warm, cold = (loaded.efficiency(friction, bulk=bulk) for bulk in (None, "oil"))
-    assert cold.temperature_bulk_1 == cold.temperature
+    assert cold.conditions.temperature_bulk_pinion == cold.conditions.temperature
     assert any("as warm as the oil" in text for text in cold.skipped)
     assert not any("as warm as the oil" in text for text in warm.skipped)
-    rise = warm.temperature_bulk_1 - warm.temperature
+    rise = warm.conditions.temperature_bulk_pinion - warm.conditions.temperature
     size = loaded.mesh.pitch.radius_pinion + loaded.mesh.pitch.radius_gear, DESIGN.common_face_width
     # of the loss without friction in the torque balance, on the coarse grid, of a formula where contacts are solved
     within = 0.3 if friction == "ehl:smooth" else 0.06
@@ -64,7 +64,7 @@ def test_lubrication_of_the_design_counts() -> None:
     rises = []
     for design in (DESIGN, DESIGN.model_copy(update={"cooling": cooling})):
         result = GearPair(design).mesh("drive", 4, 9).load(100.0).efficiency("constant:0.05")
-        rises.append(result.temperature_bulk_1 - result.temperature)
+        rises.append(result.conditions.temperature_bulk_pinion - result.conditions.temperature)
     assert rises[1] / rises[0] == pytest.approx(0.2, rel=1e-3)
     with refuses("lubrication"):
         validate(CoolingInput, {"lubrication": "dry"})
@@ -73,7 +73,9 @@ def test_lubrication_of_the_design_counts() -> None:
 def test_maps_and_cylindrical_pairs_have_warm_teeth() -> None:
     pair = efficiency.load("fzg_c14")
     grid = pair.mesh(positions=4, points_per_line=9).over("schlenk_1994", torque=["94 N m", "302 N m"])
-    rises = [point.result.temperature_bulk_1 - point.result.temperature for point in grid.points]
+    rises = [
+        point.result.conditions.temperature_bulk_pinion - point.result.conditions.temperature for point in grid.points
+    ]
     assert 3.0 < rises[0] < rises[1] < 40.0
 
 

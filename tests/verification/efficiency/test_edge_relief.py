@@ -97,7 +97,7 @@ def results() -> dict[float, Any]:
 
 
 def test_relief_takes_the_load_off_the_edges_and_only_as_much_as_it_is(results: dict[float, Any]) -> None:
-    shares = [result.edge_load_share for result in results.values()]
+    shares = [result.edges.load_share for result in results.values()]
     assert shares[0] > 0.08
     assert shares[1] == pytest.approx(shares[0], abs=2e-4)
     assert shares[0] > shares[2] > shares[3]

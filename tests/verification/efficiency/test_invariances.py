@@ -48,7 +48,9 @@ def same(one: Any, other: Any, relative: float = 1e-5) -> None:
     assert other.status == one.status == "converged"
     assert other.pressure_max == pytest.approx(one.pressure_max, rel=relative)
     assert 1.0 - other.efficiency == pytest.approx(1.0 - one.efficiency, rel=relative)
-    assert other.transmission_error_loaded == pytest.approx(one.transmission_error_loaded, rel=10.0 * relative)
+    assert other.cycle.transmission_error_loaded == pytest.approx(
+        one.cycle.transmission_error_loaded, rel=10.0 * relative
+    )
 
 
 def test_fifty_points_of_a_map_are_those_solved_alone() -> None:
@@ -64,4 +66,4 @@ def test_fifty_points_of_a_map_are_those_solved_alone() -> None:
         for j, speed in enumerate(speeds):
             alone = loaded.efficiency("75w90", speed=float(speed))
             few = 3e-3 * (1.0 - alone.efficiency)
-            assert found[i, j] == pytest.approx(alone.efficiency, abs=alone.efficiency_error_balance + few)
+            assert found[i, j] == pytest.approx(alone.efficiency, abs=alone.errors.balance + few)

@@ -101,10 +101,12 @@ def test_ranges_are_those_of_an_automotive_bevel_gear(loaded: LoadedGrids) -> No
     forces = [load.force.sum() for load in loaded.fine.positions]
     assert np.mean(forces) == pytest.approx(14193.3, rel=0.03)  # ISO/TR 10300-30 sample 1, F_n
     assert 1.0e9 < result.pressure_max < 2.0e9
-    low, high = result.ranges["slide_to_roll"]
+    low, high = result.friction_range.ranges["slide_to_roll"]
     assert low < 0.0 < high  # sliding changes sign at the pitch line
-    along = np.abs(result.ranges["speed_sliding_lengthwise"]).max()
-    assert along < 0.05 * result.ranges["speed_sliding"][1]  # no offset: hardly any sliding along the line
+    along = np.abs(result.friction_range.ranges["speed_sliding_lengthwise"]).max()
+    assert (
+        along < 0.05 * result.friction_range.ranges["speed_sliding"][1]
+    )  # no offset: hardly any sliding along the line
 
 
 def test_loaded_transmission_error(mesh: Mesh) -> None:
