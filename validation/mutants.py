@@ -46,7 +46,7 @@ AREAS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         ("ehl/rough/averaging.py", "ehl/rough/multilevel.py", "ehl/smooth/refine.py"),
         tuple(
             f"tests/unit/ehl/test_{name}.py"
-            for name in ("error_bars", "transient_parts", "transient_plan", "steady_mesh")
+            for name in ("error_bars", "mesh_levels", "transient_parts", "transient_plan", "steady_mesh")
         ),
     ),
     "guard": (

@@ -25,6 +25,7 @@ SCORES: dict[str, Any] = {
     "r2": 0.9,
     "r2_log": 0.9,
     "rmse": 0.001,
+    "rmse_log": 0.1,
     "mape": 0.05,
     "p95": 0.1,
     "largest": 0.2,
