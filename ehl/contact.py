@@ -364,8 +364,7 @@ class Contact(InputModel):
 
         from ehl.solve import solve_contact
 
-        p = self.problem()
-        result = solve_contact(p.line, p.lubricant, p.surface, p.model, p.bodies, p.temperature_bulk, start)
+        result = solve_contact(self.problem(), start)
         return dataclasses.replace(result, notes=(*result.notes, *self.unused_inputs(), *self.lubricant.remarks()))
 
     def uncertainty(
@@ -508,7 +507,7 @@ def _friction_of(p: case_inputs.ContactProblem) -> tuple[float, float, float]:
     """Friction coefficient, its relative error and the film ratio of a problem."""
     from ehl.solve import solve_contact
 
-    found = solve_contact(p.line, p.lubricant, p.surface, p.model, p.bodies, p.temperature_bulk)
+    found = solve_contact(p)
     return found.friction_coefficient, found.friction_error, found.film_ratio
 
 

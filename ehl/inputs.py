@@ -256,6 +256,12 @@ class ModelInput(InputModel):
     shortcuts: Literal["auto", "off"] = "auto"
 
 
+_OF_LINE = (
+    *("pressure_hertz", "load_per_length", "radius_equivalent", "effective_modulus", "speed_entrainment"),
+    *("slide_to_roll", "speed_sliding_lengthwise"),
+)
+
+
 @dataclass(frozen=True)
 class ContactProblem:
     """One contact in the form of the solvers, in SI units.
@@ -280,17 +286,15 @@ class ContactProblem:
         """Whether either surface is rough."""
         return self.surface.roughness_rms > 0.0 or self.surface.measured
 
+    @property
+    def hardness(self) -> float:
+        """Hardness of the softer body [Pa]."""
+        return min(body.hardness for body in self.bodies)
+
     def to_dict(self) -> dict[str, float]:
         """Operating point in SI units with the names of docs/nomenclature.md."""
-        line = self.line
         return {
-            "pressure_hertz": line.pressure_hertz,
-            "load_per_length": line.load_per_length,
-            "radius_equivalent": line.radius_equivalent,
-            "effective_modulus": line.effective_modulus,
-            "speed_entrainment": line.speed_entrainment,
-            "slide_to_roll": line.slide_to_roll,
-            "speed_sliding_lengthwise": line.speed_sliding_lengthwise,
+            **{name: getattr(self.line, name) for name in _OF_LINE},
             "temperature_oil": self.lubricant.temperature,
             "temperature_bulk_1": self.temperature_bulk[0],
             "temperature_bulk_2": self.temperature_bulk[1],

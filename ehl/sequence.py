@@ -231,12 +231,12 @@ def solve_path(
 
 def _solve(p: ContactProblem, start: ContactResult | None) -> tuple[ContactResult, bool]:
     """Solution, and whether the warm start was successful."""
-    result = solve_contact(p.line, p.lubricant, p.surface, p.model, p.bodies, p.temperature_bulk, start)
+    result = solve_contact(p, start)
     if start is None:
         return result, False
     if result.isothermal is not None:
         return result, START_DROPPED not in result.isothermal.fallbacks
-    return solve_contact(p.line, p.lubricant, p.surface, p.model, p.bodies, p.temperature_bulk, None), False
+    return solve_contact(p), False
 
 
 def _problems(

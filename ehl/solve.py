@@ -9,10 +9,7 @@ import numpy as np
 from ehl.common.errors import ConvergenceError
 from ehl.common.threads import one_thread
 from ehl.elastic_shear import elastic_shear
-from ehl.fluid.lubricant import Lubricant
-from ehl.inputs import ContactProblem, ModelInput, SurfaceInput
-from ehl.line_contact import LineContact
-from ehl.material import Material
+from ehl.inputs import ContactProblem
 from ehl.result import ContactResult
 from ehl.rough.dry_limit import DryLimit, dry_limit, flash_of_rubbing
 from ehl.rough.mixed import (
@@ -30,47 +27,40 @@ from ehl.validity import checked
 
 NO_INLET_HEAT = "heat of the pressure-driven flow neglected: no thermal solution of the smooth contact"
 ELASTIC_REPORTED = 1e-3  # smallest neglected elastic part of mu that is reported
+# results of a transient solution
+_OF_RUN = (
+    *("status", "reason", "friction_coefficient", "friction_fluid", "friction_asperity", "film_min", "pressure_max"),
+    *("asperity_load_share", "roughness_load_share", "temperature_film_max", "temperature_flash", "film_error"),
+    *("friction_error", "mesh_error", "statistical_error", "realisation_error"),
+    *("friction_boundary_half", "friction_boundary_double"),
+)
 
 
 @one_thread
 def solve_contact(
-    contact: LineContact,
-    lubricant: Lubricant,
-    surface: SurfaceInput,
-    model: ModelInput,
-    bodies: tuple[Material, Material],
-    bulk: tuple[float, float],
-    start: ContactResult | None = None,
-    *,
-    window: float | None = None,
+    problem: ContactProblem, start: ContactResult | None = None, *, window: float | None = None
 ) -> ContactResult:
     """Solve one contact; a failure to converge is a status, not an exception.
 
-    contact, lubricant, surface, model: geometry, load and motion; the oil at its inlet temperature; roughness; models
-        and accuracy.
-    bodies: both bodies.
-    bulk: their bulk temperatures [K].
     start: solution of a similar contact for a warm start.
     window: averaging window of transient friction [b]; default: until the interval of mu is reached. Comparisons by
         small differences require a common window.
     Raises `InputError`: a profile or a number of the surfaces is invalid.
     """
-    problem = ContactProblem(contact, lubricant, surface, model, bodies, bulk)
     clock = time.perf_counter()
     result = _solve(problem, start, window)
     return replace(result, problem=problem, seconds=time.perf_counter() - clock)
 
 
 def _solve(problem: ContactProblem, start: ContactResult | None, window: float | None) -> ContactResult:
-    contact, lubricant, surface, model = problem.line, problem.lubricant, problem.surface, problem.model
-    bodies, bulk = problem.bodies, problem.temperature_bulk
+    contact, lubricant = problem.line, problem.lubricant
     smooth = solve_smooth(
         contact,
         lubricant,
-        bodies,
-        temperature_bulk=bulk,
-        thermal=model.thermal,
-        accuracy=model.accuracy,
+        problem.bodies,
+        temperature_bulk=problem.temperature_bulk,
+        thermal=problem.model.thermal,
+        accuracy=problem.model.accuracy,
         start=start.isothermal if start is not None else None,
         start_heat=start.heat if start is not None else None,
     )
@@ -130,7 +120,7 @@ def _solve(problem: ContactProblem, start: ContactResult | None, window: float |
         skipped.append("roughness and time: both surfaces are smooth")
     if result.status == "failed":
         return result
-    notes = tuple(dict.fromkeys((*profile_notes(surface), *result.notes)))
+    notes = tuple(dict.fromkeys((*profile_notes(problem.surface), *result.notes)))
     result = replace(result, notes=notes, skipped=tuple(skipped))
     return checked(result, problem, rounds_left=smooth.rounds_left and not lost_heat)
 
@@ -145,9 +135,8 @@ def _rough(
 ) -> ContactResult:
     """Transient solution with roughness, unless the film is so thick or so thin that an estimate suffices."""
     assert smooth.isothermal is not None
-    contact, lubricant, surface, model = problem.line, problem.lubricant, problem.surface, problem.model
-    bodies, bulk = problem.bodies, problem.temperature_bulk
-    rms, height = roughness_heights(surface, contact)
+    contact, lubricant, model = problem.line, problem.lubricant, problem.model
+    rms, height = roughness_heights(problem.surface, contact)
     known = SmoothFriction()
     if not heated:
         assert smooth.film is not None
@@ -159,13 +148,13 @@ def _rough(
             film_ratio = smooth.isothermal.film_central / rms
             return replace(smooth, film_ratio=film_ratio, friction_error=smooth.friction_error + effect)
     thermal = heated or smooth.heat is not None
-    dry = dry_limit(contact, lubricant, smooth.isothermal.film_central, smooth.friction_fluid, surface, model, bodies)
+    dry = dry_limit(problem, smooth.isothermal.film_central, smooth.friction_fluid)
     if dry is not None:
         skipped.append(f"film: {dry.note}")
         return _dry(smooth, dry, problem, thermal=thermal)
     try:
-        inputs, rolling = (contact, lubricant, surface, model, bodies, known), rolling_heat_of(smooth.heat, lubricant)
-        run = solve_mixed(*inputs, thermal=thermal, bulk=bulk, rolling_heat=rolling, window=window)
+        rolling = rolling_heat_of(smooth.heat, lubricant)
+        run = solve_mixed(problem, known, thermal=thermal, rolling_heat=rolling, window=window)
     except ConvergenceError as error:
         return ContactResult("failed", error.reason, iterations=smooth.iterations)
     if run.status == "failed":
@@ -175,26 +164,9 @@ def _rough(
         skipped.append(f"waves finer than the mesh: friction uncertain by {100.0 * run.subgrid_error:.2g} %")
     return replace(
         smooth,
-        status=run.status,
-        reason=run.reason,
-        friction_coefficient=run.friction_coefficient,
-        friction_fluid=run.friction_fluid,
-        friction_asperity=run.friction_asperity,
+        **{name: getattr(run, name) for name in _OF_RUN},
         film_central=middle,
-        film_min=run.film_min,
-        pressure_max=run.pressure_max,
         film_ratio=smooth.isothermal.film_central / rms,
-        asperity_load_share=run.asperity_load_share,
-        roughness_load_share=run.roughness_load_share,
-        temperature_film_max=run.temperature_film_max,
-        temperature_flash=run.temperature_flash,
-        film_error=run.film_error,
-        friction_error=run.friction_error,
-        mesh_error=run.mesh_error,
-        statistical_error=run.statistical_error,
-        realisation_error=run.realisation_error,
-        friction_boundary_half=run.friction_boundary_half,
-        friction_boundary_double=run.friction_boundary_double,
         notes=(*smooth.notes, *((NO_INLET_HEAT,) if heated else ()), *run.notes),
         transient=run,
     )

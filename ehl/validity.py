@@ -162,7 +162,7 @@ def limits_of(result: ContactResult, problem: ContactProblem) -> Iterator[Limit]
         yield Limit(note, part / mu if mu > 0.0 else 0.0)
     elif result.temperature_film_max > DECOMPOSITION_TEMPERATURE:
         yield Limit(f"film temperature {result.temperature_film_max - KELVIN:.0f} degC: oils decompose")
-    hardness = min(body.hardness for body in problem.bodies)
+    hardness = problem.hardness
     if result.pressure_max > hardness:
         yield Limit(
             f"pressure of {result.pressure_max / 1e9:.3g} GPa above the hardness {hardness / 1e9:.3g} GPa: yielding"

@@ -66,7 +66,7 @@ def contacts(count: int, formula: Formula, oil: Oil, outside: bool) -> Iterator[
         rough = {"roughness_rms_1": each, "roughness_rms_2": each, "seed": 500 + number}
         contact = ehl.Contact(oil=oil.name, **given, **rough, accuracy="fast")
         p = drawn_contact(contact.problem(), oil, rng)
-        truth = solve_contact(p.line, p.lubricant, p.surface, p.model, p.bodies, p.temperature_bulk)
+        truth = solve_contact(p)
         ends = interval.value, interval.low, interval.high
         yield number, truth.film_ratio, *ends, truth.friction_coefficient, truth.status
 

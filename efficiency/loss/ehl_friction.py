@@ -32,7 +32,7 @@ from ehl.common.runner import checked_jobs, run_tasks
 from ehl.common.units import ValueRange
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
-from ehl.inputs import ModelInput, SurfaceInput
+from ehl.inputs import ContactProblem, ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.solve import solve_contact
@@ -214,7 +214,7 @@ def _solve_one(
     the smooth solution over 80 contacts of two meshes), and a rough contact spends a tenth of its time there.
     """
     line, lubricant, surface, bulk = scene
-    result = solve_contact(line, lubricant, surface, model, bodies, bulk)
+    result = solve_contact(ContactProblem(line, lubricant, surface, model, bodies, bulk))
     if result.status == "failed":
         return [math.nan] * len(_KEPT), (math.nan, math.nan), result.reason
     mu, film, ratio, hot, rolling = (float(getattr(result, name)) for name in _KEPT)

@@ -12,10 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ehl.common.arrays import FloatArray
-from ehl.fluid.lubricant import Lubricant
 from ehl.heat.conduction import surface_matrices
 from ehl.heat.traction import flux_to_surface_1
-from ehl.inputs import ModelInput, SurfaceInput
+from ehl.inputs import ContactProblem
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces
@@ -61,26 +60,18 @@ def share_deficit(film_share: float, peklenik_number: float, stiffening: float) 
     return float(min(drained * strength**DEFICIT_POWER, 1.0))
 
 
-def dry_limit(
-    contact: LineContact,
-    lubricant: Lubricant,
-    film: float,
-    friction_film: float,
-    surface: SurfaceInput,
-    model: ModelInput,
-    bodies: tuple[Material, Material],
-) -> DryLimit | None:
+def dry_limit(problem: ContactProblem, film: float, friction_film: float) -> DryLimit | None:
     """Dry contact if the film carries a negligible load, else None; None also if no mesh resolves the roughness.
 
-    contact, lubricant, surface, model, bodies: as in `ehl.solve.solve_contact`.
     film: central film of the smooth contact [m].
     friction_film: friction of that film [-]; the load on the film has between this friction and none.
     """
+    contact, surface, model = problem.line, problem.surface, problem.model
     boundary_friction = surface.boundary_friction
     if model.shortcuts == "off" or contact.speed_sliding == 0.0 or boundary_friction == 0.0:
         return None
     tolerance = model.friction_tolerance or TOLERANCE[model.accuracy]
-    stiffening = lubricant.alpha * contact.pressure_hertz
+    stiffening = problem.lubricant.alpha * contact.pressure_hertz
 
     def left_out(boundary: float) -> tuple[float, float]:
         """Load share of the film, and the error of mu by neglecting it."""
@@ -92,12 +83,12 @@ def dry_limit(
         unresolved = NODES_PER_LENGTH * 2.0 * REACH * contact.half_width > NODES_MAX * surface.correlation_length
         if unresolved or left_out(surface.film_of_contact)[1] > 0.5 * tolerance:
             return None
-    surfaces = rough_surfaces(surface, contact, min(body.hardness for body in bodies))
+    surfaces = rough_surfaces(surface, contact, problem.hardness)
     boundary = surface.film_of_contact
     deficit, error = left_out(boundary)
     if error > 0.5 * tolerance:
         return None
-    solved = [_dry_contact(contact, surfaces, min(b.hardness for b in bodies), travel) for travel in MOMENTS]
+    solved = [_dry_contact(contact, surfaces, problem.hardness, travel) for travel in MOMENTS]
     done = [result for result in solved if result is not None and result.status == "converged"]
     if len(done) < len(MOMENTS):
         return None

@@ -25,9 +25,8 @@ from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.traction import ThermalTraction
-from ehl.inputs import ModelInput, SurfaceInput
+from ehl.inputs import ContactProblem, ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
-from ehl.material import Material
 from ehl.rough import RoughSurfaces, TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET, NODES_MIN, level_of, mesh_length, min_nodes
 from ehl.rough.dry import solve_dry, uniform_grid
@@ -185,17 +184,7 @@ def flattened(profile: RoughProfile, contact: LineContact, hardness: float) -> R
         off = (places - centre + 0.5 * length) % length - 0.5 * length
         heights -= np.interp(off, x, yielded, left=0.0, right=0.0)
     note = f"{RUNNING_IN}: asperities flattened plastically by up to {1e9 * most:.0f} nm at {hardness / 1e9:.3g} GPa"
-    flat = RoughProfile.of(
-        heights,
-        profile.spacing,
-        cutoff=profile.cutoff,
-        rms_below_cutoff=profile.rms_below_cutoff,
-        peklenik_number=profile.peklenik_number,
-        seed=profile.seed,
-        source=profile.source,
-        notes=(*profile.notes, note),
-    )
-    return replace(flat, periodic=profile.periodic)
+    return profile.changed(heights, profile.spacing, note)
 
 
 # tuned with validation/mixed_shortcuts.py: shortest wave of a self-affine profile over lc; shorter ones change mu by
@@ -337,24 +326,17 @@ def roughness_heights(surface: SurfaceInput, contact: LineContact) -> tuple[floa
 
 
 def solve_mixed(
-    contact: LineContact,
-    lubricant: Lubricant,
-    surface: SurfaceInput,
-    model: ModelInput,
-    bodies: tuple[Material, Material],
+    problem: ContactProblem,
     smooth: SmoothFriction,
     *,
     thermal: bool,
-    bulk: tuple[float, float] | None = None,
     rolling_heat: tuple[FloatArray, FloatArray] | None = None,
     window: float | None = None,
 ) -> TransientResult:
-    """Run the transient solver for one contact description.
+    """Run the transient solver for one contact.
 
-    contact, lubricant, surface, model, bodies: as in `ehl.solve.solve_contact`.
     smooth: film and stress of the smooth contact.
     thermal: whether thermal effects are included.
-    bulk: bulk temperatures of both bodies [K]; default: that of the oil.
     rolling_heat: heat of the pressure-driven flow along x, of the smooth film (`rolling_heat_of`).
     window: averaging window [b]; default: until the interval of mu is reached.
     Returns: result of the solver. Roughness finer than the accurate mesh is first replaced by a subgrid film, which
@@ -363,15 +345,16 @@ def solve_mixed(
     If this and the mesh error exceed `ERROR_ALLOWED` tolerances, a mesh that resolves the roughness is used. The status
     is "unsettled" with the reason "mesh_budget" if nodes and work of the accuracy do not suffice for one.
     """
+    contact, lubricant, surface, model = problem.line, problem.lubricant, problem.surface, problem.model
     accuracy = model.friction_tolerance or model.accuracy
     common: dict[str, Any] = {
         "accuracy": accuracy,
         "boundary_friction": surface.boundary_friction,
         "peklenik_number": math.inf if surface.peklenik_number > 1e5 else surface.peklenik_number,
         "thermal": thermal,
-        "hardness": min(body.hardness for body in bodies),
-        "materials": bodies,
-        "temperature_bulk": bulk,
+        "hardness": problem.hardness,
+        "materials": problem.bodies,
+        "temperature_bulk": problem.temperature_bulk,
         "rolling_heat": rolling_heat,
         "travel": window,
     }
@@ -382,12 +365,12 @@ def solve_mixed(
     try:
         if needed > accurate:
             raise ConvergenceError("mesh_budget", "roughness too fine")
-        surfaces = rough_surfaces(surface, contact, common["hardness"])
+        surfaces = rough_surfaces(surface, contact, problem.hardness)
         return _with_profile_notes(solve_transient(contact, lubricant, surfaces, **resolved), surfaces)
     except ConvergenceError as error:
         if error.reason != "mesh_budget":
             raise
-    coarse = _with_subgrid_film(contact, lubricant, surface, smooth, common)
+    coarse = _with_subgrid_film(problem, smooth, common)
     if surface.running_in != "none":
         coarse = replace(coarse, notes=(*coarse.notes, "running-in is neglected: the roughness is finer than the mesh"))
     allowed = ERROR_ALLOWED * (model.friction_tolerance or TOLERANCE[model.accuracy])
@@ -395,7 +378,7 @@ def solve_mixed(
         return coarse
     if needed <= most:
         try:
-            surfaces = rough_surfaces(surface, contact, common["hardness"])
+            surfaces = rough_surfaces(surface, contact, problem.hardness)
             fine = solve_transient(contact, lubricant, surfaces, fine_roughness=True, bounded=True, **resolved)
             return _with_profile_notes(fine, surfaces)
         except ConvergenceError as error:
@@ -410,14 +393,13 @@ def _with_profile_notes(result: TransientResult, surfaces: RoughSurfaces) -> Tra
     return replace(result, notes=(*result.notes, *dict.fromkeys(found))) if found else result
 
 
-def _with_subgrid_film(
-    contact: LineContact, lubricant: Lubricant, surface: SurfaceInput, smooth: SmoothFriction, common: dict[str, Any]
-) -> TransientResult:
+def _with_subgrid_film(problem: ContactProblem, smooth: SmoothFriction, common: dict[str, Any]) -> TransientResult:
     """Result with the waves that a coarse mesh resolves, and a subgrid film for shorter ones.
 
     The error is the larger of two: from mu without the subgrid film and at its peaks, and from mu with twice the
     cut-off.
     """
+    contact, lubricant, surface = problem.line, problem.lubricant, problem.surface
     length = mesh_length(contact, contact.film_moes(lubricant))
     nodes = max(round(BUDGET_SHARE * BUDGET[level_of(common["accuracy"])][0]), NODES_MIN)
 

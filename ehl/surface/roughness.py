@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import scipy
@@ -156,19 +157,20 @@ class RoughProfile:
         *,
         cutoff: float,
         periodic: bool = True,
-        rms_below_cutoff: float = math.nan,
-        peklenik_number: float = 1.0,
-        seed: int | None = None,
-        source: str = "",
-        notes: tuple[str, ...] = (),
+        **others: Any,
     ) -> RoughProfile:
-        """Profile from its heights, whose mean is subtracted."""
+        """Profile from its heights, whose mean is subtracted; `others` are further fields."""
         z = np.asarray(heights, dtype=float) - np.mean(heights)
         z.setflags(write=False)
         rms, skewness, kurtosis = moments(z)
         lc = measured_correlation_length(z, spacing, periodic=periodic)
-        statistics = (rms, skewness, kurtosis, lc, float(cutoff), rms_below_cutoff)
-        return cls(z, float(spacing), *statistics, periodic, peklenik_number, seed, source, notes)
+        return cls(z, float(spacing), rms, skewness, kurtosis, lc, float(cutoff), periodic=periodic, **others)
+
+    def changed(self, heights: FloatArray, spacing: float, note: str) -> RoughProfile:
+        """Other heights of this profile, with a note."""
+        kept = ("cutoff", "periodic", "rms_below_cutoff", "peklenik_number", "seed", "source")
+        same: dict[str, Any] = {name: getattr(self, name) for name in kept}
+        return RoughProfile.of(heights, spacing, **same, notes=(*self.notes, note))
 
     @property
     def length(self) -> float:
@@ -208,17 +210,7 @@ class RoughProfile:
             step = spacing
             points = np.arange(0.0, self.length * (1.0 + 1e-12), step)
             heights = scipy.interpolate.CubicSpline(self.x, self.heights)(np.minimum(points, self.length))
-        return RoughProfile.of(
-            heights,
-            step,
-            cutoff=self.cutoff,
-            periodic=self.periodic,
-            rms_below_cutoff=self.rms_below_cutoff,
-            peklenik_number=self.peklenik_number,
-            seed=self.seed,
-            source=self.source,
-            notes=(*self.notes, f"resampled to {step:.4g} m"),
-        )
+        return self.changed(heights, step, f"resampled to {step:.4g} m")
 
 
 def moments(heights: FloatArray) -> tuple[float, float, float]:

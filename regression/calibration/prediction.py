@@ -26,7 +26,7 @@ from ehl.common.errors import InputError
 from ehl.common.runner import run_tasks
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
-from ehl.inputs import MAX_PRESSURE_OVER_MODULUS, MAX_SLIDING, ModelInput, SurfaceInput
+from ehl.inputs import MAX_PRESSURE_OVER_MODULUS, MAX_SLIDING, ContactProblem, ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
 from ehl.material import Material, effective_modulus
 from ehl.result import ContactResult
@@ -229,7 +229,7 @@ def solve_group(
     between sets, which changes mu by some per cent: more than the small changes in a search.
 
     sets: one lubricant per contact of the group, and changes of the surface.
-    model, bodies: as in `ehl.solve.solve_contact`.
+    model, bodies: as in `ehl.inputs.ContactProblem`.
     windows: averaging window of each contact [b], None if unknown; empty if all are.
     """
     out = np.full((len(sets), len(group.contacts), PARTS), np.nan)
@@ -242,12 +242,12 @@ def solve_group(
             windows = [_window(result) for result in first]
             continue
         for i, (contact, oil) in enumerate(zip(group.contacts, lubricants, strict=True)):
-            bulk = (oil.temperature, oil.temperature)
+            problem = ContactProblem(contact, oil, surface, model, bodies, (oil.temperature, oil.temperature))
             near = first[i] if k else first[-1] if first else None
             start = near if near is not None and near.isothermal is not None else None
-            result = solve_contact(contact, oil, surface, model, bodies, bulk, start, window=windows[i])
+            result = solve_contact(problem, start, window=windows[i])
             if result.status == "failed" and start is not None:
-                result = solve_contact(contact, oil, surface, model, bodies, bulk, window=windows[i])
+                result = solve_contact(problem, window=windows[i])
             out[k, i] = _parts(result)
             if k == 0:
                 first.append(result)

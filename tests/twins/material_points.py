@@ -40,7 +40,6 @@ def material_point_matrices(x: Any, contact: Any, bodies: Any) -> Any:
 
 def conducts_like_the_transient_solver(monkeypatch: Any) -> None:
     """Let the steady heat balance use one-dimensional conduction."""
-    monkeypatch.setattr(ehl.heat.traction, "surface_matrices", material_point_matrices)
     monkeypatch.setattr(ehl.smooth.hot_film, "surface_matrices", material_point_matrices)
 
 

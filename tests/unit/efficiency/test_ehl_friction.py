@@ -14,7 +14,7 @@ from efficiency.loss import ehl_friction as module
 from efficiency.loss.ehl_friction import EhlFriction, ehl_friction
 from ehl.common.progress import Progress, progress_to
 from ehl.fluid.oil import Oil
-from ehl.inputs import SurfaceInput
+from ehl.inputs import ContactProblem, SurfaceInput
 from ehl.line_contact import LineContact
 from ehl.state import ContactState
 from regression.friction.models import FrictionFlag, FrictionModel
@@ -48,7 +48,8 @@ class Solver:
     def __init__(self, fails: Any = lambda contact: False) -> None:
         self.fails, self.asked, self.rough = fails, [], []
 
-    def __call__(self, contact: LineContact, lubricant: Any, surface: Any, *rest: Any) -> Any:
+    def __call__(self, problem: ContactProblem) -> Any:
+        contact, surface = problem.line, problem.surface
         self.asked.append(contact)
         self.rough.append(surface.roughness_rms_1)
         if self.fails(contact):
@@ -121,9 +122,9 @@ def test_smooth_leaves_the_roughness_out(monkeypatch: pytest.MonkeyPatch) -> Non
 def test_each_contact_has_its_own_roughness(monkeypatch: pytest.MonkeyPatch) -> None:
     seeds: list[int] = []
 
-    def solver(contact: LineContact, lubricant: Any, surface: Any, *rest: Any) -> Any:
-        seeds.append(surface.seed)
-        return Solver()(contact, lubricant, surface, *rest)
+    def solver(problem: ContactProblem) -> Any:
+        seeds.append(problem.surface.seed)
+        return Solver()(problem)
 
     monkeypatch.setattr(module, "solve_contact", solver)
     EhlFriction("ehl", points=40, jobs=1, seed=7).mu(states(200), oil=OIL)
@@ -139,9 +140,9 @@ def test_each_contact_has_its_own_roughness(monkeypatch: pytest.MonkeyPatch) -> 
 def test_bulk_temperatures_reach_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
     seen = []
 
-    def solver(contact: LineContact, lubricant: Any, surface: Any, *rest: Any) -> Any:
-        seen.append((lubricant.temperature, rest[2]))
-        return Solver()(contact, lubricant, surface, *rest)
+    def solver(problem: ContactProblem) -> Any:
+        seen.append((problem.lubricant.temperature, problem.temperature_bulk))
+        return Solver()(problem)
 
     monkeypatch.setattr(module, "solve_contact", solver)
     state = ContactState.of(
@@ -274,9 +275,10 @@ def test_growth_goes_where_the_others_are_missed(monkeypatch: pytest.MonkeyPatch
     noise = np.random.default_rng(2)
     asked: list[float] = []
 
-    def solver(contact: LineContact, *rest: Any) -> Any:
+    def solver(problem: ContactProblem) -> Any:
+        contact = problem.line
         asked.append(contact.slide_to_roll)
-        found = Solver()(contact, *rest)
+        found = Solver()(problem)
         if contact.slide_to_roll > 0.0:
             found.friction_coefficient *= 1.0 + 0.3 * noise.standard_normal()
         return found

@@ -14,7 +14,7 @@ from efficiency.loss.lubrication import (
 )
 from efficiency.loss.power_loss import efficiency_of, rolling_losses
 from ehl.fluid.oil import Oil
-from ehl.inputs import ModelInput, SurfaceInput
+from ehl.inputs import ContactProblem, ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough.dry_limit import flash_of_rubbing
@@ -62,7 +62,7 @@ def test_rolling_traction_formula_against_the_solver(pressure: float, speed: flo
     _, contact = point(pressure, speed, 0.0, 0.0)
     lubricant = OIL.at(363.15)
     model = ModelInput(accuracy="fast", thermal="off")
-    solved = solve_contact(contact, lubricant, SurfaceInput(), model, BODIES, (363.15, 363.15))
+    solved = solve_contact(ContactProblem(contact, lubricant, SurfaceInput(), model, BODIES, (363.15, 363.15)))
     scale = contact.effective_modulus * contact.radius_equivalent
     formula = biboulet_houpert_2010(
         np.array([2.0 * lubricant.viscosity_inlet * speed / scale]), np.array([contact.load_per_length / scale])
@@ -99,7 +99,8 @@ def test_formula_film_is_near_the_solved_one() -> None:
     state, contact = point(1e9, 3.0, 0.2, 0.0)
     plain = FrictionEstimate(np.array([0.03]), np.zeros(1), np.zeros(1), np.zeros(1, np.int8))
     formula = local_lubrication(loaded(state), plain, conditions_of(state, OIL), BODIES)
-    solved = solve_contact(contact, OIL.at(363.15), SurfaceInput(), ModelInput(accuracy="fast"), BODIES, (363.15,) * 2)
+    model = ModelInput(accuracy="fast")
+    solved = solve_contact(ContactProblem(contact, OIL.at(363.15), SurfaceInput(), model, BODIES, (363.15, 363.15)))
     assert formula.film_central[0] == pytest.approx(solved.film_central, rel=0.15)
 
 

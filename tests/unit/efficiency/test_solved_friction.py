@@ -26,7 +26,7 @@ from ehl.common.errors import InputError
 from ehl.common.reasons import reason_text
 from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
-from ehl.line_contact import LineContact
+from ehl.inputs import ContactProblem
 from regression.formula import friction_model
 from regression.friction.conditions import Conditions
 from regression.friction.models import ConstantFriction, FrictionEstimate
@@ -49,7 +49,8 @@ def loaded() -> LoadedGrids:
 def solver(fails: Any) -> Any:
     """Friction falling with pressure; contacts that `fails` names fail."""
 
-    def solve(contact: LineContact, lubricant: Any, surface: Any, *rest: Any) -> Any:
+    def solve(problem: ContactProblem) -> Any:
+        contact = problem.line
         if fails(contact):
             return SimpleNamespace(status="failed", reason="film_jump")
         return SimpleNamespace(
@@ -218,9 +219,9 @@ def test_texture_changes_a_formula_that_knows_it() -> None:
 def test_texture_reaches_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
     seen = set()
 
-    def solve(contact: LineContact, lubricant: Any, surface: Any, *rest: Any) -> Any:
-        seen.add((surface.correlation_length, surface.peklenik_number))
-        return solver(lambda contact: False)(contact, lubricant, surface, *rest)
+    def solve(problem: ContactProblem) -> Any:
+        seen.add((problem.surface.correlation_length, problem.surface.peklenik_number))
+        return solver(lambda contact: False)(problem)
 
     monkeypatch.setattr(module, "solve_contact", solve)
     PAIR.at(model(), COARSE)

@@ -14,7 +14,7 @@ from twins.rough_scenes import eyring_oil, gaussian_pair, line
 
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.estimate import estimate_thermal_effect
-from ehl.inputs import ModelInput, SurfaceInput
+from ehl.inputs import ContactProblem, ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
 from ehl.result import ContactResult
 from ehl.rough import RoughSurfaces, TransientResult, dry_limit, mixed, solve_transient
@@ -520,9 +520,8 @@ def test_error_of_a_subgrid_film_is_its_largest_part(
         radius_equivalent=0.01,
     )  # fmt: skip
     surface = SurfaceInput(roughness_rms_1=0.4e-6, roughness_rms_2=0.4e-6, correlation_length=4e-6)
-    found = mixed._with_subgrid_film(
-        contact, Lubricant(0.02, 18e-9), surface, mixed.SmoothFriction(1e-6), {"accuracy": "fast"}
-    )
+    problem = ContactProblem(contact, Lubricant(0.02, 18e-9), surface, ModelInput(), (STEEL, STEEL), (353.15, 353.15))
+    found = mixed._with_subgrid_film(problem, mixed.SmoothFriction(1e-6), {"accuracy": "fast"})
     assert found.subgrid_error == pytest.approx(error, rel=1e-9)
     (nodes, film), (half, thicker) = seen
     assert half == nodes // 2
@@ -546,7 +545,8 @@ def test_error_of_a_dry_contact_by_hand(monkeypatch: pytest.MonkeyPatch) -> None
     surface = SurfaceInput(roughness_rms_1=0.4e-6, boundary_friction=0.1, boundary_film=20e-9)
     model = ModelInput(accuracy="fast")
     for friction, factor in ((0.05, 1.0), (0.2, 2.0)):
-        found = dry_limit.dry_limit(line, oil, 0.8e-9, friction, surface, model, (STEEL, STEEL))
+        problem = ContactProblem(line, oil, surface, model, (STEEL, STEEL), (oil.temperature, oil.temperature))
+        found = dry_limit.dry_limit(problem, 0.8e-9, friction)
         assert found is not None
         assert found.friction_error == pytest.approx(0.01 * factor, rel=1e-12)
         spread = 1.645 * math.sqrt(3.5) / math.sqrt(6.0) / 23.5

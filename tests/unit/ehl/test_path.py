@@ -12,7 +12,7 @@ import ehl
 from ehl import sequence as module
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
-from ehl.inputs import ModelInput, SurfaceInput
+from ehl.inputs import ContactProblem, ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
 from ehl.result import ContactResult
 from ehl.sequence import solve_path
@@ -77,9 +77,9 @@ class Solver:
     def __init__(self, answer: Any) -> None:
         self.answer, self.calls = answer, []
 
-    def __call__(self, contact: LineContact, lubricant: Any, surface: Any, *rest: Any) -> ContactResult:
-        self.calls.append((contact, rest[-1]))
-        result = self.answer(contact, rest[-1])
+    def __call__(self, problem: ContactProblem, start: ContactResult | None = None) -> ContactResult:
+        self.calls.append((problem.line, start))
+        result = self.answer(problem.line, start)
         assert isinstance(result, ContactResult)
         return result
 

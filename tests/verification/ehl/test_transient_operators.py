@@ -109,12 +109,8 @@ def test_rough_contact_takes_bulk_temperatures_and_kernel_from_its_input() -> No
             "model": {"accuracy": "fast", "thermal": "on"},
         },
     )
-    bodies = (case.solid_1.body(), case.solid_2.body())
-    contact, oil = case.line_contact(), case.lubricant.lubricant()
     assert case.bulk_temperatures() == (373.15, 353.15)
-    run = solve_mixed(
-        contact, oil, case.surface, case.model, bodies, SmoothFriction(), thermal=True, bulk=case.bulk_temperatures()
-    )
+    run = solve_mixed(case.problem(), SmoothFriction(), thermal=True)
     settings = run.run.problem.settings
     assert settings.temperature_bulk == (373.15, 353.15)
     assert run.temperature_flash > 373.15

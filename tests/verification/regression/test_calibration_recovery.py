@@ -18,6 +18,7 @@ from twins.synthetic_measurement import synthetic_measurement
 
 import regression.calibration.calibrate as calibrate_module
 from ehl.fluid.oil import Oil
+from ehl.inputs import ContactProblem
 from ehl.result import ContactResult
 from ehl.solve import solve_contact
 from regression.calibration import prediction
@@ -213,11 +214,11 @@ def test_the_elastic_part_of_the_shear_is_in_what_is_fitted() -> None:
     rows.columns["roughness_rms"] = np.zeros(2)
     solver = solver_of(rows, setup, 1)
     film_friction = solver.parts([all_values(rows, setup)])[0, :, 0]
-    bodies = (setup.solid_1.body(), setup.solid_2.body())
+    bodies, bulk = (setup.solid_1.body(), setup.solid_2.body()), (353.15, 353.15)
     lubricant = replace(Oil.load("fva3").at(353.15), shear_modulus=math.inf)
     (group,) = solver.groups
     rigid = [
-        solve_contact(contact, lubricant, group.surface, setup.model, bodies, (353.15, 353.15)).friction_fluid
+        solve_contact(ContactProblem(contact, lubricant, group.surface, setup.model, bodies, bulk)).friction_fluid
         for contact in group.contacts
     ]
     assert film_friction[0] < 0.9 * rigid[0]
