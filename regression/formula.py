@@ -395,19 +395,14 @@ def published() -> pd.DataFrame:
     """
     import pandas as pd
 
-    return pd.DataFrame(
-        [
-            {
-                "name": entry.name,
-                "source": entry.source,
-                "certainty": entry.certainty,
-                "range": ", ".join(f"{n} {a:g} to {b:g} {UNITS[n]}".strip() for n, (a, b) in entry.ranges.items()),
-                "range_certainty": entry.range_certainty,
-                "applied": entry.applied,
-            }
-            for entry in PUBLISHED.values()
-        ]
-    )
+    def spans(entry: PublishedFriction) -> str:
+        return ", ".join(f"{n} {low:g} to {high:g} {UNITS[n]}".strip() for n, (low, high) in entry.ranges.items())
+
+    rows = [
+        (entry.name, entry.source, entry.certainty, spans(entry), entry.range_certainty, entry.applied)
+        for entry in PUBLISHED.values()
+    ]
+    return pd.DataFrame(rows, columns=["name", "source", "certainty", "range", "range_certainty", "applied"])
 
 
 def shipped_formulas(oil: str | None = None) -> tuple[str, ...]:

@@ -113,17 +113,11 @@ class MemberBlank:
     def cones(self) -> Blank:
         """The member as flanks need it: its mean point is the middle of the face, not the calculation point."""
         shift = self.middle_shift
-        return Blank(
-            teeth=self.teeth,
-            pitch_angle=self.pitch_angle,
-            mean_cone_distance=self.mean_cone_distance + shift,
-            face_width=self.face_width,
-            mean_addendum=self.mean_addendum + shift * tan(self.addendum_angle),
-            mean_dedendum=self.mean_dedendum + shift * tan(self.dedendum_angle),
-            addendum_angle=self.addendum_angle,
-            dedendum_angle=self.dedendum_angle,
-            pitch_apex_beyond_crossing=self.pitch_apex_beyond_crossing,
-        )
+        own: dict[str, Any] = {name: getattr(self, name) for name in Blank.model_fields}
+        own["mean_cone_distance"] += shift
+        own["mean_addendum"] += shift * tan(self.addendum_angle)
+        own["mean_dedendum"] += shift * tan(self.dedendum_angle)
+        return Blank(**own)
 
     def design_table(self) -> dict[str, Any]:
         """Keys and values of the table `blank` of a design file, SI."""

@@ -63,18 +63,9 @@ class BladeInput(InputModel):
         raise NotImplementedError
 
     def _blade(self, side: FlankSide, radius: float, **head: Any) -> Blade:
-        return Blade(
-            point_radius=radius,
-            blade_angle=self.blade_angle,
-            side=side,
-            curvature=self.blade_curvature,
-            reference_height=self.reference_height,
-            edge_radius=self.edge_radius,
-            toprem=self.toprem,
-            protuberance=self.protuberance,
-            flankrem=self.flankrem,
-            **head,
-        )
+        names = ("blade_angle", "reference_height", "edge_radius", "toprem", "protuberance", "flankrem")
+        own = {name: getattr(self, name) for name in names}
+        return Blade(point_radius=radius, side=side, curvature=self.blade_curvature, **own, **head)
 
 
 class RadiusLimit(NamedTuple):

@@ -48,30 +48,18 @@ def figures_at(oil: Oil, temperature: float) -> dict[str, float | None]:
     return {
         "temperature_oil": temperature,
         "viscosity_kinematic": lubricant.viscosity_inlet / lubricant.density,
-        "viscosity_inlet": lubricant.viscosity_inlet,
-        "temperature_viscosity": lubricant.temperature_viscosity,
-        "density": lubricant.density,
+        **{name: getattr(lubricant, name) for name in ("viscosity_inlet", "temperature_viscosity", "density")},
         **{f"pressure_viscosity_{definition}": float(alpha_of(law, definition)) for definition in DEFINITIONS},
         "eyring_stress": float(stress_at(stress, 1e9)),
-        "limiting_shear_ambient": lubricant.limiting_shear_ambient,
-        "limiting_shear_coefficient": lubricant.limiting_shear_coefficient,
-        "shear_modulus": lubricant.shear_modulus,
-        "thermal_conductivity": lubricant.thermal_conductivity,
-        "heat_capacity": lubricant.heat_capacity,
+        **{name: getattr(lubricant, name) for name in _OWN},
     }
 
 
-def log_ratios(oil: Oil, temperatures: Sequence[float], pressures: Sequence[float]) -> list[list[float]]:
-    """ln(eta/eta0), one row per temperature [K], at pressures [Pa]."""
-    return [oil.at(at).log_viscosity_ratio(np.asarray(pressures, dtype=float)).tolist() for at in temperatures]
-
-
-def sheet(oil: Oil, temperatures: Sequence[float], pressures: Sequence[float] = PRESSURES) -> dict[str, Any]:
-    """All properties for JSON."""
+def sheet(oil: Oil, temperatures: Sequence[float]) -> dict[str, Any]:
+    """All properties for JSON; ln(eta/eta0) has one row per temperature [K]."""
+    pressure = np.array(PRESSURES)
     return {
-        "name": oil.name,
-        "description": oil.description,
-        "base": oil.base,
+        **{name: getattr(oil, name) for name in ("name", "description", "base")},
         "viscosity_law": oil.viscosity.law,
         "certainty": oil.certainty,
         "source": oil.source,
@@ -80,8 +68,8 @@ def sheet(oil: Oil, temperatures: Sequence[float], pressures: Sequence[float] = 
         "uncertainty": oil.uncertainty.model_dump(),
         "remarks": list(oil.remarks()),
         "states": [figures_at(oil, at) for at in temperatures],
-        "pressures": list(pressures),
-        "log_viscosity_ratio": log_ratios(oil, temperatures, pressures),
+        "pressures": list(PRESSURES),
+        "log_viscosity_ratio": [oil.at(at).log_viscosity_ratio(pressure).tolist() for at in temperatures],
     }
 
 
@@ -128,11 +116,15 @@ def plot_oil(oil: Oil, temperatures: Sequence[float], ax: Axes | None = None) ->
     return axes
 
 
-_STATE = (
-    "viscosity_kinematic", "viscosity_inlet", "density", *(f"pressure_viscosity_{name}" for name in DEFINITIONS),
-    "eyring_stress", "limiting_shear_ambient", "limiting_shear_coefficient", "shear_modulus",
-    "thermal_conductivity", "heat_capacity",
+# properties of a lubricant that are shown as they are
+_OWN = (
+    "limiting_shear_ambient", "limiting_shear_coefficient", "shear_modulus", "thermal_conductivity", "heat_capacity"
 )  # fmt: skip
+_STATE = (
+    *("viscosity_kinematic", "viscosity_inlet", "density"),
+    *(f"pressure_viscosity_{name}" for name in DEFINITIONS),
+    *("eyring_stress", *_OWN),
+)
 
 
 def oil_sections(card: Oil, temperatures: Sequence[float], medium: Medium) -> list[Section]:

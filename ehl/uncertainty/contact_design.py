@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from ehl.common.runner import run_tasks
 from ehl.fluid.lubricant import Lubricant
@@ -15,11 +15,12 @@ from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, score_of
 from ehl.uncertainty.spread import GROUPS, LATERAL_CAUSE, Spread, UncertaintyInput, lateral_spread
 
 Moving = Callable[[ContactProblem, float], ContactProblem]
+Case = TypeVar("Case")
 
 THICK = 3.0  # film ratio above which the effect of roughness is negligible
 # allowed range of the boundary film [m], and smallest Peklenik number of a contact file
 FILMS, LAY_LEAST = (5e-9, 300e-9), 1.0 / 3.0
-_ROUGH = ("roughness_rms", "correlation_length", "peklenik_number", "boundary_friction", "boundary_film")
+ROUGH = ("roughness_rms", "correlation_length", "peklenik_number", "boundary_friction", "boundary_film")
 
 
 def varied_lubricant(lubricant: Lubricant, name: str, factor: float) -> Lubricant:
@@ -40,25 +41,25 @@ def varied_lubricant(lubricant: Lubricant, name: str, factor: float) -> Lubrican
 
 
 @dataclass(frozen=True)
-class UncertainContactInput:
-    """One uncertain input of a contact; `moved` returns the problem with it shifted by some standard deviations."""
+class UncertainInput(Generic[Case]):
+    """One uncertain input of a case; `moved` returns the case with it shifted by some standard deviations."""
 
-    name: str
-    input: str
+    name: str  # of the input
+    input: str  # of its spread
     spread: Spread
-    moved: Moving
+    moved: Callable[[Case, float], Case]
 
 
 def uncertain_contact_inputs(
     problem: ContactProblem, spreads: UncertaintyInput, oil: Oil | None, film_ratio: float
-) -> list[UncertainContactInput]:
+) -> list[UncertainInput[ContactProblem]]:
     """All uncertain inputs of a contact; for thick films without those of the roughness."""
     surface, rough = problem.surface, problem.rough and film_ratio <= THICK
-    found: list[UncertainContactInput] = []
+    found: list[UncertainInput[ContactProblem]] = []
 
     def entry(name: str, input: str, spread: Spread, at: Moving) -> None:
         if not spread.known:
-            found.append(UncertainContactInput(name, input, spread, at))
+            found.append(UncertainInput(name, input, spread, at))
 
     def of_surface(fields: Sequence[str], spread: Spread, low: float = 0.0, high: float = math.inf) -> Moving:
         def at(given: ContactProblem, z: float) -> ContactProblem:

@@ -16,6 +16,7 @@ from ehl.fluid.oil_uncertainty import VARIABLES
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from ehl.inputs import SurfaceInput
 from ehl.state import ContactState
+from ehl.uncertainty.contact_design import FILMS, ROUGH, THICK, UncertainInput
 from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, score_of
 from ehl.uncertainty.spread import (
     DEFAULT,
@@ -34,10 +35,6 @@ STATED = "slopes of solved contacts over the film ratio, not of this model"
 FORMULA = "friction formula"
 TWO_SIGMA = math.erf(math.sqrt(2.0))  # level of models that state an interval without a level
 _NOTHING = 1e-9  # largest change of ln mu of a model that does not contain an input
-# film ratio above which roughness has no effect, allowed boundary films of a contact file [m], inputs of roughness
-THICK = 3.0
-FILMS = (5e-9, 300e-9)
-ROUGH = ("roughness_rms", "correlation_length", "peklenik_number", "boundary_friction", "boundary_film")
 
 
 def boundary_friction_of(model: FrictionModel) -> float:
@@ -62,27 +59,12 @@ def friction_of(model: FrictionModel, state: ContactState, oil: Oil) -> Array:
 Case = tuple[FrictionModel, ContactState, Oil]
 
 
-@dataclass(frozen=True)
-class UncertainInput:
-    """One uncertain input of a case.
-
-    name, input: name of the input, and name of its spread.
-    spread: standard deviations on both sides.
-    moved: gives the case with this input changed by a number of standard deviations.
-    """
-
-    name: str
-    input: str
-    spread: Spread
-    moved: Callable[[Case, float], Case]
-
-
 def uncertain_inputs(
     model: FrictionModel, state: ContactState, oil: Oil, spreads: UncertaintyInput, *, warm_inlet: bool = False
-) -> list[UncertainInput]:
+) -> list[UncertainInput[Case]]:
     """Every uncertain input of a case."""
 
-    def entry(name: str, input: str, at: Callable[[Case, Spread, float], Case]) -> UncertainInput:
+    def entry(name: str, input: str, at: Callable[[Case, Spread, float], Case]) -> UncertainInput[Case]:
         spread = spreads.spread(input, oil)
         return UncertainInput(name, input, spread, lambda case, z: at(case, spread, z))
 
@@ -187,7 +169,7 @@ def friction_changes(
     nominal: Case = (model, state, oil)
     start, *ends = friction([nominal, *(entry.moved(nominal, z) for entry in inputs for z in (-score, score))])
     found: list[Change] = []
-    model_inputs: list[UncertainInput] = []
+    model_inputs: list[UncertainInput[Case]] = []
     # terms of ln mu proportional to the score of an input: below, above
     added: dict[str, tuple[Array, Array]] = {}
     for entry, below, above in zip(inputs, ends[::2], ends[1::2], strict=True):

@@ -23,6 +23,7 @@ from ehl.common.errors import ConvergenceError
 from ehl.contact import Contact
 from ehl.fluid.lubricant_inputs import OilLubricant
 from ehl.inputs import Accuracy
+from ehl.sequence import MOTION
 from regression.data.result_files import OUTPUT_UNITS, SURFACE_UNITS
 from regression.friction.conditions import UNITS, derive, lubricant_row
 from regression.friction.published_registry import PUBLISHED
@@ -189,12 +190,7 @@ def input_row(case: Contact) -> dict[str, float | str]:
     contact = case.line_contact()
     lubricant = case.lubricant.lubricant()
     return {
-        "pressure_hertz": contact.pressure_hertz,
-        "radius_equivalent": contact.radius_equivalent,
-        "effective_modulus": contact.effective_modulus,
-        "speed_entrainment": contact.speed_entrainment,
-        "slide_to_roll": contact.slide_to_roll,
-        "speed_sliding_lengthwise": contact.speed_sliding_lengthwise,
+        **{name: getattr(contact, name) for name in MOTION},
         "temperature_oil": case.lubricant.temperature_oil,
         "roughness_rms_1": case.surface.roughness_rms_1,
         "roughness_rms_2": case.surface.roughness_rms_2,
