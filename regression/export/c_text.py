@@ -12,9 +12,11 @@ _RESERVED = frozenset(
         *("auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum"),
         *("extern", "float", "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return"),
         *("short", "signed", "sizeof", "static", "struct", "switch", "typedef", "union", "unsigned", "void"),
-        *("volatile", "while", "pow", "result", "unit"),
+        *("volatile", "while", "pow", "power", "square", "at_least", "at_most", "result", "unit"),
     }
 )
+_SQUARES = {"2.0": 1, "4.0": 2, "8.0": 3}  # exponents, and how many times the base is squared
+_NUMBER, _WHOLE = r"-?[\d.]+(e[+-]?\d+)?", r"-?\d+\.0"
 
 
 class CPrinter(Printer):
@@ -26,13 +28,17 @@ class CPrinter(Printer):
     reserved = _RESERVED
 
     def power(self, base: tuple[str, int], exponent: tuple[str, int]) -> tuple[str, int]:
-        """pow(base, exponent)."""
+        """Squares, or pow for other whole exponents, else by logarithms."""
         # alone between commas a negative number needs no brackets
-        right = re.sub(r"^\((-[\w.+-]+)\)$", r"\1", exponent[0])
-        return f"pow({base[0]}, {right})", ATOM
+        left, right = base[0], re.sub(r"^\((-[\w.+-]+)\)$", r"\1", exponent[0])
+        if right in _SQUARES:
+            return "square(" * _SQUARES[right] + left + ")" * _SQUARES[right], ATOM
+        return f"{'pow' if re.fullmatch(_WHOLE, right) else 'power'}({left}, {right})", ATOM
 
     def function(self, name: str, arguments: Sequence[str]) -> str:
         """A call; coordinates of functions over stored rows go as one array."""
+        if name in ("maximum", "minimum") and re.fullmatch(_NUMBER, arguments[1]):
+            name = {"maximum": "at_least", "minimum": "at_most"}[name]
         if name in RESULTS:
             return f"{name}((const double[]){{{', '.join(arguments)}}})"
         return super().function(name, arguments)
@@ -46,10 +52,15 @@ class CPrinter(Printer):
         return f"({condition}) ? {yes} : ({no})" if "?" in no else f"({condition}) ? {yes} : {no}", OR - 1
 
 
-# NaN goes through, as in numpy: fmax and fmin would hide it
+# NaN goes through, as in numpy: fmax and fmin would hide it. The first two are one instruction; NaN of a second number
+# is lost, which is a constant or comes with that of the first. A power by logarithms takes half the time of pow.
 _HELPERS = (
+    "static double at_least(double a, double b) { return b > a ? b : a; }",
+    "static double at_most(double a, double b) { return b < a ? b : a; }",
     "static double larger(double a, double b) { return a > b || isnan(a) ? a : b; }",
     "static double smaller(double a, double b) { return a < b || isnan(a) ? a : b; }",
+    "static double square(double a) { return a * a; }",
+    "static double power(double a, double b) { return exp(b * log(a)); }",
 )
 
 
@@ -60,7 +71,7 @@ def _data_functions(program: Program) -> list[str]:
             kind = "int" if name == "limits" else "double"
             lines.append(f"static const {kind} {function.name}_{name}[{len(rows)}][{len(rows[0])}] = {{")
             lines += [number_rows(rows, "    "), "};"]
-        lines.append(function.loop(".c"))
+        lines.append(function.loop(".c").rstrip())
     return lines
 
 
@@ -72,7 +83,6 @@ def c_text(program: Program, name: str) -> str:
     lines += [
         f" * cc -O3 -fno-math-errno -c {name}.c, link with -lm; not -ffast-math, which takes NaN out of the language.",
         " */",
-        "",
     ]
     lines += ["#include <math.h>", f"typedef struct {{ double mu, lower, upper; int flag; }} {name}_result;", ""]
     lines += _HELPERS

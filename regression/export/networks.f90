@@ -1,6 +1,6 @@
   pure function networks(logarithms) result(r)
     real(dp), intent(in) :: logarithms(:)
-    real(dp) :: r(6), out(2, MEMBERS), x(SIZE), reach(SIZE), one(UNITS), two(UNITS)
+    real(dp) :: r(6), out(2, MEMBERS), x(SIZE), reach(SIZE), one(WIDTH), two(UNITS)
     integer :: m
     reach = FADE_dp * (networks_scales(:, 4) - networks_scales(:, 3))
     x = (min(max(logarithms, -1e3_dp), 1e3_dp) - networks_scales(:, 1)) / networks_scales(:, 2)
@@ -8,27 +8,23 @@
     r(1) = min(max(r(1), 0.0_dp), 1.0_dp)
     r(1) = r(1) * r(1) * (3.0_dp - 2.0_dp * r(1))
     x = min(max(x, networks_scales(:, 3) - reach), networks_scales(:, 4) + reach)
+    one = squashed(matmul(networks_first(:, :SIZE), x) + networks_first(:, SIZE + 1))
     do m = 1, MEMBERS
-      one = layer(networks_weights(:FIRST, m), x, UNITS)
-      one = one / sqrt(1.0_dp + one ** 2)
-      two = layer(networks_weights(FIRST + 1:SECOND, m), one, UNITS)
-      two = two / sqrt(1.0_dp + two ** 2)
-      out(:, m) = layer(networks_weights(SECOND + 1:, m), two, 2)
+      associate (begin => UNITS * (m - 1) + 1, end => UNITS * m)
+        two = squashed(matmul(networks_second(begin:end, :UNITS), one(begin:end)) + networks_second(begin:end, UNITS + 1))
+      end associate
+      out(:, m) = matmul(networks_last(2 * m - 1:2 * m, :UNITS), two) + networks_last(2 * m - 1:2 * m, UNITS + 1)
     end do
+    out = STEP_dp * out
     r(2:3) = sum(out, 2) / MEMBERS
     r(4) = sum((out(1, :) - r(2)) ** 2) / MEMBERS
     r(5) = sum((out(1, :) - r(2)) * (out(2, :) - r(3))) / MEMBERS
     r(6) = sum((out(2, :) - r(3)) ** 2) / MEMBERS
   end function networks
 
-  pure function layer(weights, x, units) result(z)
-    integer, intent(in) :: weights(:), units
-    real(dp), intent(in) :: x(:)
-    real(dp) :: z(units)
-    integer :: i
-    z = weights(units * size(x) + 1:)
-    do i = 1, size(x)
-      z = z + weights(units * (i - 1) + 1:units * i) * x(i)
-    end do
-    z = STEP_dp * z
-  end function layer
+  elemental function squashed(z) result(s)
+    real(dp), intent(in) :: z
+    real(dp) :: s
+    s = STEP_dp * z
+    s = s / sqrt(1.0_dp + s * s)
+  end function squashed

@@ -67,14 +67,15 @@ class DataValue(Value):
 def network_statistics(network: Network) -> Callable[[list[Any]], list[Any]]:
     """As `regression.friction.network.Network.statistics` of recorded logarithms."""
     size, units = len(network.variables), network.units
-    # of each network rows of the inputs of a layer, then its biases; one layer after the other
+    # of each layer a row of all networks for each input, then one of the biases
     ends = (0, units, 2 * units, 2 * units + 2)
-    layers = [[zip(*rows[start:end], strict=True) for start, end in pairwise(ends)] for rows in network.members]
+    names = ("first", "second", "last")
     function = DataFunction(
         "networks",
-        {
-            "scales": (network.mean, network.scale, network.low, network.high),
-            "weights": [[number for layer in member for row in layer for number in row] for member in layers],
+        {"scales": (network.mean, network.scale, network.low, network.high)}
+        | {
+            name: list(zip(*(row for rows in network.members for row in rows[start:end]), strict=True))
+            for name, (start, end) in zip(names, pairwise(ends), strict=True)
         },
         {
             "STEP": network.step,
@@ -82,8 +83,7 @@ def network_statistics(network: Network) -> Callable[[list[Any]], list[Any]]:
             "UNITS": units,
             "MEMBERS": len(network.members),
             "FADE": FADE,
-            "FIRST": units * (size + 1),
-            "SECOND": units * (size + 1) + units * (units + 1),
+            "WIDTH": len(network.members) * units,
         },
     )
     return lambda logarithms: list(DataValue(function, logarithms))

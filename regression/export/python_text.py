@@ -33,11 +33,11 @@ def networks(*logarithms):
     x = (x - mean) / scale
     fading = np.clip(1.0 - np.max(np.maximum(low - x, x - high) / reach, axis=0), 0.0, 1.0)
     x = np.clip(x, low - reach, high + reach)
-    outputs = []
-    for weights in STEP * NETWORKS_WEIGHTS:
-        one = layer(weights[:FIRST], x, UNITS)
-        two = layer(weights[FIRST:SECOND], one / np.sqrt(1.0 + one * one), UNITS)
-        outputs.append(layer(weights[SECOND:], two / np.sqrt(1.0 + two * two), 2))
+    one, outputs = squashed(layer(NETWORKS_FIRST, x)), []
+    for m in range(MEMBERS):
+        own = slice(m * UNITS, (m + 1) * UNITS)
+        two = squashed(layer(NETWORKS_SECOND[:, own], one[own]))
+        outputs.append(STEP * layer(NETWORKS_LAST[:, 2 * m : 2 * m + 2], two))
     a, b = np.moveaxis(np.array(outputs), 1, 0)
     p, q = a - a.mean(axis=0), b - b.mean(axis=0)
     spread = ((p * p).mean(axis=0), (p * q).mean(axis=0), (q * q).mean(axis=0))
@@ -45,9 +45,12 @@ def networks(*logarithms):
     return [part.reshape(shape) for part in found]
 
 
-def layer(weights, x, units):
-    weights = weights.reshape(-1, units)
+def layer(weights, x):
     return weights[:-1].T @ x + weights[-1][:, None]
+
+
+def squashed(z):
+    return STEP * z / np.sqrt(1.0 + (STEP * z) ** 2)
 """,
     "guard": """
 def guard(*logarithms):
