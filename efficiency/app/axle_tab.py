@@ -9,9 +9,8 @@ from efficiency.app import charts
 from efficiency.app.scene import AXLE_FIELDS, Bench
 from efficiency.axle.axle_input import MethodsInput
 from efficiency.axle.result import OUTSIDE, AxleResult
-from ehl.common.data import data_names
+from ehl.common.data import data_names, reason_text
 from ehl.common.errors import MixedEhlError
-from ehl.common.reasons import reason_text
 from ehl.common.units import KELVIN
 
 

@@ -62,7 +62,7 @@ def too_large(offset: float, largest: float | None = None) -> InputError:
     )
 
 
-def bevel_cones(inputs: PairBlankInput, spiral: float, mean_diameter: float | None, factor: float = 0.5) -> PitchCones:
+def bevel_cones(inputs: PairBlankInput, spiral: float, mean_diameter: float | None) -> PitchCones:
     """Method 0, Formulae (1) to (7): both cones share the apex.
 
     `mean_diameter` d_m2 replaces the outer diameter where a method has its own calculation point.
@@ -80,7 +80,7 @@ def bevel_cones(inputs: PairBlankInput, spiral: float, mean_diameter: float | No
             raise face_too_wide(inputs, outer)
     else:
         cone = mean_diameter / (2.0 * sin(delta_2))
-    return PitchCones(delta_1, delta_2, cone, cone, spiral, spiral, factor)
+    return PitchCones(delta_1, delta_2, cone, cone, spiral, spiral, 0.5)
 
 
 def face_too_wide(inputs: PairBlankInput, outer: float) -> InputError:
@@ -197,14 +197,12 @@ def gear_mean_diameter(inputs: PairBlankInput, delta_2: float) -> float:
     return diameter
 
 
-def solve_gear_cone(
-    inputs: PairBlankInput, closure: Callable[[float], float], start: float, step: float = radians(0.25)
-) -> tuple[float, int]:
+def solve_gear_cone(inputs: PairBlankInput, closure: Callable[[float], float], start: float) -> tuple[float, int]:
     """The gear pitch angle at which a method's closure vanishes, next to its start; and the evaluations it took.
 
     The bracket grows from the start to both sides, so of several roots the nearest is taken.
     """
-    count = 0
+    count, step = 0, radians(0.25)
 
     def value(delta_2: float) -> float:
         nonlocal count

@@ -23,10 +23,10 @@ from efficiency.contact.chebyshev import cubic_spline
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.power_loss import efficiency_of
 from ehl.common.arrays import FloatArray, finite_or_none
+from ehl.common.data import reason_text
 from ehl.common.errors import ConvergenceError
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
-from ehl.common.reasons import reason_text
 from ehl.common.tabular import Tabular
 
 if TYPE_CHECKING:

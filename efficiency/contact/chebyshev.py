@@ -41,18 +41,6 @@ def _interpolation(count: int) -> FloatArray:
     return np.asarray(np.linalg.inv(chebyshev.chebvander(chebyshev.chebpts1(count), count - 1)))
 
 
-def _polynomials(x: Array, count: int) -> Array:
-    """Chebyshev polynomials at n points, (count, n)."""
-    rows = np.empty((count, x.size), x.dtype)
-    rows[0] = 1.0
-    rows[1:2] = x
-    twice = 2.0 * x
-    for k in range(2, count):
-        np.multiply(twice, rows[k - 1], out=rows[k])
-        rows[k] -= rows[k - 2]
-    return rows
-
-
 @dataclass(frozen=True)
 class Patch:
     """Several scalar fields over ``u_range x v_range``."""
@@ -156,7 +144,7 @@ class Patch:
         for at, order, (low, _), scale, count in zip(
             (u, v), (du, dv), (self.u_range, self.v_range), self._scales, self.shape, strict=True
         ):
-            rows = _polynomials((np.asarray(at) - low) * scale - 1.0, count)
+            rows = chebyshev.chebvander((np.asarray(at) - low) * scale - 1.0, count - 1).T
             for _ in range(order):
                 rows = (_derivative(count) * scale).T @ rows
             basis.append(rows)

@@ -13,8 +13,8 @@ from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance, Ope
 from efficiency.loss.kinematics import Operation
 from efficiency.loss.power_loss import loss_by_region
 from ehl.common.arrays import finite_or_none
+from ehl.common.data import reason_text
 from ehl.common.pages import Reportable
-from ehl.common.reasons import reason_text
 from ehl.fluid.oil import Oil
 from regression.friction.models import ConstantFriction, FrictionModel
 from regression.friction.published_registry import PUBLISHED, model_label

@@ -38,9 +38,9 @@ from efficiency.ltca.mesh_grids import MeshGrids as MeshGrids
 from efficiency.ltca.mesh_grids import load_grids as load_grids
 from efficiency.ltca.tangent_load import TangentLoad
 from ehl.common.arrays import FloatArray, IntArray
+from ehl.common.data import reason_text
 from ehl.common.errors import ConvergenceError
 from ehl.common.quantities import quantity
-from ehl.common.reasons import reason_text
 from ehl.fluid.oil import Oil
 from regression.formula import Formula
 from regression.friction.conditions import Conditions, conditions_of

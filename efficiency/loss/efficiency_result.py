@@ -14,10 +14,10 @@ from efficiency.loss.kinematics import Driver, LoadedPoints, Operation
 from efficiency.loss.lubrication import LocalLubrication
 from efficiency.ltca.load_distribution import LoadDistribution
 from ehl.common.arrays import FloatArray, finite_or_none
+from ehl.common.data import reason_text
 from ehl.common.errors import InputError
 from ehl.common.notes import Note, NoteKind, group_notes
 from ehl.common.pages import Reportable
-from ehl.common.reasons import reason_text
 from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil
 from ehl.uncertainty.result import InputUncertainty, score_of

@@ -17,9 +17,9 @@ from efficiency.optimisation.evaluation import Evaluation, EvaluationTask, allow
 from efficiency.optimisation.problem import SearchProblem
 from efficiency.optimisation.result import Candidate, front_of, spread_out
 from ehl.common.arrays import FloatArray
+from ehl.common.data import reason_text
 from ehl.common.journal import Journal
 from ehl.common.quantities import quantities
-from ehl.common.reasons import reason_text
 from ehl.common.runner import ThisProcess
 
 Evaluate = Callable[[list[EvaluationTask]], list[Evaluation]]

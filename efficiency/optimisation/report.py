@@ -24,11 +24,11 @@ from efficiency.output.gear_report import SPIN
 from efficiency.output.plots_flank import LOSS, PRESSURE, contact_figure, field_figure, field_values
 from efficiency.output.plots_load import plot_transmission_error
 from efficiency.pair import GearPair
+from ehl.common.data import reason_text
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, new_figure
 from ehl.common.files import write_file
 from ehl.common.notes import GRADES, Note
 from ehl.common.quantities import quantities
-from ehl.common.reasons import reason_text
 from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Column, Table
 from regression.friction.published_registry import model_label

@@ -18,7 +18,7 @@ from efficiency.output.plots_comparison import (
     plot_run_time,
 )
 from efficiency.output.tables import comparison_tables, models_table, operating_point, percent
-from ehl.common.reasons import reason_text
+from ehl.common.data import reason_text
 from ehl.common.sections import Head, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from regression.friction.published_registry import model_label
 

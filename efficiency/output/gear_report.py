@@ -28,9 +28,9 @@ from efficiency.output.plots_load import (
     plot_transmission_error,
 )
 from efficiency.output.plots_map import map_figures
+from ehl.common.data import reason_text
 from ehl.common.errors import InputError
 from ehl.common.quantities import quantity
-from ehl.common.reasons import reason_text
 from ehl.common.sections import Folded, Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table
 from ehl.fluid.pressure_viscosity import alpha_of

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from efficiency.geometry.misalignment import AXES
 from efficiency.ltca.limits import EDGE_LIMIT
 from efficiency.output.plots_misalignment import misalignment_figures, misalignment_quantity, plot_misalignment
+from ehl.common.data import reason_text
 from ehl.common.quantities import quantity
-from ehl.common.reasons import reason_text
 from ehl.common.sections import Head, Medium, Row, Section
 from ehl.common.table import Column, Table
 

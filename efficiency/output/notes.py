@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output.tables import operating_state, percent
+from ehl.common.data import reason_text
 from ehl.common.quantities import quantity
-from ehl.common.reasons import reason_text
 from ehl.common.sections import Notes
 from regression.friction.published_registry import model_label
 

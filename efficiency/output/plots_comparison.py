@@ -12,9 +12,9 @@ from matplotlib.ticker import NullFormatter
 from efficiency.loss.power_loss import FACES, HEIGHTS, friction_along_mesh
 from efficiency.output.tables import operating_state
 from ehl.common.arrays import FloatArray
+from ehl.common.data import reason_text
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, figure_of, new_figure
 from ehl.common.quantities import typeset_units
-from ehl.common.reasons import reason_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ehl.common.data import reason_text
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, new_figure
 from ehl.common.quantities import axis_label, to_display
-from ehl.common.reasons import reason_text
 from regression.friction.published_registry import model_label
 
 if TYPE_CHECKING:

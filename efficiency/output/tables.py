@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from efficiency.loss.power_loss import FACES, HEIGHTS, friction_along_mesh
+from ehl.common.data import reason_text
 from ehl.common.quantities import quantity
-from ehl.common.reasons import reason_text
 from ehl.common.table import Column, Table, cell
 from ehl.state import ContactState
 from regression.friction.models import FrictionFlag

@@ -16,10 +16,10 @@ from efficiency.output.gear_report import SPIN
 from efficiency.output.notes import outside_note
 from efficiency.output.tables import percent
 from efficiency.studies.parameter_study import MISALIGNED, StudyPoint, level_quantity
+from ehl.common.data import reason_text
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, new_figure
 from ehl.common.notes import Note
 from ehl.common.quantities import quantities, to_display, typeset_units
-from ehl.common.reasons import reason_text
 from ehl.common.sections import Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Section, Text
 from ehl.common.table import Column, Table
 from regression.friction.published_registry import model_label

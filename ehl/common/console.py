@@ -22,21 +22,17 @@ from contextlib import contextmanager
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar
+from typing import IO, Annotated, Any, NoReturn, TypeVar
 
 import typer
 import typer.core
 
-from ehl.common.data import shipped
+from ehl.common.data import reason_text, shipped
 from ehl.common.errors import InputError, MixedEhlError, near
 from ehl.common.files import FIGURE, PAGE, make_folder, write_file
 from ehl.common.progress import Progress, duration, progress_to
-from ehl.common.reasons import reason_text
 from ehl.common.terminal import print_text as print_text
 from ehl.common.version import __version__
-
-if TYPE_CHECKING:
-    pass
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 

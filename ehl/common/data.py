@@ -1,6 +1,9 @@
-"""Location of the shipped data: `data/` of a checkout, or `ehl/_data/` of an installed wheel."""
+"""Shipped data: `data/` of a checkout, or `ehl/_data/` of an installed wheel; reasons of a status in words."""
 
+import csv
 import os
+from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 
 from ehl.common.errors import InputError, near, same_name
@@ -78,3 +81,20 @@ def _meant(name: str, names: tuple[str, ...]) -> str:
         if name in data_names(folder):
             return f"{name} is {words}."
     return near(name, names)
+
+
+@cache
+def _sentences() -> Mapping[str, str]:
+    with data_path("reasons.csv").open(encoding="utf-8", newline="") as file:
+        return {row["reason"]: row["sentence"] for row in csv.DictReader(file)}
+
+
+def reason_text(reason: str) -> str:
+    """A reason in words, also one that is followed by a colon and its detail; any other text as it is."""
+    code, mark, detail = reason.partition(": ")
+    return _sentences().get(code, code) + mark + detail
+
+
+def counted_reasons(counts: Mapping[str, int]) -> str:
+    """Reasons in words, each behind its number of cases."""
+    return ", ".join(f"{count} {reason_text(reason)}" for reason, count in sorted(counts.items()))

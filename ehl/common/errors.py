@@ -141,7 +141,7 @@ class ConvergenceError(MixedEhlError):
         super().__init__(str(self))
 
     def __str__(self) -> str:
-        from ehl.common.reasons import reason_text  # reads data with the errors of this module
+        from ehl.common.data import reason_text  # reads data with the errors of this module
 
         return f"{reason_text(self.reason)} ({self.reason})" + (f": {self.detail}" if self.detail else "")
 

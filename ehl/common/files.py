@@ -28,11 +28,10 @@ _cleaned: set[Path] = set()  # folders that this process has cleaned of abandone
 MAX_DEPTH = 50  # nesting of tables and lists; input files have at most 7 levels
 
 
-def read_bytes(path: str | Path, field: str, allowed: str, max_bytes: int = MAX_BYTES) -> bytes:
+def read_bytes(path: str | Path, field: str, allowed: str) -> bytes:
     """Content of a file given by the user.
 
     field, allowed: of the error.
-    max_bytes: largest allowed size.
     Raises `InputError`: the file does not exist, is not a regular file, is too large, or cannot be read.
     """
     name = str(path)
@@ -41,8 +40,8 @@ def read_bytes(path: str | Path, field: str, allowed: str, max_bytes: int = MAX_
         if not stat.S_ISREG(status.st_mode):
             kind = "folder" if stat.S_ISDIR(status.st_mode) else "pipe or device"
             raise InputError(field, name, allowed, f"It is a {kind}, not a file.")
-        if status.st_size > max_bytes:
-            raise InputError(field, name, allowed, f"It has {status.st_size} bytes; at most {max_bytes} are read.")
+        if status.st_size > MAX_BYTES:
+            raise InputError(field, name, allowed, f"It has {status.st_size} bytes; at most {MAX_BYTES} are read.")
         with open(path, "rb") as file:
             return file.read(status.st_size)
     except FileNotFoundError:
@@ -87,13 +86,13 @@ def _decoded(content: bytes) -> str:
     return text
 
 
-def parse_toml(text: str, field: str, name: str, allowed: str = "valid TOML") -> dict[str, Any]:
+def parse_toml(text: str, field: str, name: str) -> dict[str, Any]:
     """Content of a TOML text; `InputError` with `field` and the `name` of the file if it is invalid."""
     try:
         content: dict[str, Any] = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # a number of 10 000 digits is a plain ValueError
-        raise InputError(field, name, allowed, f"{_reason(error)}.") from None
-    _check_depth(content, field, name, allowed)
+        raise InputError(field, name, "valid TOML", f"{_reason(error)}.") from None
+    _check_depth(content, field, name, "valid TOML")
     return content
 
 

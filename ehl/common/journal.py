@@ -224,12 +224,12 @@ def header_of(path: Path, field: str = "run") -> dict[str, Any]:
     return header
 
 
-def read_rows(path: Path, field: str = "run") -> Iterator[dict[str, Any]]:
+def read_rows(path: Path) -> Iterator[dict[str, Any]]:
     """Valid rows of a journal in the order of writing; also while another process writes it.
 
     Raises `InputError`: see `header_of`.
     """
-    header_of(path, field)
+    header_of(path)
     with open(path, "rb") as file:
         file.readline()
         for line in file:

@@ -104,16 +104,16 @@ def group_notes(said: Iterable[tuple[str, str]], kinds: Sequence[NoteKind] = CON
     return [note for *_, note in sorted(found, key=itemgetter(0, 1, 2))]
 
 
-def notes_table(notes: Sequence[Note], cases: int = 1, title: str = "") -> Table:
+def notes_table(notes: Sequence[Note], cases: int = 1) -> Table:
     """The notes as a table: grade, note, and for several cases the number of cases and the worst case."""
     if cases <= 1:
-        return Table(("grade", "note"), [(note.grade, note.text) for note in notes], title, name="notes")
+        return Table(("grade", "note"), [(note.grade, note.text) for note in notes], name="notes")
     rows = [
         (note.grade, f"{note.count} of {cases}" if note.where else "all", note.where or None, note.text)
         for note in notes
     ]
     # the long text is the last column
-    return Table(("grade", "cases", "where, at its worst", "note"), rows, title, name="notes")
+    return Table(("grade", "cases", "where, at its worst", "note"), rows, name="notes")
 
 
 def print_notes(notes: Sequence[Note], cases: int = 1) -> None:

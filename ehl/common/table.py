@@ -11,12 +11,12 @@ import html
 import io
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from ehl.common.data import reason_text
 from ehl.common.quantities import Quantity, format_number, printed_unit, quantities, typeset_unit, typeset_units
-from ehl.common.reasons import reason_text
 from ehl.common.table_reader import harmless
 from ehl.common.terminal import plain, terminal, wrapped
 
@@ -236,34 +236,25 @@ class Table:
 
     def grid(self, *, display: bool) -> tuple[list[str], list[list[Cell]]]:
         """Head and cells of a file, with numbers in SI or display units."""
-
-        def unit(column: Column) -> str:
-            return printed_unit(column.quantity.display if display else column.quantity.unit)
-
-        def value(column: Column, cell: Cell) -> Cell:
-            return column.shown(cell) if display else cell
-
-        if not self.vertical:
-            head = [_with_unit(column.name, unit(column) if self._numeric(i) else "") for i, column in self._each()]
-            return head, [[value(c, x) for c, x in zip(self._columns, row, strict=True)] for row in self.rows]
-        head, values = self._turned()
-        return head, [[c.name, *(value(c, x) for x in cells), unit(c)] for c, cells in values]
+        return self._laid_out(
+            lambda column: column.name,
+            lambda column: printed_unit(column.quantity.display if display else column.quantity.unit),
+            lambda column, cell: column.shown(cell) if display else cell,
+        )
 
     def _texts(self, *, typeset: bool) -> tuple[list[str], list[list[str]]]:
         """Head and cells as shown."""
         written = typeset_unit if typeset else printed_unit
+        return self._laid_out(lambda c: c.head_label, lambda c: written(c.quantity.display), lambda c, x: c.text(x))
 
-        def unit(column: Column) -> str:
-            return written(column.quantity.display)
-
-        if not self.vertical:
-            head = [_with_unit(c.head_label, unit(c) if self._numeric(i) else "") for i, c in self._each()]
-            return head, [[c.text(x) for c, x in zip(self._columns, row, strict=True)] for row in self.rows]
-        head, values = self._turned()
-        return head, [[c.head_label, *(c.text(x) for x in cells), unit(c)] for c, cells in values]
-
-    def _each(self) -> Iterator[tuple[int, Column]]:
-        return enumerate(self._columns)
+    def _laid_out(
+        self, label: Callable[[Column], str], unit: Callable[[Column], str], value: Callable[[Column, Cell], Any]
+    ) -> tuple[list[str], list[list[Any]]]:
+        if self.vertical:
+            head, values = self._turned()
+            return head, [[label(c), *(value(c, x) for x in cells), unit(c)] for c, cells in values]
+        head = [_with_unit(label(c), unit(c) if self._numeric(i) else "") for i, c in enumerate(self._columns)]
+        return head, [[value(c, x) for c, x in zip(self._columns, row, strict=True)] for row in self.rows]
 
     def _numeric(self, column: int) -> bool:
         """Whether a column has a number or is empty."""
@@ -273,7 +264,7 @@ class Table:
     def _turned(self) -> tuple[list[str], list[tuple[Column, list[Cell]]]]:
         named = bool(self.rows) and len(self.rows) > 1 and not self._numeric(0)
         heads = [str(row[0]) for row in self.rows] if named else ["value"] * len(self.rows)
-        columns = list(self._each())[named:]
+        columns = list(enumerate(self._columns))[named:]
         return ["quantity", *heads, "unit"], [(c, [row[i] for row in self.rows]) for i, c in columns]
 
     def _left(self, rows: Sequence[Sequence[str]]) -> list[bool]:

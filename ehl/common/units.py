@@ -349,10 +349,6 @@ def _near_unit(typed: str, unit: str, hint: str = "The unit could not be read.")
     return f"{hint} Did you mean {names[close[0]]!r}?" if close else hint if typed else "It could not be read."
 
 
-def _format(number: float, unit: str) -> str:
-    return f"{number:.6g} {unit}".strip()
-
-
 @dataclass(frozen=True)
 class ValueRange:
     """Annotation of a pydantic float field: SI unit and range of its values.
@@ -373,16 +369,9 @@ class ValueRange:
     @property
     def allowed(self) -> str:
         """The allowed range in words."""
-        bounds = []
-        if self.gt is not None:
-            bounds.append(f"above {_format(self.gt, self.unit)}")
-        if self.ge is not None:
-            bounds.append(f"at least {_format(self.ge, self.unit)}")
-        if self.lt is not None:
-            bounds.append(f"below {_format(self.lt, self.unit)}")
-        if self.le is not None:
-            bounds.append(f"at most {_format(self.le, self.unit)}")
-        return " and ".join(bounds) if bounds else "any finite value"
+        ends = {"above": self.gt, "at least": self.ge, "below": self.lt, "at most": self.le}
+        bounds = [f"{word} {f'{end:.6g} {self.unit}'.strip()}" for word, end in ends.items() if end is not None]
+        return " and ".join(bounds) or "any finite value"
 
     @property
     def expected(self) -> str:
@@ -445,16 +434,10 @@ class ValueRange:
 
     def _validate(self, value: object) -> float:
         try:
-            number = parse_quantity(value, self.unit)
+            return self.check(value, "value")
         except InputError as error:
-            raise PydanticCustomError(
-                "quantity", "allowed: {allowed}. {hint}", {"allowed": error.allowed, "hint": error.hint}
-            ) from None
-        if not self._inside(number):
-            raise PydanticCustomError(
-                "quantity_range", "allowed: {allowed}. {hint}", {"allowed": self.expected, "hint": self._remedy(value)}
-            )
-        return number
+            words = {"allowed": error.allowed, "hint": error.hint}
+            raise PydanticCustomError("quantity", "allowed: {allowed}. {hint}", words) from None
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         return core_schema.no_info_plain_validator_function(self._validate)

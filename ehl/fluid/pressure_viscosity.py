@@ -167,11 +167,9 @@ _FIT_ERROR, _SHORTEST_PIECE = 1e-6, 5.0
 _NEGLIGIBLE, _DIGITS = 1e-14, 15
 
 
-def temperature_fit(
-    function: Callable[[FloatArray], FloatArray], ends: tuple[float, ...], degree: int = 20
-) -> TemperatureFit:
+def temperature_fit(function: Callable[[FloatArray], FloatArray], ends: tuple[float, ...]) -> TemperatureFit:
     """A `TemperatureFit` between temperatures [K]; inner ends are known kinks of the function, others are searched."""
-    pieces, error = [], 0.0
+    pieces, error, degree = [], 0.0, 20
     spot = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
     left = list(itertools.pairwise(ends))[::-1]
     while left:

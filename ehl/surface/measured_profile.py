@@ -25,22 +25,16 @@ def detrended(heights: FloatArray, order: int = 2) -> FloatArray:
     return np.asarray(heights - np.polynomial.Polynomial.fit(place, heights, order)(place))
 
 
-def gaussian_mean_line(heights: FloatArray, spacing: float, cutoff: float, *, periodic: bool = False) -> FloatArray:
+def gaussian_mean_line(heights: FloatArray, spacing: float, cutoff: float) -> FloatArray:
     """Mean line of the Gaussian profile filter, with 50 % transmission at the cut-off wavelength.
 
-    Weights exp(-pi (x/(a lambda_c))^2)/(a lambda_c), a = sqrt(ln 2/pi) (ISO 16610-21). At the ends of a non-periodic
-    profile the weights are normalised by their sum inside it.
+    Weights exp(-pi (x/(a lambda_c))^2)/(a lambda_c), a = sqrt(ln 2/pi) (ISO 16610-21). At the ends the weights
+    are normalised by their sum inside of the profile.
 
     heights (n,): heights, equidistant [m].
     spacing, cutoff: [m].
-    periodic: whether the last sample is followed by the first.
     """
     n = len(heights)
-    if periodic:
-        k = scipy.fft.rfftfreq(n, spacing)
-        return np.asarray(
-            scipy.fft.irfft(scipy.fft.rfft(heights) * np.exp(-math.pi * (GAUSSIAN_CONSTANT * cutoff * k) ** 2), n)
-        )
     reach = min(n - 1, math.ceil(1.2 * cutoff / spacing))
     place = spacing * np.arange(-reach, reach + 1)
     weight = np.exp(-math.pi * (place / (GAUSSIAN_CONSTANT * cutoff)) ** 2)

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ehl.common.arrays import FloatArray
+from ehl.common.data import reason_text
 from ehl.common.errors import InputError
 from ehl.common.figures import BLUE, GREY, ORANGE, new_figure
 from ehl.common.notes import CONTACT_NOTES, Note, group_notes
 from ehl.common.quantities import axis_label, quantity, to_display
-from ehl.common.reasons import reason_text
 from ehl.common.sections import Folded, Head, Item, KeyFigures, MainResult, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table
 from ehl.rough import TransientResult

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import special, stats
 
 from ehl.common.arrays import FloatArray
 
@@ -30,8 +30,7 @@ DEVIANCE = 2.0 * PSI_SLOPE / PSI_SQUARED
 
 def loss(standardised: FloatArray) -> float:
     """Sum of Huber's rho, r^2/2 within c and c|r| - c^2/2 beyond."""
-    size = np.abs(standardised)
-    return float(np.sum(np.where(size <= TUNING, 0.5 * size**2, TUNING * size - 0.5 * TUNING**2)))
+    return float(np.sum(special.huber(TUNING, standardised)))
 
 
 def spread(residuals: FloatArray, fitted: int) -> float:

@@ -13,12 +13,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ehl.common.data import data_names, named_file
+from ehl.common.data import counted_reasons, data_names, named_file
 from ehl.common.errors import InputError
 from ehl.common.files import replacing
 from ehl.common.pages import TableResult
 from ehl.common.progress import duration
-from ehl.common.reasons import reason_text
 from ehl.common.sections import Head, Medium, Section
 from ehl.common.table import Column, Table
 from ehl.common.table_reader import harmless
@@ -374,7 +373,7 @@ class RunStatus(TableResult):
         seconds = sum(shard.seconds for shard in self.shards)
         rows = []
         for shard in self.shards:
-            failed = ", ".join(f"{count} {reason_text(reason)}" for reason, count in sorted(shard.failed.items())) or 0
+            failed = counted_reasons(shard.failed) or 0
             counts = (shard.finished, shard.converged, shard.unsettled, failed)
             rows.append((shard.path.name, *counts, shard.seconds))
         columns = ("file", "finished", "converged", "unsettled", "failed", Column("seconds_cpu", label="CPU time"))

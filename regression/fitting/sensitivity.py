@@ -92,7 +92,7 @@ def _estimates(f_a: Array, f_b: Array, mixed: Array) -> tuple[Array, Array]:
     return first, total
 
 
-def formula_sensitivity(formula: FittedFormula, oil: Oil, size: int = SIZE, seed: int = 1) -> SobolIndices:
+def formula_sensitivity(formula: FittedFormula, oil: Oil, size: int = SIZE) -> SobolIndices:
     """Sobol indices of ln mu of a fitted formula over the range of its data, for one oil.
 
     Pressure and temperature are uniform over their range, the others in their logarithm. Sliding is across the contact
@@ -118,7 +118,7 @@ def formula_sensitivity(formula: FittedFormula, oil: Oil, size: int = SIZE, seed
             raise InputError("formula", formula.name, "a formula with a value everywhere in its range")
         return np.log(mu)
 
-    return sobol_indices(log_mu, names, size, seed)
+    return sobol_indices(log_mu, names, size)
 
 
 def _spread(formula: FittedFormula, name: str, unit: Array) -> Array:

@@ -35,6 +35,7 @@ from ehl.contact import Contact
 from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
 from ehl.inputs import ModelInput, SolidInput, SurfaceInput
 from ehl.material import Material, effective_modulus
+from ehl.sequence import MOTION
 from ehl.surface.finish import default_correlation_length
 from regression.friction.conditions import LUBRICANT_UNITS, derive, lubricant_columns
 from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, PlanAxis, Variables, levels_of
@@ -653,20 +654,11 @@ class Plan(InputModel, Reportable):
 
 
 TABLE_OF = {
-    "pressure_hertz": "contact",
-    "radius_equivalent": "contact",
-    "speed_entrainment": "contact",
-    "slide_to_roll": "contact",
-    "speed_sliding_lengthwise": "contact",
-    "temperature_oil": "lubricant",
-    "viscosity_inlet": "lubricant",
-    "pressure_viscosity": "lubricant",
-    "eyring_stress": "lubricant",
-    "roughness_rms_1": "surface",
-    "roughness_rms_2": "surface",
-    "correlation_length": "surface",
-    "peklenik_number": "surface",
-    "boundary_film": "surface",
+    **dict.fromkeys(MOTION, "contact"),
+    **dict.fromkeys(("temperature_oil", "viscosity_inlet", "pressure_viscosity", "eyring_stress"), "lubricant"),
+    **dict.fromkeys(
+        ("roughness_rms_1", "roughness_rms_2", "correlation_length", "peklenik_number", "boundary_film"), "surface"
+    ),
     "boundary_friction": "surface",
 }
 

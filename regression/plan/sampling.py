@@ -160,20 +160,6 @@ class PointBlock:
     number: IntArray  # of each point in its sequence, including rejected points; it determines the roughness seed
 
 
-def sobol_unit(dimension: int, size: int, seed: int) -> FloatArray:
-    """Scrambled Sobol points in the unit cube, shape (size, dimension); `size` is a power of two.
-
-    The same seed gives the same points; a longer sequence with the same seed begins with the shorter one.
-    """
-    engine = qmc.Sobol(dimension, scramble=True, rng=np.random.default_rng(seed))
-    return np.asarray(engine.random(size))
-
-
-def latin_unit(dimension: int, size: int, seed: int) -> FloatArray:
-    """A Latin hypercube in the unit cube, shape (size, dimension): one point per row of each axis."""
-    return np.asarray(qmc.LatinHypercube(dimension, rng=np.random.default_rng(seed)).random(size))
-
-
 def corner_unit(dimension: int, count: int | None = None, seed: int = 0) -> FloatArray:
     """The 2^dimension corners of the unit cube, or `count` of them drawn at random."""
     if count is None or count >= 2**dimension:
@@ -227,21 +213,19 @@ class BoxSampler:
                 unit.append((value - low) / (high - low))
         return np.column_stack(unit)
 
-    def inside(self, size: int, accept: Accept | None, first: int = 0) -> PointBlock:
+    def inside(self, size: int, accept: Accept | None) -> PointBlock:
         """`size` points that satisfy the constraints.
 
-        A Sobol sequence starts at its point `first` and continues until there are enough points. A Latin hypercube
-        cannot be continued, so that rejected points are lost.
+        A Sobol sequence continues until there are enough points. A Latin hypercube cannot be continued, so that
+        rejected points are lost.
 
         Raises `InputError`: the constraints accept less than 1/64 of the points.
         """
-        dimension = len(self.ranges)
+        dimension, random = len(self.ranges), np.random.default_rng(self.seed)
         if self.method == "latin_hypercube":
-            columns = self.columns(latin_unit(dimension, size, self.seed))
+            columns = self.columns(np.asarray(qmc.LatinHypercube(dimension, rng=random).random(size)))
             return filtered("latin", columns, np.arange(size), accept)
-        engine = qmc.Sobol(dimension, scramble=True, rng=np.random.default_rng(self.seed))
-        if first:
-            engine.fast_forward(first)
+        engine = qmc.Sobol(dimension, scramble=True, rng=random)
         chunk = 1 << (size - 1).bit_length() if size > 1 else 1
         parts: list[PointBlock] = []
         found, drawn = 0, 0
@@ -249,7 +233,7 @@ class BoxSampler:
             if drawn >= MAX_DRAWN * max(size, 64):
                 hint = "Widen the windows, or narrow the ranges."
                 raise InputError("constraints", f"{found} of {drawn} points inside", "windows that accept 1/64", hint)
-            number = np.arange(first + drawn, first + drawn + chunk)
+            number = np.arange(drawn, drawn + chunk)
             # chunks of a power of two keep the balance of the sequence
             part = filtered("sobol", self.columns(np.asarray(engine.random(chunk))), number, accept)
             parts.append(part)

@@ -24,11 +24,11 @@ import numpy as np
 
 from ehl import SOLVER
 from ehl.common.arrays import IntArray
+from ehl.common.data import counted_reasons
 from ehl.common.errors import InputError
 from ehl.common.files import make_folder
 from ehl.common.journal import Journal
 from ehl.common.progress import ProgressCallback, duration, progress_to, report_progress
-from ehl.common.reasons import reason_text
 from ehl.common.runner import Executor, TaskRun, checked_jobs, local_executor
 from ehl.fluid.oil import Oil
 from regression.data.result_files import JOURNAL, SAME_RUN, TEXT_WIDTHS, CaseStatus, case_status, cases_of_other_files
@@ -127,14 +127,10 @@ class SweepReport:
         if self.restarts:
             lines.append(f"workers crashed and were replaced {self.restarts} times")
         if self.reasons_unsettled:
-            lines.append(f"with an error above the tolerance: {_listed(self.reasons_unsettled)}")
+            lines.append(f"with an error above the tolerance: {counted_reasons(self.reasons_unsettled)}")
         if self.reasons_failed:
-            lines.append(f"without a result: {_listed(self.reasons_failed)}")
+            lines.append(f"without a result: {counted_reasons(self.reasons_failed)}")
         return "\n".join(lines)
-
-
-def _listed(reasons: Mapping[str, int]) -> str:
-    return ", ".join(f"{count} {reason_text(reason)}" for reason, count in sorted(reasons.items()))
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ehl import __version__
+from ehl.common.data import counted_reasons
 from ehl.common.errors import InputError
 from ehl.common.notes import GRADES, Note
 from ehl.common.progress import duration
@@ -46,7 +47,6 @@ from regression.view.tables import (
     family_table,
     interval_table,
     not_fitted,
-    reason_text,
     region_text,
     value_text,
 )
@@ -139,7 +139,7 @@ def _remarks(formula: FittedFormula, dataset: Dataset | None) -> list[Item]:
         f"{100.0 * formula.noise_floor:.2g} %, condition number {formula.condition_number:.3g}"
     )
     if data.excluded:
-        said.append(f"excluded: {reason_text(data.excluded)}")
+        said.append(f"excluded: {counted_reasons(data.excluded)}")
     collinear = [f"{term} {value:.0f}" for term, value in formula.variance_inflation.items() if value > 10.0]
     if collinear:
         said.append(f"collinear terms (variance inflation above 10): {', '.join(collinear)}")

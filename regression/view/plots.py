@@ -367,10 +367,10 @@ def _varies(values: Array) -> bool:
     return finite.size > 1 and float(np.ptp(finite)) > 1e-6 * float(np.abs(finite).max())
 
 
-def _running(x: Array, y: Array, count: int = 12) -> tuple[Array, Array, Array, Array]:
+def _running(x: Array, y: Array) -> tuple[Array, Array, Array, Array]:
     """Centre, 5 %, 50 % and 95 % quantiles of y in slices of x with equal numbers of points."""
     order = np.argsort(x)
-    slices = [part for part in np.array_split(order, min(count, max(1, len(x) // 10))) if part.size]
+    slices = [part for part in np.array_split(order, min(12, max(1, len(x) // 10))) if part.size]
     centre = np.array([np.median(x[part]) for part in slices])
     quantiles = np.array([np.quantile(y[part], (0.05, 0.5, 0.95)) for part in slices])
     return centre, quantiles[:, 0], quantiles[:, 1], quantiles[:, 2]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from ehl.common.quantities import Quantity, quantities
@@ -14,11 +14,6 @@ if TYPE_CHECKING:
     from regression.friction.fitted import FittedFormula
 
 _ERRORS = ("mape", "p95", "largest", "bias")
-
-
-def reason_text(reasons: Mapping[str, int]) -> str:
-    """Counts of reasons in one line."""
-    return ", ".join(f"{count} {reason}" for reason, count in sorted(reasons.items()))
 
 
 def family_table(formulas: Sequence[FittedFormula], tried: Iterable[str] = ()) -> Table:

@@ -15,7 +15,7 @@ import efficiency.cli
 import ehl
 from ehl.common import console
 from ehl.common.console import ADVANCED
-from ehl.common.reasons import reason_text
+from ehl.common.data import reason_text
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "docs" / "examples"

@@ -24,7 +24,7 @@ from efficiency.machine_settings.settings_result import RESIDUAL_LIMIT
 from efficiency.optimisation.problem import BOX
 from ehl.fluid.oil import Oil
 from regression.plan.plan import Plan
-from regression.sweeping.slurm import DEFAULT_JOBS, DEFAULT_TIME, job_script
+from regression.sweeping.slurm import DEFAULT_JOBS, DEFAULT_TIME, slurm_script
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", ROOT / "docs" / "index.md", *sorted((ROOT / "docs" / "tutorials").glob("*.md"))]
@@ -63,7 +63,7 @@ def cluster() -> list[float]:
     """Jobs and tasks of the script of the tutorial."""
     words = shlex.split(code("sh", CLUSTER).splitlines()[-1])
     given = {name: value for name, value in pairwise(words) if name.startswith("--")}
-    script = job_script("plan.toml", "run", int(given["--slurm"]), merge=given["--merge"], fit=given["--fit"])
+    script = slurm_script("demo", "run", int(given["--slurm"]), merge=given["--merge"], fit=given["--fit"])
     found = re.search(r"--array=1-(\d+)", script)
     assert found is not None
     return [script.count("$(sbatch"), float(found[1])]

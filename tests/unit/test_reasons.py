@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from ehl.common.data import _sentences, reason_text
 from ehl.common.errors import ConvergenceError
-from ehl.common.reasons import _sentences, reason_text
 
 ROOT = Path(__file__).resolve().parents[2]
 RAISED = {"ConvergenceError", "NewtonFailure"}

@@ -16,9 +16,9 @@ from efficiency.loss.efficiency import load_grids
 from efficiency.mesh import Mesh
 from efficiency.output.tables import map_table
 from efficiency.pair import GearPair
+from ehl.common.data import reason_text
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.progress import Progress
-from ehl.common.reasons import reason_text
 from regression.formula import friction_model
 
 DESIGN = load_design("fm_spiral_bevel_14x39")

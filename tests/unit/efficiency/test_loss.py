@@ -25,10 +25,9 @@ from efficiency.output.plots_comparison import plot_comparison
 from efficiency.output.plots_load import plot_friction_and_loss, plot_load_sharing, plot_transmission_error
 from efficiency.output.plots_map import plot_map
 from efficiency.pair import GearPair
-from ehl.common.data import data_path
+from ehl.common.data import data_path, reason_text
 from ehl.common.errors import InputError
 from ehl.common.progress import Progress
-from ehl.common.reasons import reason_text
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from ehl.uncertainty.spread import UncertaintyInput

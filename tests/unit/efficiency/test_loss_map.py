@@ -19,8 +19,8 @@ from efficiency.pair import GearPair
 from efficiency.vehicle.axle_test import AxleTest, axle_test_points, power_loss_40cfr1037, solve_axle_test
 from efficiency.vehicle.loss_map import LossMap, SimpleAxleLosses, read_axle_losses
 from efficiency.vehicle.map_files import FORMATS, VECTO_HEAD, lossy_gear
+from ehl.common.data import reason_text
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.reasons import reason_text
 from regression.data.dataset import load_dataset
 
 DESIGN, GRID = "fm_spiral_bevel_14x39", (4, 9)

@@ -22,8 +22,8 @@ from efficiency.mesh import Mesh
 from efficiency.output.tables import efficiency_table, result_table
 from efficiency.pair import GearPair
 from efficiency.studies.parameter_study import Levels, run_study
+from ehl.common.data import reason_text
 from ehl.common.errors import InputError
-from ehl.common.reasons import reason_text
 from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from ehl.inputs import ContactProblem

@@ -30,9 +30,9 @@ from efficiency.studies.report import (
     study_figures,
     study_tables,
 )
+from ehl.common.data import reason_text
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.figures import figure_of
-from ehl.common.reasons import reason_text
 
 MODEL = "xu_kahraman_2007"
 GRID = {"grid": (4, 7)}

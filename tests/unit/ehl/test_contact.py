@@ -10,7 +10,7 @@ from pages import read_page
 from refusals import refuses
 
 import ehl
-from ehl.common.reasons import reason_text
+from ehl.common.data import reason_text
 from ehl.contact import KEYWORDS, ContactKeywords
 from ehl.uncertainty.result import Change, InputUncertainty
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from small_plans import GEAR_VARIABLES
 
-from ehl.common.reasons import reason_text
+from ehl.common.data import reason_text
 from regression.data.dataset import load_dataset
 from regression.sweeping import run as sweep_module
 from regression.sweeping.evaluators import published_outputs

@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from pages import read_page
 from small_plans import gear_plan
 
+from ehl.common.data import reason_text
 from ehl.common.errors import InputError
 from ehl.common.pages import write_page
-from ehl.common.reasons import reason_text
 from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
 from regression.data.dataset import Dataset, load_dataset

@@ -13,8 +13,9 @@ from ehl.common.data import data_names
 from ehl.common.errors import InputError
 from ehl.common.validation import validate
 from regression.friction.conditions import LUBRICANT_UNITS
+from regression.plan.axes import PlanAxis
 from regression.plan.plan import Plan
-from regression.plan.sampling import corner_unit, sobol_unit, to_range
+from regression.plan.sampling import BoxSampler, corner_unit, to_range
 
 BASE: dict[str, Any] = {
     "name": "test",
@@ -159,9 +160,13 @@ def test_unreadable_plans(tmp_path: Path) -> None:
 
 
 def test_sobol_is_reproducible_nested_and_even() -> None:
-    small, large = sobol_unit(4, 16, 7), sobol_unit(4, 64, 7)
+    def unit(size: int, seed: int) -> np.ndarray:
+        axes = {name: PlanAxis(values=(0.0, 1.0), scale="linear", sampled=True) for name in ("load", "speed", "heat")}
+        return np.column_stack([*BoxSampler(axes, "sobol", seed).inside(size, None).columns.values()])
+
+    small, large = unit(16, 7), unit(64, 7)
     np.testing.assert_array_equal(small, large[:16])
-    assert not np.array_equal(small, sobol_unit(4, 16, 8))
+    assert not np.array_equal(small, unit(16, 8))
     # a (t, m, s)-net: each half of each axis holds exactly half of the points
     np.testing.assert_array_equal((large < 0.5).sum(axis=0), 32)
 
