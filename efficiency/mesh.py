@@ -533,7 +533,7 @@ class LoadedMesh:
 
     def __repr__(self) -> str:
         load = self.grids.fine
-        pressure = f"{load.pressure_max / 1e9:.4g} GPa" if not load.reason else f"failed, {load.reason}"
+        pressure = f"{load.pressure_hertz_max / 1e9:.4g} GPa" if not load.reason else f"failed, {load.reason}"
         return f"LoadedMesh({self.mesh.design.name}, {self.mesh.side}, {self.torque:.6g} N m: {pressure})"
 
 

@@ -63,7 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             result = efficiency.load(PAIR).at("75w90")
             result.report(page)
             screenshot(page, given.out / "report_gear.png")
-        shown = ("efficiency", "efficiency_error", "power_loss", "friction_coefficient_mean", "pressure_max")
+        shown = ("efficiency", "efficiency_error", "power_loss", "friction_coefficient_mean", "pressure_hertz_max")
         mark(given.out / "report_gear.png", {name: getattr(result, name) for name in shown})
     else:
         folder = OUT / "optimise"

@@ -107,7 +107,7 @@ def gear_states(model: str, points: int, jobs: int | None) -> Iterator[State]:
         ratio = float(np.median(result.lubrication.film_ratio))
         reference = schlenk_feup(pair, oil, torque, omega, CELSIUS)
         yield State("mean mesh friction", name, oil, torque, omega, reference, sd, found, low, high,
-                    result.pressure_max, ratio)  # fmt: skip
+                    result.pressure_hertz_max, ratio)  # fmt: skip
 
 
 def bearing_states() -> Iterator[State]:

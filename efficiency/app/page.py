@@ -274,8 +274,8 @@ class Page:
             ""
             if found.status == "failed"
             else f"{found.power_loss:.4g} W of {found.power_input / 1e3:.4g} kW lost, mean friction coefficient "
-            f"{found.friction_coefficient_mean:.4f}, largest pressure {found.pressure_max / 1e9:.3g} GPa, by "
-            f"{model_label(answer.friction)}; in brackets: 90 % interval from oil, surfaces and formula; numerical "
+            f"{found.friction_coefficient_mean:.4f}, maximum Hertz pressure {found.pressure_hertz_max / 1e9:.3g} GPa, "
+            f"by {model_label(answer.friction)}; in brackets: 90 % interval from oil, surfaces and formula; numerical "
             f"error {100.0 * found.efficiency_error:.1g} percentage points"
         )
 

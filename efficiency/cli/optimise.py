@@ -28,15 +28,15 @@ def optimise(
     objective: Annotated[
         list[str] | None,
         advanced(
-            help="Figure to minimise, the most important first; default: power_loss, pressure_max, "
+            help="Figure to minimise, the most important first; default: power_loss, pressure_hertz_max, "
             "transmission_error_loaded."
         ),
     ] = None,
     limit: Annotated[
         list[str] | None,
         advanced(
-            help="Quantity that may not exceed that of the start, or a value: 'pressure_max=1.4 GPa'; 'none' for none. "
-            "Default: pressure, transmission error, edge load, root stresses, not above those of the start."
+            help="Quantity that may not exceed that of the start, or a value: 'pressure_hertz_max=1.4 GPa'; 'none' for "
+            "none. Default: pressure, transmission error, edge load, root stresses, not above those of the start."
         ),
     ] = None,
     duty: Annotated[

@@ -45,7 +45,7 @@ SAFETY = 3.0
 WORST = 2e-3
 _SMOOTH = ("power_loss", "power_loss_rolling")
 # piecewise linear figures; figures of edges, which begin to carry at some torque, are not interpolated
-_LINEAR = ("pressure_max", "outside_range_share", "transmission_error_loaded")
+_LINEAR = ("pressure_hertz_max", "outside_range_share", "transmission_error_loaded")
 
 
 def solve_map(

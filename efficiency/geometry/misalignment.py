@@ -31,7 +31,14 @@ if TYPE_CHECKING:
 
 AXES = ("E", "P", "G", "shaft_angle_error")
 # columns of a state under load
-LOADED = ("transmission_error_loaded", "pressure_max", "edge_load_share", "load_centre_u", "power_loss", "efficiency")
+LOADED = (
+    "transmission_error_loaded",
+    "pressure_hertz_max",
+    "edge_load_share",
+    "load_centre_u",
+    "power_loss",
+    "efficiency",
+)
 # names of the columns of files and JSON, where they differ from those of `MisalignmentPoint`
 _COLUMNS = {"error_maximum_u": "crest_u", "error_maximum_depth": "crest_depth", "undercut": "absent"}
 
@@ -61,7 +68,7 @@ class MisalignmentPoint:
     edges: str = ""  # edges in contact without load, separated by commas
     pattern_edges: str = ""  # edges that the pattern reaches
     transmission_error_loaded: float = np.nan  # peak to peak at the torque [rad]
-    pressure_max: float = np.nan  # largest pressure, edges left out [Pa]
+    pressure_hertz_max: float = np.nan  # maximum Hertz pressure of the flanks [Pa]
     edge_load_share: float = np.nan  # share of the torque where the contact reaches an edge
     # where the force acts in the mean, along the gear face from its middle to the heel [m]
     load_centre_u: float = np.nan

@@ -153,7 +153,7 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
         power_input=power_input,
         power_output=power_input - power_loss,
         friction_coefficient_mean=power_loss / sliding_power if sliding_power > 0.0 else math.nan,
-        pressure_max=loaded.fine.pressure_max,
+        pressure_hertz_max=loaded.fine.pressure_hertz_max,
         edges=EdgeContact(
             edges.pressure,
             edges.pressure_lower,

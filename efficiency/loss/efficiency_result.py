@@ -214,7 +214,7 @@ class EfficiencyResult(Reportable):
         Power of the driving and of the driven member, which differ by `power_loss` [W].
     friction_coefficient_mean : float
         Mean weighted with the sliding power density: ``power_loss/sum(F |v_s|)`` [-]; nan without sliding.
-    pressure_max : float
+    pressure_hertz_max : float
         Maximum Hertz pressure of the flanks in the cycle [Pa].
     edges : EdgeContact
         Contact at the tooth edges.
@@ -274,7 +274,7 @@ class EfficiencyResult(Reportable):
     power_input: float
     power_output: float
     friction_coefficient_mean: float
-    pressure_max: float
+    pressure_hertz_max: float
     edges: EdgeContact
     cycle: MeshCycle
     outside_range_share: float
@@ -425,7 +425,7 @@ class EfficiencyResult(Reportable):
 
     def _repr_html_(self) -> str:
         names = ("efficiency", "efficiency_lower", "efficiency_upper", "efficiency_error", "power_loss")
-        more = ("friction_coefficient_mean", "pressure_max", "outside_range_share", "status", "reason")
+        more = ("friction_coefficient_mean", "pressure_hertz_max", "outside_range_share", "status", "reason")
         frame = self.to_frame()[[*names, *more]].T
         return str(frame.to_html(header=False)) + "".join(f"<p>{escape(note)}</p>" for note in self.notes)
 

@@ -272,7 +272,7 @@ class LoadDistribution:
         return tuple(p.position for p in self.positions)
 
     @property
-    def pressure_max(self) -> float:
+    def pressure_hertz_max(self) -> float:
         """Maximum Hertz pressure of the cycle [Pa]."""
         return max(float(p.pressure_hertz.max()) for p in self.positions)
 

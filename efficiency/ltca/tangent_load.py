@@ -193,7 +193,7 @@ class TangentLoad(LoadDistribution):
         return self.loads.positions
 
     @property
-    def pressure_max(self) -> float:
+    def pressure_hertz_max(self) -> float:
         """Maximum Hertz pressure of the cycle [Pa]."""
         return float(self.loaded["pressure_hertz"].max())
 

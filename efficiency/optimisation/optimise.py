@@ -354,7 +354,7 @@ def _search_states(problem: search_problem.SearchProblem, each: Sequence[Evaluat
     states = problem.states
     if len(states) <= _MAX_STATES:
         return states
-    name = "pressure_max" if "pressure_max" in problem.figures else "power_loss"
+    name = "pressure_hertz_max" if "pressure_hertz_max" in problem.figures else "power_loss"
     order = sorted(range(1, len(states)), key=lambda k: each[k].figures[name])
     return states[0], states[order[-1]], states[order[0]]
 

@@ -236,7 +236,7 @@ def _headline(result: EfficiencyResult, of_design: Sequence[str], grid: Grid | N
             f"rolling loss, not included in the efficiency; with it {with_rolling} %",
         ),
         (f"{result.friction_coefficient_mean:.4f}", "mean friction coefficient"),
-        (f"{result.pressure_max / 1e9:.2f} GPa", "maximum Hertz pressure"),
+        (f"{result.pressure_hertz_max / 1e9:.2f} GPa", "maximum Hertz pressure"),
     ]
     if np.isfinite(film).any():
         tiles.append((f"{np.nanmin(film):.2g}", "minimum film ratio"))

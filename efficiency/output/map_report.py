@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 _MAIN = (
-    *("efficiency", "efficiency_error", "power_loss", "friction_coefficient_mean", "pressure_max"),
+    *("efficiency", "efficiency_error", "power_loss", "friction_coefficient_mean", "pressure_hertz_max"),
     *("outside_range_share", "status", "reason"),
 )
 

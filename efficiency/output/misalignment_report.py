@@ -48,7 +48,7 @@ def misalignment_table(study: MisalignmentStudy) -> Table:
 def _loaded_table(study: MisalignmentStudy, torque: float) -> Table:
     names = study.varied
     fields = (
-        *("transmission_error_loaded", "pressure_max", "edge_load_share"),
+        *("transmission_error_loaded", "pressure_hertz_max", "edge_load_share"),
         *("load_centre_u", "power_loss", "efficiency"),
     )
     return Table(

@@ -96,7 +96,7 @@ def _lines(row: Sequence[Axes], values: FloatArray, points: list[MisalignmentPoi
 def loaded_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
     """One row per varied misalignment: transmission error, pressure, edge load and efficiency at the torque."""
     names = studies[0].varied or ["E"]
-    fields = ("transmission_error_loaded", "pressure_max", "edge_load_share", "efficiency")
+    fields = ("transmission_error_loaded", "pressure_hertz_max", "edge_load_share", "efficiency")
     figure = new_figure(13.0, 0.9 + 2.7 * len(names))
     grid = np.atleast_2d(figure.subplots(len(names), len(fields), squeeze=False))
     for row, name in zip(grid, names, strict=True):

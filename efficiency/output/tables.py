@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _SUMMARY = (
     *("efficiency", "efficiency_error", "efficiency_lower", "efficiency_upper", "efficiency_with_rolling"),
     *("power_loss", "power_loss_rolling", "power_input", "friction_coefficient_mean", "outside_range_share"),
-    *("temperature_bulk_pinion", "pressure_max", "transmission_error_loaded", "transmission_error_unloaded"),
+    *("temperature_bulk_pinion", "pressure_hertz_max", "transmission_error_loaded", "transmission_error_unloaded"),
     "torque_residual",
 )
 _EDGE = ("pressure_edge", "pressure_edge_lower", "pressure_edge_upper", "edge_load_share", "edge_loss_share")
@@ -169,7 +169,7 @@ def position_table(result: EfficiencyResult) -> Table:
         "pinion_angle": result.cycle.pinion_angle,
         "force": [float(load.force.sum()) for load in loads],
         "pairs loaded": [sum(part > 0.0 for part in share.values()) for share in shares],
-        "pressure_max": [float(load.pressure_hertz.max()) for load in loads],
+        "pressure_hertz_max": [float(load.pressure_hertz.max()) for load in loads],
         "transmission_error_loaded": result.cycle.transmission_error,
         "friction_coefficient_mean": np.divide(lost, work, out=np.full(count, np.nan), where=work > 0.0),
         "power_loss": result.cycle.power_loss,

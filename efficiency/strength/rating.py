@@ -295,14 +295,14 @@ def _flank_grades(flank: float, endurance: float, first: float, shakes: float, w
     value = f"{flank / 1e9:.3g} GPa"
     remedy = "less torque, a larger pattern (less crowning), larger teeth"
     if flank > shakes:
-        text = f"flank pressure {value} above shakedown, {shakes / 1e9:.3g} GPa: cyclic plasticity"
+        text = f"pressure of {value} away from edges is above shakedown, {shakes / 1e9:.3g} GPa: cyclic plasticity"
         found.append(Grade("shakedown", "warning", f"{text}; {where}; {remedy}"))
     elif flank > first:
-        text = f"flank pressure {value} above first yield below the surface, {first / 1e9:.3g} GPa"
+        text = f"pressure of {value} away from edges is above first yield below the surface, {first / 1e9:.3g} GPa"
         found.append(Grade("yield", "warning", f"{text}; {where}; {remedy}"))
     if flank > endurance:
-        text = f"flank pressure {value} above the contact endurance, {endurance / 1e9:.3g} GPa: pitting is expected"
-        found.append(Grade("contact endurance", "warning", f"{text}; {where}; {remedy}"))
+        text = f"pressure of {value} away from edges is above the contact endurance, {endurance / 1e9:.3g} GPa"
+        found.append(Grade("contact endurance", "warning", f"{text}: pitting is expected; {where}; {remedy}"))
     return found
 
 

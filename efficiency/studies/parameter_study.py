@@ -146,7 +146,7 @@ class StudyPoint:
     power_input: float = math.nan
     friction_coefficient_mean: float = math.nan
     film_ratio: float = math.nan  # mean, weighted with the sliding power [-]
-    pressure_max: float = math.nan
+    pressure_hertz_max: float = math.nan
     temperature_flash: float = math.nan  # maximum surface temperature of the cycle [K]
     transmission_error_loaded: float = math.nan
     transmission_error_unloaded: float = math.nan

@@ -158,7 +158,9 @@ def misalignment_figure(study: Study) -> Figure:
             points = study.section(design, name)
             colour, marker, label = _colour(number), _MARKERS[number % 8], _design_text(study, design)
             _line(panels[0, column], points, name, colour=colour, marker=marker, label=label)
-            _line(panels[1, column], points, name, colour=colour, marker=marker, label=label, value="pressure_max")
+            _line(
+                panels[1, column], points, name, colour=colour, marker=marker, label=label, value="pressure_hertz_max"
+            )
         panels[1, column].set_xlabel(level_quantity(name).axis_label.replace(" [", "\n["))
         for row in panels:
             row[column].axvline(0.0, color=GREY, lw=0.7)
@@ -253,7 +255,7 @@ _FAILED_SHOWN = 40
 _OUTCOME = ("status", "reason")
 _SECTION = (
     *("efficiency", "efficiency_lower", "efficiency_upper", "power_loss", "friction_coefficient_mean"),
-    *("film_ratio", "pressure_max", *_OUTCOME),
+    *("film_ratio", "pressure_hertz_max", *_OUTCOME),
 )
 
 

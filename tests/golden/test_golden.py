@@ -28,8 +28,8 @@ def contact_figures(name: str) -> dict[str, float]:
 
 def gear_figures(friction: str) -> dict[str, float]:
     result = efficiency.load("fm_spiral_bevel_14x39").at(friction, torque=250.0).to_dict()
-    keep = ("efficiency", "power_loss", "pressure_max", "transmission_error_loaded", "transmission_error_unloaded")
-    return {key: result[key] for key in keep}
+    found = {key: result[key] for key in ("efficiency", "power_loss", "pressure_hertz_max")}
+    return found | {key: result["cycle"][key] for key in ("transmission_error_loaded", "transmission_error_unloaded")}
 
 
 def formula_figures(name: str) -> dict[str, float]:

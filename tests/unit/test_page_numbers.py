@@ -101,8 +101,8 @@ Values = Callable[[], list[float]] | str
 EVERYWHERE: dict[str, Values] = {
     r"\d+ % interval": level,
     r"Python 3\.\d+": python,
-    r"(?:demo. computes|compiling:) \d+ contacts": demo,
-    r"in about \w+ minutes, \w+ a minute": TIME,
+    r"\d+ contacts, (?:formulas fitted|fits formulas)": demo,
+    r"(?:about|up to) \w+ minutes?": TIME,
     r"\w+ lines of Python": lines,
     r"half an hour|[Hh]alf a minute": TIME,
     r"14x39|BSD-3|ISO 23509|Kahraman \(2010\)": NAME,

@@ -55,7 +55,7 @@ def test_round_trip(lines: list[str], loaded: LoadedGrids, geared: Mesh, tmp_pat
     own, again = (mesh_efficiency(mesh, ConstantFriction(0.05), OIL, OPERATION) for mesh in (loaded, foreign))
     assert foreign.fine.torque_residual < 1e-12
     assert again.efficiency == pytest.approx(own.efficiency, rel=1e-12)
-    assert again.pressure_max == pytest.approx(own.pressure_max, rel=1e-9)
+    assert again.pressure_hertz_max == pytest.approx(own.pressure_hertz_max, rel=1e-9)
     for p, q in zip(loaded.fine.positions, foreign.fine.positions, strict=True):
         assert q.share.keys() == {pair for pair, share in p.share.items() if share > 0.0}
         assert q.force.sum() == pytest.approx(p.force.sum(), rel=1e-13)
@@ -84,7 +84,7 @@ def test_a_saved_load_gives_the_loss_of_the_run(spreadsheet: bool, geared: Mesh,
             own.conditions.temperature_bulk_pinion, abs=1e-6
         )
         assert again.power_loss == pytest.approx(own.power_loss, rel=1e-9)
-        assert again.pressure_max == pytest.approx(own.pressure_max, rel=1e-9)
+        assert again.pressure_hertz_max == pytest.approx(own.pressure_hertz_max, rel=1e-9)
 
 
 def test_other_units_and_load_per_length(lines: list[str], loaded: LoadedGrids, geared: Mesh, tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ def _figures(pair: GearPair, **misalignment: Any) -> list[float]:
     loaded = pair.mesh("drive", 4, 9, **misalignment).load(300.0)
     result = loaded.efficiency("xu_kahraman_2007")
     roots = [] if misalignment else [result.strength.root_stress_pinion, result.strength.root_stress_gear]
-    return [result.efficiency, result.pressure_max, *roots]
+    return [result.efficiency, result.pressure_hertz_max, *roots]
 
 
 def test_a_later_pair_has_the_same_bits_and_computes_no_body(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -128,7 +128,7 @@ def test_pressure_above_the_hardness_fails_and_says_where(mesh: MeshGrids) -> No
     assert (result.status, result.reason) == ("failed", "pressure_above_hardness")
     assert math.isnan(result.efficiency)
     assert math.isnan(result.power_loss)
-    assert result.pressure_max == pressure.max()
+    assert result.pressure_hertz_max == pressure.max()
     assert f"above the 1.2 GPa hardness of the softer member at {above} of {pressure.size} loaded" in result.notes[0]
     assert f"up to {pressure.max() / 1e9:.4g} GPa" in result.notes[0]
     assert "mm from the toe" in result.notes[0]
@@ -141,13 +141,13 @@ def test_pressure_above_the_hardness_fails_and_says_where(mesh: MeshGrids) -> No
 
 def test_load_at_the_edges_is_told(loaded: LoadedGrids) -> None:
     peak = pressure_peak(loaded.fine, loaded.mesh.teeth)
-    assert peak.pressure == loaded.fine.pressure_max
+    assert peak.pressure == loaded.fine.pressure_hertz_max
     (note,) = limit_notes(loaded.fine, loaded.mesh.teeth, loaded.mesh.unloaded_error)
     assert "gear tip" in note
     assert "before and after the path of the smooth flanks" in note
     result = mesh_efficiency(loaded, ConstantFriction(0.05), OIL, OPERATION)
     assert 0.0 < result.edges.load_share < result.edges.loss_share < 0.5
-    assert result.pressure_max < result.edges.pressure_lower < result.edges.pressure < result.edges.pressure_upper
+    assert result.pressure_hertz_max < result.edges.pressure_lower < result.edges.pressure < result.edges.pressure_upper
 
 
 def with_offset(offset: float) -> Design:

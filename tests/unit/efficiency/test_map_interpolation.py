@@ -42,7 +42,7 @@ def test_interpolated_points_agree_with_solved_ones(maps: tuple[Any, Any]) -> No
     for name, tolerance in (
         ("friction_coefficient_mean", 1e-2),  # few points a line: the load itself is uneven over the torque
         ("power_loss_rolling", 1e-1),
-        ("pressure_max", 3e-2),
+        ("pressure_hertz_max", 3e-2),
         ("efficiency_with_rolling", 1e-4),
         ("power_input", 1e-12),
         ("power_output", 1e-3),

@@ -44,9 +44,9 @@ from ehl.common.validation import validate
 
 PAIR = "fh_spiral_bevel_12x37"
 BOUNDS = {"lengthwise_crowning": "30:90 um", "profile_crowning": (8e-6, 24e-6)}
-LIMITS = {"pressure_max": "1.9 GPa", "edge_load_share": "start"}
+LIMITS = {"pressure_hertz_max": "1.9 GPa", "edge_load_share": "start"}
 RUN: dict[str, Any] = {
-    "objectives": ["power_loss", "pressure_max"],
+    "objectives": ["power_loss", "pressure_hertz_max"],
     "limits": LIMITS,
     "misalignment": {},
     "friction": "constant:0.05",
@@ -91,7 +91,7 @@ def values(result: Optimisation) -> list[str]:
 def test_front_is_within_the_limits_and_nothing_beats_it(found: Optimisation) -> None:
     assert len(found.evaluations) == 7
     assert found.start.variables == {"lengthwise_crowning": 40e-6, "profile_crowning": 12e-6}
-    assert found.allowed["pressure_max"] == 1.9e9
+    assert found.allowed["pressure_hertz_max"] == 1.9e9
     assert found.allowed["edge_load_share"] == max(found.start.figures["edge_load_share"], 1e-3)
     names = found.problem.objectives
     figures = np.array([[e.figures[n] for n in names] for e in found.evaluations if e.feasible(found.allowed)])
@@ -112,7 +112,7 @@ def test_a_point_is_what_its_parts_give(found: Optimisation, start: SettingsInpu
     )
     result = pair.at("constant:0.05", SMALL, many=True, oil="75w90", driver="pinion")
     assert point.figures["power_loss"] == pytest.approx(result.power_loss, rel=1e-12)
-    assert point.figures["pressure_max"] == pytest.approx(result.pressure_max, rel=1e-12)
+    assert point.figures["pressure_hertz_max"] == pytest.approx(result.pressure_hertz_max, rel=1e-12)
 
 
 def test_a_killed_search_ends_with_the_same_front(found: Optimisation, folder: Path, tmp_path: Path) -> None:
@@ -150,15 +150,15 @@ def test_points_are_known_by_what_formula_and_oil_hold(
 
 def test_what_the_search_tells_wrong_is_corrected_near_checked_points(found: Optimisation) -> None:
     first, second = found.evaluations[1:3]
-    allowed = {"pressure_max": 1.2e9, "edge_load_share": 1e-3}
-    limited = {"pressure_max": 1.3e9, "edge_load_share": 1e-3}
+    allowed = {"pressure_hertz_max": 1.2e9, "edge_load_share": 1e-3}
+    limited = {"pressure_hertz_max": 1.3e9, "edge_load_share": 1e-3}
     clean = Correction(found.problem, allowed)
     assert clean(first) is first
 
     def exact(point: Evaluation, ratio: float) -> Evaluation:
-        pressure = ratio * point.figures["pressure_max"] * 1.3 / 1.2
+        pressure = ratio * point.figures["pressure_hertz_max"] * 1.3 / 1.2
         return replace(
-            point, figures={"pressure_max": pressure, "edge_load_share": 2.0 * point.figures["edge_load_share"]}
+            point, figures={"pressure_hertz_max": pressure, "edge_load_share": 2.0 * point.figures["edge_load_share"]}
         )
 
     for ratio, expected in ((1.04, 1.04), (0.96, 0.96), (1.5, 1.1), (0.5, 0.9), (np.nan, 1.0)):
@@ -166,17 +166,20 @@ def test_what_the_search_tells_wrong_is_corrected_near_checked_points(found: Opt
         # by one point everywhere the same
         for point in (first, second):
             told = corrected(point).figures
-            assert told["pressure_max"] == pytest.approx(expected * point.figures["pressure_max"])
+            assert told["pressure_hertz_max"] == pytest.approx(expected * point.figures["pressure_hertz_max"])
             assert told["power_loss"] == point.figures["power_loss"]
             assert told["edge_load_share"] == point.figures["edge_load_share"]
     both = clean.learnt(first, exact(first, 1.04), limited).learnt(second, exact(second, 1.0), limited)
     places = found.problem.places_of([first.variables, second.variables])
     middle = replace(first, variables=found.problem.values_at(places.mean(axis=0)))
-    told = [both(point).figures["pressure_max"] / point.figures["pressure_max"] for point in (first, middle, second)]
+    told = [
+        both(point).figures["pressure_hertz_max"] / point.figures["pressure_hertz_max"]
+        for point in (first, middle, second)
+    ]
     assert told == pytest.approx([1.04, math.sqrt(1.04), 1.0], rel=1e-6)
     assert "maximum pressure 4.0 %" in both.notes[0]
     # less room is left below limits once errors are known
-    assert clean.limits["pressure_max"] < both.limits["pressure_max"] < allowed["pressure_max"]
+    assert clean.limits["pressure_hertz_max"] < both.limits["pressure_hertz_max"] < allowed["pressure_hertz_max"]
     failed = replace(first, figures={}, reason="no_contact: for the test")
     assert both(failed) is failed
     assert not clean.learnt(first, exact(first, 1.0), limited).notes
@@ -259,7 +262,7 @@ def test_figures_before_and_after_share_their_scales(found: Optimisation) -> Non
 def test_a_gain_inside_its_interval_is_called_so(found: Optimisation) -> None:
     def exact(loss: float, low: float, high: float) -> Evaluation:
         losses = {"aligned": (loss, 0.1), "interval": (low, high), "viscosity": (low, high)}
-        return Evaluation("k", {}, {"power_loss": loss, "pressure_max": 1e9}, losses=losses)
+        return Evaluation("k", {}, {"power_loss": loss, "pressure_hertz_max": 1e9}, losses=losses)
 
     # one input moves both losses alike, but the second less
     sure = Candidate("a", found.start, exact(90.0, 81.0, 99.0), exact(100.0, 90.0, 110.0), {})
@@ -269,9 +272,9 @@ def test_a_gain_inside_its_interval_is_called_so(found: Optimisation) -> None:
     vague = Candidate("a", found.start, exact(97.0, 96.0, 112.0), exact(100.0, 90.0, 110.0), {})
     assert vague.gain_interval[0] < 0.0 < vague.gain_interval[1]
     assert "smaller than the uncertainty" in vague.verdict
-    above = Candidate("a", found.start, exact(97.0, 96.0, 112.0), sure.start, {"pressure_max": 0.9e9})
+    above = Candidate("a", found.start, exact(97.0, 96.0, 112.0), sure.start, {"pressure_hertz_max": 0.9e9})
     assert not above.holds
-    assert above.verdict.startswith("above the limit: pressure_max +11.1 %")
+    assert above.verdict.startswith("above the limit: pressure_hertz_max +11.1 %")
     assert math.isnan(sure.solved_gain[0])
 
 
@@ -289,7 +292,7 @@ def test_a_gain_inside_its_interval_is_called_so(found: Optimisation) -> None:
         ({"variables": {"spiral_angle": "30:90 deg"}}, "65"),
         ({"variables": {"blank": "1:2"}}, "a group of variables"),
         ({"objectives": ["loss"]}, "power_loss"),
-        ({"limits": {"noise": "start"}}, "pressure_max"),
+        ({"limits": {"noise": "start"}}, "pressure_hertz_max"),
         ({"misalignment": {"E": "-0.1 mm"}}, "half width"),
         ({"tolerance": {"spiral_angle": "1 deg"}}, "lengthwise_crowning"),
         ({"tolerance": {"bias": 0.0}}, "above 0"),
@@ -314,9 +317,9 @@ def test_a_figure_without_data_is_refused_or_left_out(
     assert refused.code == 2
     assert "no fillet, for the test" in refused.err
     assert "Give the tooth a root" in refused.err
-    bare = Evaluation("k", {}, dict.fromkeys(found.problem.figures, 1.0) | {"pressure_max": math.nan})
+    bare = Evaluation("k", {}, dict.fromkeys(found.problem.figures, 1.0) | {"pressure_hertz_max": math.nan})
     pair = GearPair(settings_of(found.problem, {}).design)
-    with pytest.raises(InputError, match="pressure_max"):
+    with pytest.raises(InputError, match="pressure_hertz_max"):
         search._with_data(found.problem, pair, bare, default=False)
 
 
@@ -393,7 +396,7 @@ def test_a_pair_as_made_has_the_errors_and_settings_of_its_own(found: Optimisati
     moved = {**point.variables, "lengthwise_crowning": point.variables["lengthwise_crowning"] + 10e-6}
     shifted = evaluate(replace(task, values=moved, states=({},)))
     assert not both.reason
-    for name, worst in (("power_loss", np.mean), ("pressure_max", np.max)):
+    for name, worst in (("power_loss", np.mean), ("pressure_hertz_max", np.max)):
         assert both.figures[name] == pytest.approx(worst([alone.figures[name], shifted.figures[name]]), rel=1e-9)
 
 
@@ -550,8 +553,8 @@ def test_a_search_learns_which_variables_decide_what_can_be_made() -> None:
 def test_the_command(mixed_ehl: Callable[..., Any], found: Optimisation, folder: Path) -> None:
     # the arguments are those of a user; the points are known from the fixture
     call = ["optimise", PAIR, "-o", str(folder), "--vary", "lengthwise_crowning=30:90 um"]
-    call += ["--vary", "profile_crowning=8:24 um", "--objective", "power_loss", "--objective", "pressure_max"]
-    call += ["--limit", "pressure_max=1.9 GPa", "--limit", "edge_load_share", "--friction", "constant:0.05"]
+    call += ["--vary", "profile_crowning=8:24 um", "--objective", "power_loss", "--objective", "pressure_hertz_max"]
+    call += ["--limit", "pressure_hertz_max=1.9 GPa", "--limit", "edge_load_share", "--friction", "constant:0.05"]
     call += ["--E", "0 mm", "--P", "0 mm", "--evaluations", "7", "--batch", "2", "--check", "1", "--jobs", "1"]
     outcome = mixed_ehl(*call)
     assert outcome.code == 0, outcome.err

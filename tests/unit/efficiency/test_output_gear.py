@@ -317,7 +317,7 @@ def test_tables_for_the_page(result: EfficiencyResult) -> None:
     low, high = range_table(result).records()
     assert (low["end"], high["end"]) == ("minimum", "maximum")
     assert low["pressure_hertz"] == pytest.approx(result.friction_range.ranges["pressure_hertz"][0])
-    assert high["pressure_hertz"] == pytest.approx(result.pressure_max)
+    assert high["pressure_hertz"] == pytest.approx(result.pressure_hertz_max)
     assert f"<td>{high['pressure_hertz'] / 1e9:.3f}</td>" in range_table(result).html()
     positions = position_table(result).records()
     assert [row["power_loss"] for row in positions] == list(result.cycle.power_loss)

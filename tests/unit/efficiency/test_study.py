@@ -98,7 +98,7 @@ def test_points_are_those_of_single_computations(study: Study, designs: list[Des
             and point.shaft_angle_error == 0.0
         ]
         assert len(found) == 1
-        for name in ("efficiency", "power_loss", "pressure_max", "friction_coefficient_mean", "efficiency_error"):
+        for name in ("efficiency", "power_loss", "pressure_hertz_max", "friction_coefficient_mean", "efficiency_error"):
             assert getattr(found[0], name) == pytest.approx(getattr(alone, name), rel=1e-10)
         ratio, weight = alone.lubrication.film_ratio, alone.points.force * alone.points.speed_sliding
         assert found[0].film_ratio == pytest.approx(np.average(ratio, weights=weight), rel=1e-12)

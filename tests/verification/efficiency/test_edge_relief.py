@@ -102,7 +102,7 @@ def test_relief_takes_the_load_off_the_edges_and_only_as_much_as_it_is(results: 
     assert shares[1] == pytest.approx(shares[0], abs=2e-4)
     assert shares[0] > shares[2] > shares[3]
     assert shares[3] < 0.02
-    pressures = [result.pressure_max for result in results.values()]
+    pressures = [result.pressure_hertz_max for result in results.values()]
     # what the edges leave the flank has to carry
     assert pressures[3] > pressures[0]
 
@@ -183,7 +183,7 @@ def test_shipped_pairs_with_relief_are_clean(name: str, side: Side) -> None:
         assert note.endswith("of the whole depth above the root cone"), note
     loaded = Mesh.of(design, side, 6, 13, keep=True).load().grids
     assert loaded.edges.share < 0.02
-    assert loaded.fine.pressure_max < 1.6e9
+    assert loaded.fine.pressure_hertz_max < 1.6e9
     asked, kept = (given.pinion.edge_relief.tip for given in (load_targets(name), design))
     assert asked is not None
     assert kept is not None

@@ -46,7 +46,7 @@ def test_a_pair_of_twice_the_size_has_the_same_pressure_and_efficiency(name: str
 
 def same(one: Any, other: Any, relative: float = 1e-5) -> None:
     assert other.status == one.status == "converged"
-    assert other.pressure_max == pytest.approx(one.pressure_max, rel=relative)
+    assert other.pressure_hertz_max == pytest.approx(one.pressure_hertz_max, rel=relative)
     assert 1.0 - other.efficiency == pytest.approx(1.0 - one.efficiency, rel=relative)
     assert other.cycle.transmission_error_loaded == pytest.approx(
         one.cycle.transmission_error_loaded, rel=10.0 * relative

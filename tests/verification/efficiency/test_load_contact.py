@@ -199,7 +199,7 @@ def test_edge_load_is_told_with_its_interval(load: LoadDistribution, geared: Mes
     edges = edge_load(load, teeth)
     assert 0.02 < edges.share_extended < edges.share < 0.3
     assert edges.share == pytest.approx(sum(edges.shares.values()))
-    assert load.pressure_max < edges.pressure_lower < edges.pressure < edges.pressure_upper
+    assert load.pressure_hertz_max < edges.pressure_lower < edges.pressure < edges.pressure_upper
     (note,) = limit_notes(load, teeth, 0.0)
     assert f"edges carry {100 * edges.share:.2g} % of the torque" in note
     assert "before and after the path" in note
@@ -220,7 +220,7 @@ def test_edge_load_is_told_with_its_interval(load: LoadDistribution, geared: Mes
 def test_edges_relieve_the_line_ends(load: LoadDistribution, geared: Mesh) -> None:
     """Without edges the ends of the lines carry what edges take; the lag hardly changes."""
     lines = distribute_load(mesh_cycle(geared.flanks.surface, 8, 15), geared.grids.teeth, 300.0)
-    assert lines.pressure_max > 1.02 * load.pressure_max
+    assert lines.pressure_hertz_max > 1.02 * load.pressure_hertz_max
     np.testing.assert_allclose(load.transmission_error, lines.transmission_error, rtol=0.05)
 
 

@@ -100,7 +100,7 @@ def test_ranges_are_those_of_an_automotive_bevel_gear(loaded: LoadedGrids) -> No
     result = efficiency(loaded, 0.05)
     forces = [load.force.sum() for load in loaded.fine.positions]
     assert np.mean(forces) == pytest.approx(14193.3, rel=0.03)  # ISO/TR 10300-30 sample 1, F_n
-    assert 1.0e9 < result.pressure_max < 2.0e9
+    assert 1.0e9 < result.pressure_hertz_max < 2.0e9
     low, high = result.friction_range.ranges["slide_to_roll"]
     assert low < 0.0 < high  # sliding changes sign at the pitch line
     along = np.abs(result.friction_range.ranges["speed_sliding_lengthwise"]).max()
