@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.fluid.film_formulas import moes_1992
 from ehl.fluid.oil import Oil
+from ehl.line_contact import moes_1992
 from regression.calibration.prediction import FrictionSolver, FrozenFilm, log_moes_film
 from regression.calibration.setup import card_with, lubricant_of
 

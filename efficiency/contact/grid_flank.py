@@ -117,8 +117,6 @@ class GridFlank(SmoothFlank):
     """Flank through a grid of points; see `grid_flank`."""
 
     rms: float = 0.0  # RMS distance of the points from the surface [m]
-    # maximum angle between the given normals and those of the surface [rad], 0 without given normals
-    normal_error: float = 0.0
 
 
 def read_point_grid(path: Path) -> PointGrid:
@@ -239,21 +237,14 @@ def grid_flank(grid: PointGrid, side: FlankSide, blank: Blank, hand: Hand) -> Gr
     points = flank.points(np.stack([u, h, np.zeros_like(u)]))
     # distance along the normal: distance around the axis times the component of the normal in that direction
     share = np.abs(grid.position[0] * points.normal[1] - grid.position[1] * points.normal[0])
-    return GridFlank(
-        side,
-        blank,
-        sense,
-        patch,
-        flank.origin,
-        error=float((missed * share).max()),
-        rms=float(np.sqrt(np.mean((rest * share) ** 2))),
-        normal_error=_normal_error(grid, points.normal),
-    )
+    _check_normals(grid, points.normal)
+    rms = float(np.sqrt(np.mean((rest * share) ** 2)))
+    return replace(flank, error=float((missed * share).max()), rms=rms)
 
 
-def _normal_error(grid: PointGrid, normal: FloatArray) -> float:
+def _check_normals(grid: PointGrid, normal: FloatArray) -> None:
     if grid.normal is None:
-        return 0.0
+        return
     angle = np.linalg.norm(np.cross(grid.normal, normal, axis=0), axis=0)
     angle = np.where(np.sum(grid.normal * normal, axis=0) > 0.0, angle, 2.0)
     worst = int(np.argmax(angle))
@@ -264,7 +255,6 @@ def _normal_error(grid: PointGrid, normal: FloatArray) -> float:
             "near " + ", ".join(f"{x:.4g}" for x in normal[:, worst]) + ", that of the surrounding points",
             "Normals point out of the tooth; also check flank and hand.",
         )
-    return float(angle.max())
 
 
 def _slopes(grid: PointGrid, blank: Blank, u: FloatArray, v: FloatArray) -> FloatArray:

@@ -184,7 +184,7 @@ def fit_grid(pair: PairDimensions, lowest: float = _DEPTH[0], shape: tuple[int, 
     axes = np.linspace(-_FACE, _FACE, shape[0]), np.linspace(lowest, _DEPTH[1], shape[1])
     x, v = (g.ravel() for g in np.meshgrid(*axes))
     u = 0.5 * x * blank.face_width
-    low = blank.root(u) + pair.clearance
+    low = blank.root(u) + pair.blank.clearance
     return FitGrid(u, low + v * (blank.tip(u) - low), x, 2.0 * v - 1.0, shape, lowest)
 
 
@@ -294,8 +294,8 @@ def root_line(pair: PairDimensions, position: FloatArray, parameters: FloatArray
 
 def backlash_angle(pair: PairDimensions) -> float:
     """Rotation of each pinion flank that produces the backlash of the pair [rad]."""
-    radius, _ = pair.pinion.axial(np.array([pair.calculation_pinion]), np.zeros(1))
-    return 0.5 * pair.backlash / float(radius[0] * np.cos(pair.spiral_pinion))
+    radius, _ = pair.pinion.axial(np.array([-pair.blank.pinion.middle_shift]), np.zeros(1))
+    return 0.5 * pair.blank.backlash_normal / float(radius[0] * np.cos(pair.blank.pinion.mean_spiral_angle))
 
 
 def target_relief(target: FlankTarget, x: FloatArray, y: FloatArray) -> FloatArray:

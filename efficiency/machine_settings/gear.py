@@ -36,32 +36,48 @@ from ehl.common.errors import ConvergenceError, InputError
 class PairDimensions:
     """Dimensions of a pair for machine settings, SI units and rad."""
 
+    blank: PairBlank  # its drive side is the concave pinion and convex gear flank
     assembly: Assembly  # position of the axes, aligned
-    pinion: Blank
-    gear: Blank
     hand_gear: float  # +1 for a right-hand gear, -1 for a left-hand one
-    offset_angle: float  # azimuth of the mean point of the gear in the mesh frame
-    # distance of the calculation point from the middle of the face towards the heel [m]; reference of spiral angle,
-    # pressure angles, thickness and offset angle
-    calculation_gear: float
-    calculation_pinion: float
-    # mean spiral angles
-    spiral_gear: float
-    spiral_pinion: float
-    # normal pressure angles of the gear flanks
-    pressure_concave: float
-    pressure_convex: float
-    thickness_gear: float  # mean normal circular tooth thickness of the gear [m]
-    clearance: float  # clearance between tip and root [m]
-    backlash: float  # normal backlash [m], removed from the normal circular thickness of the pinion
-    cutter_radius: float  # nominal radius of the gear cutter [m]
-    blade_groups: int  # blade groups of a face-hobbing head, 0 for a face mill
-    process: CuttingProcess  # indexing of the head
-    generation: Generation  # generation of the gear profile
+
+    @property
+    def pinion(self) -> Blank:
+        """Blank of the pinion."""
+        return self.blank.pinion.cones
+
+    @property
+    def gear(self) -> Blank:
+        """Blank of the gear."""
+        return self.blank.gear.cones
+
+    @property
+    def process(self) -> CuttingProcess:
+        """Indexing of the head."""
+        return PROCESSES[self.blank.process]
+
+    @property
+    def generation(self) -> Generation:
+        """Generation of the gear profile."""
+        return GENERATIONS[self.blank.gear_cutting]
+
+    @property
+    def offset_angle(self) -> float:
+        """Azimuth of the mean point of the gear in the mesh frame [rad]."""
+        return self.hand_gear * self.blank.offset_angle
+
+    @property
+    def calculation_gear(self) -> float:
+        """Distance of the calculation point of the gear from the middle of the face towards the heel [m]."""
+        return -self.blank.gear.middle_shift
+
+    @property
+    def spiral_gear(self) -> float:
+        """Mean spiral angle of the gear [rad]."""
+        return self.blank.gear.mean_spiral_angle
 
     def pressure(self, side: FlankSide) -> float:
         """Normal pressure angle of a gear flank [rad]."""
-        return self.pressure_concave if side == "concave" else self.pressure_convex
+        return self.blank.pressure_angle_coast if side == "concave" else self.blank.pressure_angle_drive
 
     @property
     def point_gear(self) -> tuple[float, float]:
@@ -77,25 +93,24 @@ class PairDimensions:
     @property
     def dedendum_pinion(self) -> float:
         """Dedendum of the pinion at the calculation point [m]."""
-        return -float(self.pinion.root(np.array([self.calculation_pinion]))[0])
+        return -float(self.pinion.root(np.array([-self.blank.pinion.middle_shift]))[0])
 
     @property
     def slot_angle(self) -> float:
         """Angular width of a gear slot at the calculation point [rad]."""
         radius = self.point_gear[0]
-        return float(2.0 * np.pi / self.gear.teeth - self.thickness_gear / (radius * np.cos(self.spiral_gear)))
+        thickness = self.blank.gear.mean_normal_thickness
+        return float(2.0 * np.pi / self.gear.teeth - thickness / (radius * np.cos(self.spiral_gear)))
 
     @property
     def lead_angle(self) -> float:
         """nu of face hobbing: sin nu = z0 m_mn/(2 rc0) [rad]; 0 for face milling."""
         module = 2.0 * self.point_gear[0] * np.cos(self.spiral_gear) / self.gear.teeth
-        sine = self.blade_groups * module / (2.0 * self.cutter_radius)
+        groups, radius = self.blank.blade_groups or 0, self.blank.cutter_radius
+        sine = groups * module / (2.0 * radius)
         if sine >= 1.0:
-            raise InputError(
-                "cutter_radius",
-                f"{self.cutter_radius * 1e3:.5g} mm",
-                f"above {self.cutter_radius * sine * 1e3:.5g} mm with {self.blade_groups} blade groups",
-            )
+            allowed = f"above {radius * sine * 1e3:.5g} mm with {groups} blade groups"
+            raise InputError("cutter_radius", f"{radius * 1e3:.5g} mm", allowed)
         return float(np.arcsin(sine))
 
 
@@ -134,7 +149,7 @@ def _tool(pair: PairDimensions, shift: float) -> tuple[ToolPose, float]:
     axes = np.array([[np.sin(root), 0.0, -np.cos(root)], [0.0, 1.0, 0.0], [np.cos(root), 0.0, np.sin(root)]])
     radius, z = pair.point_gear
     foot = np.array([radius, 0.0, z]) + pair.dedendum_gear * np.cos(blank.dedendum_angle) * axes[:, 2]
-    along, rc = pair.spiral_gear - pair.lead_angle, pair.cutter_radius
+    along, rc = pair.spiral_gear - pair.lead_angle, pair.blank.cutter_radius
     centre = foot + axes @ np.array([shift - rc * np.sin(along), hand * rc * np.cos(along), 0.0])
     return ToolPose(centre, axes), float(np.arctan2(-hand * np.cos(along), np.sin(along)))
 
@@ -189,18 +204,18 @@ def _hobbed(pair: PairDimensions) -> GearCut:
     tool, angle = _tool(pair, 0.0)
     # Formate: the machine centre at the pitch apex
     setup = _setup(pair, tool, pair.gear.pitch_apex_beyond_crossing)
-    index = pair.blade_groups / pair.gear.teeth
+    index = (pair.blank.blade_groups or 0) / pair.gear.teeth
     blades = []
     for side in FLANK_SIDES:
         # the slot lies between the flanks, symmetric to the azimuth of the mean point
         rotation = (-0.5 if side == "concave" else 0.5) * pair.hand_gear * pair.slot_angle
         blades.append(
             Blade(
-                pair.cutter_radius,
+                pair.blank.cutter_radius,
                 pair.pressure(side),
                 side,
                 reference_height=pair.dedendum_gear,
-                groups=pair.blade_groups,
+                groups=pair.blank.blade_groups or 0,
                 offset_angle=pair.hand_gear * pair.lead_angle,
                 phase=-rotation / index,
             )
@@ -213,11 +228,11 @@ def _milled(pair: PairDimensions) -> GearCut:
     depth, radius = pair.dedendum_gear, pair.point_gear[0]
     place = np.array([pair.calculation_gear]), np.zeros(1)
     width = pair.slot_angle * radius * np.cos(pair.spiral_gear)
-    width -= depth * (np.tan(pair.pressure_concave) + np.tan(pair.pressure_convex))
+    width -= depth * (np.tan(pair.pressure("concave")) + np.tan(pair.pressure("convex")))
     scale = np.array([1e-3, 1e-3, 0.01, 0.01, 1e-3])
     taper = pair.gear.dedendum_angle * np.sin(pair.spiral_gear) * pair.generation.rolls
-    radii = pair.cutter_radius + 0.5 * width, pair.cutter_radius - 0.5 * width
-    x = np.array([*radii, pair.pressure_concave - taper, pair.pressure_convex + taper, 0.0])
+    radii = pair.blank.cutter_radius + 0.5 * width, pair.blank.cutter_radius - 0.5 * width
+    x = np.array([*radii, pair.pressure("concave") - taper, pair.pressure("convex") + taper, 0.0])
 
     def cut(x: FloatArray) -> GearCut:
         tool, angle = _tool(pair, float(x[4]))
@@ -238,10 +253,10 @@ def _milled(pair: PairDimensions) -> GearCut:
         return np.array(
             [
                 (slot - pair.slot_angle) * radius / 1e-3,
-                (pressure[0] - pair.pressure_concave) / 0.01,
-                (pressure[1] - pair.pressure_convex) / 0.01,
+                (pressure[0] - pair.pressure("concave")) / 0.01,
+                (pressure[1] - pair.pressure("convex")) / 0.01,
                 (0.5 * (spiral[0] + spiral[1]) - pair.spiral_gear) / 0.01,
-                (0.5 * (x[0] + x[1]) - pair.cutter_radius) / 1e-3,
+                (0.5 * (x[0] + x[1]) - pair.blank.cutter_radius) / 1e-3,
             ]
         )
 
@@ -274,26 +289,7 @@ GEAR_CUTS: dict[str, Callable[[PairDimensions], GearCut]] = {"face_milling": _mi
 
 
 def pair_dimensions(blank: PairBlank) -> PairDimensions:
-    """Dimensions of a pair from its blank; the drive side is the concave pinion and convex gear flank."""
+    """Dimensions of a pair from its blank."""
     hand = 1.0 if blank.gear.hand == "right" else -1.0
     assembly = Assembly(blank.pinion.teeth, blank.gear.teeth, blank.shaft_angle, hand * blank.hypoid_offset)
-    return PairDimensions(
-        assembly=assembly,
-        pinion=blank.pinion.cones,
-        gear=blank.gear.cones,
-        hand_gear=hand,
-        offset_angle=hand * blank.offset_angle,
-        calculation_gear=-blank.gear.middle_shift,
-        calculation_pinion=-blank.pinion.middle_shift,
-        spiral_gear=blank.gear.mean_spiral_angle,
-        spiral_pinion=blank.pinion.mean_spiral_angle,
-        pressure_concave=blank.pressure_angle_coast,
-        pressure_convex=blank.pressure_angle_drive,
-        thickness_gear=blank.gear.mean_normal_thickness,
-        clearance=blank.clearance,
-        backlash=blank.backlash_normal,
-        cutter_radius=blank.cutter_radius,
-        blade_groups=blank.blade_groups or 0,
-        process=PROCESSES[blank.process],
-        generation=GENERATIONS[blank.gear_cutting],
-    )
+    return PairDimensions(blank, assembly, hand)

@@ -36,7 +36,6 @@ class FlankFit:
     side: FlankSide  # pinion flank, ``"concave"`` (drive) or ``"convex"`` (coast)
     grid: FitGrid  # points of the fit
     fitted: FittedFlank  # relief and residual at the points of the grid
-    start_error: float  # distance of the conjugate start from the conjugate flank [m]
     undercut: tuple[UndercutPoint, ...]  # points that do not exist on the flank
     # unloaded transmission error of the mesh; None if it was not or could not be computed
     transmission: Transmission | None = None

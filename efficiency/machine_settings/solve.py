@@ -94,7 +94,7 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
     if isinstance(inputs, Path | str):
         inputs = load_targets(inputs)
     start = _start(inputs.blank, inputs.cutting)
-    blank, pair, gear, grid, starts = start.blank, start.pair, start.gear, start.grid, start.starts
+    pair, gear, grid, starts = start.pair, start.gear, start.grid, start.starts
 
     scale = dict.fromkeys(FLANK_SIDES, 1.0)
     for _ in range(5):
@@ -103,7 +103,7 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
         else:
             fits = _fit(inputs, scale)
             fitted = _by_side(fits)
-        text, design = _design(inputs, blank, pair, gear, fitted, scale)
+        text, design = _design(inputs, pair, gear, fitted, scale)
         amplitudes = {side: inputs.targets.of(side).transmission_error for side in FLANK_SIDES}
         mesh = {
             side: unloaded_mesh(design, _DRIVE[side], fitted[side]) if transmission or amplitudes[side] else None
@@ -119,12 +119,11 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
         scale = {side: scale[side] * off.get(side, 1.0) for side in FLANK_SIDES}
 
     reports = {
-        side: FlankFit(side, grid, fitted[side], starts[side].error, _undercut(grid, fitted[side]), mesh[side])
-        for side in FLANK_SIDES
+        side: FlankFit(side, grid, fitted[side], _undercut(grid, fitted[side]), mesh[side]) for side in FLANK_SIDES
     }
-    findings = tip_findings(design.flanks(), blank.module_normal)
+    findings = tip_findings(design.flanks(), pair.blank.module_normal)
     findings += undercut_findings(tuple(reports.values()), grid.lowest)
-    warnings = (*(finding.text for finding in findings), *_warnings(blank, reports, transmission))
+    warnings = (*(finding.text for finding in findings), *_warnings(pair.blank, reports, transmission))
     if inputs.cutting.pinion == "conjugate":
         warnings = ("pinion: flanks defined as conjugate plus ease-off, without machine settings", *warnings)
     flaws = {finding.flaw for finding in findings}
@@ -146,7 +145,6 @@ def machine_settings(inputs: SettingsInput | Path | str, transmission: bool = Tr
 class _Start:
     """Data that do not depend on the ease-off: blanks, cut gear, conjugate pinion."""
 
-    blank: PairBlank
     pair: PairDimensions
     gear: GearCut
     grid: FitGrid
@@ -155,11 +153,10 @@ class _Start:
 
 @lru_cache(maxsize=4)
 def _start(blank_input: PairBlankInput, cutting: Cutting) -> _Start:
-    blank = pair_blank(blank_input.model_copy(update={"gear_cutting": cutting.gear}))
-    pair = pair_dimensions(blank)
+    pair = pair_dimensions(pair_blank(blank_input.model_copy(update={"gear_cutting": cutting.gear})))
     gear = cut_gear(pair)
     grid = grid_on_gear(pair, gear)
-    return _Start(blank, pair, gear, grid, {side: conjugate_start(pair, gear, side, grid) for side in FLANK_SIDES})
+    return _Start(pair, gear, grid, {side: conjugate_start(pair, gear, side, grid) for side in FLANK_SIDES})
 
 
 def forget_fits() -> None:
@@ -262,7 +259,6 @@ def _uncut(pair: PairDimensions, start: ConjugateFlankStart) -> FittedFlank:
 
 def _design(
     inputs: SettingsInput,
-    blank: PairBlank,
     pair: PairDimensions,
     gear: GearCut,
     fitted: dict[FlankSide, FittedFlank],
@@ -279,7 +275,7 @@ def _design(
         pinion = {
             side: written_flank(fitted[side].flank, fitted[side].phase - middle - back[side]) for side in FLANK_SIDES
         }
-    text = design_text(inputs, blank, pinion, cut_flanks, header(inputs, fitted))
+    text = design_text(inputs, pair.blank, pinion, cut_flanks, header(inputs, fitted))
     return text, parse_design(text)
 
 

@@ -191,10 +191,6 @@ class Window:
         """Steps of some blocks."""
         return np.concatenate([self.recorded[self.numbers.index(number)] for number in numbers])
 
-    def friction_of(self, numbers: Sequence[int]) -> FloatArray:
-        """mu of every step of some blocks."""
-        return self._friction_of(self.records_of(numbers))
-
     def pieces(self, numbers: Sequence[int], length: float) -> list[int]:
         """Number of parts of about this length [b] in each of some blocks."""
         per_length = length * self.run.problem.units.steps_per_half_width

@@ -13,22 +13,15 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy import fft, linalg
+from scipy import fft
 
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.line_contact import LineContact
 
-Element = Literal["constant", "linear"]
 
-
-def influence_coefficients(
-    count: int, spacing: float, effective_modulus: float, element: Element = "constant"
-) -> FloatArray:
-    """Deflection at distance 0, 1, 2... nodes from one element of unit pressure [m/Pa].
-
-    Integrated exactly over the element: a cell of constant pressure about its node, or a linear hat function between
-    the neighbouring nodes.
+def influence_coefficients(count: int, spacing: float, effective_modulus: float) -> FloatArray:
+    """Deflection at distance 0, 1, 2... nodes from a cell of constant unit pressure about its node [m/Pa].
 
     count: number of distances.
     spacing: [m].
@@ -36,17 +29,11 @@ def influence_coefficients(
     Returns: shape (count,).
     """
     distance = np.arange(count, dtype=float)
-    if element == "constant":
-        # first antiderivative of ln|t|, differenced over the cell
-        weight = _log_integral(distance + 0.5) - _log_integral(distance - 0.5)
-    else:
-        weight = _log_integral_twice(distance + 1.0) - 2.0 * _log_integral_twice(distance)
-        weight += _log_integral_twice(distance - 1.0)
-    # far field by the moments of the element, exact to 1e-13: differences of large numbers lose digits there
+    weight = _log_integral(distance + 0.5) - _log_integral(distance - 0.5)
+    # far field by the moments of the cell, exact to 1e-13: differences of large numbers lose digits there
     far = distance > 60.0
-    second, fourth = (24.0, 320.0) if element == "constant" else (12.0, 60.0)
     square = distance[far] ** 2
-    weight[far] = np.log(distance[far]) - 1.0 / (second * square) - 1.0 / (fourth * square**2)
+    weight[far] = np.log(distance[far]) - 1.0 / (24.0 * square) - 1.0 / (320.0 * square**2)
     return np.asarray(-4.0 / (math.pi * effective_modulus) * spacing * (weight + math.log(spacing)))
 
 
@@ -55,26 +42,20 @@ def _log_integral(t: FloatArray) -> FloatArray:
     return np.asarray(t * np.log(np.where(t == 0.0, 1.0, np.abs(t))) - t)
 
 
-def _log_integral_twice(t: FloatArray) -> FloatArray:
-    """Second antiderivative of ln|t|: t^2 ln|t|/2 - 3 t^2/4."""
-    return np.asarray(0.5 * t * t * np.log(np.where(t == 0.0, 1.0, np.abs(t))) - 0.75 * t * t)
-
-
 class DeflectionOperator:
     """Deflection by a pressure on n uniform nodes; zero padding avoids periodic images.
 
     count: number of nodes.
     spacing: node distance [m].
     effective_modulus: E' [Pa].
-    element ("constant", "linear"): shape of the pressure between nodes.
     """
 
-    def __init__(self, count: int, spacing: float, effective_modulus: float, element: Element = "constant") -> None:
+    def __init__(self, count: int, spacing: float, effective_modulus: float) -> None:
         if count < 2 or not spacing > 0.0 or not effective_modulus > 0.0:
             given = (count, spacing, effective_modulus)
             raise InputError("count, spacing, effective_modulus", given, "at least 2 nodes, > 0 m, > 0 Pa")
-        self.count, self.spacing, self.effective_modulus, self.element = count, spacing, effective_modulus, element
-        self.coefficients = influence_coefficients(count, spacing, effective_modulus, element)
+        self.count, self.spacing = count, spacing
+        self.coefficients = influence_coefficients(count, spacing, effective_modulus)
         self._size = fft.next_fast_len(2 * count - 1, real=True)
         kernel = np.zeros(self._size)
         kernel[:count] = self.coefficients
@@ -85,10 +66,6 @@ class DeflectionOperator:
         """Deflection V [m] of a pressure [Pa], both of shape (n,); O(n log n)."""
         product = fft.irfft(fft.rfft(pressure, self._size) * self._spectrum, self._size)
         return np.asarray(product[: self.count])
-
-    def dense(self) -> FloatArray:
-        """The operator as a matrix, shape (n, n), for checks and small problems."""
-        return np.asarray(linalg.toeplitz(self.coefficients))
 
 
 REASONS = ("hardness_too_low", "domain_too_small", "iteration_limit")

@@ -15,12 +15,11 @@ from ehl.common.errors import InputError
 from ehl.common.quantities import si_units
 from ehl.common.units import ValueRange, value_range
 from ehl.fluid.density import dowson_higginson_1966
-from ehl.fluid.film_formulas import moes_film
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.rheology import stress_at
 from ehl.fluid.viscosity import Temperature
-from ehl.line_contact import half_width_of_pressure, hertz_load
+from ehl.line_contact import half_width_of_pressure, hertz_load, moes_film
 from ehl.material import Material, effective_modulus
 from ehl.state import ContactState
 from ehl.surface.roughness import EP_FILM

@@ -277,3 +277,8 @@ def share_masjedi_khonsari_2012(
     inside = 4470.0 * s**6.015 * v**1.168 * w**0.485 * u**-3.741 * g**-2.898
     share = 0.01 * 0.005 * w**-0.408 * u**-0.088 * g**0.103 * np.log1p(inside)
     return np.asarray(np.where(share <= 1.0, share, np.nan))
+
+
+def pan_hamrock_1989_minimum(speed: Array, load: Array, material: Array) -> Array:
+    """Minimum film h_min/R = 1.714 U^0.694 G^0.568 W^-0.128 (Pan & Hamrock 1989, J. Tribol. 111; from memory)."""
+    return np.asarray(1.714 * speed**0.694 * material**0.568 * load**-0.128)

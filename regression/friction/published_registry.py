@@ -13,7 +13,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.fluid.film_formulas import pan_hamrock_1989_minimum
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_family import FAMILIES
 from regression.friction import published as p
@@ -161,7 +160,7 @@ def _doleschel(c: Conditions, base: str) -> Array:
 
 def _matsumoto(c: Conditions, base: str) -> Array:
     scale = c["effective_modulus"] * c["radius_equivalent"]
-    minimum = c["radius_equivalent"] * pan_hamrock_1989_minimum(
+    minimum = c["radius_equivalent"] * p.pan_hamrock_1989_minimum(
         c["viscosity_inlet"] * c["speed_entrainment"] / scale,
         np.maximum(c["load_per_length"] / scale, 1e-12),
         c["pressure_viscosity_film"] * c["effective_modulus"],

@@ -14,7 +14,6 @@ from scipy.stats import qmc
 from twins.material_points import material_point_matrix
 
 from ehl.fluid.conductivity import PAO, PARAFFINIC, FilmConductivity
-from ehl.fluid.film_formulas import moes_1992
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.conduction import jaeger_matrix, peclet_number
 from ehl.heat.estimate import (
@@ -25,7 +24,7 @@ from ehl.heat.estimate import (
     wilson_gupta_1992,
 )
 from ehl.heat.traction import flux_to_surface_1
-from ehl.line_contact import LineContact
+from ehl.line_contact import LineContact, moes_1992
 from ehl.material import Material
 
 UNIT = np.sin(0.5 * np.pi * np.linspace(-1.0, 1.0, 121))

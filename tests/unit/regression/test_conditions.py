@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from ehl.common.errors import InputError
-from ehl.fluid.film_formulas import moes_1992
 from ehl.fluid.oil import Oil
-from ehl.line_contact import LineContact
+from ehl.line_contact import LineContact, moes_1992
 from ehl.state import ContactState
 from regression.friction.conditions import conditions_of, contact_points
 
