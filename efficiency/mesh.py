@@ -13,6 +13,7 @@ from typing import Any, Unpack
 
 import numpy as np
 
+from efficiency.blanks.iso_10300 import hypoid_factor
 from efficiency.blanks.tangency import limit_pressure_angle
 from efficiency.conditions.conditions import (
     AXES,
@@ -47,7 +48,7 @@ from efficiency.ltca.load_distribution import ElasticPosition, TeethElasticity, 
 from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids, both_cycles, load_grids
 from efficiency.ltca.shaft_deflection import solve_deflection
 from efficiency.ltca.solid_tooth import SolidTooth, elastic_teeth
-from efficiency.strength.rating import LocalConditions, hypoid_factor, rate_strength
+from efficiency.strength.rating import LocalConditions, rate_strength
 from efficiency.strength.result import Strength
 from efficiency.strength.root_stress import RootTooth, root_tooth
 from ehl.common.errors import ConvergenceError, InputError

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from efficiency.blanks.iso_10300 import RatingInput
 from efficiency.cutting.blank import Hand, Length
 from efficiency.cutting.machine import GENERATIONS, Generation
 from efficiency.cutting.process import PROCESSES
@@ -137,6 +138,7 @@ class PairBlankInput(InputModel):
     depth: Annotated[DepthTypeOne | DepthTypeTwo, Field(discriminator="data_type")] = DepthTypeTwo()
     taper: DepthTaper | None = None
     backlash: Backlash = Backlash()
+    rating: RatingInput | None = None
 
     @property
     def defaults(self) -> tuple[str, ...]:
@@ -205,15 +207,19 @@ class PairBlankInput(InputModel):
         return self
 
 
+_UNSAID = ("source", "data_type", "value")
+_SHOWN = {"rad": ("deg", degrees(1.0)), "m": ("mm", 1e3), "Pa": ("MPa", 1e-6), "m^2/s": ("mm2/s", 1e6)}
+
+
 def _left_out(model: InputModel, where: str) -> Iterator[str]:
     for name, info in type(model).model_fields.items():
         value = getattr(model, name)
         if isinstance(value, InputModel):
             yield from _left_out(value, f"{where}{name}.")
-        elif name not in model.model_fields_set and value is not None and name not in ("source", "data_type", "value"):
+        elif name not in model.model_fields_set and value not in (None, ()) and name not in _UNSAID:
             unit = next((item.unit for item in info.metadata if isinstance(item, ValueRange)), "")
-            shown = f"{degrees(value):.6g} deg" if unit == "rad" else f"{1e3 * value:.6g} mm" if unit == "m" else value
-            yield f"{where}{name} = {shown}"
+            shown, factor = _SHOWN.get(unit, (unit, 1.0))
+            yield f"{where}{name} = {value if not unit else f'{factor * value:.6g} {shown}'}"
 
 
 def load_blank(name: str | Path) -> PairBlankInput:

@@ -12,6 +12,7 @@ from efficiency.blanks import dimensions, tangency
 from efficiency.blanks.checks import blank_warnings, check_dimensions, check_pressure_angles
 from efficiency.blanks.dimensions import factors, taper_angles
 from efficiency.blanks.inputs import PairBlankInput, load_blank
+from efficiency.blanks.iso_10300 import SIDES, rate_flank
 from efficiency.blanks.lengthwise import Trace, check_trace
 from efficiency.blanks.method_1 import method_1
 from efficiency.blanks.method_2 import method_2
@@ -182,7 +183,10 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
         defaults=(*inputs.defaults, *factor.defaults, *(() if inputs.taper else (f"taper.type = {taper}",))),
     )
     check_dimensions(pair)
-    return replace(pair, warnings=blank_warnings(pair))
+    # below a contact ratio of 1 (a warning) there is no contact line in the middle
+    meshes = min(virtual_drive.contact_ratio_total, virtual_coast.contact_ratio_total) > 1.0
+    rated = [rate_flank(pair, inputs.rating, side) for side in SIDES] if inputs.rating and meshes else [None, None]
+    return replace(pair, warnings=blank_warnings(pair), rating_drive=rated[0], rating_coast=rated[1])
 
 
 def pitch_cones(inputs: PairBlankInput) -> tangency.PitchCones:

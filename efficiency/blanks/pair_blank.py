@@ -6,6 +6,7 @@ from math import tan
 from typing import Any
 
 from efficiency.blanks.dimensions import UndercutLimit
+from efficiency.blanks.iso_10300 import FlankRating
 from efficiency.blanks.slots import Three
 from efficiency.blanks.virtual_gears import VirtualGears
 from efficiency.cutting.blank import Blank, Hand
@@ -184,6 +185,9 @@ class PairBlank(Reportable):
     tangency_error: float
     defaults: tuple[str, ...]  # recommended values that were taken
     warnings: tuple[BlankWarning, ...] = ()  # what a designer should look at
+    # load capacity of both flanks, if the file has a table `rating`
+    rating_drive: FlankRating | None = None
+    rating_coast: FlankRating | None = None
 
     def __repr__(self) -> str:
         return (
@@ -247,7 +251,41 @@ class PairBlank(Reportable):
                 vertical=True,
             ),
         ]
+        if self.rating_drive and self.rating_coast:
+            tables += _rating_tables({"drive": self.rating_drive, "coast": self.rating_coast})
         return [Section("", [Head(title), *tables])]
+
+
+def _rating_tables(flanks: dict[str, FlankRating]) -> list[Item]:
+    """The rating sheet: what both members have in common, and what each has."""
+    shared = [f.name for f in fields(FlankRating) if f.type == "float"]
+    members = {
+        side: {
+            name: value
+            for part in (flank, flank.spectrum)
+            if part is not None
+            for name, value in vars(part).items()
+            if isinstance(value, tuple)
+        }
+        for side, flank in flanks.items()
+    }
+    own = list(members["drive"])
+    rows = [
+        (side, member, *(values[name][i] for name in own))
+        for side, values in members.items()
+        for i, member in enumerate(("pinion", "gear"))
+    ]
+    note = "public sources and memory, not the standard: not a certified calculation"
+    return [
+        Table(
+            ["side", *_columns(shared)],
+            [(side, *(getattr(flank, name) for name in shared)) for side, flank in flanks.items()],
+            "load capacity after ISO 10300, Method B1",
+            name="rating",
+            vertical=True,
+        ),
+        Table(["side", "member", *_columns(own)], rows, "stresses and safety", [note], "safety", vertical=True),
+    ]
 
 
 _MEMBER = tuple(f.name for f in fields(MemberBlank) if f.type is float)

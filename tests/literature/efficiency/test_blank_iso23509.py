@@ -5,6 +5,7 @@ intermediate values (3 decimals) on; what differs by more stands in `EXPLAINED` 
 """
 
 import json
+import math
 from collections.abc import Callable
 from decimal import Decimal
 from math import asin, cos, degrees, pi, radians, sin, sqrt
@@ -12,9 +13,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from efficiency.blanks.dimensions import FaceAndRoot, Placement
 from efficiency.blanks.inputs import DepthTypeOne, load_blank
+from efficiency.blanks.iso_10300 import FlankRating, RatingInput
 from efficiency.blanks.lengthwise import Trace
 from efficiency.blanks.pair import pair_blank
 from efficiency.blanks.pair_blank import PairBlank
@@ -25,6 +28,7 @@ from efficiency.contact.tooth_grid import gear_thickness
 from efficiency.cutting.limits import flank_limits
 from efficiency.machine_settings.gear import cut_gear, pair_dimensions
 from ehl.common.data import data_path
+from ehl.common.validation import validate
 
 REFERENCE: dict[str, Any] = json.loads(data_path("reference", "iso23509_samples.json").read_text(encoding="utf-8"))
 
@@ -361,3 +365,79 @@ def test_method_1_against_a_gleason_dimension_sheet() -> None:
         angle = MEMBER[symbol[:-1]][1] == DEG
         printed = float(text) * (1.0 if angle else 25.4)
         assert ours(pair, symbol) == pytest.approx(printed, abs=0.15 if angle else 0.35), symbol
+
+
+# printed in ISO/TR 10300-30:2024, samples 1 to 3; read in the self test of the repository of docs/blank.md
+RATED: dict[str, dict[str, tuple[float, ...]]] = {
+    "iso23509_f2": {
+        "force_tangential": (10925.3,), "force_normal": (14193.3,), "dynamic_factor": (1.020,),
+        "face_load_factor": (1.650,), "face_load_factor_root": (1.650,), "transverse_load_factor": (1.161,),
+        "contact_line": (22.442e-3,), "mid_zone_factor": (0.916,), "load_sharing_factor": (0.935,),
+        "elasticity_factor": (191.646e3,), "hypoid_factor": (1.0,), "film_factors": (0.992 * 0.974 * 0.930,),
+        "contact_stress_nominal": (1168.5e6,), "contact_stress": (1712.8e6,), "safety_pitting": (0.944, 0.944),
+        "contact_stress_permissible": (1617.8e6, 1617.8e6), "contact_ratio_factor": (0.625,),
+        "spiral_angle_factor": (1.054,), "form_factor": (2.033, 2.480), "notch": (3.630, 2.166),
+        "stress_correction": (2.022, 1.706), "root_stress_nominal": (316.5e6, 325.9e6),
+        "root_stress": (680.1e6, 700.1e6), "root_stress_permissible": (942.0e6, 929.8e6),
+        "safety_root": (1.385, 1.328),
+    },
+    "iso23509_f3": {
+        "force_tangential": (10427.4,), "force_normal": (15298.7,), "dynamic_factor": (1.016,),
+        "face_load_factor": (1.650,), "face_load_factor_root": (1.556,), "transverse_load_factor": (1.000,),
+        "contact_line": (13.397e-3,), "mid_zone_factor": (0.963,), "hypoid_factor": (0.952,),
+        "contact_ratio_factor": (0.625,), "spiral_angle_factor": (1.909,), "form_factor": (2.047, 2.403),
+        "notch": (2.910, 2.073), "stress_correction": (1.903, 1.690), "root_stress_permissible": (936.4e6, 929.0e6),
+    },
+    "iso23509_f4": {
+        "force_tangential": (11567.5,), "force_normal": (14339.0,), "face_load_factor_root": (1.633,),
+        "transverse_load_factor": (1.000,), "mid_zone_factor": (0.937,), "load_sharing_factor": (0.961,),
+        "hypoid_factor": (0.829,), "film_factors": (0.966 * 0.998,), "contact_ratio_factor": (0.662,),
+        "form_factor": (2.102, 2.586), "notch": (3.636, 2.118), "stress_correction": (1.988, 1.677),
+        "root_stress_permissible": (1011.5e6, 997.9e6),
+    },
+}  # fmt: skip
+# Z_R of sample 3 is 1 here (1.009): no more for flanks smoother than those of the test gears
+# what follows a printed value that its own inputs do not give: the load sharing of sample 2 (.703 printed, .776), the
+# middle contact line of sample 3 (21.377 mm printed from an end at 0, 23.227 mm)
+FOLLOWING = {
+    ("iso23509_f3", "load_sharing_factor"): 0.776 / 0.703,
+    ("iso23509_f4", "contact_line"): 23.227 / 21.377,
+    ("iso23509_f4", "contact_stress_nominal"): math.sqrt(21.377 / 23.227),
+}
+PRINTED = {"load_sharing_factor": 0.703, "contact_line": 21.377e-3, "contact_stress_nominal": 1194.5e6}
+
+
+@pytest.mark.parametrize("name", RATED)
+def test_load_capacity_of_the_technical_report(name: str) -> None:
+    rated = pair_blank(load_blank(name)).rating_drive
+    for quantity, printed in RATED[name].items():
+        value = np.atleast_1d(getattr(rated, quantity))
+        # the report rounds: its K_v of sample 1, 1.020, is 0.3 % above ours, and its stresses follow
+        assert value == pytest.approx(printed, rel=4e-3), quantity
+    for (sample_name, quantity), ratio in FOLLOWING.items():
+        if sample_name == name:
+            assert getattr(rated, quantity) == pytest.approx(ratio * PRINTED[quantity], rel=2e-3), quantity
+
+
+def test_damage_of_a_spectrum_by_hand() -> None:
+    inputs = load_blank("iso23509_f2")
+    inputs = inputs.model_copy(update={"rating": inputs.rating.model_copy(update={"torque": 200.0, "speed": 100.0})})
+    step = {"torque": 200.0, "speed": 100.0, "hours": 500.0}
+
+    def rated(*loads: dict[str, float]) -> FlankRating:
+        rating = RatingInput(**{**inputs.rating.model_dump(), "loads": loads})
+        return pair_blank(inputs.model_copy(update={"rating": rating})).rating_drive
+
+    once, twice = rated(step), rated(step, {**step, "torque": 350.0, "hours": 10.0})
+    cycles = 500.0 * 3600.0 * 100.0 / (2.0 * math.pi)
+    alone = pair_blank(inputs).rating_drive
+    for i, u in enumerate((1.0, 39.0 / 14.0)):
+        factor = (5e7 / (cycles / u)) ** (math.log(1.6) / math.log(500.0))
+        slow = (cycles / u / 5e7) ** (math.log(0.85) / math.log(200.0))
+        wanted = alone.safety_pitting[i] * (factor if cycles / u < 5e7 else slow)
+        assert once.spectrum.safety_pitting_spectrum[i] == pytest.approx(wanted, rel=1e-9)
+        assert twice.spectrum.damage_root[i] >= once.spectrum.damage_root[i]
+        assert twice.spectrum.safety_root_spectrum[i] < once.spectrum.safety_root_spectrum[i]
+    assert rated().spectrum is None
+    with refuses("torque"):
+        validate(RatingInput, {"torque": -1.0, "speed": 1.0, "edge_radius_pinion": 1e-3, "edge_radius_gear": 1e-3})

@@ -10,10 +10,10 @@ import pytest
 from refusals import refuses
 
 import efficiency
+from efficiency.blanks import iso_10300
 from efficiency.loss.efficiency_result import GEAR_NOTES
 from efficiency.ltca.limits import EDGE_LIMIT, EdgeLoad
 from efficiency.mesh import LoadedMesh
-from efficiency.strength import rating as iso_10300
 from efficiency.strength.rating import (
     YIELD_RATIO,
     LocalConditions,
