@@ -30,7 +30,7 @@ from efficiency.conditions.conditions import (
     resolve_friction,
     split_axes,
 )
-from efficiency.conditions.grid import Condition, Grid, Solve, solve_grid, solve_map
+from efficiency.conditions.grid import Condition, Evaluator, Grid
 from efficiency.contact.contact_lines import EDGE_REACH, CycleLines, MeshPosition, cycle_lines, mesh_cycle
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.gear_flanks import MEMBERS, Side
@@ -38,7 +38,7 @@ from efficiency.design.design import Design, MemberInput, PairDesign, kept_of_de
 from efficiency.loss.closed_form import PitchGeometry
 from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.efficiency import solve_balanced
-from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance
+from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import Axis, Operation, loaded_points
 from efficiency.loss.lubrication import LUBRICATION_FACTORS, warm_operation
 from efficiency.loss.uncertainty import stand_in
@@ -54,7 +54,6 @@ from efficiency.strength.root_stress import RootTooth, root_tooth
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.progress import ProgressCallback
 from ehl.common.threads import one_thread
-from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.formula import shipped_formulas
 from regression.friction.models import COLEMAN_FRICTION, FrictionModel
@@ -256,6 +255,7 @@ class Mesh:
         progress: ProgressCallback | None = None,
         strength: bool = False,
         interval: bool = False,
+        every_point: bool = True,
         **conditions: Unpack[MeshAxes],
     ) -> Grid:
         """Efficiency at all combinations of conditions that do not change the geometry; see `GearPair.over`.
@@ -264,6 +264,8 @@ class Mesh:
         ----------
         friction, progress, strength, interval : optional
             As in `GearPair.over`.
+        every_point : bool
+            Solve every point, or interpolate as in `map`.
         **conditions : value or sequence
             As in `GearPair.over`, without those that change the geometry.
 
@@ -271,19 +273,14 @@ class Mesh:
         -------
         Grid
         """
-        axes, solve = self._axes(friction, conditions)
-        return solve_grid(axes, solve, progress, strength, interval)
-
-    def _axes(self, friction: Friction | None, conditions: Mapping[str, Any]) -> tuple[dict[str, list[Any]], Solve]:
-        """Axes with several values, and the efficiency at one value of each."""
         axes, held = split_axes(conditions, AXES[len(GEOMETRY_AXES) :])
         model = resolve_friction(friction, self.design, conditions.get("oil"))
 
-        def solve(condition: Condition) -> EfficiencyResult:
+        def at(condition: Condition) -> EfficiencyResult:
             here: dict[str, Any] = {**held, **condition}
             return self.load(here.pop("torque", None)).efficiency(model, many=True, **here)
 
-        return axes, solve
+        return Evaluator(at, progress, strength, interval).grid(axes, every_point=every_point)
 
     @one_thread
     def map(
@@ -322,10 +319,8 @@ class Mesh:
         axes: dict[str, Any] = {
             name: axis_values(name, getattr(own, name) if values is None else values) for name, values in given.items()
         }
-        lines, solve = self._axes(friction, axes | conditions)
-        if strength or every_point:
-            return solve_grid(lines, solve, progress, strength, interval)
-        return solve_map(lines, solve, progress, interval=interval)
+        options: dict[str, Any] = {"progress": progress, "strength": strength, "interval": interval}
+        return self.over(friction, every_point=every_point, **options, **axes, **conditions)
 
     def __repr__(self) -> str:
         lines = f"{len(self.grids.fine)} positions, {self.grids.points_per_line} points per line"
@@ -398,12 +393,10 @@ class LoadedMesh:
         InputError
             An invalid value.
         """
-        model, chosen = self._chosen(friction, conditions)
-        design = self.mesh.design
-        operation, oil = chosen.operation(design), chosen.card(design)
-        if chosen.bulk != "oil":
-            operation = self._warm(model, operation, oil, many=many)
-        return self.solve(model, operation, oil, chosen.load_balance, many=many)
+        model, at = resolve_friction(friction, self.design, conditions.get("oil")), self._conditions(conditions)
+        operation = at.operation if at.bulk == "oil" else self._warm(model, at, many=many)
+        result = solve_balanced(self.grids, model, at.oil, operation, at.load_balance, many=many)
+        return replace(result, case=replace(result.case, mesh=self))
 
     @one_thread
     def compare(self, frictions: Iterable[Friction] | None = None, **conditions: Unpack[ConditionValues]) -> Comparison:
@@ -420,14 +413,12 @@ class LoadedMesh:
         -------
         Comparison
         """
-        chosen, design = Conditions.of(conditions), self.mesh.design
-        oil = chosen.card(design)
-        names = (*shipped_formulas(oil.name), *DEFAULT_MODELS) if frictions is None else frictions
-        models = [resolve_friction(friction, design) for friction in names]
-        balance, operation = self._balance_of(chosen.load_balance), chosen.operation(design)
-        if chosen.bulk != "oil":  # the same bulk temperature for all models
-            operation = self._warm(models[0], operation, oil)
-        return compare_models(self.grids, models, oil, operation, self.mesh.pitch, balance)
+        at = self._conditions(conditions)
+        names = (*shipped_formulas(at.oil.name), *DEFAULT_MODELS) if frictions is None else frictions
+        models = [resolve_friction(friction, self.design) for friction in names]
+        # the same bulk temperature for all models
+        operation = at.operation if at.bulk == "oil" else self._warm(models[0], at)
+        return compare_models(self.grids, models, at.oil, operation, self.mesh.pitch, at.load_balance)
 
     @one_thread
     def strength_of(self, result: EfficiencyResult) -> Strength:
@@ -482,36 +473,23 @@ class LoadedMesh:
         load = replace(self.grids.fine, positions=tuple(positions))
         return write_load(load, self.grids.thermal, Path(path), friction)
 
-    @one_thread
-    def solve(
-        self,
-        model: FrictionModel,
-        operation: Operation,
-        oil: Oil,
-        load_balance: LoadBalance | None = None,
-        *,
-        many: bool = False,
-    ) -> EfficiencyResult:
-        """Efficiency of a friction model at an operation; `many` as in `efficiency.loss.efficiency.solve_balanced`."""
-        result = solve_balanced(self.grids, model, oil, operation, self._balance_of(load_balance), many=many)
-        return replace(result, case=replace(result.case, mesh=self))
-
-    def _chosen(self, friction: Friction | None, given: Mapping[str, Any]) -> tuple[FrictionModel, Conditions]:
-        return resolve_friction(friction, self.mesh.design, given.get("oil")), Conditions.of(given)
-
-    def _balance_of(self, load_balance: LoadBalance | None) -> LoadBalance:
+    def _conditions(self, given: Mapping[str, Any]) -> Conditions:
+        """Conditions of the mesh; the forces of a file are not changed by friction."""
+        at = Conditions.of(self.design, given)
         if self.external_load is None:
-            return load_balance or "frictional"
-        if load_balance == "frictional":
-            raise InputError("load_balance", load_balance, "frictionless, because the forces of a file are not changed")
-        return "frictionless"
+            return at
+        if given.get("load_balance") == "frictional":
+            allowed = "frictionless, because the forces of a file are not changed"
+            raise InputError("load_balance", "frictional", allowed)
+        return replace(at, load_balance="frictionless")
 
-    def _warm(self, model: FrictionModel, operation: Operation, oil: Oil, *, many: bool = False) -> Operation:
+    def _warm(self, model: FrictionModel, at: Conditions, *, many: bool = False) -> Operation:
         """The operation with bulk temperatures from the loss of the normal forces.
 
         For many operating points friction is computed at a quarter of the contact points; this changes the rise by less
         than 1 %.
         """
+        operation, oil = at.operation, at.oil
         formula = stand_in(model, oil)[0] if model.solves_contacts else model
         load, modulus = self.grids.thermal, self.grids.mesh.teeth.effective_modulus
         smooth: dict[str, Any] = dict.fromkeys(("roughness_rms_pinion", "roughness_rms_gear"), 0.0)
@@ -528,7 +506,7 @@ class LoadedMesh:
             mu = friction_of(formula, warm, oil)
             return float(np.sum(np.where(np.isfinite(mu), mu, COLEMAN_FRICTION) * power))
 
-        pitch, design = self.mesh.pitch, self.mesh.design
+        pitch, design = self.mesh.pitch, self.design
         size = pitch.radius_pinion + pitch.radius_gear, design.common_face_width
         return warm_operation(loss, operation, size, LUBRICATION_FACTORS[design.cooling.lubrication])
 

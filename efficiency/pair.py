@@ -6,7 +6,7 @@ pair (design)  ->  mesh (geometry, contact lines, elastic teeth)  ->  loaded mes
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from html import escape
@@ -29,8 +29,8 @@ from efficiency.conditions.conditions import (
     resolve_friction,
     split_axes,
 )
-from efficiency.conditions.duty import DutyCycle, DutyRow, duty_cycle, read_duty
-from efficiency.conditions.grid import Condition, Grid, solve_grid, solve_points
+from efficiency.conditions.duty import DutyCycle, DutyRow, duty_cycle, duty_rows
+from efficiency.conditions.grid import Condition, Evaluator, Grid
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design, load_design
 from efficiency.loss.compare import Comparison
@@ -212,17 +212,25 @@ class GearPair:
         mesh = self.mesh(placed.pop("side", "drive"), *(grid or ()), **placed)
         return mesh.load(here.pop("torque", None)).efficiency(friction, many=many, **here)
 
-    def _points(
-        self, friction: Friction | None, grid: tuple[int, int] | None, held: Mapping[str, Any]
-    ) -> tuple[FrictionModel, str, Callable[[Condition], EfficiencyResult]]:
-        """Friction model, name of the oil, and the efficiency at one of many conditions."""
+    def _evaluator(
+        self,
+        friction: Friction | None,
+        grid: tuple[int, int] | None,
+        held: Mapping[str, Any],
+        progress: ProgressCallback | None = None,
+        strength: bool = False,
+        interval: bool = False,
+    ) -> tuple[Evaluator, dict[str, str]]:
+        """Evaluator of many conditions, and names of design, friction model and oil."""
+        held = split_axes(held)[1]
         model = resolve_friction(friction, self.design, held.get("oil"))
         oil = held.get("oil", self.design.operation.oil)
 
-        def solve(condition: Condition) -> EfficiencyResult:
+        def at(condition: Condition) -> EfficiencyResult:
             return self.at(model, grid, many=True, **{**held, **condition})
 
-        return model, getattr(oil, "name", oil), solve
+        about = {"design": self.name, "friction_model": model.name, "oil": getattr(oil, "name", oil)}
+        return Evaluator(at, progress, strength, interval), about
 
     @one_thread
     def over(
@@ -268,16 +276,16 @@ class GearPair:
         axes, held = split_axes(conditions)
         designs = axes.get("design", [held.pop("design", self)])
         pairs = [design if isinstance(design, GearPair) else GearPair(design) for design in designs]
-        solvers = {pair.name: pair._points(friction, grid, held)[2] for pair in pairs}
+        evaluators = {pair.name: pair._evaluator(friction, grid, held)[0] for pair in pairs}
         if "design" in axes:
             axes["design"] = pairs
 
-        def solve(condition: Condition) -> EfficiencyResult:
+        def at(condition: Condition) -> EfficiencyResult:
             here = dict(condition)
             pair: GearPair = here.pop("design", pairs[0])
-            return solvers[pair.name](here)
+            return evaluators[pair.name].at(here)
 
-        return solve_grid(axes, solve, progress, strength, interval)
+        return Evaluator(at, progress, strength, interval).grid(axes)
 
     @one_thread
     def duty(
@@ -308,15 +316,9 @@ class GearPair:
         **conditions : float or str
             Conditions of all points that differ from the design, as in `LoadedMesh.efficiency`.
         """
-        if isinstance(file, Path | str):
-            own = self.design.gear.blank.teeth / self.design.pinion.blank.teeth
-            at = self.design.operation.temperature if temperature is None else temperature
-            rows = read_duty(file, tyre_radius=tyre_radius, ratio=ratio or own, temperature=at)
-        else:
-            rows = tuple(file)
-        model, oil, solve = self._points(friction, grid, conditions)
-        points = solve_points([row.condition for row in rows], solve, progress)
-        return duty_cycle(rows, points, self.name, model.name, oil)
+        rows = duty_rows(file, self.design, tyre_radius=tyre_radius, ratio=ratio, temperature=temperature)
+        evaluator, about = self._evaluator(friction, grid, conditions, progress)
+        return duty_cycle(rows, evaluator.points([row.condition for row in rows]), **about)
 
     @one_thread
     def loss_map(
@@ -362,9 +364,8 @@ class GearPair:
         """
         torques, speeds = signed_axes(torque, speed)
         kelvin = checked("temperature", self.design.operation.temperature if temperature is None else temperature)
-        model, oil, solve = self._points(friction, grid, conditions)
-        about = {"design": self.name, "friction_model": model.name, "oil": oil}
-        return solve_loss_map(torques, speeds, kelvin, solve, resolve_axle(axle), progress, interval, **about)
+        evaluator, about = self._evaluator(friction, grid, conditions, progress, interval=interval)
+        return solve_loss_map(torques, speeds, kelvin, evaluator, resolve_axle(axle), **about)
 
     @one_thread
     def axle_test(
@@ -430,7 +431,7 @@ class GearPair:
 
         card = Oil.load(oil or self.design.operation.oil)
         found = []
-        for row in read_duty(duty) if isinstance(duty, Path | str) else duty:
+        for row in duty_rows(duty, self.design):
             mesh = self.mesh(row.side, *grid)
             load = mesh.load(abs(row.torque)).grids.fine
             if load.reason:

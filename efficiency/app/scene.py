@@ -414,13 +414,11 @@ class Bench:
         speed = base.result.conditions.speed * turn
         share = np.linspace(0.2, 1.4, MAP_STEPS)
         torques, speeds = [float(f"{x:.3g}") for x in torque * share], [float(f"{x:.3g}") for x in speed * share]
-        rows: list[list[float]] = []
-        for number, each in enumerate(torques):
-            loaded = base.loaded.mesh.load(each)
-            places = [scene.conditions | {"speed": f"{v} rpm"} for v in speeds]
-            rows.append([100.0 * loaded.efficiency(base.friction, many=True, **at).efficiency for at in places])
-            heard((number + 1) / len(torques))
-        return torques, speeds, rows
+        axes = {"torque": torques, "speed": [f"{v} rpm" for v in speeds]}
+        grid = base.loaded.mesh.over(
+            base.friction, progress=lambda p: heard(p.done / p.total), **scene.conditions | axes
+        )
+        return torques, speeds, (100.0 * grid.values()).tolist()
 
     def script(self, scene: Scene) -> str:
         """A Python script that gives the number of the page."""

@@ -28,15 +28,15 @@ from efficiency.axle.result import (
     interval_ends,
 )
 from efficiency.conditions.conditions import Friction, Value, Values, axis_values, checked
-from efficiency.conditions.duty import SIGNED, DutyRow, read_duty
-from efficiency.conditions.grid import Condition, GridPoint, solve_points
+from efficiency.conditions.duty import SIGNED, DutyRow, duty_rows
+from efficiency.conditions.grid import Condition, Evaluator, GridPoint
 from efficiency.contact.assembly import Axis
 from efficiency.contact.gear_flanks import Side
 from efficiency.cylindrical_gears.design import CylindricalDesign
 from efficiency.design.design import PairDesign
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.ltca.load_distribution import LoadDistribution
-from efficiency.mesh import LoadedMesh
+from efficiency.mesh import Mesh
 from efficiency.output.notes import outside_note
 from efficiency.pairs import load
 from efficiency.vehicle.axle_test import AxleTest
@@ -277,13 +277,7 @@ class Axle:
         tyre_radius, temperature : float or str, optional
             As of `read_duty`; the temperature is that of the design where not given.
         """
-        if isinstance(duty, Path | str):
-            design = self.pair.design
-            kelvin = design.operation.temperature if temperature is None else temperature
-            ratio = 1.0 / design.ratio
-            rows = read_duty(duty, tyre_radius=tyre_radius, ratio=ratio, temperature=kelvin, unloaded=True)
-        else:
-            rows = tuple(duty)
+        rows = duty_rows(duty, self.pair.design, tyre_radius=tyre_radius, temperature=temperature, unloaded=True)
         return self._result("duty", rows, [self._mesh_loss(row, friction, many=True) for row in rows])
 
     @one_thread
@@ -366,7 +360,7 @@ class Axle:
                 others[name] = loss / losses[name] if losses[name] > 0.0 < loss else 1.0
         return interval_ends(self.methods.bearings, viscosity, others)
 
-    def _mesh(self, side: Side) -> Any:
+    def _mesh(self, side: Side) -> Mesh:
         return self.pair.mesh(side, *(self._grid or ()))
 
     def _mesh_loss(
@@ -375,10 +369,10 @@ class Axle:
         if row.torque * row.speed == 0.0:
             return _MeshLoss()
 
-        def solve(condition: Condition) -> EfficiencyResult:
-            return self.pair.at(grid=self._grid, many=many, **condition, friction=friction)
+        def at(condition: Condition) -> EfficiencyResult:
+            return self.pair.at(friction, self._grid, many=many, **condition)
 
-        point = solve_points([row.condition], solve)[0]
+        [point] = Evaluator(at).points([row.condition])
         model = point.result.friction_model if point.result is not None else ""
         return _MeshLoss.of(point, _ends(point.result) if interval else (1.0, 1.0), model)
 
@@ -404,7 +398,7 @@ class Axle:
     def _wrench(self, side: Side, torque: float) -> FloatArray:
         """Mean mesh force and moment on both shafts (2, 6) [N], [N m], at a pinion torque above zero."""
         if (side, torque) not in self._wrenches:
-            loaded: LoadedMesh = self._mesh(side).load(torque)
+            loaded = self._mesh(side).load(torque)
             axes = loaded.grids.mesh.axes
             if axes is None or loaded.grids.coarse.reason:
                 raise ConvergenceError(loaded.grids.coarse.reason or "no_axes", f"{self.name} at {torque:g} N m")

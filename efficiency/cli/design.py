@@ -110,7 +110,7 @@ def export(
     ] = 0.0,
     rim: Annotated[str | None, console.advanced(help="Solids: rim below the root, such as '6 mm'.")] = None,
     bore: Annotated[str | None, console.advanced(help="Members: diameter of the bore, '0 mm' for none.")] = None,
-    units: shared.UnitsOption = "metric",
+    units: shared.UnitsOption = None,
     language: Annotated[
         str | None, typer.Option(help="Formula: python, c, fortran, matlab, fmu; by the suffix if not given.")
     ] = None,
@@ -281,11 +281,11 @@ def study(
     chosen: dict[str, Any] = {
         "friction": friction,
         "oil": oil,
-        "side": shared.one_side(side),
+        "side": side,
         "jobs": jobs,
         "store": store,
     }
-    chosen |= {"strength": strength} | console.given({"load_balance": shared.load_balance_of(load_balance)})
+    chosen |= {"strength": strength} | console.given({"load_balance": load_balance})
     kept = f"finished points are kept in {store}, the same command resumes"
     with console.output_folder(output), console.working("study", kept):
         result = efficiency.study(designs or PAIRS, **chosen, **values, **misalignment)

@@ -10,11 +10,14 @@ import typer
 import efficiency
 from efficiency.cli import options as shared
 from ehl import InputError
-from ehl.common.console import GEAR, App, advanced, fail_unless_converged, given, is_list, print_json, working
+from ehl.common.console import GEAR, App, advanced, fail_unless_converged, given, is_list, working
 
 BulkOption = Annotated[
     str | None,
-    advanced(help="Bulk temperature of the teeth: estimate (default, from the loss after ISO/TR 15144-1), or oil."),
+    advanced(
+        "--bulk-temperature",
+        help="Bulk temperature of the teeth: estimate (default, from the loss after ISO/TR 15144-1), or oil.",
+    ),
 ]
 UncertaintyOption = Annotated[
     bool,
@@ -39,15 +42,11 @@ def gear(
     *,
     design: shared.DesignArgument,
     friction: shared.FrictionOption = None,
-    point: shared.PointOptions,
-    surface: shared.SurfaceOptions,
-    side: shared.SideOption = "drive",
+    conditions: shared.ConditionOptions,
     json_output: shared.JsonOption = False,
     files: shared.FileOptions,
-    units: shared.UnitsOption = "metric",
     misalignment: shared.MisalignmentOptions,
-    load_balance: shared.LoadBalanceOption = None,
-    bulk_temperature: BulkOption = None,
+    bulk: BulkOption = None,
     uncertainty: UncertaintyOption = False,
     strength: Annotated[bool, advanced("--strength", help="With --json: include the strength of the teeth.")] = False,
     load_from: LoadFromOption = None,
@@ -55,25 +54,21 @@ def gear(
 ) -> None:
     """Efficiency of a gear pair at one operating point: contact, load, friction, power loss, strength."""
     shared.check_files(files)
-    system = shared.unit_system(units)
     pair = _pair(design, misalignment)
-    _refuse_lists(point)
-    [model] = pair.check([friction], **point, **surface)
-    balance_of = shared.load_balance_of(load_balance)
+    _refuse_lists(conditions)
     if load_from is not None:
-        shared.refuse("--load-from", {"bulk_temperature": bulk_temperature, "uncertainty": uncertainty})
-    mesh = pair.mesh(shared.one_side(side))
-    at = point.pop("torque", None)
-    conditions = point | surface
-    bulk = shared.one_of("bulk-temperature", bulk_temperature, "estimate", "oil")
+        shared.refuse("--load-from", {"bulk": bulk, "uncertainty": uncertainty})
+    conditions |= given({"bulk": bulk})
+    [model] = pair.check([friction], **conditions)
+    mesh, at = pair.mesh(conditions.pop("side", "drive")), conditions.pop("torque", None)
     with working("gear pair"):
         loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
-        result = loaded.efficiency(model, load_balance=balance_of, bulk=bulk, **conditions)
+        result = loaded.efficiency(model, **conditions)
         if save_load is not None:
             loaded.write_load(save_load, result)
         if uncertainty and result.status == "converged":
             result = result.with_inputs(result.uncertainty(solved=True))
-    shared.present(result, json_output, units=system, strength=strength, **files)
+    shared.present(result, json_output, strength=strength, **files)
 
 
 @shared.with_groups
@@ -81,14 +76,10 @@ def map_points(
     *,
     design: shared.DesignArgument,
     friction: shared.FrictionOption = None,
-    axes: shared.PointOptions,
-    surface: shared.SurfaceOptions,
-    side: shared.SideOption = "drive",
+    conditions: shared.ConditionOptions,
     json_output: shared.JsonOption = False,
     files: shared.FileOptions,
-    units: shared.UnitsOption = "metric",
     misalignment: shared.MisalignmentOptions,
-    load_balance: shared.LoadBalanceOption = None,
     strength: shared.StrengthOption = False,
     interval: Annotated[
         bool, advanced("--interval", help="Columns of the 90 % interval from uncertain inputs.")
@@ -100,14 +91,12 @@ def map_points(
     Each is one value, a list '100, 200, 300 N m' or a range '50:200:4 N m'; what is not given is that of the design.
     """
     shared.check_files(files)
-    system = shared.unit_system(units)
     pair = _pair(design, misalignment)
-    [model] = pair.check([friction], **axes, **surface)
-    fixed = surface | given({"load_balance": shared.load_balance_of(load_balance)})
+    [model] = pair.check([friction], **conditions)
     with working("operating points"):
         more: dict[str, Any] = {"strength": strength, "interval": interval, "every_point": every_point}
-        grid = pair.mesh(shared.one_side(side)).map(model, **more, **axes, **fixed)
-    shared.present(grid, json_output, units=system, **files)
+        grid = pair.mesh(conditions.pop("side", "drive")).map(model, **more, **conditions)
+    shared.present(grid, json_output, **files)
 
 
 @shared.with_groups
@@ -116,12 +105,10 @@ def duty(
     design: shared.DesignArgument,
     file: DutyArgument,
     friction: shared.FrictionOption = None,
-    oil: shared.OilOption = None,
+    conditions: shared.HeldOptions,
     json_output: shared.JsonOption = False,
     files: shared.TableOptions,
     misalignment: shared.MisalignmentOptions,
-    load_balance: shared.LoadBalanceOption = None,
-    roughness: shared.RoughnessOptions,
     tyre_radius: Annotated[
         str | None, typer.Option(help="Tyre radius for a vehicle speed in km/h, e.g. '0.32 m'.")
     ] = None,
@@ -133,7 +120,6 @@ def duty(
     """Energies of a gear pair over a duty cycle, by row and in total."""
     shared.check_files(files)
     pair = _pair(design, misalignment)
-    conditions = roughness | given({"oil": oil, "load_balance": shared.load_balance_of(load_balance)})
     [model] = pair.check([friction], **conditions)
     with working("duty cycle"):
         recorded = given({"tyre_radius": tyre_radius, "ratio": ratio, "temperature": temperature})
@@ -148,25 +134,18 @@ def geometry(
     side: Annotated[str, typer.Option(help="Flanks in contact: drive, coast or both.")] = "both",
     marking: shared.MarkingOption = None,
     json_output: shared.JsonOption = False,
-    plot: shared.FiguresOption = None,
-    report: shared.ReportOption = None,
-    units: shared.UnitsOption = "metric",
+    files: shared.PageOptions,
     misalignment: shared.MisalignmentOptions,
 ) -> None:
     """Geometry and unloaded contact of a gear pair: ease-off, contact pattern, transmission error, contact ratios."""
-    shared.check_files(given({"report": report}))
-    system = shared.unit_system(units)
+    shared.check_files(files)
     shape = _pair(design, misalignment).geometry(side, marking)
-    shape.write(units=system, plot=plot, report=report)
-    print_json(shape.to_dict()) if json_output else shape.show(units=system)
-    for name, reason in shape.failures.items():
-        typer.echo(f"{name}: {reason}", err=True)
-    fail_unless_converged(shape.status, "")
+    shared.present(shape, json_output, **files)
 
 
-def _refuse_lists(point: dict[str, str]) -> None:
-    for name, text in point.items():
-        if is_list(text):
+def _refuse_lists(conditions: dict[str, str]) -> None:
+    for name in ("torque", "speed", "temperature"):
+        if is_list(text := conditions.get(name, "")):
             raise InputError(name, text, "one value", "Lists and ranges make a map: mixed-ehl map.")
 
 
@@ -177,10 +156,7 @@ def compare(
     friction: Annotated[
         list[str] | None, typer.Option(help="A friction model; repeat for several. Default: constants, published, ehl.")
     ] = None,
-    point: shared.PointOptions,
-    surface: shared.SurfaceOptions,
-    side: shared.SideOption = "drive",
-    load_balance: shared.LoadBalanceOption = None,
+    conditions: shared.ConditionOptions,
     load_from: LoadFromOption = None,
     json_output: shared.JsonOption = False,
     plot: Annotated[Path | None, shared.output_option(help="Write the figure (PNG, SVG, PDF).")] = None,
@@ -190,13 +166,13 @@ def compare(
     """Compare friction models, constant mu and closed forms on one gear pair."""
     files |= given({"report": report, "plot": plot})
     shared.check_files(files)
-    _refuse_lists(point)
+    _refuse_lists(conditions)
     pair = efficiency.load(design)
-    models = pair.check(friction or (), **point, **surface) or None
-    mesh, at = pair.mesh(shared.one_side(side)), point.pop("torque", None)
+    models = pair.check(friction or (), **conditions) or None
+    mesh, at = pair.mesh(conditions.pop("side", "drive")), conditions.pop("torque", None)
     with working("comparison"):
         loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
-        comparison = loaded.compare(models, load_balance=shared.load_balance_of(load_balance), **point, **surface)
+        comparison = loaded.compare(models, **conditions)
     shared.present(comparison, json_output, **files)
 
 

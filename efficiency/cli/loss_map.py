@@ -10,17 +10,6 @@ from efficiency.cli import options as shared
 from ehl import InputError
 from ehl.common.console import GEAR, App, advanced, check_outputs, given, working
 
-_ConditionOptions = Annotated[
-    dict[str, Any],
-    shared.OptionGroup(
-        {
-            "temperature": shared.TemperatureOption,
-            "oil": shared.OilOption,
-            "load_balance": shared.LoadBalanceOption,
-            **shared.ROUGHNESS,
-        }
-    ),
-]
 _AxleOptions = Annotated[
     dict[str, Any],
     shared.OptionGroup(
@@ -43,7 +32,8 @@ def loss_map(
     torque: Annotated[str, typer.Option(help="Pinion torques, below zero in coast: '-300:300:7 N m', or a list.")],
     speed: Annotated[str, typer.Option(help="Pinion speeds: '50:2000:5 rpm', or a list.")],
     friction: shared.FrictionOption = None,
-    conditions: _ConditionOptions,
+    temperature: shared.TemperatureOption = None,
+    conditions: shared.HeldOptions,
     axle: _AxleOptions,
     model: shared.MapFileOption = None,
     json_output: shared.JsonOption = False,
@@ -52,11 +42,10 @@ def loss_map(
     """Torque loss over pinion torque and speed, drive and coast, for vehicle simulation."""
     shared.check_map_files(model)
     shared.check_files(files)
-    shared.load_balance_of(conditions.get("load_balance"))
     losses = _axle(axle)
     with working("loss map"):
         found = efficiency.load(design).loss_map(
-            torque, speed, friction, axle=losses, interval=bool(model), **conditions
+            torque, speed, friction, axle=losses, interval=bool(model), temperature=temperature, **conditions
         )
     shared.write_map(found, model)
     shared.present(found, json_output, **files)
@@ -72,7 +61,8 @@ def axle_test(
     torque_max: Annotated[str | None, typer.Option(help="Rated output torque of the axle, e.g. '2500 N m'.")] = None,
     revolutions_per_mile: Annotated[float, advanced(help="Revolutions of the smallest tyre.")] = 650.0,
     friction: shared.FrictionOption = None,
-    conditions: _ConditionOptions,
+    temperature: shared.TemperatureOption = None,
+    conditions: shared.HeldOptions,
     axle: _AxleOptions,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write the grid as CSV, with GEM's decimals.")
@@ -83,8 +73,7 @@ def axle_test(
     """Power loss at the test points of 40 CFR 1037.560."""
     check_outputs({"output": output})
     shared.check_files(files)
-    shared.load_balance_of(conditions.get("load_balance"))
-    options = conditions | given({"torque_max": torque_max})
+    options = conditions | given({"torque_max": torque_max, "temperature": temperature})
     losses = _axle(axle)
     with working("loss map"):
         found = efficiency.load(design).axle_test(

@@ -85,25 +85,30 @@ DesignArgument = Annotated[
 SideOption = Annotated[str, operation(help="Flanks that carry the load: drive or coast.")]
 TemperatureOption = text_option("Oil temperature with its unit: '80 degC'.", OPERATION)
 OilOption = Annotated[str | None, operation(help="Oil card in place of the design's.", autocompletion=names_of("oils"))]
-PointOptions = Annotated[
-    dict[str, Any],
-    OptionGroup(
-        {
-            "torque": text_option("Pinion torque with its unit: '250 N m'.", OPERATION),
-            "speed": text_option("Pinion speed with its unit: '1500 rpm'.", OPERATION),
-            "temperature": TemperatureOption,
-        }
-    ),
-]
+_POINT = {
+    "torque": text_option("Pinion torque with its unit: '250 N m'.", OPERATION),
+    "speed": text_option("Pinion speed with its unit: '1500 rpm'.", OPERATION),
+    "temperature": TemperatureOption,
+}
+PointOptions = Annotated[dict[str, Any], OptionGroup(_POINT)]
 ROUGHNESS = {
     "roughness_rms_each": text_option("Rq of the flanks of both members: '0.4 um'.", name="--roughness-each"),
     "roughness_rms_pinion": text_option("Rq of the pinion flanks.", name="--roughness-pinion"),
     "roughness_rms_gear": text_option("Rq of the gear flanks.", name="--roughness-gear"),
 }
-RoughnessOptions = Annotated[dict[str, Any], OptionGroup(ROUGHNESS)]
-SurfaceOptions = Annotated[
+LoadBalanceOption = text_option("Torque balance: frictional (default, with friction forces) or frictionless.")
+_HELD = {"oil": OilOption, **ROUGHNESS, "load_balance": LoadBalanceOption}
+HeldOptions = Annotated[dict[str, Any], OptionGroup(_HELD)]
+ConditionOptions = Annotated[
     dict[str, Any],
-    OptionGroup({"oil": OilOption, **ROUGHNESS, "driver": text_option("Member the power comes from: pinion or gear.")}),
+    OptionGroup(
+        {
+            **_POINT,
+            "side": text_option("Flanks that carry the load: drive (default) or coast.", OPERATION),
+            **_HELD,
+            "driver": text_option("Member the power comes from: pinion or gear."),
+        }
+    ),
 ]
 MisalignmentOptions = Annotated[
     dict[str, Any],
@@ -113,10 +118,6 @@ MisalignmentOptions = Annotated[
         "Shift G along the gear axis, from apex to heel.",
         "Change of the shaft angle: '2 arcmin'.",
     ),
-]
-LoadBalanceOption = Annotated[
-    str | None,
-    advanced(help="Torque balance: frictional (default, with friction forces) or frictionless."),
 ]
 FrictionOption = Annotated[
     str | None,
@@ -134,7 +135,12 @@ StrengthOption = Annotated[
 MarkingOption = Annotated[str | None, advanced(help="Thickness of the marking compound, default '6.35 um'.")]
 JsonOption = Annotated[bool, output_option("--json", help="Print one JSON object in SI units.")]
 ReportOption = Annotated[Path | None, output_option(help="Write one HTML page, also for printing.")]
-FiguresOption = Annotated[Path | None, output_option(help="Folder for figures (PNG).")]
+UnitsOption = Annotated[str | None, advanced(help="Units of design tables: metric (default) or inch.")]
+_PAGE = {
+    "plot": Annotated[Path | None, output_option(help="Folder for figures (PNG).")],
+    "report": ReportOption,
+    "units": UnitsOption,
+}
 _TABLES = {
     "cite": Annotated[
         bool | None,
@@ -144,8 +150,8 @@ _TABLES = {
     "csv": Annotated[Path | None, advanced(help="Folder for all tables as CSV.")],
 }
 TableOptions = Annotated[dict[str, Any], OptionGroup(_TABLES)]
-FileOptions = Annotated[dict[str, Any], OptionGroup({"plot": FiguresOption, "report": ReportOption, **_TABLES})]
-UnitsOption = Annotated[str, advanced(help="Units of design tables: metric or inch.")]
+PageOptions = Annotated[dict[str, Any], OptionGroup(_PAGE)]
+FileOptions = Annotated[dict[str, Any], OptionGroup({**_PAGE, **_TABLES})]
 DaskOption = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler (tcp://..., file.json), or local:N.")
 ]
@@ -197,11 +203,12 @@ def write_map(found: Any, files: Sequence[Path] | None) -> None:
             found.write_model(path)
 
 
-def check_files(files: Mapping[str, Path]) -> None:
-    """Refuse pages and workbooks with another suffix, before anything is computed."""
+def check_files(files: Mapping[str, Any]) -> None:
+    """Refuse pages and workbooks with another suffix, and other units, before anything is computed."""
     for field in ("report", "xlsx"):
         if field in files:
             check_suffix(files[field], field)
+    unit_system(files.get("units"))
 
 
 def one_of(field: str, text: str | None, *allowed: str) -> Any:
@@ -212,26 +219,15 @@ def one_of(field: str, text: str | None, *allowed: str) -> Any:
     return text
 
 
-def unit_system(units: str) -> Any:
+def unit_system(units: str | None) -> Any:
     """Metric or inch."""
-    return one_of("units", units, "metric", "inch")
-
-
-def one_side(side: str) -> Any:
-    """Drive or coast."""
-    return one_of("side", side, "drive", "coast")
-
-
-def load_balance_of(text: str | None) -> Any:
-    """Balance that carries the torque; None leaves it to the default."""
-    return one_of("load-balance", text, "frictional", "frictionless")
+    return one_of("units", units, "metric", "inch") or "metric"
 
 
 def present(result: Any, json_output: bool, **files: Any) -> None:
     """Print and write a result; exit code 1 where it failed."""
-    units = files.pop("units", None)
     contained = {"strength": True} if files.pop("strength", False) else {}
-    options = given({"units": units})
+    options = {"units": unit_system(files.pop("units"))} if "units" in files else {}
     citation = result.citation() if files.pop("cite", False) else None
     if json_output:
         print_json(result.to_dict(**contained) | ({} if citation is None else {"bibtex": citation.bibtex}))

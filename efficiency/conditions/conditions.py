@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence, Sized
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any, TypedDict
 
 from pydantic import BaseModel
@@ -108,58 +108,39 @@ class PairAxes(MeshAxes, total=False):
 
 @dataclass(frozen=True)
 class Conditions:
-    """Operating conditions of a loaded mesh, SI units; None means the value of the design.
+    """Operating conditions of a loaded mesh.
 
-    speed: speed of the pinion [rad/s].
-    temperature: oil temperature [K].
-    oil: name of an oil card, or the card.
-    driver: driving member.
-    roughness_rms_pinion, roughness_rms_gear: Rq of the flanks [m].
-    correlation_length, peklenik_number: texture of the flanks [m], [-].
-    load_balance: forces in the torque balance: normal and friction forces (default), or the normal forces alone. Forces
-        read from a file are not changed.
-    bulk: bulk temperature of the teeth: estimated from the loss (default), or the oil temperature.
+    operation: speed, oil temperature, roughness and texture of the flanks, driving member.
+    oil: oil card.
+    load_balance: forces in the torque balance: normal and friction forces, or the normal forces alone.
+    bulk: bulk temperature of the teeth: estimated from the loss, or the oil temperature.
     """
 
-    speed: float | None = None
-    temperature: float | None = None
-    oil: str | Oil | None = None
-    driver: Driver | None = None
-    roughness_rms_pinion: float | None = None
-    roughness_rms_gear: float | None = None
-    correlation_length: float | None = None
-    peklenik_number: float | None = None
-    load_balance: LoadBalance | None = None
-    bulk: Bulk | None = None
+    operation: Operation
+    oil: Oil
+    load_balance: LoadBalance = "frictional"
+    bulk: Bulk = "estimate"
 
     @classmethod
-    def of(cls, given: Mapping[str, Any]) -> Conditions:
-        """Conditions from the keywords of `ConditionValues`.
+    def of(cls, design: PairDesign, given: Mapping[str, Any]) -> Conditions:
+        """Conditions from the keywords of `ConditionValues`; those of the design where not given or None.
 
         Raises `InputError`: an unknown name or an invalid value.
         """
-        known = [*(f.name for f in fields(cls)), "roughness_rms_each"]
         values: dict[str, Any] = {}
         for name, value in given.items():
             refuse_composite(name, value)
-            if name not in known:
-                raise InputError("condition", name, "one of " + ", ".join(sorted(known)))
+            if name not in ConditionValues.__optional_keys__:
+                raise InputError("condition", name, "one of " + ", ".join(sorted(ConditionValues.__optional_keys__)))
             if value is not None:
                 values[name] = checked(name, value)
-        both = values.pop("roughness_rms_each", None)
-        each = {} if both is None else {"roughness_rms_pinion": both, "roughness_rms_gear": both}
-        return cls(**each | values)
-
-    def card(self, design: PairDesign) -> Oil:
-        """The oil card."""
-        oil = self.oil or design.operation.oil
-        return oil if isinstance(oil, Oil) else Oil.load(oil)
-
-    def operation(self, design: PairDesign) -> Operation:
-        """Operation of a design under these conditions."""
+        options = {name: values.pop(name) for name in ("load_balance", "bulk") if name in values}
+        oil = values.pop("oil", design.operation.oil)
+        if "roughness_rms_each" in values:
+            each = values.pop("roughness_rms_each")
+            values = {"roughness_rms_pinion": each, "roughness_rms_gear": each} | values
         own = design.running(design.operation.speed, design.operation.temperature, design.operation.driver)
-        names = [f.name for f in fields(self) if f.name not in ("oil", "load_balance", "bulk")]
-        return replace(own, **{name: getattr(self, name) for name in names if getattr(self, name) is not None})
+        return cls(replace(own, **values), oil if isinstance(oil, Oil) else Oil.load(oil), **options)
 
 
 def checked(name: str, value: Any) -> Any:
@@ -169,8 +150,11 @@ def checked(name: str, value: Any) -> Any:
     """
     if name in QUANTITIES:
         return QUANTITIES[name].check(value, name, bare=not isinstance(value, str))
-    if name in _WORDS and value not in _WORDS[name]:
-        raise InputError(name, value, " or ".join(_WORDS[name]))
+    if name in _WORDS:
+        word = str(value).casefold()
+        if word not in _WORDS[name]:
+            raise InputError(name, value, " or ".join(_WORDS[name]))
+        return word
     if name == "oil" and isinstance(value, str):
         Oil.load(value)
     return value

@@ -7,17 +7,17 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from efficiency.conditions.grid import GridPoint, count_reasons
+from efficiency.conditions.grid import GridPoint, PointsResult
 from efficiency.contact.gear_flanks import Side
+from efficiency.design.design import PairDesign
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import OPERATION_LIMITS, Driver
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import InputError
-from ehl.common.pages import Reportable
 from ehl.common.table_reader import read_table
 from ehl.common.units import ValueRange
 from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, combined
@@ -126,6 +126,14 @@ def read_duty(
     return loaded
 
 
+def duty_rows(duty: Path | str | Sequence[DutyRow], design: PairDesign, **options: Any) -> tuple[DutyRow, ...]:
+    """Given rows, or those of a file: `options` of `read_duty`, with ratio and oil temperature of the design."""
+    if not isinstance(duty, Path | str):
+        return tuple(duty)
+    own = {"ratio": 1.0 / design.ratio, "temperature": design.operation.temperature}
+    return read_duty(duty, **own | {name: value for name, value in options.items() if value is not None})
+
+
 def _durations(path: Path, time: FloatArray) -> FloatArray:
     """Duration of each row of a recording in hours: the time to the next row; the last one has the median."""
     steps = np.diff(time)
@@ -161,7 +169,7 @@ class DutyEnergy:
 
 
 @dataclass(frozen=True, repr=False)
-class DutyCycle(Reportable):
+class DutyCycle(PointsResult):
     """Energies of all rows of a duty cycle.
 
     Parameters
@@ -184,6 +192,7 @@ class DutyCycle(Reportable):
     """
 
     presenter = "efficiency.output.map_report:duty"
+    kind_of_points = "rows"
 
     design: str
     friction_model: str
@@ -214,21 +223,6 @@ class DutyCycle(Reportable):
     def efficiency_error(self) -> float:
         """Numerical error of the efficiency, with fully correlated errors of all rows [-]."""
         return math.fsum(row.efficiency_error * row.energy_input for row in self.rows) / self.total("energy_input")
-
-    @property
-    def status(self) -> Literal["converged", "failed"]:
-        """``failed`` if any row failed."""
-        return "failed" if any(row.status == "failed" for row in self.rows) else "converged"
-
-    @property
-    def reason(self) -> str:
-        """Number of failed rows by reason."""
-        return count_reasons([row.reason for row in self.rows], "rows")
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Notes of all rows, each once."""
-        return tuple(dict.fromkeys(note for point in self.points for note in point.notes))
 
     def to_frame(self) -> pandas.DataFrame:
         """One row per operating point: energies [J] and scalar values, SI units."""
@@ -322,7 +316,7 @@ def _share_of_squares(found: InputUncertainty) -> tuple[float, float]:
 def duty_cycle(
     duty: Sequence[DutyRow], points: Sequence[GridPoint], design: str, friction_model: str, oil: str
 ) -> DutyCycle:
-    """Energies of the rows of a duty cycle from the efficiencies of `efficiency.conditions.grid.solve_points`."""
+    """Energies of the rows of a duty cycle from the efficiencies of `efficiency.conditions.grid.Evaluator.points`."""
     rows = tuple(_energy(row, point) for row, point in zip(duty, points, strict=True))
     return DutyCycle(design, friction_model, oil, rows, tuple(points))
 
@@ -330,23 +324,11 @@ def duty_cycle(
 def _energy(row: DutyRow, point: GridPoint) -> DutyEnergy:
     seconds, result = row.hours * HOUR, point.result
 
-    def value(name: str, factor: float = 1.0) -> float:
-        return math.nan if result is None else float(getattr(result, name)) * factor
+    def value(name: str) -> float:
+        return math.nan if result is None else float(result.value(name))
 
-    return DutyEnergy(
-        side=row.side,
-        driver=row.driver,
-        torque=abs(row.torque),
-        speed=abs(row.speed),
-        temperature=row.temperature,
-        hours=row.hours,
-        efficiency=value("efficiency"),
-        efficiency_error=value("efficiency_error"),
-        energy_input=value("power_input", seconds),
-        energy_output=value("power_output", seconds),
-        energy_loss=value("power_loss", seconds),
-        energy_loss_rolling=value("power_loss_rolling", seconds),
-        outside_range_share=value("outside_range_share"),
-        status=point.status,
-        reason=point.reason,
-    )
+    powers = ("input", "output", "loss", "loss_rolling")
+    names = ("efficiency", "efficiency_error", "outside_range_share")
+    figures: dict[str, Any] = {name: value(name) for name in names}
+    figures |= {f"energy_{name}": value(f"power_{name}") * seconds for name in powers}
+    return DutyEnergy(**row.condition, **figures, hours=row.hours, status=point.status, reason=point.reason)

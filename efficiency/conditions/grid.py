@@ -12,7 +12,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -48,38 +48,6 @@ _SMOOTH = ("power_loss", "power_loss_rolling")
 _LINEAR = ("pressure_hertz_max", "outside_range_share", "transmission_error_loaded")
 
 
-def solve_map(
-    axes: Mapping[str, Sequence[Any]], solve: Solve, progress: ProgressCallback | None = None, *, interval: bool = False
-) -> Grid:
-    """Efficiency at every combination of the axes, interpolated for axes with many values.
-
-    Every point is solved if a node has no result, or if the error of the interpolation at solved points between the
-    nodes exceeds both their own error and `WORST`.
-
-    axes: names of `efficiency.conditions.conditions.AXES` with values in SI units.
-    solve, progress, interval: as in `efficiency.conditions.grid.solve_points`.
-    """
-    check_size(axes)
-    nodes = [_nodes(values) if name in _INTERPOLATED else range(len(values)) for name, values in axes.items()]
-    if all(len(some) == len(values) for some, values in zip(nodes, axes.values(), strict=True)):
-        return solve_grid(axes, solve, progress, interval=interval)
-    checks = list(itertools.product(*map(_between, nodes, axes.values())))
-    places = [*itertools.product(*nodes), *checks]
-    solved = solve_places(axes, places, solve, progress, interval=interval)
-    found = None if any(point.reason for point in solved.values()) else _interpolated(axes, nodes, solved)
-    if found is not None:
-        differences = [
-            (abs(math.log(found["power_loss"][place] / solved[place].figure("power_loss"))), solved[place])
-            for place in checks
-        ]
-        if all(d <= max(WORST, _own_error(point)) for d, point in differences):
-            error = SAFETY * max(d for d, _ in differences)
-            found["efficiency_error"] += error * (1.0 - found["efficiency"])
-            return _assembled(axes, solved, found, error)
-    missing = [p for p in itertools.product(*(range(len(v)) for v in axes.values())) if p not in solved]
-    return _assembled(axes, solved | solve_places(axes, missing, solve, progress, interval=interval), {}, 0.0)
-
-
 def _nodes(values: Sequence[float]) -> Sequence[int]:
     """Indices of the values to solve: those nearest to the Chebyshev-Lobatto points of their logarithm."""
     x = np.log(values)
@@ -107,7 +75,7 @@ def _own_error(point: GridPoint) -> float:
 
 
 def _interpolated(
-    axes: Mapping[str, Sequence[Any]], nodes: Sequence[Sequence[int]], solved: Mapping[Place, GridPoint]
+    axes: Axes, nodes: Sequence[Sequence[int]], solved: Mapping[Place, GridPoint]
 ) -> dict[str, FloatArray] | None:
     """Figures at all points from those at the nodes; None if the loss at a node is not positive."""
     first = next(point.result for point in solved.values() if point.result is not None)
@@ -148,7 +116,7 @@ def _interpolated(
     return found
 
 
-def _on_axis(axes: Mapping[str, Sequence[Any]], name: str, held: float) -> FloatArray:
+def _on_axis(axes: Axes, name: str, held: float) -> FloatArray:
     """A condition at all points of the grid."""
     shape = tuple(len(values) for values in axes.values())
     if name not in axes:
@@ -168,22 +136,8 @@ def _largest(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
     return np.maximum(y[..., above - 1], y[..., above])
 
 
-def _assembled(
-    axes: Mapping[str, Sequence[Any]], solved: Mapping[Place, GridPoint], found: Mapping[str, FloatArray], error: float
-) -> Grid:
-    points = []
-    for place in itertools.product(*(range(len(values)) for values in axes.values())):
-        if place in solved:
-            points.append(solved[place])
-            continue
-        condition = {name: values[k] for (name, values), k in zip(axes.items(), place, strict=True)}
-        figures = {name: float(values[place]) for name, values in found.items()}
-        points.append(GridPoint(condition, None, interpolated=figures))
-    return Grid(named_axes(axes), tuple(points), error)
-
-
 Condition = Mapping[str, Any]
-Solve = Callable[[Condition], EfficiencyResult]
+Axes = Mapping[str, Sequence[Any]]
 Place = tuple[int, ...]
 """Index of the value of each axis."""
 
@@ -229,8 +183,32 @@ class GridPoint:
         return named | values | self.requested | last | {"notes": "; ".join(self.notes)}
 
 
+class PointsResult(Reportable):
+    """A result of several points, each with its `reason` and `notes`."""
+
+    points: tuple[Any, ...]
+    kind_of_points = "points"
+
+    @property
+    def status(self) -> Literal["converged", "failed"]:
+        """``failed`` if any point failed."""
+        return "failed" if self.reason else "converged"
+
+    @property
+    def reason(self) -> str:
+        """Number of failed points by reason, such as ``"2 of 9 points: no contact"``; empty if none failed."""
+        counts = Counter(point.reason for point in self.points if point.reason)
+        total = f"{len(self.points)} {self.kind_of_points}"
+        return ", ".join(f"{count} of {total}: {reason_text(reason)}" for reason, count in counts.items())
+
+    @property
+    def notes(self) -> Mapping[str, int]:
+        """Each note with the number of its points."""
+        return dict(Counter(note for point in self.points for note in point.notes))
+
+
 @dataclass(frozen=True, repr=False)
-class Grid(Tabular, Reportable):
+class Grid(Tabular, PointsResult):
     """Efficiencies at all combinations of several axes; a failed point keeps its reason.
 
     Parameters
@@ -273,21 +251,6 @@ class Grid(Tabular, Reportable):
         return np.array(found, dtype=np.float64).reshape(self.shape)
 
     @property
-    def status(self) -> Literal["converged", "failed"]:
-        """``failed`` if any point failed."""
-        return "failed" if any(point.reason for point in self.points) else "converged"
-
-    @property
-    def reason(self) -> str:
-        """Number of failed points by reason."""
-        return count_reasons([point.reason for point in self.points], "points")
-
-    @property
-    def notes(self) -> dict[str, int]:
-        """Each note with the number of its points."""
-        return dict(Counter(note for point in self.points for note in point.notes))
-
-    @property
     def interpolation(self) -> str:
         """Number of interpolated points and their error in words; empty if all are solved."""
         count = sum(bool(point.interpolated) for point in self.points)
@@ -322,81 +285,92 @@ class Grid(Tabular, Reportable):
         return str(frame[[*self.axes, *(name for name in columns if name in frame)]].to_html(max_rows=20, index=False))
 
 
-def count_reasons(reasons: Iterable[str], what: str) -> str:
-    """Number of failures by reason, such as ``"2 of 9 points no_contact"``; an empty reason is no failure."""
-    every = list(reasons)
-    counts = Counter(reason for reason in every if reason)
-    return ", ".join(f"{count} of {len(every)} {what}: {reason_text(reason)}" for reason, count in counts.items())
+@dataclass(frozen=True)
+class Evaluator:
+    """Efficiency at many conditions; geometry and load are computed once each for any order of the conditions.
 
-
-def solve_points(
-    conditions: Sequence[Condition],
-    solve: Solve,
-    progress: ProgressCallback | None = None,
-    strength: bool = False,
-    interval: bool = False,
-) -> list[GridPoint]:
-    """Efficiency at each condition in the given order; a failed condition becomes a point with its reason.
-
-    conditions: conditions by names of `AXES`.
-    solve: efficiency at a condition; it keeps geometry and load of the last conditions.
+    at: efficiency at a condition by names of `AXES`; it keeps geometry and load of the last conditions.
     progress: called with a `Progress` after each point.
-    strength: add grades and safety factors: 0.1 s each.
+    strength: add grades and safety factors: 0.1 s a point.
     interval: add the interval of the efficiency from uncertain inputs.
     """
-    points = []
-    with progress_to(progress):
-        for done, condition in enumerate(conditions, 1):
-            try:
-                result = solve(condition)
-                more: dict[str, str | float] = {}
-                if interval:
-                    more |= {"efficiency_lower": result.efficiency_lower, "efficiency_upper": result.efficiency_upper}
-                if strength and not result.reason:
-                    more |= result.strength.columns()
-                points.append(GridPoint(dict(condition), result, result.reason, requested=more))
-            except ConvergenceError as error:
-                points.append(GridPoint(dict(condition), None, error.reason, error.detail))
-            report_progress("points", done, len(conditions))
-    return points
+
+    at: Callable[[Condition], EfficiencyResult]
+    progress: ProgressCallback | None = None
+    strength: bool = False
+    interval: bool = False
+
+    def points(self, conditions: Sequence[Condition]) -> list[GridPoint]:
+        """Points in the given order; a failed condition becomes a point with its reason."""
+        points = []
+        with progress_to(self.progress):
+            for done, condition in enumerate(conditions, 1):
+                points.append(self._point(condition))
+                report_progress("points", done, len(conditions))
+        return points
+
+    def _point(self, condition: Condition) -> GridPoint:
+        try:
+            result = self.at(condition)
+            more: dict[str, str | float] = {}
+            if self.interval:
+                more |= {"efficiency_lower": result.efficiency_lower, "efficiency_upper": result.efficiency_upper}
+            if self.strength and not result.reason:
+                more |= result.strength.columns()
+        except ConvergenceError as error:
+            return GridPoint(dict(condition), None, error.reason, error.detail)
+        return GridPoint(dict(condition), result, result.reason, requested=more)
+
+    def grid(self, axes: Axes, *, every_point: bool = True) -> Grid:
+        """Points at every combination of the axes.
+
+        axes: names of `AXES` with values in SI units.
+        every_point: solve every point. Otherwise axes with many values are interpolated, unless the strength is
+            requested, a node has no result, or the error of the interpolation at solved points between the nodes
+            exceeds both their own error and `WORST`.
+        Raises `InputError` for an axis without values, or too many points.
+        """
+        check_size(axes)
+        every = list(itertools.product(*(range(len(values)) for values in axes.values())))
+        solved, found, error = ({}, {}, 0.0) if every_point or self.strength else self._few(axes, len(every))
+        if not found:
+            solved |= self._places(axes, [place for place in every if place not in solved])
+        points = tuple(
+            solved[place]
+            if place in solved
+            else GridPoint(_at(axes, place), None, interpolated={n: float(v[place]) for n, v in found.items()})
+            for place in every
+        )
+        named = {name: tuple(getattr(v, "name", v) for v in values) for name, values in axes.items()}
+        return Grid(named, points, error)
+
+    def _few(self, axes: Axes, count: int) -> tuple[dict[Place, GridPoint], dict[str, FloatArray], float]:
+        """Points at the nodes and between them, figures interpolated at all points (empty: not possible), error."""
+        nodes = [_nodes(values) if name in _INTERPOLATED else range(len(values)) for name, values in axes.items()]
+        if math.prod(map(len, nodes)) == count:
+            return {}, {}, 0.0
+        checks = list(itertools.product(*map(_between, nodes, axes.values())))
+        solved = self._places(axes, [*itertools.product(*nodes), *checks])
+        found = None if any(point.reason for point in solved.values()) else _interpolated(axes, nodes, solved)
+        if found is None:
+            return solved, {}, 0.0
+        differences = [
+            (abs(math.log(found["power_loss"][place] / solved[place].figure("power_loss"))), solved[place])
+            for place in checks
+        ]
+        if any(d > max(WORST, _own_error(point)) for d, point in differences):
+            return solved, {}, 0.0
+        error = SAFETY * max(d for d, _ in differences)
+        found["efficiency_error"] += error * (1.0 - found["efficiency"])
+        return solved, found, error
+
+    def _places(self, axes: Axes, places: Sequence[Place]) -> dict[Place, GridPoint]:
+        """Points at given combinations, sorted so that geometry and load are shared."""
+        cost = [list(axes).index(name) for name in AXES if name in axes]
+        order = sorted(places, key=lambda place: [place[axis] for axis in cost])
+        return dict(zip(order, self.points([_at(axes, place) for place in order]), strict=True))
 
 
-def solve_grid(
-    axes: Mapping[str, Sequence[Any]],
-    solve: Solve,
-    progress: ProgressCallback | None = None,
-    strength: bool = False,
-    interval: bool = False,
-) -> Grid:
-    """Efficiency at every combination of the axes; geometry and load are computed once each for any order of axes.
-
-    axes: names of `AXES` with values in SI units.
-    solve, progress, strength, interval: as in `solve_points`.
-    Raises `InputError` for an axis without values, or an invalid value.
-    """
-    check_size(axes)
-    places = list(itertools.product(*(range(len(values)) for values in axes.values())))
-    solved = solve_places(axes, places, solve, progress, strength, interval)
-    return Grid(named_axes(axes), tuple(solved[place] for place in places))
-
-
-def named_axes(axes: Mapping[str, Sequence[Any]]) -> dict[str, tuple[Any, ...]]:
-    """Values of each axis; designs and oils by name."""
-    return {name: tuple(getattr(v, "name", v) for v in values) for name, values in axes.items()}
-
-
-def solve_places(
-    axes: Mapping[str, Sequence[Any]],
-    places: Sequence[Place],
-    solve: Solve,
-    progress: ProgressCallback | None = None,
-    strength: bool = False,
-    interval: bool = False,
-) -> dict[Place, GridPoint]:
-    """Efficiency at given combinations of the axes, sorted so that geometry and load are shared."""
-    cost = [list(axes).index(name) for name in AXES if name in axes]
-    order = sorted(places, key=lambda place: [place[axis] for axis in cost])
-    conditions = [
-        dict(zip(axes, (v[k] for v, k in zip(axes.values(), place, strict=True)), strict=True)) for place in order
-    ]
-    return dict(zip(order, solve_points(conditions, solve, progress, strength, interval), strict=True))
+def _at(axes: Axes, place: Place) -> dict[str, Any]:
+    """Condition at a place of the axes."""
+    return {name: values[k] for (name, values), k in zip(axes.items(), place, strict=True)}

@@ -56,11 +56,6 @@ class ResultSource(Protocol):
     def has_strength(self) -> bool:
         """Whether the strength of the teeth can be rated."""
 
-    def solve(
-        self, model: FrictionModel, operation: Operation, oil: Oil, load_balance: LoadBalance | None = None
-    ) -> EfficiencyResult:
-        """Result at another operation or with another friction model."""
-
     def strength_of(self, result: EfficiencyResult) -> Strength:
         """Strength of the teeth."""
 

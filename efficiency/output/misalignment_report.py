@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from efficiency.geometry.misalignment import AXES
+from efficiency.geometry.misalignment import AXES, LOADED
 from efficiency.ltca.limits import EDGE_LIMIT
 from efficiency.output.plots_misalignment import misalignment_figures, misalignment_quantity, plot_misalignment
 from ehl.common.data import reason_text
@@ -24,48 +24,24 @@ def misalignment_table(study: MisalignmentStudy) -> Table:
 
     At a torque, positions and sizes are those under load.
     """
-    if study.torque is not None:
-        return _loaded_table(study, study.torque)
-    names = study.varied
-    fields = ("peak_to_peak", "error_maximum_u", "pattern_u", "pattern_length", "pattern_area")
-    shares = [Column(name, of="share", label=name.replace("_", " ")) for name in fields[3:]]
+    names, shares = study.varied, ("pattern_length", "pattern_area")
+    fields: tuple[str, ...] = ("peak_to_peak", *LOADED)
+    if study.torque is None:
+        fields = ("peak_to_peak", "error_maximum_u", "pattern_u", *shares)
+        what, edges = f"unloaded contact, marking {1e6 * study.marking:.4g} µm", "edge in contact"
+    else:
+        what, edges = f"contact at {quantity('torque').text(study.torque)} of the pinion", "unloaded edge contact"
     return Table(
         [
             *(Column(name, of=misalignment_quantity(name).name, label=name) for name in names),
-            *fields[:3],
-            *shares,
-            Column("edges", label="edge in contact, or reason of failure"),
+            *(Column(n, of="share", label=n.replace("_", " ")) if n in shares else n for n in fields),
+            Column("edges", label=f"{edges}, or reason of failure"),
         ],
         [
             [*(getattr(point, name) for name in (*names, *fields)), reason_text(point.reason) or point.edges]
             for point in study.points[:_ROWS]
         ],
-        title=f"{study.design}, {study.side}: unloaded contact, marking {1e6 * study.marking:.4g} µm",
-        notes=_notes(study),
-    )
-
-
-def _loaded_table(study: MisalignmentStudy, torque: float) -> Table:
-    names = study.varied
-    fields = (
-        *("transmission_error_loaded", "pressure_hertz_max", "edge_load_share"),
-        *("load_centre_u", "power_loss", "efficiency"),
-    )
-    return Table(
-        [
-            *(Column(name, of=misalignment_quantity(name).name, label=name) for name in names),
-            "peak_to_peak",
-            *fields,
-            Column("edges", label="unloaded edge contact, or reason of failure"),
-        ],
-        [
-            [
-                *(getattr(point, name) for name in (*names, "peak_to_peak", *fields)),
-                reason_text(point.reason) or point.edges,
-            ]
-            for point in study.points[:_ROWS]
-        ],
-        title=f"{study.design}, {study.side}: contact at {quantity('torque').text(torque)} of the pinion",
+        title=f"{study.design}, {study.side}: {what}",
         notes=_notes(study),
     )
 

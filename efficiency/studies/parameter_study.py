@@ -11,7 +11,6 @@ from __future__ import annotations
 import hashlib
 import math
 import time
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import lru_cache
@@ -19,12 +18,12 @@ from itertools import groupby, product
 from math import radians
 from operator import itemgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from efficiency.conditions.conditions import Friction, Values, axis_values, check_size, resolve_friction
-from efficiency.conditions.grid import Condition, count_reasons, solve_points
+from efficiency.conditions.conditions import Friction, Values, axis_values, check_size, checked, resolve_friction
+from efficiency.conditions.grid import Condition, Evaluator, PointsResult
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design
 from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance
@@ -35,7 +34,6 @@ from ehl import __version__
 from ehl.common.arrays import finite_or_none
 from ehl.common.errors import InputError
 from ehl.common.journal import Journal
-from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from ehl.common.quantities import Quantity, quantities
 from ehl.common.runner import checked_jobs, run_tasks
@@ -193,7 +191,7 @@ def with_result(point: StudyPoint, result: EfficiencyResult) -> StudyPoint:
 
 
 @dataclass(frozen=True, repr=False)
-class Study(Reportable):
+class Study(PointsResult):
     """Efficiencies of several designs over the parameters."""
 
     presenter = "efficiency.studies.report:study"
@@ -212,24 +210,9 @@ class Study(Reportable):
     seconds: float  # wall time [s]
 
     @property
-    def status(self) -> Literal["converged", "failed"]:
-        """``failed`` if any point failed."""
-        return "failed" if self.failed else "converged"
-
-    @property
-    def notes(self) -> dict[str, int]:
-        """Each note with the number of its points."""
-        return dict(Counter(note for point in self.points for note in point.notes))
-
-    @property
     def failed(self) -> tuple[StudyPoint, ...]:
         """Points that failed."""
         return tuple(point for point in self.points if point.status == "failed")
-
-    @property
-    def reason(self) -> str:
-        """Number of failed points by reason."""
-        return count_reasons([point.reason for point in self.points], "points")
 
     def to_frame(self) -> pandas.DataFrame:
         """One row per point, SI units."""
@@ -375,7 +358,7 @@ def run_study(
     2
     """
     clock = time.perf_counter()
-    jobs = checked_jobs(jobs)
+    jobs, side, load_balance = checked_jobs(jobs), checked("side", side), checked("load_balance", load_balance)
     pairs = [(design if isinstance(design, GearPair) else GearPair(design)).design for design in designs]
     names = [pair.name for pair in pairs]
     if not pairs or len(set(names)) < len(names):
@@ -432,13 +415,14 @@ def _solve(task: StudyTask) -> dict[str, list[dict[str, Any]]]:
     fixed: dict[str, Any] = {"side": task.side, "oil": task.oil, "driver": task.design.operation.driver}
     fixed |= {"load_balance": task.load_balance} | task.design.assembly.misalignment.model_dump()
 
-    def solve(condition: Condition) -> EfficiencyResult:
+    def at(condition: Condition) -> EfficiencyResult:
         return pair.at(task.friction, task.grid, many=True, **fixed, **condition)
 
+    evaluator = Evaluator(at, strength=task.strength)
     for state in task.states:
         clock = time.perf_counter()
         condition: dict[str, Any] = dict(zip(OPERATING, state, strict=True))
-        [found] = solve_points([condition], solve, strength=task.strength)
+        [found] = evaluator.points([condition])
         point = replace(task.blank, **condition)
         if found.result is None:
             points.append(replace(point, reason=found.reason, notes=found.notes))

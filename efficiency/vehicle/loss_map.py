@@ -10,24 +10,24 @@ Losses of an axle outside its mesh: a measured table, or a constant and a load-d
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from efficiency.conditions.conditions import check_size
 from efficiency.conditions.duty import DutyRow
-from efficiency.conditions.grid import Condition, GridPoint, count_reasons, solve_points
-from efficiency.loss.efficiency_result import EfficiencyResult, pair_notes
+from efficiency.conditions.grid import Evaluator, GridPoint, PointsResult
+from efficiency.loss.efficiency_result import pair_notes
 from efficiency.loss.kinematics import OPERATION_LIMITS
 from efficiency.output.notes import outside_note
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file
 from ehl.common.pages import TableResult
-from ehl.common.progress import ProgressCallback
 from ehl.common.quantities import quantity
 from ehl.common.sections import Head, Medium, Notes, Section
 from ehl.common.table import Table
@@ -178,29 +178,18 @@ class LossPoint:
     torque_loss_upper: float = math.nan
 
 
-class LossTable(TableResult):
+class LossTable(PointsResult, TableResult):
     """A result that is one table with notes.
 
     said: case and note; the losses outside the mesh first.
     """
 
     said: tuple[tuple[str, str], ...]
-    points: tuple[Any, ...]
 
     @property
-    def status(self) -> Literal["converged", "failed"]:
-        """``failed`` if any point failed."""
-        return "failed" if self.reason else "converged"
-
-    @property
-    def reason(self) -> str:
-        """How many points failed for which reason."""
-        return count_reasons([point.reason for point in self.points], "points")
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Each note once."""
-        return tuple(dict.fromkeys(note for _, note in self.said))
+    def notes(self) -> Mapping[str, int]:
+        """Each note with the number of its cases."""
+        return dict(Counter(note for _, note in self.said))
 
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
         """The table and its notes, one for each kind with the worst point."""
@@ -343,30 +332,25 @@ def solve_loss_map(
     torques: FloatArray,
     speeds: FloatArray,
     temperature: float,
-    solve: Callable[[Condition], EfficiencyResult],
+    evaluator: Evaluator,
     axle: AxleLosses | None = None,
-    progress: ProgressCallback | None = None,
-    interval: bool = False,
     **about: Any,
 ) -> LossMap:
     """Torque loss at all combinations.
 
     torques, speeds (m,): rising [N m], [rad/s]; at zero torque the mesh loses nothing.
     temperature: [K].
-    solve: efficiency at a condition, as of `efficiency.conditions.grid.solve_points`.
+    evaluator: efficiency at many conditions; with the interval, if the points have that of their torque loss.
     axle: losses outside the mesh; what its table does not cover is refused before anything is computed.
-    progress: called with a `Progress` after each point.
-    interval: whether the points have the interval of their torque loss.
     **about: `design`, `friction_model`, `oil` of the map.
     """
     others = {(t, w): axle.torque_loss(t, w) if axle else 0.0 for t in torques for w in speeds}
     # neighbours in torque keep geometry and load
     places = [(t, w) for t in sorted(torques, key=lambda t: (t < 0.0, t)) if t != 0.0 for w in speeds]
     rows = [DutyRow(float(t), float(w), temperature, 1.0) for t, w in places]
-    conditions = [row.condition for row in rows]
-    solved = dict(zip(places, solve_points(conditions, solve, progress, interval=interval), strict=True))
+    solved = dict(zip(places, evaluator.points([row.condition for row in rows]), strict=True))
     points = tuple(
-        _point(float(t), float(w), others[t, w], None if t == 0.0 else solved[t, w], interval)
+        _point(float(t), float(w), others[t, w], None if t == 0.0 else solved[t, w], evaluator.interval)
         for w in speeds
         for t in torques
     )

@@ -154,7 +154,7 @@ def _tables(found: LossMap) -> dict[str, str]:
 
 
 def _about(found: LossMap) -> str:
-    return f"{found.table().title}; {found.notes[0]}".replace("\n", " ").replace('"', "'")
+    return f"{found.table().title}; {found.said[0][1]}".replace("\n", " ").replace('"', "'")
 
 
 _MODELICA_TABLE = (

@@ -10,7 +10,7 @@ import pytest
 import efficiency
 import efficiency.mesh
 from efficiency.conditions.duty import DutyRow
-from efficiency.conditions.grid import solve_grid
+from efficiency.conditions.grid import Evaluator
 from efficiency.design.design import load_design
 from efficiency.loss.efficiency import load_grids
 from efficiency.mesh import Mesh
@@ -160,7 +160,7 @@ def test_strength_of_a_map_and_a_point_without_a_result() -> None:
             raise ConvergenceError("no_contact", "no tooth pair can touch")
         return PAIR.at(MODEL, GRID, many=True, **condition)
 
-    grid = solve_grid({"torque": [200.0, 400.0]}, solve, strength=True)
+    grid = Evaluator(solve, strength=True).grid({"torque": [200.0, 400.0]})
     solved, failed = map_table(grid).records()
     strength = grid.results[0].strength
     assert solved["strength"] == strength.status

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import efficiency
-from efficiency.conditions.grid import solve_map
+from efficiency.conditions.grid import Evaluator, Grid
 from efficiency.loss.efficiency_result import EfficiencyResult
 from regression.formula import friction_model
 
@@ -76,6 +76,10 @@ def test_without_a_request_there_is_no_interval() -> None:
     assert "inputs" not in grid.results[0].__dict__
 
 
+def interpolated(axes: dict[str, list[float]], at: Any) -> Grid:
+    return Evaluator(at).grid(axes, every_point=False)
+
+
 def _solve(loss: Any, reason: Any = lambda torque: "") -> tuple[Any, list[float]]:
     """A solver of a law of the loss as a share of the power, and the torques it was called with."""
     called: list[float] = []
@@ -93,7 +97,7 @@ def _solve(loss: Any, reason: Any = lambda torque: "") -> tuple[Any, list[float]
 
 def test_a_law_of_powers_is_exact() -> None:
     solve, called = _solve(lambda torque: 0.01 * (torque / 100.0) ** 0.3)
-    grid = solve_map({"torque": TORQUE}, solve)
+    grid = interpolated({"torque": TORQUE}, solve)
     assert len(called) < len(TORQUE)
     np.testing.assert_allclose(grid.values(), 1.0 - 0.01 * (np.array(TORQUE) / 100.0) ** 0.3, rtol=1e-12)
 
@@ -107,7 +111,7 @@ def test_a_law_of_powers_is_exact() -> None:
 )
 def test_where_interpolation_fails_every_point_is_solved(loss: Any, reason: Any) -> None:
     solve, called = _solve(loss, reason)
-    grid = solve_map({"torque": TORQUE}, solve)
+    grid = interpolated({"torque": TORQUE}, solve)
     assert sorted(called) == TORQUE
     assert grid.interpolation_error == 0.0
     np.testing.assert_array_equal(grid.values()[:-1], 1.0 - np.array([loss(torque) for torque in TORQUE[:-1]]))
@@ -116,7 +120,7 @@ def test_where_interpolation_fails_every_point_is_solved(loss: Any, reason: Any)
 @pytest.mark.parametrize("torques", [TORQUE[:9], [*TORQUE, TORQUE[3]]])
 def test_short_axes_and_repeated_values_are_solved(torques: list[float]) -> None:
     solve, called = _solve(lambda torque: 0.01)
-    solve_map({"torque": torques}, solve)
+    interpolated({"torque": torques}, solve)
     assert sorted(called) == sorted(torques)
 
 
@@ -124,5 +128,7 @@ def test_values_in_any_order() -> None:
     solve, _ = _solve(lambda torque: 0.01 * (torque / 100.0) ** 0.3)
     mixed = TORQUE[::-1]
     np.testing.assert_allclose(
-        solve_map({"torque": mixed}, solve).values(), solve_map({"torque": TORQUE}, solve).values()[::-1], rtol=1e-12
+        interpolated({"torque": mixed}, solve).values(),
+        interpolated({"torque": TORQUE}, solve).values()[::-1],
+        rtol=1e-12,
     )
