@@ -158,6 +158,7 @@ Values = Mapping[str, float]
 
 # lower bounds for the transformed parts, ln(s/(1 - s)) of shares and ln mu of friction
 MIN_SHARE, MIN_FRICTION = 1e-5, 1e-9
+_SURFACE = ("boundary_friction", "boundary_film")  # surface inputs among the parameters
 PARTS = 3  # film friction; asperity share; relative error of the friction
 
 
@@ -285,7 +286,7 @@ class FrictionSolver:
         rows: rows to be solved; default: all.
         """
         wanted = np.ones(self.roughness.size, dtype=bool) if rows is None else rows
-        keys = [self._key(values) for values in sets]
+        keys = [tuple(values[name] for name in sorted(values)) for values in sets]
         open_sets = []
         for key in keys:
             known = self._known.setdefault(key, np.full((self.roughness.size, PARTS + 1), np.nan))
@@ -295,9 +296,6 @@ class FrictionSolver:
         if fresh:
             self._solve([sets[i] for i in fresh], [keys[i] for i in fresh], wanted)
         return np.array([self._known[key][:, :PARTS] for key in keys])
-
-    def _key(self, values: Values) -> tuple[float, ...]:
-        return tuple(values[name] for name in sorted(values))
 
     def _solve(self, sets: Sequence[Values], keys: Sequence[tuple[float, ...]], wanted: BoolArray) -> None:
         clock = time.perf_counter()
@@ -309,7 +307,8 @@ class FrictionSolver:
             lubricants = [
                 [lubricant_of(card, t, rising=self.setup.rising) for t in group.temperatures] for card in cards
             ]
-            inputs = [(oils, self._surface(values)) for oils, values in zip(lubricants, sets, strict=True)]
+            surfaces = [{name: values[name] for name in _SURFACE if name in values} for values in sets]
+            inputs = list(zip(lubricants, surfaces, strict=True))
             windows = tuple(self.windows.get(row) for row in group.rows) if self.windows else ()
             tasks.append((group, inputs, self.setup.model, bodies, windows))
         found = list(run_tasks(tasks, _solve_task, jobs=self.jobs))
@@ -337,10 +336,6 @@ class FrictionSolver:
                         oils[temperature] = lubricant_of(card, temperature, rising=self.setup.rising)
                     out[row, 0] = films[row].log_friction(contact, oils[temperature])
         return out
-
-    def _surface(self, values: Values) -> dict[str, float]:
-        """Surface inputs among the parameters."""
-        return {name: values[name] for name in ("boundary_friction", "boundary_film") if name in values}
 
     def transformed(self, parts: FloatArray) -> FloatArray:
         """The first two parts, shape (..., n, 2), transformed for the surrogate."""

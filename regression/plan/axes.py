@@ -2,9 +2,9 @@
 
 import math
 from functools import cached_property, partial
-from typing import Annotated, Any, Literal, Self, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, get_args
 
-from pydantic import BeforeValidator, model_validator
+from pydantic import BeforeValidator, create_model, model_validator
 
 from ehl import inputs as case_inputs
 from ehl.common.errors import InputError, check_count, near
@@ -33,11 +33,6 @@ def evenly_spaced(low: float, high: float, scale: str, count: int) -> tuple[floa
     else:
         inner = (low + (high - low) * i / (count - 1) for i in range(1, count - 1))
     return (low, *inner, high)
-
-
-def levels_of(axis: PlanAxis, count: int) -> tuple[float, ...]:
-    """Evenly spaced levels of a range."""
-    return evenly_spaced(axis.values[0], axis.values[1], axis.scale, count)
 
 
 def read_ends(value: dict[str, Any], quantity: ValueRange) -> tuple[float | None, float | None]:
@@ -122,27 +117,7 @@ EXCLUSIVE = (
 )
 
 
-class Variables(InputModel):
-    """The variables of a plan; omitted variables keep the default of the case."""
-
-    pressure_hertz: _axis(VARIABLES["pressure_hertz"]) | None = None  # type: ignore[valid-type]
-    radius_equivalent: _axis(VARIABLES["radius_equivalent"]) | None = None  # type: ignore[valid-type]
-    speed_entrainment: _axis(VARIABLES["speed_entrainment"]) | None = None  # type: ignore[valid-type]
-    slide_to_roll: _axis(VARIABLES["slide_to_roll"]) | None = None  # type: ignore[valid-type]
-    speed_sliding_lengthwise: _axis(VARIABLES["speed_sliding_lengthwise"]) | None = None  # type: ignore[valid-type]
-    lengthwise_to_roll: _axis(VARIABLES["lengthwise_to_roll"]) | None = None  # type: ignore[valid-type]
-    temperature_oil: _axis(VARIABLES["temperature_oil"]) | None = None  # type: ignore[valid-type]
-    roughness_rms: _axis(VARIABLES["roughness_rms"]) | None = None  # type: ignore[valid-type]
-    roughness_rms_1: _axis(VARIABLES["roughness_rms_1"]) | None = None  # type: ignore[valid-type]
-    roughness_rms_2: _axis(VARIABLES["roughness_rms_2"]) | None = None  # type: ignore[valid-type]
-    correlation_length: _axis(VARIABLES["correlation_length"]) | None = None  # type: ignore[valid-type]
-    peklenik_number: _axis(VARIABLES["peklenik_number"]) | None = None  # type: ignore[valid-type]
-    boundary_film: _axis(VARIABLES["boundary_film"]) | None = None  # type: ignore[valid-type]
-    boundary_friction: _axis(VARIABLES["boundary_friction"]) | None = None  # type: ignore[valid-type]
-    viscosity_inlet: _axis(VARIABLES["viscosity_inlet"]) | None = None  # type: ignore[valid-type]
-    pressure_viscosity: _axis(VARIABLES["pressure_viscosity"]) | None = None  # type: ignore[valid-type]
-    eyring_stress: _axis(VARIABLES["eyring_stress"]) | None = None  # type: ignore[valid-type]
-
+class _Variables(InputModel):
     @model_validator(mode="after")
     def _exclusive(self) -> Self:
         for one, other in EXCLUSIVE:
@@ -152,6 +127,14 @@ class Variables(InputModel):
 
     @cached_property
     def axes(self) -> dict[str, PlanAxis]:
-        """The variables given, in the order of this class."""
+        """The variables given, in the order of `VARIABLES`."""
         given = {name: getattr(self, name) for name in type(self).model_fields}
         return {name: axis for name, axis in given.items() if axis is not None}
+
+
+if TYPE_CHECKING:
+    Variables = _Variables
+else:
+    _AXES = {name: (_axis(annotation) | None, None) for name, annotation in VARIABLES.items()}
+    Variables = create_model("Variables", __base__=_Variables, __module__=__name__, **_AXES)
+    Variables.__doc__ = "The variables of a plan; omitted variables keep the default of the case."

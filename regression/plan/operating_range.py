@@ -185,7 +185,9 @@ class OperatingRange(TableResult):
         }
         if "film_ratio" in ranges:
             low, high = _widened(ranges["film_ratio"].low, ranges["film_ratio"].high, "log", margin)
-            content["constraints"] = {"film_ratio": {"low": _down(low), "high": _up(high)}}
+            content["constraints"] = {
+                "film_ratio": {"low": _rounded(low, math.floor), "high": _rounded(high, math.ceil)}
+            }
         content["lubricant"] = {"oil": oils[0] if len(oils) == 1 else list(oils)}
         return toml_text(content | {"model": {"accuracy": accuracy}})
 
@@ -305,7 +307,7 @@ def _axis(name: str, variable: VariableRange, scale: str, margin: float) -> floa
     if name == "lengthwise_to_roll":
         low = max(low, 0.0)
     # rounded outwards in the display unit
-    low, high = _down(to_display(name, low)), _up(to_display(name, high))
+    low, high = _rounded(to_display(name, low), math.floor), _rounded(to_display(name, high), math.ceil)
     return {"low": _value(low, unit), "high": _value(high, unit), **({"scale": scale} if scale == "log" else {})}
 
 
@@ -315,14 +317,6 @@ def _widened(low: float, high: float, scale: str, margin: float) -> tuple[float,
         return low * math.exp(-step), high * math.exp(step)
     step = margin * (high - low)
     return low - step, high + step
-
-
-def _down(value: float) -> float:
-    return _rounded(value, math.floor)
-
-
-def _up(value: float) -> float:
-    return _rounded(value, math.ceil)
 
 
 def _rounded(value: float, towards: Callable[[float], int]) -> float:

@@ -38,7 +38,7 @@ from ehl.material import Material, effective_modulus
 from ehl.sequence import MOTION
 from ehl.surface.finish import default_correlation_length
 from regression.friction.conditions import LUBRICANT_UNITS, derive, lubricant_columns
-from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, PlanAxis, Variables, levels_of
+from regression.plan.axes import EXCLUSIVE, REQUIRED, VARIABLES, PlanAxis, Variables, evenly_spaced
 from regression.plan.cost import CostEstimate, contact_seconds
 from regression.plan.sampling import (
     Accept,
@@ -319,7 +319,10 @@ class Plan(InputModel, Reportable):
         if self.sampling.levels is None and any(axis.sampled for axis in axes.values()):
             raise InputError("sampling.levels", None, "the number of levels of each range")
         return {
-            name: PlanAxis(values=levels_of(axis, self.sampling.levels or 2), scale=axis.scale)
+            name: PlanAxis(
+                values=evenly_spaced(axis.values[0], axis.values[1], axis.scale, self.sampling.levels or 2),
+                scale=axis.scale,
+            )
             if axis.sampled
             else axis
             for name, axis in axes.items()

@@ -9,11 +9,11 @@ import itertools
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, create_model
 from scipy.stats import qmc
 
 from ehl.common.arrays import FloatArray, IntArray
@@ -58,31 +58,22 @@ def _read_window(value: Any, quantity: ValueRange) -> ConstraintWindow:
     return ConstraintWindow(low=low, high=high)
 
 
-def _window(quantity: ValueRange) -> Any:
-    return Annotated[ConstraintWindow, BeforeValidator(partial(_read_window, quantity=quantity))]
-
-
-class Constraints(InputModel):
-    """Windows that every point must satisfy."""
-
-    # lambda by the film formula of `regression.friction.conditions.derive` [-]
-    film_ratio: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
-    # w' [N/m]
-    load_per_length: _window(value_range(LoadPerLength)) | None = None  # type: ignore[valid-type]
-    # Hertz half-width b [m]
-    half_width: _window(ValueRange("m", ge=0.0, le=1.0)) | None = None  # type: ignore[valid-type]
-    # correlation length over b and over the composite Rq [-]
-    correlation_over_width: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
-    correlation_over_rms: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
-    # length of the sliding vector [m/s]
-    speed_sliding: _window(ValueRange("m/s", ge=0.0, le=value_range(SlidingSpeed).le)) | None = None  # type: ignore[valid-type]
-    # sliding speed over the entrainment speed [-]
-    slide_to_roll_total: _window(ValueRange("", ge=0.0)) | None = None  # type: ignore[valid-type]
-    # p_h times `speed_sliding` [W/m^2]
-    pressure_velocity: _window(ValueRange("W/m^2", ge=0.0)) | None = None  # type: ignore[valid-type]
+# units and allowed values of the constrained quantities
+WINDOWS = {
+    "film_ratio": ValueRange("", ge=0.0),  # lambda by the film formula of `regression.friction.conditions.derive` [-]
+    "load_per_length": value_range(LoadPerLength),  # w' [N/m]
+    "half_width": ValueRange("m", ge=0.0, le=1.0),  # Hertz half-width b [m]
+    "correlation_over_width": ValueRange("", ge=0.0),  # correlation length over b [-]
+    "correlation_over_rms": ValueRange("", ge=0.0),  # correlation length over the composite Rq [-]
+    "speed_sliding": ValueRange("m/s", ge=0.0, le=value_range(SlidingSpeed).le),  # length of the sliding vector [m/s]
+    "slide_to_roll_total": ValueRange("", ge=0.0),  # sliding speed over the entrainment speed [-]
+    "pressure_velocity": ValueRange("W/m^2", ge=0.0),  # p_h times `speed_sliding` [W/m^2]
     # oil temperature plus Blok's flash temperature with mu = 0.05 [K]
-    temperature_flash: _window(ValueRange("K", ge=TEMPERATURE_RANGE[0], le=3000.0)) | None = None  # type: ignore[valid-type]
+    "temperature_flash": ValueRange("K", ge=TEMPERATURE_RANGE[0], le=3000.0),
+}
 
+
+class _Constraints(InputModel):
     @property
     def windows(self) -> dict[str, ConstraintWindow]:
         """The windows given."""
@@ -92,7 +83,19 @@ class Constraints(InputModel):
     @property
     def need_oil(self) -> bool:
         """Whether a constraint depends on properties of the oil."""
-        return self.film_ratio is not None
+        return "film_ratio" in self.windows
+
+
+if TYPE_CHECKING:
+    Constraints = _Constraints
+else:
+
+    def _window(quantity: ValueRange) -> Any:
+        return Annotated[ConstraintWindow, BeforeValidator(partial(_read_window, quantity=quantity))] | None
+
+    _FIELDS = {name: (_window(quantity), None) for name, quantity in WINDOWS.items()}
+    Constraints = create_model("Constraints", __base__=_Constraints, __module__=__name__, **_FIELDS)
+    Constraints.__doc__ = "Windows that every point must satisfy."
 
 
 def flash_temperature_blok(

@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -72,10 +73,22 @@ class CurveConditions:
         )
         return conditions_of(state, self.oil)
 
+    def quantiles(
+        self, name: str, shares: Sequence[float] = (0.15, 0.5, 0.85), above: float = -math.inf
+    ) -> list[float]:
+        """Quantiles of the values of a variable."""
+        values = self.rows[name].to_numpy(dtype=float)
+        return list(map(float, np.quantile(values[values > above], shares)))
+
+    @cached_property
+    def rows(self) -> pd.DataFrame:
+        """The fitted rows of the oil."""
+        frame = fitted_rows(self.dataset)
+        return frame[frame["oil"] == self.oil_name]
+
     def near(self, *free: str) -> tuple[Array, dict[str, Array]]:
         """Friction and variables of the computed cases near the constant values; variables in `free` are ignored."""
-        frame = fitted_rows(self.dataset)
-        frame = frame[frame["oil"] == self.oil_name]
+        frame = self.rows
         inside = np.ones(len(frame), dtype=bool)
         for name in (*_HELD, "roughness_rms"):
             low, high = self.ranges[name]
@@ -118,8 +131,9 @@ def plot_stribeck(middle: CurveConditions, formulas: Sequence[FittedFormula]) ->
     """Friction over the film ratio at three slide-to-roll ratios, from slow and rough to fast and smooth."""
     figure = new_figure(10.4, 4.9, dpi=RASTER_DPI)
     panels = figure.subplots(1, 3, sharey=True)
-    speed, rough = (np.geomspace(*_ends(middle, name), _POINTS) for name in ("speed_entrainment", "roughness_rms"))
-    for axes, sliding in zip(panels, _spread(middle, "slide_to_roll_total"), strict=True):
+    ends = (middle.quantiles(name, (0.03, 0.97), above=0.0) for name in ("speed_entrainment", "roughness_rms"))
+    speed, rough = (np.geomspace(low, high, _POINTS) for low, high in ends)
+    for axes, sliding in zip(panels, middle.quantiles("slide_to_roll_total"), strict=True):
         here = middle.at(slide_to_roll_total=sliding)
         table = here.conditions(speed_entrainment=speed, roughness_rms=rough[::-1])
         mu, near = here.near("speed_entrainment", "roughness_rms")
@@ -145,7 +159,7 @@ def plot_traction(middle: CurveConditions, formulas: Sequence[FittedFormula]) ->
     high = middle.ranges["slide_to_roll_total"][1]
     sliding = np.linspace(0.0, high, 4 * _POINTS)
     reach: list[float] = []
-    for axes, pressure in zip(panels, _spread(middle, "pressure_hertz"), strict=True):
+    for axes, pressure in zip(panels, middle.quantiles("pressure_hertz"), strict=True):
         here = middle.at(pressure_hertz=pressure)
         table = here.conditions(slide_to_roll_total=sliding)
         mu, near = here.near("slide_to_roll_total")
@@ -174,7 +188,7 @@ def plot_maps(middle: CurveConditions, formula: FittedFormula) -> Figure:
     speed = np.geomspace(*middle.ranges["speed_entrainment"], _MAP)
     grid = dict(zip(("speed_entrainment", "pressure_hertz"), np.meshgrid(speed, pressure), strict=True))
     third = "roughness_rms" if varies(middle, "roughness_rms") else "slide_to_roll_total"
-    panels_at = [middle.at(**{third: value}) for value in _spread(middle, third)]
+    panels_at = [middle.at(**{third: value}) for value in middle.quantiles(third)]
     up = to_display("pressure_hertz", pressure)
     maps = [formula.evaluate(here.conditions(**grid)) for here in panels_at]
     every = np.concatenate([value.mu.ravel() for value in maps])
@@ -196,14 +210,6 @@ def plot_maps(middle: CurveConditions, formula: FittedFormula) -> Figure:
     bar = figure.colorbar(filled, ax=panels, label="friction coefficient µ [-]")
     bar.set_ticks(levels[::4].tolist(), labels=[f"{level:.2g}" for level in levels[::4]])
     return figure
-
-
-def _spread(middle: CurveConditions, name: str) -> tuple[float, float, float]:
-    """The 15, 50 and 85 % quantiles of a variable."""
-    frame = fitted_rows(middle.dataset)
-    values = frame.loc[frame["oil"] == middle.oil_name, name].to_numpy(dtype=float)
-    low, centre, high = (float(value) for value in np.quantile(values, (0.15, 0.5, 0.85)))
-    return low, centre, high
 
 
 def _curves(axes: Axes, x: Array, table: Conditions, formulas: Sequence[FittedFormula], base: str) -> None:
@@ -228,14 +234,6 @@ def _legend(figure: Figure, panels: Sequence[Axes]) -> None:
     panels[0].set_ylabel("friction coefficient µ [-]")
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles[::-1], labels[::-1], loc="outside lower center", ncols=5, frameon=False, fontsize=8)
-
-
-def _ends(middle: CurveConditions, name: str) -> tuple[float, float]:
-    """The 3 and 97 % quantiles of a variable."""
-    frame = fitted_rows(middle.dataset)
-    values = frame.loc[frame["oil"] == middle.oil_name, name].to_numpy(dtype=float)
-    low, high = (float(value) for value in np.quantile(values[values > 0.0], (0.03, 0.97)))
-    return low, high
 
 
 COLOURS = (BLUE, ORANGE, "#4f8f5b", "#8d5a97", "#b0413e", "#5f6b2d")
@@ -298,9 +296,7 @@ def plot_regimes(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Figure:
                 axes.plot(x[rest], y[rest], ".", ms=4, color="#b9bec6", alpha=0.7, label="left out", rasterized=True)
             here, style = inside & used, {"color": COLOURS[order % len(COLOURS)], "alpha": 0.75 if order == 0 else 0.35}
             axes.plot(x[here], y[here], ".", ms=4, label=name, rasterized=True, **style)
-        axes.plot(ends, ends, color="black", lw=0.8)
-        for factor in (0.9, 1.1):
-            axes.plot(ends, factor * ends, color="black", lw=0.6, ls="--")
+        _equal_within_tenth(axes, ends)
         axes.set(xscale="log", yscale="log", xlim=ends, ylim=(0.5 * ends[0], 2.0 * ends[1]))
         axes.set(xlabel="computed friction coefficient [-]", ylabel="by formula, held out [-]")
         axes.set_title(_band_title(low, high, int((inside & used).sum())), fontsize=10)
@@ -311,6 +307,12 @@ def plot_regimes(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Figure:
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles[::-1], labels[::-1], loc="outside lower center", ncols=4, frameon=False)
     return figure
+
+
+def _equal_within_tenth(axes: Axes, ends: Array) -> None:
+    axes.plot(ends, ends, color="black", lw=0.8)
+    for factor in (0.9, 1.1):
+        axes.plot(ends, factor * ends, color="black", lw=0.6, ls="--")
 
 
 def _band_title(low: float, high: float, count: int) -> str:
@@ -443,9 +445,7 @@ def plot_parity(dataset: Dataset, formulas: Sequence[FittedFormula], ax: Axes | 
         held_out = held_out_friction(dataset, formula).mu
         lines += axes.plot(mu, held_out, ".", color=colour, ms=5, alpha=0.8, label=label)
     ends = np.array([0.8 * mu.min(), 1.15 * mu.max()])
-    axes.plot(ends, ends, color="black", lw=0.8)
-    for factor in (0.9, 1.1):
-        axes.plot(ends, factor * ends, color="black", lw=0.6, ls="--")
+    _equal_within_tenth(axes, ends)
     axes.set(xscale="log", yscale="log", xlim=ends)
     axes.set(xlabel="computed friction coefficient [-]", ylabel="held-out friction coefficient by formula [-]")
     axes.legend(handles=lines[::-1], frameon=False, loc="upper left")
