@@ -14,7 +14,7 @@ import numpy as np
 
 from efficiency.mesh import POINTS_PER_LINE, POSITIONS
 from efficiency.optimisation.evaluation import Evaluation, EvaluationTask, allowed_of, evaluate_all
-from efficiency.optimisation.problem import SearchProblem
+from efficiency.optimisation.problem import PARTS, SearchProblem
 from efficiency.optimisation.result import Candidate, front_of, spread_out
 from ehl.common.arrays import FloatArray
 from ehl.common.data import reason_text
@@ -157,6 +157,24 @@ def _chosen(
     others = {p.key: p for p in points if p.feasible(allowed) and p.key not in on_front}
     first = problem.objectives[0]
     return [*front, *sorted(others.values(), key=lambda p: p.figures[first])][:count]
+
+
+def gain_split(task: EvaluationTask, best: Candidate | None, evaluate: Evaluate) -> dict[str, float]:
+    """Gain of the best candidate by `PARTS`, which take its values one after the other; the gains add up to the whole.
+
+    A part within which a point cannot be computed has the gain nan; empty for fewer than two parts.
+    """
+    problem = task.problem
+    named = {v.name for v in problem.variables}
+    parts = {part: names for part, all_of in PARTS.items() if (names := named & set(all_of))}
+    if best is None or len(parts) < 2:
+        return {}
+    points = [dict(problem.start_values)]
+    for names in parts.values():
+        points.append(points[-1] | {name: best.point.variables[name] for name in names})
+    between = evaluate([replace(exact_task(task), values=values, interval=False) for values in points[1:-1]])
+    losses = [e.figures["power_loss"] if not e.reason else math.nan for e in (best.start, *between, best.exact)]
+    return {part: (losses[k] - losses[k + 1]) / losses[0] for k, part in enumerate(parts)}
 
 
 def check_solved(

@@ -21,7 +21,7 @@ from efficiency.loss.ehl_friction import ehl_friction
 from efficiency.machine_settings.inputs import SettingsInput, load_targets, targets_next_to
 from efficiency.machine_settings.settings_result import SettingsResult
 from efficiency.optimisation import problem as search_problem
-from efficiency.optimisation.check import Correction, Evaluate, check_best, check_front, check_solved
+from efficiency.optimisation.check import Correction, Evaluate, check_best, check_front, check_solved, gain_split
 from efficiency.optimisation.evaluation import (
     Evaluation,
     EvaluationTask,
@@ -31,7 +31,7 @@ from efficiency.optimisation.evaluation import (
     over_states,
     settings_of,
 )
-from efficiency.optimisation.result import Candidate, Optimisation
+from efficiency.optimisation.result import Candidate, Optimisation, best_of
 from efficiency.optimisation.surrogate import Processes, first_points, next_points, table_of, transformed
 from efficiency.pair import GearPair
 from ehl import __version__
@@ -167,7 +167,10 @@ def optimise(
     if solved is not None:
         ehl_friction(solved)  # rejects invalid settings before the search begins
     path = None if store is None else Path(store)
-    total, done = evaluations + len(problem.states) - 1 + (check + 1 + len(_CHECK_AT) if check else 0), 0
+    total = (
+        evaluations + len(problem.states) - 1 + (check + 1 + len(_CHECK_AT) + len(search_problem.PARTS) if check else 0)
+    )
+    done = 0
 
     def step() -> None:
         nonlocal done
@@ -189,6 +192,7 @@ def optimise(
         more = ""
         if check:
             candidates, more = check_front(task, points, correction, check, evaluate)
+        split = gain_split(task, best_of(candidates, problem.objectives[0]), evaluate)
         if solved and not more:
             candidates, more = check_solved(task, candidates, solved, journal)
     notes += [*correction.notes, *filter(None, [more])]
@@ -201,12 +205,18 @@ def optimise(
         candidates=candidates,
         search_states=states,
         notes=tuple(notes),
+        gain_split=split,
         seed=seed,
         jobs=jobs,
         reused=len(journal.reused),
         seconds=time.perf_counter() - clock,
     )
-    return replace(found, notes=(*found.notes, *_at_bounds(found)))
+    return replace(found, notes=(*found.notes, *_split_note(split), *_at_bounds(found)))
+
+
+def _split_note(split: dict[str, float]) -> list[str]:
+    parts = ", ".join(f"{part} {100.0 * gain:+.1f} %" for part, gain in split.items())
+    return [f"gain by kind of variable, one after the other: {parts}"] if parts else []
 
 
 def _at_bounds(found: Optimisation) -> list[str]:

@@ -60,6 +60,16 @@ VARIABLES: dict[str, ValueRange] = {
 }
 GROUPS = ("ease_off", "blank")
 """Names of groups: the default variables of the ease-off, and those of the blank that the pair has."""
+PARTS: dict[str, tuple[str, ...]] = {
+    "crowning": (
+        *("lengthwise_crowning", "profile_crowning", "crowning_toe", "crowning_heel", "relief_root", "relief_tip"),
+        *("contact_face", "contact_depth"),
+    ),
+    "bias and twist": ("bias", "twist"),
+    "edge relief": tuple(_EDGES),
+    "blank": tuple(_BLANK),
+}
+"""Variables by what they change, in the order in which the gain is split."""
 # limited by the installation space of the vehicle: varied only if named, not part of a group
 _PACKAGE = ("hypoid_offset",)
 _DEFAULT = ("lengthwise_crowning", "profile_crowning", "bias", "twist", "contact_face", "contact_depth")

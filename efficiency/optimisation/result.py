@@ -88,6 +88,12 @@ class Candidate:
         return "gain certain at 90 %" if low > 0.0 else "gain smaller than the uncertainty of friction"
 
 
+def best_of(candidates: Sequence[Candidate], first: str) -> Candidate | None:
+    """The candidate within all limits with the lowest figure `first`; None if none is better than the start."""
+    better = [c for c in candidates if c.holds and c.exact.figures[first] < c.start.figures[first]]
+    return min(better, key=lambda candidate: candidate.exact.figures[first], default=None)
+
+
 @dataclass(frozen=True, repr=False)
 class Optimisation(Reportable):
     """Result of an optimisation; SI units."""
@@ -103,6 +109,7 @@ class Optimisation(Reportable):
     candidates: tuple[Candidate, ...]  # checked points in their order
     search_states: tuple[dict[str, float], ...]  # states of the search; the check uses all states of the problem
     notes: tuple[str, ...]  # notes on the run
+    gain_split: dict[str, float]  # gain of the best candidate by kind of variable; empty for one kind
     # seed of the random numbers; worker processes; evaluations read from an earlier run
     seed: int
     jobs: int
@@ -117,10 +124,7 @@ class Optimisation(Reportable):
     @property
     def best(self) -> Candidate | None:
         """The checked point within all limits with the best first objective; None if none is better than the start."""
-        first = self.problem.objectives[0]
-        held = [candidate for candidate in self.candidates if candidate.holds]
-        better = [c for c in held if c.exact.figures[first] < c.start.figures[first]]
-        return min(better, key=lambda candidate: candidate.exact.figures[first], default=None)
+        return best_of(self.candidates, self.problem.objectives[0])
 
     @property
     def status(self) -> Literal["converged", "failed"]:
@@ -184,6 +188,7 @@ class Optimisation(Reportable):
             "start": {"variables": self.problem.start_values, "figures": self.start.figures},
             "candidates": checked,
             "evaluations": rows,
+            "gain_split": self.gain_split,
             "notes": self.notes,
             "seed": self.seed,
             "seconds": self.seconds,
