@@ -120,17 +120,11 @@ class MisalignmentStudy:
 
     def to_dict(self) -> dict[str, object]:
         """Plain numbers and strings for JSON; None where a value could not be computed."""
-        rows = [finite_or_none(point.to_dict(self.torque is not None)) for point in self.points]
-        return {
-            "design": self.design,
-            "side": self.side,
-            "marking": self.marking,
-            **({} if self.torque is None else {"torque": self.torque}),
-            **{axis: list(getattr(self, axis)) for axis in AXES},
-            "points": rows,
-            "seconds": self.seconds,
-            "status": self.status,
-        }
+        loaded = self.torque is not None
+        names = ("design", "side", "marking", *(["torque"] if loaded else []), *AXES, "points", "seconds", "status")
+        content = {name: getattr(self, name) for name in names}
+        plain: dict[str, object] = finite_or_none(content | {"points": [p.to_dict(loaded) for p in self.points]})
+        return plain
 
 
 @dataclass(frozen=True, repr=False)

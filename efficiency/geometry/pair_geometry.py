@@ -56,18 +56,13 @@ class SideGeometry:
             "interpolation_error": self.pair.surface.interpolation_error,
             "pattern": {
                 "area_share": pattern.area_share,
-                "centre_u": finite_or_none(pattern.centre[0]),
-                "centre_depth": finite_or_none(pattern.centre[1]),
-                "length": pattern.length,
-                "width": pattern.width,
+                **dict(zip(("centre_u", "centre_depth"), finite_or_none(pattern.centre), strict=True)),
+                **{name: getattr(pattern, name) for name in ("length", "width")},
                 "edges": list(pattern.edges),
             },
             "path": {
-                "pinion_angle": path.pinion_angle.tolist(),
-                "transmission_error": path.transmission_error.tolist(),
-                "u": path.u.tolist(),
-                "height": path.height.tolist(),
-                "free": path.free.tolist(),
+                name: getattr(path, name).tolist()
+                for name in ("pinion_angle", "transmission_error", "u", "height", "free")
             },
         }
 

@@ -10,7 +10,7 @@ First-order settings correct pressure and spiral angle, second-order settings al
 """
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from math import nan
 from pathlib import Path
 from typing import Any, Literal
@@ -25,8 +25,8 @@ from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import ANGLE_STEP, LENGTH_STEP, MachineSettings, dot, spin
 from efficiency.design.design import Design, MemberInput, load_design
 from efficiency.machine_settings.design_file import machine_tables
-from efficiency.machine_settings.fit import FitParameter, RootLine, with_setting
-from ehl.common.arrays import FloatArray
+from efficiency.machine_settings.fit import FitParameter, RootLine, motion, with_setting
+from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.pages import Reportable
 from ehl.common.threads import one_thread
@@ -45,7 +45,6 @@ _FIRST = {
 _SECOND = {"tilt": ANGLE_STEP, "swivel": ANGLE_STEP}
 # natural steps equal to one standard deviation of a point, standard deviation of the root [m], Newton iterations
 _STEPS, _ROOT, _ITERATIONS = 10.0, 20e-6, 3
-_IMAGINARY = 1e-30
 
 
 @dataclass(frozen=True)
@@ -104,13 +103,9 @@ class MachineCorrections(Reportable):
 
     def to_dict(self) -> dict[str, Any]:
         """Content with numbers in SI units."""
-        return {
-            "design": self.design,
-            "member": self.member,
-            "corrections": [asdict(item) for item in self.corrections],
-            "deviations": [asdict(item) for item in self.deviations],
-            "notes": list(self.notes),
-        }
+        plain: dict[str, Any] = finite_or_none(self)
+        del plain["text"]
+        return plain
 
 
 @dataclass(frozen=True)
@@ -278,12 +273,10 @@ def _solve(
         columns, roots = [], []
         state = None if item.root is None else item.root.cut(item.nominal)
         for parameter in parameters:
-            value = getattr(item.nominal.machine, parameter.name)
-            moved = with_setting(item.nominal, parameter, value + 1j * _IMAGINARY)
-            way = dot(np.real(normal), np.asarray(moved.position(item.parameters).imag) / _IMAGINARY)
+            way, root = motion(item.nominal, parameter, np.real(normal), item.parameters, state)
             columns.append(way * parameter.scale / sigma)
             if state is not None:
-                roots.append(state.derivative(moved.position(state.tips), _IMAGINARY) * parameter.scale / _ROOT)
+                roots.append(root * parameter.scale / _ROOT)
         block = np.zeros((item.u.size, count + len(group)))
         block[:, :count] = np.stack(columns, axis=1)
         block[:, count + k] = dot(np.real(normal), spin(np.real(point))) / sigma

@@ -206,6 +206,18 @@ def with_setting(flank: CutFlank, parameter: FitParameter, value: complex) -> Cu
     return replace(flank, **{parameter.part: part})
 
 
+def motion(
+    flank: CutFlank, parameter: FitParameter, facing: Array, parameters: FloatArray, root: RootState | None
+) -> tuple[FloatArray, FloatArray]:
+    """Change of points (3, n) along a direction, and of the height of the root, by a machine or blade setting."""
+    count = parameters.shape[1]
+    every = parameters if root is None else np.concatenate([parameters, root.tips], axis=1)
+    value = getattr(getattr(flank, parameter.part), parameter.name)
+    moved = with_setting(flank, parameter, value + 1j * _STEP).position(every)
+    change = dot(facing, np.asarray(moved[:, :count].imag) / _STEP)
+    return np.real(change), np.zeros(0) if root is None else root.derivative(moved[:, count:], _STEP)
+
+
 def _changed(flank: CutFlank, phase: float, parameter: FitParameter, step: float) -> tuple[CutFlank, float]:
     if parameter.part == "phase":
         return flank, phase + step
@@ -260,20 +272,16 @@ def _derivatives(
     point, facing, _ = now.flank.sweep(now.parameters)
     share = 1.0 / dot(facing, turn(target.normal, -now.phase))
     root_state = now.root if weighed else None
-    count = now.parameters.shape[1]
-    every = now.parameters if root_state is None else np.concatenate([now.parameters, root_state.tips], axis=1)
     columns = []
     for parameter in parameters:
-        root = np.zeros(0 if root_state is None else every.shape[1] - count)
         if parameter.part == "phase":
-            change = dot(facing, spin(point)) * share
+            change, root = (
+                np.real(dot(facing, spin(point))),
+                np.zeros(0 if root_state is None else root_state.error.size),
+            )
         else:
-            value = getattr(getattr(now.flank, parameter.part), parameter.name)
-            moved = with_setting(now.flank, parameter, value + 1j * _STEP).position(every)
-            change = dot(facing, np.asarray(moved[:, :count].imag) / _STEP) * share
-            if root_state is not None:
-                root = root_state.derivative(moved[:, count:], _STEP)
-        columns.append(np.concatenate([np.real(change), root]) * parameter.scale)
+            change, root = motion(now.flank, parameter, facing, now.parameters, root_state)
+        columns.append(np.concatenate([change * np.real(share), root]) * parameter.scale)
     return np.stack(columns, axis=1)
 
 

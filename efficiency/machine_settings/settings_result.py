@@ -88,26 +88,19 @@ class SettingsResult(Reportable):
 
     def to_dict(self) -> dict[str, Any]:
         """Content with numbers in SI units; points that do not exist are null."""
-        out: dict[str, Any] = {
-            "name": self.design.name,
-            "status": self.status,
-            "iterations": self.iterations,
-            "seconds": self.seconds,
-            "warnings": list(self.warnings),
-        }
+        out: dict[str, Any] = {"name": self.design.name}
+        out |= {name: getattr(self, name) for name in ("status", "iterations", "seconds", "warnings")}
         for flank in self.flanks:
             out[flank.side] = {
                 "residual_rms": flank.fitted.rms,
                 "residual_max": flank.fitted.largest,
                 "transmission_error": flank.transmission_error,
-                "root_error": flank.fitted.root_error.tolist(),
-                "undercut": [
-                    {"gear_u": point.gear_u, "gear_h": point.gear_h, "place": point.place} for point in flank.undercut
-                ],
-                "residual_map": [[finite_or_none(float(value)) for value in row] for row in flank.residual_map],
+                "root_error": flank.fitted.root_error,
+                "undercut": flank.undercut,
+                "residual_map": flank.residual_map,
             }
-        out["design"] = self.design.model_dump()
-        return out
+        plain: dict[str, Any] = finite_or_none(out)
+        return plain | {"design": self.design.model_dump()}
 
 
 # largest undercut fraction of the points of a flank, or of the working depth of the gear, in a usable pair (ours)

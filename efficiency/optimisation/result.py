@@ -163,16 +163,8 @@ class Optimisation(Reportable):
             for e in self.evaluations
         ]
         checked = [
-            {
-                "name": c.name,
-                "variables": c.point.variables,
-                "figures": c.exact.figures,
-                "gain": c.gain,
-                "gain_interval": c.gain_interval,
-                "solved_gain": c.solved_gain,
-                "holds": c.holds,
-                "verdict": c.verdict,
-            }
+            {"name": c.name, "variables": c.point.variables, "figures": c.exact.figures}
+            | {name: getattr(c, name) for name in ("gain", "gain_interval", "solved_gain", "holds", "verdict")}
             for c in self.candidates
         ]
         head = {

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from efficiency.strength.root_stress import RootStress
-from ehl.common.arrays import FloatArray
+from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.pages import TableResult
 from ehl.common.table import Table
 
@@ -97,12 +97,8 @@ class Strength(TableResult):
 
     def to_dict(self) -> dict[str, Any]:
         """Scalar values, grades, factors and root stress over the mesh, for JSON; nan becomes None."""
-        plain: dict[str, Any] = {n: _plain(v) for n, v in self.scalars().items()}
-        plain["grades"] = [{"kind": g.kind, "level": g.level, "text": g.text} for g in self.grades]
-        plain["factors"] = {n: _plain(v) for n, v in self.factors.items()}
-        plain["notes"] = list(self.notes)
-        for name, root in (("pinion", self.pinion), ("gear", self.gear)):
-            plain[name] = None if root is None else _root_dict(root)
+        inner = {name: getattr(self, name) for name in ("grades", "factors", "notes", "pinion", "gear")}
+        plain: dict[str, Any] = finite_or_none(self.scalars() | inner)
         return plain
 
     def to_frame(self) -> pandas.DataFrame:
@@ -137,12 +133,3 @@ class Strength(TableResult):
     def __repr__(self) -> str:
         roots = f"root {self.root_stress_pinion / 1e6:.4g} and {self.root_stress_gear / 1e6:.4g} MPa"
         return f"Strength({self.status}: {self.pressure_flank / 1e9:.4g} GPa, {roots}, {len(self.grades)} grades)"
-
-
-def _plain(value: Any) -> Any:
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _root_dict(root: RootStress) -> dict[str, Any]:
-    plain = {n: getattr(root, n) for n in root.__dataclass_fields__}
-    return {n: v.tolist() if isinstance(v, np.ndarray) else _plain(v) for n, v in plain.items()}
