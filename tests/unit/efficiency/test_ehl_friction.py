@@ -92,22 +92,18 @@ def test_interpolation_is_within_its_stated_interval(monkeypatch: pytest.MonkeyP
 
 
 def test_few_points_are_all_solved_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    solver = Solver()
-    monkeypatch.setattr(module, "solve_contact", solver)
-    state = states(30)
-    estimate = EhlFriction("ehl", points=module.SAMPLED, jobs=1).mu(state, oil=OIL)
-    np.testing.assert_allclose(estimate.mu, exact(state), rtol=1e-9)
-    np.testing.assert_allclose(estimate.upper - estimate.mu, 0.01 * estimate.mu, rtol=1e-9)
-    assert sorted(c.pressure_hertz for c in solver.asked) == pytest.approx(sorted(state.pressure_hertz))
-
-
-def test_all_solves_every_point(monkeypatch: pytest.MonkeyPatch) -> None:
-    solver = Solver()
-    monkeypatch.setattr(module, "solve_contact", solver)
-    state = states(150)
-    model = replace(ehl_friction("ehl:all"), jobs=1)
-    np.testing.assert_allclose(model.mu(state, oil=OIL).mu, exact(state), rtol=1e-9)
-    assert len(solver.asked) == 150
+    """Of 30 all, of 150 where that is requested; equal contacts have one friction."""
+    for count, model in ((30, EhlFriction("ehl", points=module.SAMPLED, jobs=1)), (150, ehl_friction("ehl:all"))):
+        solver, state = Solver(), states(count)
+        monkeypatch.setattr(module, "solve_contact", solver)
+        estimate = replace(model, jobs=1).mu(state, oil=OIL)
+        np.testing.assert_allclose(estimate.mu, exact(state), rtol=1e-9)
+        np.testing.assert_allclose(estimate.upper - estimate.mu, 0.01 * estimate.mu, rtol=1e-9)
+        assert sorted(c.pressure_hertz for c in solver.asked) == pytest.approx(sorted(state.pressure_hertz))
+    equal = ContactState.of(
+        pressure_hertz=np.full(4, 1e9), radius_equivalent=0.01, effective_modulus=226e9, speed_entrainment=3.0
+    )
+    assert np.ptp(EhlFriction("ehl", jobs=1).mu(equal, oil=OIL).mu) == 0.0
 
 
 def test_smooth_leaves_the_roughness_out(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -145,16 +141,8 @@ def test_bulk_temperatures_reach_the_solver(monkeypatch: pytest.MonkeyPatch) -> 
         return Solver()(problem)
 
     monkeypatch.setattr(module, "solve_contact", solver)
-    state = ContactState.of(
-        pressure_hertz=1e9,
-        radius_equivalent=[0.01],
-        effective_modulus=226e9,
-        speed_entrainment=3.0,
-        temperature_oil=350.0,
-        temperature_bulk_1=370.0,
-        temperature_bulk_2=360.0,
-    )
-    EhlFriction("ehl", jobs=1).mu(state, oil=OIL)
+    hot = {"temperature_oil": 350.0, "temperature_bulk_1": 370.0, "temperature_bulk_2": 360.0}
+    EhlFriction("ehl", jobs=1).mu(replace(states(1), **{name: np.array([t]) for name, t in hot.items()}), oil=OIL)
     assert seen == [(350.0, (370.0, 360.0))]
 
 
@@ -295,15 +283,6 @@ def test_failing_solver_gives_no_friction_at_all(monkeypatch: pytest.MonkeyPatch
     estimate = EhlFriction("ehl", points=module.SAMPLED, jobs=1).mu(states(200), oil=OIL)
     assert np.all(np.isnan(estimate.mu))
     assert np.all(estimate.flag == FrictionFlag.NOT_CONVERGED)
-
-
-def test_equal_points(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "solve_contact", Solver())
-    state = ContactState.of(
-        pressure_hertz=np.full(4, 1e9), radius_equivalent=0.01, effective_modulus=226e9, speed_entrainment=3.0
-    )
-    estimate = EhlFriction("ehl", jobs=1).mu(state, oil=OIL)
-    assert np.ptp(estimate.mu) == 0.0
 
 
 def test_worker_processes_give_the_same_friction(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -40,19 +40,16 @@ from ehl.validity import friction_above_limit_temperature
 PLAN = RunPlan(0.01, 0.02, 12.0, 96.0, 2.9, 1.5, boundary_study=False)
 
 
-def test_error_of_three_grids_by_hand() -> None:
-    """Value 1.01 - 0.05/3; before it 1.06 - 0.24/3; error 2/7 of their distance, 3 % of the last change, 5e-7."""
-    found = extrapolate([np.array([1.30]), np.array([1.06]), np.array([1.01])], 49)
-    assert found.values[0] == pytest.approx(0.99333333333, rel=1e-10)
-    assert found.errors[0] == pytest.approx(0.0038095238 + 0.0015 + 4.9667e-7, rel=1e-8)
-    assert found.relative()[0] == pytest.approx(0.0053100205 / 0.9933333333, rel=1e-7)
+@pytest.mark.parametrize(("hot", "error"), [(False, 0.0038095238 + 0.0015), (True, 0.8 * 0.0133333333 + 0.01)])
+def test_error_of_three_grids_by_hand(hot: bool, error: float) -> None:
+    """Value 1.01 - 0.05/3, before it 1.06 - 0.24/3; 2/7 of their distance, 3 % of the last change, 5e-7.
 
-
-def test_error_of_three_grids_with_heat_by_hand() -> None:
-    """0.8 of the distance, a fifth of the last change, 5e-7."""
-    found = extrapolate([np.array([1.30]), np.array([1.06]), np.array([1.01])], 49, hot=True)
+    With heat 0.8 and a fifth.
+    """
+    found = extrapolate([np.array([1.30]), np.array([1.06]), np.array([1.01])], 49, hot=hot)
     assert found.values[0] == pytest.approx(0.99333333333, rel=1e-10)
-    assert found.errors[0] == pytest.approx(0.8 * 0.0133333333 + 0.01 + 4.9667e-7, rel=1e-8)
+    assert found.errors[0] == pytest.approx(error + 4.9667e-7, rel=1e-8)
+    assert found.relative()[0] == pytest.approx((error + 4.9667e-7) / 0.9933333333, rel=1e-7)
 
 
 @pytest.mark.parametrize(
@@ -449,16 +446,15 @@ def test_other_stretches_of_the_surfaces_widen_the_interval() -> None:
     assert realisation_error(rolled, RoughSurfaces(), line, 0.01) == 0.0
 
 
-def test_a_step_of_five_times_the_median_film_went_astray() -> None:
-    from ehl.rough._kernels.march import FILM_MEAN
-
-    records = window(np.zeros(9)).recorded[0]
-    records[:, FILM_MEAN] = 1.0
-    for film, astray in ((4.9, False), (5.1, True), (math.nan, True)):
-        part = records.copy()
-        part[-1, FILM_MEAN] = film
-        assert film_jumped(part[:, FILM_MEAN], records[:, FILM_MEAN], 0.0) is astray
-        assert film_jumped(2.0 * part[:, FILM_MEAN], records[:, FILM_MEAN], 2.0) is astray  # of Rq, where that is more
+@pytest.mark.parametrize(
+    ("last", "roughness", "astray"),
+    [(4.9, 0.0, False), (5.1, 0.0, True), (math.nan, 0.0, True), (9.9, 2.0, False), (10.1, 2.0, True)],
+)
+def test_a_step_of_five_times_the_median_film_went_astray(last: float, roughness: float, astray: bool) -> None:
+    """Or of the composite Rq, where that is more; where nearly all steps did, the films are far too thick."""
+    films = np.array([*np.ones(8), last])
+    assert film_jumped(films, films, roughness) is astray
+    assert film_jumped(1e9 * films, 1e9 * films, roughness)
 
 
 # --- rough contact: what is left out

@@ -14,10 +14,9 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces, accuracy, solve_transient
-from ehl.rough._kernels.march import COLUMNS, FILM_MEAN, FILM_MIN
+from ehl.rough._kernels.march import FILM_MIN
 from ehl.rough.accuracy import BATCH, BUDGET, WORK, RunPlan, make_run_plan, mesh_levels, with_overrides
-from ehl.rough.averaging import film_jumped
-from ehl.rough.multilevel import BUDGETS, MeshLevels
+from ehl.rough.multilevel import MeshLevels
 from ehl.rough.run import TransientRun
 from ehl.rough.scaling import Settings, build_problem
 from ehl.surface.roughness import RoughProfile, generate_profile
@@ -147,16 +146,6 @@ def test_spots_of_thin_films_set_the_mesh_however_long_the_waves(ratio: float, n
     assert thick.spacing > plans["standard"].spacing
 
 
-@pytest.mark.parametrize(("films", "jumped"), [
-    ([0.8, 1.1, 0.9, 1.0], False), ([0.8, 1.1, 7.0, 1.0], True), ([1e9, 2e9, 1.5e9, 1e9], True),
-    ([0.8, math.nan, 0.9, 1.0], True),
-])  # fmt: skip
-def test_a_film_that_flew_apart_is_seen_even_where_all_steps_did(films: list[float], jumped: bool) -> None:
-    records = np.zeros((len(films), COLUMNS))
-    records[:, FILM_MEAN] = films
-    assert film_jumped(records[:, FILM_MEAN], records[:, FILM_MEAN], 0.0) is jumped
-
-
 # --- meshes and budget
 
 
@@ -196,24 +185,6 @@ def found(monkeypatch: pytest.MonkeyPatch) -> list[MeshLevels]:
     return found
 
 
-def test_a_contact_that_cannot_settle_ends_at_its_budget(
-    monkeypatch: pytest.MonkeyPatch, found: list[MeshLevels]
-) -> None:
-    """With 1.6e6 node-iterations the answer has a wide interval, and no more than twice that is spent."""
-    monkeypatch.setitem(WORK, "fast", 1.6e6)
-    rough = Contact(
-        oil="75w90", temperature=353.15, pressure_hertz=1e9, radius_equivalent=15e-3, speed_entrainment=1.0,
-        slide_to_roll=0.3, roughness_rms=0.9e-6, correlation_length=60e-6, thermal="off", accuracy="fast",
-        eyring_stress="5 MPa",
-    )  # fmt: skip
-    result = rough.solve()
-    assert result.statistical_error > 0.05
-    assert math.isfinite(result.friction_error)
-    levels = found[-1]
-    assert levels.work <= BUDGETS * 1.6e6
-    assert levels.windows[0].rolled > levels.fine.rolled
-
-
 # --- bound of the work
 
 
@@ -225,12 +196,6 @@ def bounded(**change: object) -> Contact:
         "accuracy": "fast",
     }  # fmt: skip
     return Contact(**(values | change))
-
-
-def test_a_contact_inside_its_bound_does_not_know_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    free = bounded().solve()
-    monkeypatch.setattr(accuracy, "BOUND", 1e6)
-    assert bounded().solve().friction_coefficient == free.friction_coefficient
 
 
 def test_a_contact_beyond_its_bound_is_shortened_and_its_interval_holds_the_longer_run(

@@ -178,19 +178,6 @@ def test_failed_cases_on_disk_count_in_every_call_and_in_every_division_into_sha
     assert sweep_shard(plan, tmp_path, evaluate=XU, shard=(1, 2)).unanswered == 0
 
 
-def test_a_full_disk_is_an_error_in_words(plan: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def no_space(descriptor: int) -> None:
-        raise OSError("No space left on device")
-
-    sweep_shard(plan, tmp_path, evaluate=XU, shard=(1, 2))
-    with monkeypatch.context() as patch:
-        patch.setattr("os.fsync", no_space)
-        with pytest.raises(InputError, match="No space left on device") as caught:
-            sweep_shard(plan, tmp_path, evaluate=XU, shard=(2, 2))
-    assert caught.value.field == "run"
-    assert sweep_shard(plan, tmp_path, evaluate=XU, shard=(2, 2)).converged == 8
-
-
 def test_a_task_never_raises(plan: Plan) -> None:
     _, case = next(plan.cases())
     broken = case.model_copy(update={"contact": None})

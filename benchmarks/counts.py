@@ -1,6 +1,6 @@
 """Ten counts of work that any machine repeats: iterations, steps and calls of fixed tasks, against their baseline.
 
-``python tests/counts.py`` prints the table and ends with 1 if a count lies outside its tolerance;
+``python benchmarks/counts.py`` prints the table and ends with 1 if a count lies outside its tolerance;
 ``--write`` makes the counts of this run the baseline, counts.json. Seconds on a shared machine scatter by tens of per
 cent; these do not scatter at all. A count far below its baseline fails too: it asks for a new baseline. Calls are those
 of the program's own Python functions, compiled kernels and libraries left out.
@@ -15,7 +15,6 @@ from types import FrameType
 from typing import Any
 
 import numpy as np
-from contacts import line_contact
 from scipy.stats import qmc
 
 import efficiency
@@ -84,7 +83,7 @@ def smooth_contacts() -> list[tuple[LineContact, Lubricant]]:
         values = low * (high / low) ** share
         values[4] = low[4] + (high - low)[4] * share[4]
         p_h, radius, speed, viscosity, alpha, stress, slip = (float(value) for value in values)
-        line = line_contact(
+        line = LineContact.from_pressure(
             radius_equivalent=radius,
             effective_modulus=2.264e11,
             pressure_hertz=p_h,
@@ -97,7 +96,13 @@ def smooth_contacts() -> list[tuple[LineContact, Lubricant]]:
 
 def rough() -> tuple[int, int, float]:
     """Nodes, steps and Newton iterations a step of a small rough contact."""
-    line = line_contact(effective_modulus=2.264e11, slide_to_roll=0.2)
+    line = LineContact.from_pressure(
+        radius_equivalent=15e-3,
+        effective_modulus=2.264e11,
+        pressure_hertz=1e9,
+        speed_entrainment=5.0,
+        slide_to_roll=0.2,
+    )
     oil = Lubricant(0.015, 15e-9, rheology="eyring", eyring_stress=5e6)
     profile = generate_profile(3e-7, 2e-5, 16.0 * line.half_width, 2e-6, 1)
     run = solve_transient(
