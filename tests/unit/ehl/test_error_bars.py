@@ -25,6 +25,7 @@ from ehl.rough.averaging import (
     film_jumped,
     interval_of_means,
     neighbour_correlation,
+    net_exchange,
     realisation_error,
     richardson,
 )
@@ -185,6 +186,7 @@ def test_interval_merges_batches_that_correlate() -> None:
 
 def test_interval_needs_five_batches_and_widens_with_its_confidence() -> None:
     assert math.isnan(batch_means(np.arange(8.0), 2)[1])
+    assert [math.isfinite(interval_of_means(np.arange(float(count)))) for count in (2, 3)] == [False, True]
     assert math.isfinite(batch_means(np.arange(10.0), 2)[1])
     series = np.tile([1.0, -1.0], 5)
     # t(97.5 %) over t(95 %) at 7.1818 degrees of freedom: 2.352/1.888
@@ -377,6 +379,18 @@ def test_net_exchange_of_the_side_flow_is_an_error_of_friction(
         contact, eyring_oil(), surfaces, nodes=100, travel=12.0, accuracy="fast", peklenik_number=math.inf
     )
     assert sealed.exchange_error == 0.0
+
+
+def test_slope_of_the_side_flow_and_its_threshold_by_hand() -> None:
+    """Sums 0, 1, 4, 5, 8 of four batches: slope 2, residuals .4, -.6, .4, -.6, .4, t(3, 0.9995) = 12.924."""
+    found = window(np.zeros(10))
+    found.run.problem.model.contact = SimpleNamespace(middle_first=1, middle_last=3)
+    found.run.state = SimpleNamespace(mass=np.array([9.0, 0.5, 0.5, 9.0]))  # type: ignore[assignment]
+    found.exchanges.append(np.array([[0.1, 0.4, -0.3], [0.3, 1.2, -0.8], [0.1, 0.4, -0.3], [0.3, 1.2, -0.8]]))
+    assert net_exchange(found) == pytest.approx((2.0, 12.924 * 0.2), rel=1e-4)
+    del found.exchanges[:]
+    found.exchanges += [np.array([[1.0, -3.0]])] * 3
+    assert net_exchange(found) == (pytest.approx(4.0), pytest.approx(math.nan, nan_ok=True))
 
 
 def test_bounded_run_is_one_draw_of_stretches_as_long_as_a_block() -> None:

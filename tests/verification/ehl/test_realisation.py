@@ -67,9 +67,3 @@ def test_net_exchange_tells_drift_from_what_a_window_happens_to_hold() -> None:
     assert np.mean(found) == pytest.approx(0.3, abs=0.02)
     # the plain mean of the window wanders more than the slope
     assert np.std(found) < 0.75 * 0.4 * math.sqrt(2.0) / 8.0
-
-
-def test_net_exchange_of_too_short_a_window_claims_nothing() -> None:
-    value, chance = net_exchange(window(np.full((3, 40), 0.01)))
-    assert value == pytest.approx(0.4)
-    assert math.isnan(chance)
