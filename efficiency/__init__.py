@@ -7,7 +7,7 @@
 'converged'
 """
 
-from ehl.common.lazy import lazy_exports
+from ehl.common import lazy_exports
 from ehl.common.version import __version__ as __version__
 
 __getattr__, __dir__, __all__ = lazy_exports(__name__, __file__)

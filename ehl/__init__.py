@@ -1,6 +1,6 @@
 """One lubricated line contact: lubricant, elasticity, Reynolds equation, heat, asperities, friction."""
 
-from ehl.common.lazy import lazy_exports
+from ehl.common import lazy_exports
 from ehl.common.version import SOLVER as SOLVER
 from ehl.common.version import __version__ as __version__
 

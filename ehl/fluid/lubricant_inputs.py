@@ -11,10 +11,9 @@ from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, in_any_case
 from ehl.fluid import oil_laws
-from ehl.fluid.conductivity import ASSUMED_CONDUCTIVITY, PAO, FilmConductivity
 from ehl.fluid.density import DOWSON_HIGGINSON, INCOMPRESSIBLE, Compression, DowsonHigginson
 from ehl.fluid.free_volume import Doolittle
-from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.lubricant import ASSUMED_CONDUCTIVITY, PAO, FilmConductivity, Lubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.pressure_viscosity import AlphaDefinition, roelands_slope, solve_constant
 from ehl.fluid.rheology import Limit, Rheology, RisingStress

@@ -28,9 +28,8 @@ from ehl.common.sections import Medium, Section
 from ehl.common.units import KELVIN, ValueRange
 from ehl.common.validation import InputModel, load_shipped, read_toml, validate
 from ehl.fluid import oil_alpha, oil_laws, oil_sheet
-from ehl.fluid.conductivity import ASSUMED_CONDUCTIVITY, CONDUCTIVITY_OF_BASE, FilmConductivity
 from ehl.fluid.density import density_at
-from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.lubricant import ASSUMED_CONDUCTIVITY, CONDUCTIVITY_OF_BASE, FilmConductivity, Lubricant
 from ehl.fluid.oil_family import FAMILIES, SHEAR_MODULUS, check_viscosities, generic_card, generic_name
 from ehl.fluid.oil_uncertainty import VARIABLES, CardUncertainty, InputFactors, standard_uncertainty
 from ehl.fluid.pressure_viscosity import AlphaDefinition

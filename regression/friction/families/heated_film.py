@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ehl.fluid.conductivity import PAO
+from ehl.fluid.lubricant import PAO
 from ehl.fluid.viscosity import ROELANDS_LOG_VISCOSITY
 from ehl.surface.roughness import EP_FILM
 from regression.friction.conditions import MIN_ROUGHNESS, Array, Conditions, flattening

@@ -13,8 +13,7 @@ from scipy import optimize
 from scipy.stats import qmc
 from twins.material_points import material_point_matrix
 
-from ehl.fluid.conductivity import PAO, PARAFFINIC, FilmConductivity
-from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.lubricant import PAO, PARAFFINIC, FilmConductivity, Lubricant
 from ehl.heat.conduction import jaeger_matrix, peclet_number
 from ehl.heat.estimate import (
     carried_shear_heat,

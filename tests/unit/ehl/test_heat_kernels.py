@@ -8,8 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.special import k0e, k1e
 
-from ehl.fluid.conductivity import PAO
-from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.lubricant import PAO, Lubricant
 from ehl.heat import _kernels, conduction
 from ehl.heat.traction import Conducted, film_temperature, flux_to_surface_1
 from ehl.material import Material

@@ -11,7 +11,7 @@ from refusals import refuses
 from ehl.common.errors import InputError
 from ehl.common.validation import validate
 from ehl.contact import Contact
-from ehl.fluid.conductivity import ASSUMED_CONDUCTIVITY, PAO, PARAFFINIC, FilmConductivity
+from ehl.fluid.lubricant import ASSUMED_CONDUCTIVITY, PAO, PARAFFINIC, FilmConductivity
 from ehl.fluid.lubricant_inputs import DirectLubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.rheology import RisingStress

@@ -10,8 +10,7 @@ from twins.rough_limits import FLOOR, dry_error, flow_factor_direct, flow_factor
 from twins.rough_scenes import STEEL, Scene, eyring_oil, family, friction, gaussian_pair, line, speed_of_film_ratio
 from twins.waviness import attenuation, curve, linear_attenuation, mesh_of, oil_of
 
-from ehl.fluid.conductivity import FilmConductivity
-from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.lubricant import FilmConductivity, Lubricant
 from ehl.fluid.oil import Oil
 from ehl.rough import solve_transient
 from ehl.rough._kernels.march import MACRO_LOAD, SHARE

@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 from contacts import line_contact
 
-from ehl.fluid.conductivity import FilmConductivity
+from ehl.fluid.lubricant import FilmConductivity
 from ehl.fluid.oil import Oil
 from ehl.material import Material
 from ehl.smooth.thermal import solve_smooth

@@ -11,8 +11,7 @@ from contacts import line_contact as contact
 from scipy.stats import qmc
 from twins.material_points import conducts_like_the_transient_solver, without_flow_heat
 
-from ehl.fluid.conductivity import FilmConductivity
-from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.lubricant import FilmConductivity, Lubricant
 from ehl.fluid.oil import Oil
 from ehl.heat.estimate import murch_wilson_1975, thermal_loading
 from ehl.line_contact import LineContact

@@ -10,10 +10,9 @@ from contacts import line_contact
 from scipy.sparse.linalg import spsolve
 from twins.material_points import material_point_matrix
 
-from ehl.fluid.conductivity import FilmConductivity
 from ehl.fluid.density import INCOMPRESSIBLE
 from ehl.fluid.lookup import law_table
-from ehl.fluid.lubricant import Lubricant
+from ehl.fluid.lubricant import FilmConductivity, Lubricant
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough import RoughSurfaces, solve_transient

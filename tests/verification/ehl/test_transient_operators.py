@@ -10,7 +10,7 @@ from twins.rough_scenes import STEEL, Scene, eyring_oil, gaussian_pair, line, sp
 
 from ehl.common.validation import validate
 from ehl.contact import Contact
-from ehl.fluid.conductivity import FilmConductivity
+from ehl.fluid.lubricant import FilmConductivity
 from ehl.rough import RoughSurfaces
 from ehl.rough._kernels.march import FILM_MEAN, FLASH_MAX, MU_FLUID, TEMPERATURE_MAX
 from ehl.rough.accuracy import mesh_length
