@@ -40,7 +40,7 @@ from efficiency.mesh import POINTS_PER_LINE, POSITIONS, Mesh, elastic_bodies
 from efficiency.strength.root_stress import RootTooth
 from efficiency.vehicle.axle_test import REVOLUTIONS_PER_MILE, AxleTest, axle_test_points, solve_axle_test
 from efficiency.vehicle.loss_map import AxleLosses, LossMap, resolve_axle, signed_axes, solve_loss_map
-from ehl.common.errors import ConvergenceError, InputError
+from ehl.common.errors import ConvergenceError, InputError, check_count
 from ehl.common.figures import interactive
 from ehl.common.progress import ProgressCallback
 from ehl.common.threads import one_thread
@@ -482,9 +482,10 @@ class GearPair:
         torque: Value | None = None,
         friction: Friction | None = None,
         progress: ProgressCallback | None = None,
+        samples: int | None = None,
         **conditions: Unpack[ConditionValues],
     ) -> MisalignmentGrid:
-        """Contact over all combinations of misalignments added to those of the design (V-H check).
+        """Contact over all combinations of misalignments added to those of the design (V-H check), or over random ones.
 
         Parameters
         ----------
@@ -500,6 +501,8 @@ class GearPair:
             Friction model of the loss; default: the formula shipped for the oil, or else one for all oils.
         progress : callable, optional
             Called with a `Progress` after each state of a side.
+        samples : int, optional
+            Number of random states (tolerance analysis): each misalignment is normal, its value the standard deviation.
         **conditions : float or str
             With a torque: conditions that differ from the design, as in `LoadedMesh.efficiency`.
         """
@@ -512,7 +515,9 @@ class GearPair:
         }
         if not values:
             raise InputError(", ".join(MISALIGNMENTS), None, "at least one of them with its values")
-        states = math.prod(len(part) for part in values.values())
+        states = math.prod(len(part) for part in values.values()) if samples is None else samples
+        if samples is not None:
+            check_count("samples", samples, 2, _MAX_STATES)
         if states > _MAX_STATES:
             raise InputError(", ".join(MISALIGNMENTS), f"{states} states", f"at most {_MAX_STATES} combinations")
         loading: dict[str, Any] = {**({} if friction is None else {"friction": friction}), **conditions}
@@ -533,6 +538,7 @@ class GearPair:
                 progress=progress,
                 torque=carried,
                 load=None if carried is None else load,
+                samples=samples,
                 **values,
             )
 

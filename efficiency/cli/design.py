@@ -211,6 +211,10 @@ def misalignment(
     ],
     side: Annotated[str, console.advanced(help="Flanks in contact: drive, coast or both.")] = "drive",
     marking: shared.MarkingOption = None,
+    samples: Annotated[
+        int | None,
+        console.advanced(help="Tolerance analysis: so many random states, E, P, G, angle being standard deviations."),
+    ] = None,
     point: shared.PointOptions,
     friction: shared.FrictionOption = None,
     oil: shared.OilOption = None,
@@ -226,7 +230,13 @@ def misalignment(
     """
     with console.working("misalignment"):
         states = efficiency.load(design).misalignment(
-            side=side, marking=marking, friction=friction, **point, **console.given({"oil": oil}), **axes
+            side=side,
+            marking=marking,
+            friction=friction,
+            samples=samples,
+            **point,
+            **console.given({"oil": oil}),
+            **axes,
         )
     shared.present(states, json_output, csv=csv, plot=plot)
 

@@ -19,7 +19,7 @@ from efficiency.contact.flank_grid import FlankGrid
 from efficiency.contact.flank_pair import MARKING, FlankPair, flank_pair
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design
-from ehl.common.arrays import finite_or_none
+from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
@@ -39,6 +39,7 @@ LOADED = (
     "power_loss",
     "efficiency",
 )
+QUANTILES = (0.05, 0.5, 0.95)
 # names of the columns of files and JSON, where they differ from those of `MisalignmentPoint`
 _COLUMNS = {"error_maximum_u": "crest_u", "error_maximum_depth": "crest_depth", "undercut": "absent"}
 
@@ -93,7 +94,8 @@ class MisalignmentStudy:
     design: str
     side: Side
     marking: float  # thickness of the marking compound [m]
-    # values of each misalignment; the points are all their combinations, shaft_angle_error running fastest
+    # values of each misalignment; the points are all their combinations, shaft_angle_error running fastest.
+    # With `samples`: the standard deviation of each
     E: tuple[float, ...]
     P: tuple[float, ...]
     G: tuple[float, ...]
@@ -101,6 +103,7 @@ class MisalignmentStudy:
     points: tuple[MisalignmentPoint, ...]  # results
     seconds: float  # wall time
     torque: float | None = None  # of the pinion [N m]; none without load
+    samples: int | None = None  # number of random states in place of the combinations
     status: Literal["converged", "failed"] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -109,8 +112,18 @@ class MisalignmentStudy:
 
     @property
     def varied(self) -> list[str]:
-        """Misalignments with more than one value."""
-        return [name for name in AXES if len(getattr(self, name)) > 1]
+        """Misalignments with more than one value, or with a standard deviation."""
+        return [name for name in AXES if len(getattr(self, name)) > 1 or (self.samples and any(getattr(self, name)))]
+
+    def distribution(self) -> dict[str, tuple[float, float, float, float, float]]:
+        """Mean, standard deviation, and 5, 50 and 95 % quantile of each result over the states that were computed."""
+        names = ["peak_to_peak", *(LOADED if self.torque is not None else ())]
+        found = {name: np.array([getattr(p, name) for p in self.points if p.status != "failed"]) for name in names}
+        return {
+            name: (float(v.mean()), float(v.std(ddof=1)), *(float(q) for q in np.quantile(v, QUANTILES)))
+            for name, v in found.items()
+            if v.size > 1
+        }
 
     def table(self) -> pandas.DataFrame:
         """One row per point, SI units, columns by the keys of `MisalignmentPoint.to_dict`."""
@@ -123,6 +136,8 @@ class MisalignmentStudy:
         loaded = self.torque is not None
         names = ("design", "side", "marking", *(["torque"] if loaded else []), *AXES, "points", "seconds", "status")
         content = {name: getattr(self, name) for name in names}
+        if self.samples:
+            content |= {"samples": self.samples, "distribution": self.distribution()}
         plain: dict[str, object] = finite_or_none(content | {"points": [p.to_dict(loaded) for p in self.points]})
         return plain
 
@@ -175,8 +190,9 @@ def misalignment_study(
     progress: ProgressCallback | None = None,
     torque: float | None = None,
     load: Callable[[dict[str, float]], EfficiencyResult] | None = None,
+    samples: int | None = None,
 ) -> MisalignmentStudy:
-    """Contact at all combinations of misalignments, added to those of the design.
+    """Contact at all combinations of misalignments, or at random ones, added to those of the design.
 
     E, P, G, shaft_angle_error: values of each misalignment [m], shaft_angle_error [rad].
     side: which flanks are in contact.
@@ -184,6 +200,7 @@ def misalignment_study(
     progress: called with a `Progress` after each point.
     torque: of the pinion [N m], where there is a load.
     load: loaded contact at the misalignments of a state, those of the design included.
+    samples: number of states with independent normal misalignments whose standard deviations are the values.
     Returns: a point that cannot be computed is a status with its reason, not an error.
     Raises `InputError`: a value out of the range of the design file, or no value for a misalignment.
     """
@@ -193,10 +210,16 @@ def misalignment_study(
     for name, given in values.items():
         if not given:
             raise InputError(name, "no value", "at least one value")
+        if samples is not None and len(given) > 1:
+            raise InputError(name, given, "one standard deviation, as the states are random samples")
     start = design.assembly.misalignment
     points: list[MisalignmentPoint] = []
     grid: FlankGrid | None = None
-    states = list(product(values["E"], values["P"], values["G"], values["shaft_angle_error"]))
+    if samples is None:
+        states = list(product(values["E"], values["P"], values["G"], values["shaft_angle_error"]))
+    else:
+        deviations = np.array([values[name][0] for name in AXES])
+        states = [tuple(float(x) for x in row) for row in _normal(samples, len(AXES)) * deviations]
     for number, state in enumerate(states):
         placed = {n: getattr(start, n) + x for n, x in zip(AXES, state, strict=True)}
         moved = design.with_misalignment(**placed)
@@ -213,8 +236,24 @@ def misalignment_study(
         with progress_to(progress):
             report_progress("states", number + 1, len(states))
     return MisalignmentStudy(
-        design.name, side, marking, **values, points=tuple(points), seconds=time.perf_counter() - clock, torque=torque
+        design.name,
+        side,
+        marking,
+        **values,
+        points=tuple(points),
+        seconds=time.perf_counter() - clock,
+        torque=torque,
+        samples=samples,
     )
+
+
+def _normal(count: int, size: int) -> FloatArray:
+    """The same normal numbers every time, from a scrambled Sobol sequence, whose means converge faster."""
+    from scipy.special import ndtri
+    from scipy.stats import qmc
+
+    whole = qmc.Sobol(size, seed=20260101).random_base2(max(count - 1, 1).bit_length())
+    return np.asarray(ndtri(whole[:count]))
 
 
 def _point(pair: FlankPair, state: tuple[float, float, float, float], marking: float) -> MisalignmentPoint:

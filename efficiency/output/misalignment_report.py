@@ -46,6 +46,17 @@ def misalignment_table(study: MisalignmentStudy) -> Table:
     )
 
 
+def distribution_table(study: MisalignmentStudy) -> Table:
+    """What random misalignments do: mean, standard deviation and quantiles of each result."""
+    spread = ", ".join(f"{name} {misalignment_quantity(name).text(getattr(study, name)[0])}" for name in study.varied)
+    found = study.distribution()
+    columns = ["statistic", *found]
+    names = ("mean", "standard deviation", "5 %", "median", "95 %")
+    rows = [(name, *(values[i] for values in found.values())) for i, name in enumerate(names)]
+    title = f"{study.design}, {study.side}: {study.samples} random states, standard deviations {spread}"
+    return Table(columns, rows, title, _notes(study), "distribution", vertical=True)
+
+
 def _notes(study: MisalignmentStudy) -> list[str]:
     count = len(study.points)
     failed = sum(point.status == "failed" for point in study.points)
@@ -80,7 +91,10 @@ def misalignment_sections(grid: MisalignmentGrid, medium: Medium) -> list[Sectio
         columns = {Column(str(name), of=known.get(str(name), "")): values for name, values in records.items()}
         return [Section("", [head, Table.from_columns(columns, name="misalignment")])]
     tables = [misalignment_table(study) for study in grid.studies]
-    if medium == "terminal":
+    if first.samples:
+        # a page lists the states as well
+        tables = [distribution_table(study) for study in grid.studies] + (tables if medium == "page" else [])
+    if medium == "terminal" or first.samples:
         return [Section("", [head, *tables])]
     wide, *others = misalignment_figures(grid.pair, grid.studies)
     return [Section("", [head]), Section("Contact", [wide, Row(others)]), Section("Numerical results", tables)]

@@ -4,7 +4,9 @@ import json
 
 import numpy as np
 import pytest
+from refusals import refuses
 
+import efficiency
 from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.contact_search import contact_path
 from efficiency.contact.flank_pair import FlankPair, flank_pair
@@ -12,6 +14,7 @@ from efficiency.design.design import load_design
 from efficiency.geometry.misalignment import MisalignmentStudy, misalignment_study
 from ehl.common.errors import InputError
 from ehl.common.progress import Progress
+from ehl.common.table import Table
 
 BEVEL = "fm_spiral_bevel_14x39"
 
@@ -111,3 +114,28 @@ def test_map_fractions_and_shape(pair: FlankPair) -> None:
     assert pattern.centre[0] == pytest.approx(pair.surface.error_maximum[0], abs=1.5e-3)
     assert 0.0 < pattern.length < 1.0
     assert 0.0 < pattern.width <= 1.0
+
+
+def test_random_states_have_the_given_deviations_and_a_distribution() -> None:
+    design = load_design(BEVEL)
+    study = misalignment_study(design, E=[5e-5], shaft_angle_error=[2e-4], samples=8)
+    states = np.array([[point.E, point.P, point.shaft_angle_error] for point in study.points])
+    assert states.shape == (8, 3)
+    assert states[:, 1].tolist() == [0.0] * 8
+    assert states[:, 0].std() == pytest.approx(5e-5, rel=0.3)
+    assert states[:, 2].std() == pytest.approx(2e-4, rel=0.3)
+    assert study.varied == ["E", "shaft_angle_error"]
+    mean, deviation, low, middle, high = study.distribution()["peak_to_peak"]
+    errors = [point.peak_to_peak for point in study.points]
+    assert mean == pytest.approx(np.mean(errors))
+    assert deviation == pytest.approx(np.std(errors, ddof=1))
+    assert min(errors) <= low < middle < high <= max(errors)
+    assert study.to_dict()["distribution"]["peak_to_peak"][1] == deviation
+    again = misalignment_study(design, E=[5e-5], shaft_angle_error=[2e-4], samples=8)
+    assert [point.E for point in again.points] == [point.E for point in study.points]
+    with refuses("E"):
+        misalignment_study(design, E=[0.0, 5e-5], samples=8)
+    with refuses("samples"):
+        efficiency.load(BEVEL).misalignment(E="0.05 mm", samples=1)
+    grid = efficiency.load(BEVEL).misalignment(E="0.05 mm", samples=2)
+    assert [item.name for item in grid.sections("terminal")[0].items if isinstance(item, Table)] == ["distribution"]
