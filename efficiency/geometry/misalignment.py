@@ -115,7 +115,7 @@ class MisalignmentStudy:
         """Misalignments with more than one value, or with a standard deviation."""
         return [name for name in AXES if len(getattr(self, name)) > 1 or (self.samples and any(getattr(self, name)))]
 
-    def distribution(self) -> dict[str, tuple[float, float, float, float, float]]:
+    def distribution(self) -> dict[str, tuple[float, ...]]:
         """Mean, standard deviation, and 5, 50 and 95 % quantile of each result over the states that were computed."""
         names = ["peak_to_peak", *(LOADED if self.torque is not None else ())]
         found = {name: np.array([getattr(p, name) for p in self.points if p.status != "failed"]) for name in names}
@@ -219,7 +219,7 @@ def misalignment_study(
         states = list(product(values["E"], values["P"], values["G"], values["shaft_angle_error"]))
     else:
         deviations = np.array([values[name][0] for name in AXES])
-        states = [tuple(float(x) for x in row) for row in _normal(samples, len(AXES)) * deviations]
+        states = [(e, p, g, angle) for e, p, g, angle in (_normal(samples, len(AXES)) * deviations).tolist()]
     for number, state in enumerate(states):
         placed = {n: getattr(start, n) + x for n, x in zip(AXES, state, strict=True)}
         moved = design.with_misalignment(**placed)
