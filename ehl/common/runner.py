@@ -23,7 +23,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 from ehl.common.errors import MixedEhlError, check_count
-from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from ehl.common.threads import single_thread
 
 if TYPE_CHECKING:
@@ -194,8 +193,6 @@ def run_tasks(
     *,
     jobs: int | None = None,
     journal: Journal | None = None,
-    progress: ProgressCallback | None = None,
-    step: str = "",
     executor: Executor | None = None,
     crashed: Callable[[Any], Row] | None = None,
 ) -> Iterator[Row]:
@@ -207,8 +204,6 @@ def run_tasks(
         row is a mapping of JSON values.
     jobs: worker processes of one thread each; by default `granted_workers`.
     journal: rows found there are not computed again; new rows are appended as soon as they are finished.
-    progress: called with a `Progress` after each finished task.
-    step: name of the tasks in `progress`, such as "contacts"; empty for no progress of the tasks.
     executor: result of `cluster`, which replaces local processes.
     crashed: row of a task that crashed its worker; by default a crash is an error.
     Raises `AllWorkersCrashed`: all workers crash, or one crashed and `crashed` is not given.
@@ -218,19 +213,12 @@ def run_tasks(
     if journal is not None:
         journal.reused |= journal.on_disk.intersection(keys)
     waiting = {key: task for key, task in zip(keys, tasks, strict=True) if key not in found}
-    order, done = list(waiting), len(tasks) - len(waiting)
+    order = list(waiting)
     if len(waiting) < 2:
         executor = ThisProcess()
     elif executor is None:
         executor = local_executor(min(checked_jobs(jobs), len(waiting)))
     new = iter(TaskRun(waiting.values(), function, executor, crashed or _crash_is_an_error))
-
-    def report() -> None:
-        if step:
-            with progress_to(progress):
-                report_progress(step, done, len(tasks))
-
-    report()
     for key in keys:
         while key not in found:
             number, row = next(new)
@@ -238,8 +226,6 @@ def run_tasks(
                 found[order[number]] = row
             else:
                 journal.append([{"key": order[number], **cast("Mapping[str, Any]", row)}])
-            done += 1
-            report()
         yield found.pop(key) if journal is None else found[key]
 
 

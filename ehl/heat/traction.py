@@ -114,9 +114,7 @@ class FilmTemperature:
     temperature: FloatArray  # mid-layer of the film [K]
     walls: FloatArray  # mean surface temperature [K]
     log_viscosity_offset: FloatArray  # as in `ThermalTraction`
-    # heat of the pressure-driven flow; that and the heat of asperities [W/m2]
-    rolling_heat: FloatArray
-    surface_heat: FloatArray
+    rolling_heat: FloatArray  # heat of the pressure-driven flow [W/m2]
     bulk: tuple[float, float]  # [K]
     conducted: Conducted
     iterations: int
@@ -132,7 +130,6 @@ def film_temperature(
     matrices: Matrices,
     *,
     rolling_heat: FloatArray,
-    asperity_heat: FloatArray | None = None,
     guess: tuple[FloatArray, FloatArray] | None = None,
     tolerance: float = 1e-9,
     max_iterations: int = 80,
@@ -150,13 +147,11 @@ def film_temperature(
     matrices (n, n): `surface_matrices` of the nodes. Cost grows as n^3: a few hundred nodes suffice.
     rolling_heat: heat of the pressure-driven flow, u_r (h - h*) dp/dx with h* = flow/density [W/m2]. Its source is near
         the walls, so that the mid-layer rise is q h/(16 k_f).
-    asperity_heat: heat at asperity contacts, mu_b p_c |v_s| [W/m2], a source at the surfaces.
     guess: initial stress and mean surface temperature.
     tolerance: on ln tau.
     """
     speed, wet = contact.speed_sliding, pressure > 0.0
     rolling = np.where(wet, rolling_heat, 0.0)
-    extra = rolling if asperity_heat is None else rolling + asperity_heat
     conducted = _conducted(pressure, film, lubricant, bulk, matrices)
     walls, resistance = conducted.walls, conducted.resistance
 
@@ -174,7 +169,7 @@ def film_temperature(
     rise, law = speed * resistance * stress, lubricant.shear_law
     cut = law.limit_slope if law.limited and law.limit == "cut" else math.inf
     nodes = np.empty((_kernels.ROWS, film.size))
-    nodes[_kernels.PRESSURE], nodes[_kernels.RESISTANCE], nodes[_kernels.SOURCE] = pressure, resistance, extra
+    nodes[_kernels.PRESSURE], nodes[_kernels.RESISTANCE], nodes[_kernels.SOURCE] = pressure, resistance, rolling
     nodes[_kernels.LOG_RATE] = math.log(max(speed, 1e-300)) - np.log(film)
     nodes[_kernels.RAISED] = 0.5 * resistance * rolling
     model = Film(nodes, speed, law.numbers(1.0, 1.0, 1.0), law.limit_ambient, cut)
@@ -209,7 +204,7 @@ def film_temperature(
     change = known - math.log(lubricant.viscosity_inlet) - lubricant.log_viscosity_ratio(pressure)
     return FilmTemperature(
         pressure, film, np.where(wet & (speed > 0.0), stress, 0.0), temperature, wall, change,
-        rolling, extra, bulk, conducted, iterations, converged,
+        rolling, bulk, conducted, iterations, converged,
     )  # fmt: skip
 
 
@@ -219,16 +214,16 @@ def traction_of(
     """Friction and surface temperatures of a film in balance."""
     speed, load = contact.speed_sliding, contact.load_per_length
     pressure, film, temperature, bulk = found.pressure, found.film, found.temperature, found.bulk
-    conducted, extra = found.conducted, found.surface_heat
+    conducted, rolling = found.conducted, found.rolling_heat
     heat = speed * found.stress
-    flux_1 = conducted.into_1(heat + extra, bulk[1] - bulk[0])
-    flux_2 = heat + extra - flux_1
+    flux_1 = conducted.into_1(heat + rolling, bulk[1] - bulk[0])
+    flux_2 = heat + rolling - flux_1
     surface_1 = bulk[0] + conducted.walls.matrix_1 @ flux_1
     surface_2 = bulk[1] + conducted.walls.matrix_2 @ flux_2
 
     # the power follows from the law at the final temperatures, so that the residual contains any imbalance
     final = _stress(pressure, film, temperature, lubricant, speed)
-    power = float(np.trapezoid(speed * final + extra, x))
+    power = float(np.trapezoid(speed * final + rolling, x))
     into = float(np.trapezoid(flux_1 + flux_2, x))
     residual = abs(into - power) / power if power > 0.0 else 0.0
     numbers = [
@@ -236,7 +231,6 @@ def traction_of(
     ]
     finite = bool(np.all(np.isfinite(temperature)) and np.all(np.isfinite(final)))
     reason = "" if found.converged and finite else ("no_thermal_balance" if finite else "not_finite")
-    rolling = found.rolling_heat
     return ThermalTraction(
         status="failed" if reason else "converged",
         reason=reason,

@@ -51,7 +51,6 @@ def rerun(
     *,
     share: float = SHARE,
     seed: int = 1,
-    seconds: float = np.inf,
     evaluate: Evaluator = solve_outputs,
 ) -> Iterator[Rerun]:
     """Compute a random share of a dataset's cases again.
@@ -59,21 +58,19 @@ def rerun(
     plan: plan of the dataset.
     share: share of the cases of the plan.
     seed: seed of the random choice.
-    seconds: budget of stored CPU time [s]; cases that took more than a fifth of it are skipped, so that the choice then
-        depends on the time of a case.
     Raises `InputError`: a case of the plan is not in the dataset; `ConvergenceError`: a case with a stored result has
     no result now.
     """
     order = np.random.default_rng(seed).permutation(len(plan.points))
-    remaining, spent = max(int(np.ceil(share * len(order))), 1), 0.0
+    remaining = max(int(np.ceil(share * len(order))), 1)
     for index in order:
-        if remaining == 0 or spent > seconds:
+        if remaining == 0:
             return
         case = plan.case_at(int(index))
         row = row_of(dataset, case)
-        if row["status"] == "failed" or float(row["seconds_cpu"]) > 0.2 * seconds:
+        if row["status"] == "failed":
             continue
-        remaining, spent = remaining - 1, spent + float(row["seconds_cpu"])
+        remaining -= 1
         setting = fallback_settings(case, max(int(row["attempts"]) - 1, 0))
         outputs = evaluate(case if setting is None else setting[0])
         yield Rerun(

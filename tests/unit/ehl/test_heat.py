@@ -86,15 +86,6 @@ def test_energy_balance_and_what_an_unfinished_iteration_shows():
     assert unfinished.energy_residual > 1e-3
 
 
-def test_asperity_heat_counts_in_the_balance_and_warms_the_surfaces():
-    bump = 2e8 * np.exp(-((UNIT / 0.2) ** 2))
-    plain, rubbed = solve(contact(), oil()), solve(contact(), oil(), asperity_heat=bump)
-    assert rubbed.energy_residual < 1e-8
-    assert np.trapezoid(rubbed.heat_flux_1 + rubbed.heat_flux_2, rubbed.x) > np.trapezoid(bump, rubbed.x)
-    assert rubbed.temperature_flash > plain.temperature_flash + 5.0
-    assert rubbed.friction_fluid < plain.friction_fluid
-
-
 @pytest.mark.parametrize("law", ["roelands", "barus"])
 @pytest.mark.parametrize("rheology", ["eyring", "newtonian"])
 def test_film_balance_against_a_scalar_root_finder(law, rheology):

@@ -126,7 +126,7 @@ def test_stress_and_temperature_fit_each_other(speeds, law):
     assert found.converged
     k_film = PAO(found.pressure, oil.thermal_conductivity)
     division, constant = flux_to_surface_1(k_film / found.film, *matrices, 20.0)
-    heat = (speeds[0] - speeds[1]) * found.stress + found.surface_heat
+    heat = (speeds[0] - speeds[1]) * found.stress + found.rolling_heat
     into_1 = division @ heat + constant
     walls = 383.15 + 0.5 * (matrices[0] @ into_1 + matrices[1] @ (heat - into_1))
     walls += found.film / (16.0 * k_film) * found.rolling_heat
