@@ -48,7 +48,7 @@ from efficiency.ltca.load_distribution import ElasticPosition, TeethElasticity, 
 from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids, both_cycles, load_grids
 from efficiency.ltca.shaft_deflection import solve_deflection
 from efficiency.ltca.solid_tooth import SolidTooth, elastic_teeth
-from efficiency.strength.rating import LocalConditions, rate_strength
+from efficiency.strength.rating import LocalConditions, rate_strength, scuffing_temperature
 from efficiency.strength.result import Strength
 from efficiency.strength.root_stress import RootTooth, root_tooth
 from ehl.common.errors import ConvergenceError, InputError
@@ -425,16 +425,21 @@ class LoadedMesh:
         """Strength of the teeth at the operating point of a result."""
         design, pitch = self.mesh.bevel, self.mesh.pitch
         operation = result.case.operation
+        card = result.case.card
         local = LocalConditions(
             result.friction.mu,
             result.lubrication.film_central,
             result.lubrication.temperature_flash,
             operation.bulk,
             (operation.roughness_rms_pinion, operation.roughness_rms_gear),
-            result.case.card.viscosity_kinematic_40,
+            card.viscosity_kinematic_40,
             operation.speed * design.ratio * pitch.radius_gear,
             pitch.module_normal,
             self._hypoid_factor(),
+            math.nan
+            if card.fzg_stage is None
+            else scuffing_temperature(card.fzg_stage, card.viscosity_kinematic_40, card.base),
+            math.nan if card.film_permissible is None else card.film_permissible,
         )
         teeth, pitch_angle = self.grids.mesh.teeth, 2.0 * math.pi / design.pinion.blank.teeth
         edges = edge_load(result.load, teeth)

@@ -40,6 +40,7 @@ from efficiency.strength.result import Grade, Strength
 from efficiency.strength.root_stress import RootStress, RootTooth, root_stress
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
+from ehl.common.units import KELVIN
 
 YIELD_RATIO = 1.79
 """Hertz pressure at first yield of a line contact over the yield stress, Poisson's ratio 0.3."""
@@ -89,14 +90,28 @@ def shakedown_pressure(stress: float, friction: ArrayLike = 0.0) -> FloatArray:
 
 INTEGRAL = 1.5
 """C_2: weight of the mean flash in the integral temperature (ISO/TS 6336-21, from memory)."""
+LUBRICANT = {"pao": 0.8, "polyglycol": 0.7}
+"""X_L: lubricant factor of the scuffing temperature by base oil; others 1 (ISO/TS 6336-21, from memory)."""
 RA_OF_RQ = math.sqrt(2.0 / math.pi)
 ASSUMED = (
     "torque as given at constant speed: application and dynamic factors are 1; load distribution from the loaded tooth "
     "contact",
     "neglected, factor 1: life, work hardening, bevel factor (of nominal stresses)",
     "root stress within 5 % of a finer finite-element mesh under the same contact forces; friction neglected",
-    "no scuffing temperature and permissible film in the oil data: no safety factor against scuffing and micropitting",
 )
+NO_STAGE = "no FZG load stage in the oil card (fzg_stage): no safety factor against scuffing"
+NO_FILM = "no permissible film in the oil card (film_permissible): no safety factor against micropitting"
+
+
+def scuffing_temperature(stage: int, viscosity_40: float, base: str) -> float:
+    """Permissible integral temperature [K] from the failure load stage of the FZG test A/8.3/90.
+
+    Bulk temperature and mean flash of the test at 3.726 stage^2 N m, the flash 1.5-fold (ISO/TS 6336-21, from memory);
+    kinematic viscosity at 40 degC [m2/s], base of the oil.
+    """
+    torque, factor = 3.726 * stage**2, LUBRICANT.get(base, 1.0)
+    bulk, flash = 80.0 + 0.23 * torque * factor, 0.2 * torque * (1e-4 / viscosity_40) ** 0.02 * factor
+    return float(KELVIN + bulk + INTEGRAL * flash)
 
 
 @dataclass(frozen=True)
@@ -112,6 +127,9 @@ class LocalConditions:
     speed: float  # pitch line speed of the gear at its mean point [m/s]
     module: float  # mean normal module [m]
     hypoid: float  # hypoid factor Z_Hyp of the loaded flank [-]
+    # of the oil card, nan if unknown: permissible integral temperature [K], permissible specific film [-]
+    scuffing_temperature: float = math.nan
+    film_permissible: float = math.nan
 
 
 def rate_strength(
@@ -191,6 +209,19 @@ def rate_strength(
     rough = RA_OF_RQ * 0.5 * sum(local.roughness)
     film = local.film / rough if rough > 0.0 else np.full(count, np.inf)
     usable = film[np.isfinite(film)]
+    integral = bulk + INTEGRAL * max(mean, 0.0)
+    least = float(usable.min()) if usable.size else math.nan
+    # in degC (ISO/TS 6336-21)
+    scuffing = (local.scuffing_temperature - KELVIN) / (integral - KELVIN)
+    micropitting = least / local.film_permissible
+    for kind, number, unknown, remedy in (
+        ("scuffing", scuffing, NO_STAGE, "cooler oil, an oil with a higher load stage, finer finish"),
+        ("micropitting", micropitting, NO_FILM, "finer finish, thicker or cooler oil"),
+    ):
+        if not math.isfinite(number):
+            notes.append(unknown)
+        elif number < 1.0:
+            grades.append(Grade(kind, "warning", f"safety against {kind} {number:.3g} below 1: {remedy}"))
     grades.sort(key=lambda grade: grade.level != "warning")
     tension = [math.nan if r is None else r.tension for r in results]
     compression = [math.nan if r is None else r.compression for r in results]
@@ -211,8 +242,10 @@ def rate_strength(
         safety_root_pinion=safeties[0],
         safety_root_gear=safeties[1],
         temperature_flash=float(local.temperature[hot].max()) if hot.any() else math.nan,
-        temperature_integral=bulk + INTEGRAL * max(mean, 0.0) if math.isfinite(mean) else math.nan,
-        film_specific=float(usable.min()) if usable.size else math.nan,
+        temperature_integral=integral if math.isfinite(mean) else math.nan,
+        safety_scuffing=scuffing,
+        film_specific=least,
+        safety_micropitting=micropitting,
         factors=factors,
         notes=tuple(notes),
         pinion=results[0],

@@ -28,7 +28,9 @@ _SHOWN = (
     "safety_root_gear",
     "temperature_flash",
     "temperature_integral",
+    "safety_scuffing",
     "film_specific",
+    "safety_micropitting",
 )
 
 
@@ -77,7 +79,9 @@ class Strength(TableResult):
     safety_root_gear: float
     temperature_flash: float  # maximum contact temperature, bulk plus flash of Blok [K]
     temperature_integral: float  # bulk temperature plus 1.5 times the mean flash over the contact lines of the mesh [K]
+    safety_scuffing: float  # permissible over computed integral temperature, both in degC [-]
     film_specific: float  # minimum film thickness over the mean Ra of both flanks [-]
+    safety_micropitting: float  # `film_specific` over the permissible film of the oil card [-]
     factors: dict[str, float]  # factors of the permissible stresses by name [-]
     notes: tuple[str, ...]  # assumptions
     # root stress over the mesh; None if it is unavailable

@@ -111,6 +111,10 @@ class Oil(InputModel, Reportable):
     conductivity_pressure: FilmConductivity | None = None
     heat_capacity: Annotated[float, ValueRange("J/(kg*K)", gt=0.0, le=10000.0)] = 2000.0
     temperature_valid: tuple[Temperature, Temperature] = (20.0 + KELVIN, 150.0 + KELVIN)
+    # not in the hash of the card: without effect on friction. Failure load stage of the FZG scuffing test A/8.3/90,
+    # permissible specific film against micropitting
+    fzg_stage: Annotated[int, Field(ge=1, le=14)] | None = Field(default=None, exclude=True)
+    film_permissible: Annotated[float, ValueRange("", gt=0.0, le=5.0)] | None = Field(default=None, exclude=True)
     # not in the hash of the card: origin, range and uncertainty do not change the values; missing uncertainties follow
     # from the law
     pressure_valid: Annotated[float, ValueRange("Pa", gt=0.0, le=1e10)] | None = Field(default=None, exclude=True)

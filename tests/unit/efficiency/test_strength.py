@@ -19,11 +19,13 @@ from efficiency.strength.rating import (
     LocalConditions,
     _edge_grades,
     rate_strength,
+    scuffing_temperature,
     shakedown_pressure,
     shear_stress,
 )
 from efficiency.strength.root_stress import root_tooth
 from ehl.common.notes import grade_of
+from ehl.fluid.oil import Oil
 from ehl.material import Material
 
 
@@ -171,6 +173,29 @@ def test_temperatures_and_films_of_even_conditions(loaded: LoadedMesh) -> None:
     assert math.isnan(strength.root_stress_pinion)
     assert "root stress of the gear not computed: no solid" in [grade.text for grade in strength.grades]
     assert math.isnan(rated(loaded, roughness=(0.0, 0.0)).film_specific)
+
+
+def test_safety_against_scuffing_and_micropitting_needs_tests_of_the_oil(loaded: LoadedMesh) -> None:
+    unknown = rated(loaded)
+    assert math.isnan(unknown.safety_scuffing)
+    assert math.isnan(unknown.safety_micropitting)
+    # stage 12, VG 100 mineral: 80 + .23 * 536.5 + 1.5 * .2 * 536.5 degC
+    limit = scuffing_temperature(12, 1e-4, "mineral")
+    assert limit - 273.15 == pytest.approx(80.0 + 0.53 * 3.726 * 144.0)
+    assert scuffing_temperature(12, 1e-4, "pao") - 273.15 == pytest.approx(80.0 + 0.8 * 0.53 * 3.726 * 144.0)
+    known = rated(loaded, scuffing_temperature=limit, film_permissible=0.5)
+    assert known.safety_scuffing == pytest.approx((limit - 273.15) / (known.temperature_integral - 273.15))
+    assert known.safety_micropitting == pytest.approx(known.film_specific / 0.5)
+    weak = rated(loaded, scuffing_temperature=scuffing_temperature(1, 1e-4, "mineral"), film_permissible=2.0)
+    assert {"scuffing", "micropitting"} <= {grade.kind for grade in weak.grades if grade.level == "warning"}
+    assert len(known.notes) == len(unknown.notes) - 2
+
+
+def test_the_oil_card_gives_the_limits_of_its_tests(loaded: LoadedMesh) -> None:
+    card = Oil.load("75w90").model_copy(update={"fzg_stage": 12, "film_permissible": 0.3})
+    strength = loaded.efficiency("constant:0.05", oil=card).strength
+    assert strength.safety_scuffing > 1.0
+    assert strength.safety_micropitting == pytest.approx(strength.film_specific / 0.3)
 
 
 def test_edges_are_graded_by_share_and_place(loaded: LoadedMesh) -> None:
