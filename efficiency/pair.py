@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, Literal, Unpack
 import numpy as np
 
 from efficiency.conditions.conditions import (
-    MISALIGNMENTS,
     ConditionValues,
     Friction,
     HeldValues,
@@ -32,7 +31,7 @@ from efficiency.conditions.conditions import (
 from efficiency.conditions.duty import DutyCycle, DutyRow, duty_cycle, duty_rows
 from efficiency.conditions.grid import Condition, Evaluator, Grid
 from efficiency.contact.gear_flanks import Side
-from efficiency.design.design import Design, load_design
+from efficiency.design.design import MISALIGNMENTS, Design, load_design
 from efficiency.loss.compare import Comparison
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import OPERATION_LIMITS, loaded_points
@@ -529,7 +528,7 @@ class GearPair:
 
         def study(part: Side, thickness: float) -> MisalignmentStudy:
             def load(placed: dict[str, Any]) -> EfficiencyResult:
-                return self.mesh(part, **placed).load(carried).efficiency(model, **conditions)
+                return self.at(model, **{"side": part, "torque": carried, **conditions, **placed})
 
             return misalignment_study(
                 self.design,

@@ -14,6 +14,13 @@ from ehl.common.errors import MixedEhlError
 from ehl.common.units import KELVIN
 
 
+def chart_card(title: str, classes: str = "flex-1 min-w-[320px]") -> Any:
+    """An empty chart in a card with a title."""
+    with ui.card().classes(classes):
+        ui.label(title).classes("text-sm opacity-70")
+        return ui.echart({"series": []}).classes("h-72 w-full")
+
+
 class AxleTab:
     """Controls and results of an axle."""
 
@@ -32,18 +39,13 @@ class AxleTab:
             self.details = ui.label("").classes("text-sm whitespace-pre-line")
             self.fault = ui.label("").classes("text-negative").mark("axle_fault")
         with ui.row().classes("w-full gap-3"):
-            self.bars = self._chart("Loss by source [W]; marks: 90 % interval", {"series": []})
+            self.bars = chart_card("Loss by source [W]; marks: 90 % interval")
             with ui.card().classes("flex-1 min-w-[320px]"):
                 ui.button("Loss over the speed", on_click=self._draw_speeds).mark("axle_speeds")
                 self.speeds = ui.echart({"series": []}).classes("h-80 w-full")
         ui.label(OUTSIDE).classes("text-sm opacity-70")
         for element in self.inputs.values():
             element.on_value_change(self.refresh)
-
-    def _chart(self, title: str, options: dict[str, Any]) -> Any:
-        with ui.card().classes("flex-1 min-w-[320px]"):
-            ui.label(title).classes("text-sm opacity-70")
-            return ui.echart(options).classes("h-80 w-full")
 
     async def _try(self, work: Callable[[], Any]) -> Any:
         def attempt() -> tuple[Any, str]:

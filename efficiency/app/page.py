@@ -12,20 +12,20 @@ from typing import Any, TypeVar
 from nicegui import app, core, run, ui
 
 from efficiency.app import charts
-from efficiency.app.axle_tab import AxleTab
+from efficiency.app.axle_tab import AxleTab, chart_card
 from efficiency.app.guard import Guard
 from efficiency.app.scene import (
     CHOICES,
     FIELDS,
     FINISHES,
     FRICTIONS,
-    MISALIGNMENTS,
     SHAPE,
     Bench,
     Scene,
     SceneAnswer,
     changed,
 )
+from efficiency.design.design import MISALIGNMENTS
 from ehl.common.data import data_names
 from ehl.common.errors import InputError, MixedEhlError
 from regression.friction.published_registry import model_label
@@ -66,11 +66,9 @@ class Page:
                     self.stale.classes("text-negative").set_visibility(False)
                     self.notes = ui.column().classes("w-full gap-1")
                 with ui.row().classes("w-full gap-3"):
-                    self.pressure = self._chart("Contact pressure on the gear tooth [GPa]")
-                    self.loss = self._chart("Loss on the gear tooth [W/mm²]")
-                self.bars = self._chart(
-                    "Power loss by friction model [W] with 90 % intervals from the inputs", "w-full"
-                )
+                    self.pressure = chart_card("Contact pressure on the gear tooth [GPa]")
+                    self.loss = chart_card("Loss on the gear tooth [W/mm²]")
+                self.bars = chart_card("Power loss by friction model [W] with 90 % intervals from the inputs", "w-full")
                 with ui.row().classes("w-full gap-3"):
                     with ui.card().classes("flex-1 min-w-[320px]"):
                         self.map_button = ui.button("Efficiency map", on_click=self._draw_map).mark("map")
@@ -362,11 +360,6 @@ class Page:
         content = await self._try(made)
         if content is not None:
             ui.download.content(content, "report.html")
-
-    def _chart(self, title: str, classes: str = "flex-1 min-w-[320px]") -> Any:
-        with ui.card().classes(classes):
-            ui.label(title).classes("text-sm opacity-70")
-            return ui.echart({"series": []}).classes("h-72 w-full")
 
 
 def _outdated(name: str) -> Any:

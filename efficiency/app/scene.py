@@ -20,7 +20,7 @@ import numpy as np
 from efficiency.axle.axle import BALANCE, Axle
 from efficiency.axle.result import SOURCES, AxleResult
 from efficiency.conditions.conditions import default_friction
-from efficiency.design.design import bevel_names
+from efficiency.design.design import MISALIGNMENTS, bevel_names
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.machine_settings.inputs import SettingsInput, load_targets, targets_next_to
 from efficiency.machine_settings.solve import machine_settings
@@ -81,7 +81,6 @@ _STATES: dict[str, State] = {"run in": "run_in", "new": "new"}
 FINISHES: dict[str, tuple[str, State]] = {
     f"{name}, {words}": (name, state) for name in data_names("finishes") for words, state in _STATES.items()
 }
-MISALIGNMENTS = ("E", "P", "G", "shaft_angle_error")
 COMPARED = ("xu_kahraman_2007", "constant:0.05")
 FRICTIONS = (*shipped_formulas(), *PUBLISHED, "constant:0.05")
 FIRST = "fm_hypoid_13x42_relieved"  # design a page begins with

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence, Sized
 from dataclasses import dataclass, replace
-from typing import Any, TypedDict
+from typing import Any, TypedDict, get_args
 
 from pydantic import BaseModel
 
 from efficiency.contact.gear_flanks import Side
-from efficiency.design.design import MemberInput, Misalignment, PairDesign
+from efficiency.design.design import MISALIGNMENTS, MemberInput, Misalignment, PairDesign
 from efficiency.loss.efficiency_result import Bulk, LoadBalance
 from efficiency.loss.kinematics import OPERATION_LIMITS, TEXTURE, Driver, Operation
 from ehl.common.errors import InputError
@@ -20,7 +20,6 @@ from ehl.fluid.oil import Oil
 from regression.formula import ANY_OIL, friction_model, shipped_formulas
 from regression.friction.models import FrictionModel
 
-MISALIGNMENTS = tuple(Misalignment.model_fields)
 # sorted by the computing time of a change, the largest first
 GEOMETRY_AXES = ("design", "side", *MISALIGNMENTS)
 AXES = (
@@ -34,10 +33,10 @@ QUANTITIES: dict[str, ValueRange] = {
     **{name: value_range_of(Misalignment, name) for name in MISALIGNMENTS},
 }
 _WORDS: dict[str, tuple[str, ...]] = {
-    "side": ("drive", "coast"),
-    "driver": ("pinion", "gear"),
-    "load_balance": ("frictional", "frictionless"),
-    "bulk": ("estimate", "oil"),
+    "side": get_args(Side),
+    "driver": get_args(Driver),
+    "load_balance": get_args(LoadBalance),
+    "bulk": get_args(Bulk),
 }
 
 MAX_POINTS = 200_000  # operating points of a map, a grid or a study

@@ -269,6 +269,9 @@ class Misalignment(InputModel):
     shaft_angle_error: ShaftAngleError = 0.0  # added to the shaft angle [rad]; alias in files: `alpha`
 
 
+MISALIGNMENTS = tuple(Misalignment.model_fields)
+
+
 class Deflection(Misalignment):
     """Displacements of shafts, bearings and housing under load, in the axes of the misalignment."""
 

@@ -18,7 +18,7 @@ import numpy as np
 from efficiency.contact.flank_grid import FlankGrid
 from efficiency.contact.flank_pair import MARKING, FlankPair, flank_pair
 from efficiency.contact.gear_flanks import Side
-from efficiency.design.design import Design
+from efficiency.design.design import MISALIGNMENTS, Design
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.pages import Reportable
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
     from efficiency.loss.efficiency_result import EfficiencyResult
 
-AXES = ("E", "P", "G", "shaft_angle_error")
 # columns of a state under load
 LOADED = (
     "transmission_error_loaded",
@@ -113,7 +112,11 @@ class MisalignmentStudy:
     @property
     def varied(self) -> list[str]:
         """Misalignments with more than one value, or with a standard deviation."""
-        return [name for name in AXES if len(getattr(self, name)) > 1 or (self.samples and any(getattr(self, name)))]
+        return [
+            name
+            for name in MISALIGNMENTS
+            if len(getattr(self, name)) > 1 or (self.samples and any(getattr(self, name)))
+        ]
 
     def distribution(self) -> dict[str, tuple[float, ...]]:
         """Mean, standard deviation, and 5, 50 and 95 % quantile of each result over the states that were computed."""
@@ -134,7 +137,8 @@ class MisalignmentStudy:
     def to_dict(self) -> dict[str, object]:
         """Plain numbers and strings for JSON; None where a value could not be computed."""
         loaded = self.torque is not None
-        names = ("design", "side", "marking", *(["torque"] if loaded else []), *AXES, "points", "seconds", "status")
+        names = ("design", "side", "marking", *(["torque"] if loaded else []), *MISALIGNMENTS)
+        names += ("points", "seconds", "status")
         content = {name: getattr(self, name) for name in names}
         if self.samples:
             content |= {"samples": self.samples, "distribution": self.distribution()}
@@ -205,7 +209,7 @@ def misalignment_study(
     Raises `InputError`: a value out of the range of the design file, or no value for a misalignment.
     """
     clock = time.perf_counter()
-    axes = zip(AXES, (E, P, G, shaft_angle_error), strict=True)
+    axes = zip(MISALIGNMENTS, (E, P, G, shaft_angle_error), strict=True)
     values = {name: tuple(float(x) for x in given) for name, given in axes}
     for name, given in values.items():
         if not given:
@@ -218,10 +222,10 @@ def misalignment_study(
     if samples is None:
         states = list(product(values["E"], values["P"], values["G"], values["shaft_angle_error"]))
     else:
-        deviations = np.array([values[name][0] for name in AXES])
-        states = [(e, p, g, angle) for e, p, g, angle in (_normal(samples, len(AXES)) * deviations).tolist()]
+        deviations = np.array([values[name][0] for name in MISALIGNMENTS])
+        states = [(e, p, g, angle) for e, p, g, angle in (_normal(samples, len(MISALIGNMENTS)) * deviations).tolist()]
     for number, state in enumerate(states):
-        placed = {n: getattr(start, n) + x for n, x in zip(AXES, state, strict=True)}
+        placed = {n: getattr(start, n) + x for n, x in zip(MISALIGNMENTS, state, strict=True)}
         moved = design.with_misalignment(**placed)
         try:
             pair = flank_pair(moved.flanks(), side, grid=grid)

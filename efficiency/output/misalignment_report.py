@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from efficiency.geometry.misalignment import AXES, LOADED
+from efficiency.design.design import MISALIGNMENTS
+from efficiency.geometry.misalignment import LOADED
 from efficiency.ltca.limits import EDGE_LIMIT
 from efficiency.output.plots_misalignment import misalignment_figures, misalignment_quantity, plot_misalignment
 from ehl.common.data import reason_text
@@ -84,7 +85,7 @@ def misalignment_sections(grid: MisalignmentGrid, medium: Medium) -> list[Sectio
     head = Head(f"Misalignment study: {first.design}", f"marking {1e6 * first.marking:.4g} µm")
     if medium == "files":
         records = grid.to_frame().to_dict("list")
-        known = {name: misalignment_quantity(name).name for name in AXES} | {
+        known = {name: misalignment_quantity(name).name for name in MISALIGNMENTS} | {
             "crest_u": "error_maximum_u",
             "crest_depth": "error_maximum_depth",
         }

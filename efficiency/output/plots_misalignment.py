@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib import colormaps
 
 from efficiency.contact.flank_pair import FlankPair, flank_pair
-from efficiency.geometry.misalignment import AXES
+from efficiency.design.design import MISALIGNMENTS
 from efficiency.output.plots_geometry import flank_axes, flank_figure
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
@@ -32,13 +32,13 @@ _PATTERNS = 7
 
 
 def misalignment_quantity(name: str) -> Quantity:
-    """Quantity of one of `AXES`."""
+    """Quantity of one of `MISALIGNMENTS`."""
     return quantity(f"misalignment.{name}")
 
 
 def section_points(study: MisalignmentStudy, name: str) -> tuple[FloatArray, list[MisalignmentPoint]]:
     """Values of one misalignment in the displayed unit, and its states with all others nearest to zero."""
-    others = {other: min(getattr(study, other), key=abs) for other in AXES if other != name}
+    others = {other: min(getattr(study, other), key=abs) for other in MISALIGNMENTS if other != name}
     chosen = [p for p in study.points if all(getattr(p, other) == value for other, value in others.items())]
     chosen.sort(key=lambda point: float(getattr(point, name)))
     values = np.array([getattr(point, name) for point in chosen])
@@ -117,7 +117,7 @@ def loaded_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
 def map_figure(study: MisalignmentStudy) -> Figure:
     """Maps over the first two varied misalignments, the others nearest to zero."""
     first, second = study.varied[:2]
-    others = {other: min(getattr(study, other), key=abs) for other in AXES if other not in (first, second)}
+    others = {other: min(getattr(study, other), key=abs) for other in MISALIGNMENTS if other not in (first, second)}
     states = {
         (getattr(p, first), getattr(p, second)): p
         for p in study.points
@@ -200,7 +200,9 @@ def section_contacts(
     found: list[tuple[float, FlankPair, ContactPattern]] = []
     for number in chosen:
         point = points[number]
-        moved = design.with_misalignment(**{axis: getattr(start, axis) + getattr(point, axis) for axis in AXES})
+        moved = design.with_misalignment(
+            **{name: getattr(start, name) + getattr(point, name) for name in MISALIGNMENTS}
+        )
         try:
             pair = flank_pair(moved.flanks(), study.side, grid=found[0][1].surface.grid if found else None)
         except ConvergenceError:

@@ -25,7 +25,7 @@ import numpy as np
 from efficiency.conditions.conditions import Friction, Values, axis_values, check_size, checked, resolve_friction
 from efficiency.conditions.grid import Condition, Evaluator, PointsResult
 from efficiency.contact.gear_flanks import Side
-from efficiency.design.design import Design
+from efficiency.design.design import MISALIGNMENTS, Design
 from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance
 from efficiency.loss.ehl_friction import EhlFriction
 from efficiency.mesh import POINTS_PER_LINE, POSITIONS
@@ -46,7 +46,6 @@ if TYPE_CHECKING:
     import pandas
 
 OPERATING = ("torque", "speed", "temperature", "roughness_rms_each")
-MISALIGNED = ("E", "P", "G", "shaft_angle_error")
 
 # fractions of the torque and speed of the design; K; m; ours, after the operating ranges of automotive axles
 _TORQUES, _SPEEDS = (0.1, 0.3, 0.6, 1.0, 1.5), (0.1, 0.25, 0.5, 1.0)
@@ -102,7 +101,7 @@ class Levels:
 
     def shifts(self) -> list[dict[str, Any]]:
         """Single misalignments without zero."""
-        return [{name: value} for name in MISALIGNED for value in getattr(self, name) if value != 0.0]
+        return [{name: value} for name in MISALIGNMENTS for value in getattr(self, name) if value != 0.0]
 
     def to_dict(self) -> dict[str, list[float]]:
         """Levels for JSON."""
@@ -162,7 +161,7 @@ class StudyPoint:
     def label(self) -> str:
         """Design and state in words, as the name of a failed point."""
         levels = [level_quantity(name).text(getattr(self, name)) for name in OPERATING]
-        shifts = [name for name in MISALIGNED if getattr(self, name) != 0.0]
+        shifts = [name for name in MISALIGNMENTS if getattr(self, name) != 0.0]
         levels += [f"{name} {level_quantity(name).text(getattr(self, name))}" for name in shifts]
         return f"{self.design}, {', '.join(levels)}"
 
@@ -174,7 +173,7 @@ class StudyPoint:
     @property
     def aligned(self) -> bool:
         """Whether no misalignment is added."""
-        return not any(getattr(self, name) for name in MISALIGNED)
+        return not any(getattr(self, name) for name in MISALIGNMENTS)
 
 
 def with_result(point: StudyPoint, result: EfficiencyResult) -> StudyPoint:
@@ -227,12 +226,12 @@ class Study(PointsResult):
         """Points of a design along one parameter, sorted; the others as fixed, otherwise at the reference."""
         state = self.reference | fixed
         held = {key: value for key, value in state.items() if key != name}
-        shifts = {key: fixed.get(key, 0.0) for key in MISALIGNED if key != name}
+        shifts = {key: fixed.get(key, 0.0) for key in MISALIGNMENTS if key != name}
         chosen = [
             point
             for point in self.points
             if point.design == design and all(getattr(point, key) == value for key, value in (held | shifts).items())
-            if name in MISALIGNED or getattr(point, name) in getattr(self.levels, name)
+            if name in MISALIGNMENTS or getattr(point, name) in getattr(self.levels, name)
         ]
         return sorted(chosen, key=lambda point: float(getattr(point, name)))
 
@@ -251,7 +250,7 @@ class Study(PointsResult):
     def varied(self) -> list[str]:
         """Parameters with more than one value."""
         return [name for name in OPERATING if len(getattr(self.levels, name)) > 1] + [
-            name for name in MISALIGNED if any(value != 0.0 for value in getattr(self.levels, name))
+            name for name in MISALIGNMENTS if any(value != 0.0 for value in getattr(self.levels, name))
         ]
 
     def to_dict(self) -> dict[str, Any]:
@@ -402,7 +401,7 @@ def _tasks(task: StudyTask, levels: Levels, reference: dict[str, float], costly:
     middle = tuple(reference[name] for name in OPERATING)
     start = task.design.assembly.misalignment
     for shift in ({}, *levels.shifts()):
-        moved = {name: getattr(start, name) + shift.get(name, 0.0) for name in MISALIGNED}
+        moved = {name: getattr(start, name) + shift.get(name, 0.0) for name in MISALIGNMENTS}
         placed = replace(task, design=task.design.with_misalignment(**moved), blank=replace(task.blank, **shift))
         for _, part in groupby((middle,) if shift else every, key=None if costly else itemgetter(0)):
             yield replace(placed, states=tuple(part))

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib import colormaps
 
+from efficiency.design.design import MISALIGNMENTS
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output.gear_report import SPIN
 from efficiency.output.notes import outside_note
 from efficiency.output.tables import percent
-from efficiency.studies.parameter_study import MISALIGNED, StudyPoint, level_quantity
+from efficiency.studies.parameter_study import StudyPoint, level_quantity
 from ehl.common.data import reason_text
 from ehl.common.figures import BLUE, GREY, ORANGE, axes_or_new, new_figure
 from ehl.common.notes import Note
@@ -261,7 +262,7 @@ _SECTION = (
 
 def _column(name: str) -> Column:
     """Column of a field of a study point."""
-    return Column(name, of=level_quantity(name).name if name in quantities() or name in MISALIGNED else "")
+    return Column(name, of=level_quantity(name).name if name in quantities() or name in MISALIGNMENTS else "")
 
 
 def study_tables(study: Study) -> list[Table]:
