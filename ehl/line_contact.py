@@ -92,6 +92,16 @@ def moes_film(viscosity: Values, speed: Values, load: Values, radius: Values, mo
     return film
 
 
+def wilson_gupta_1992(loading: Values, slide_to_roll: Values) -> Values:
+    """Film factor 1/(1 + 0.1 (1 + 14.8 |SR|^0.83) L^0.64) of inlet heating with sliding (Murch-Wilson/Gupta; found).
+
+    loading: L = eta0 beta u_r^2/k [-].
+    slide_to_roll: SR [-].
+    """
+    factor: Values = 1.0 / (1.0 + 0.1 * (1.0 + 14.8 * abs(slide_to_roll) ** 0.83) * loading**0.64)
+    return factor
+
+
 @dataclass(frozen=True)
 class LineContact:
     """Two bodies in line contact; x is normal to the contact line, y along it."""

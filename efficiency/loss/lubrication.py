@@ -22,7 +22,7 @@ from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from ehl.material import Material
 from ehl.state import ContactState
 from ehl.uncertainty.spread import Spread
-from regression.friction.conditions import Conditions
+from regression.friction.conditions import Conditions, inlet_heating
 from regression.friction.models import FrictionEstimate
 
 Lubrication = Literal["dip", "spray", "submerged"]
@@ -135,13 +135,9 @@ def local_lubrication(
             friction.film_central, friction.film_ratio, friction.temperature_flash, friction.rolling_traction, "ehl"
         )
     state = points.state
-    loading = table["viscosity_inlet"] * table["temperature_viscosity"] * state.speed_entrainment**2
-    loading = loading / table["thermal_conductivity"]
-    # the factor of ehl.heat.estimate.wilson_gupta_1992 on arrays
-    inlet = 1.0 / (1.0 + 0.1 * (1.0 + 14.8 * state.slide_to_roll_total**0.83) * loading**0.64)
     scale = state.effective_modulus * state.radius_equivalent
     return LocalLubrication(
-        film_central=np.asarray(table["film_formula"] * inlet),
+        film_central=np.asarray(table["film_formula"] * inlet_heating(table)),
         film_ratio=table["film_ratio_formula"],
         temperature_flash=surface_temperature(state, friction.mu, bodies),
         rolling_traction=biboulet_houpert_2010(

@@ -7,7 +7,7 @@ import numpy as np
 
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.conduction import bounded_rate
-from ehl.line_contact import LineContact
+from ehl.line_contact import LineContact, wilson_gupta_1992
 from ehl.material import Material
 
 # tuned: change of ln(viscosity) and relative change of film below which heat is neglected; the error of friction was
@@ -28,11 +28,6 @@ def thermal_loading(contact: LineContact, lubricant: Lubricant) -> float:
 def murch_wilson_1975(loading: float) -> float:
     """Film factor of inlet heating in pure rolling, 3.94/(3.94 + L^0.62) (Murch & Wilson 1975; from memory)."""
     return float(3.94 / (3.94 + loading**0.62))
-
-
-def wilson_gupta_1992(loading: float, slide_to_roll: float) -> float:
-    """Film factor 1/(1 + 0.1 (1 + 14.8 SR^0.83) L^0.64) of inlet heating with sliding (Murch-Wilson/Gupta)."""
-    return float(1.0 / (1.0 + 0.1 * (1.0 + 14.8 * abs(slide_to_roll) ** 0.83) * loading**0.64))
 
 
 @dataclass(frozen=True)

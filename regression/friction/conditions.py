@@ -19,7 +19,7 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil
 from ehl.fluid.rheology import stress_at
 from ehl.fluid.viscosity import Temperature
-from ehl.line_contact import half_width_of_pressure, hertz_load, moes_film
+from ehl.line_contact import half_width_of_pressure, hertz_load, moes_film, wilson_gupta_1992
 from ehl.material import Material, effective_modulus
 from ehl.state import ContactState
 from ehl.surface.roughness import EP_FILM
@@ -229,6 +229,12 @@ _LEAST_ACROSS = 0.01  # sliding across the line below which friction does not de
 def flattening(c: Conditions) -> Array:
     """P = p_h lc/(0.5 E' Rq): Hertz pressure over the pressure that flattens the roughness."""
     return np.asarray(c["pressure_hertz"] * c["correlation_length"] / (0.5 * c["effective_modulus"] * _rough(c)))
+
+
+def inlet_heating(c: Conditions) -> Array:
+    """Film factor of inlet heating (`ehl.line_contact.wilson_gupta_1992`)."""
+    loading = c["viscosity_inlet"] * c["temperature_viscosity"] * c["speed_entrainment"] ** 2
+    return wilson_gupta_1992(loading / c["thermal_conductivity"], c["slide_to_roll_total"])
 
 
 def _rough(c: Conditions) -> Array:

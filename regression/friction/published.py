@@ -228,16 +228,6 @@ def arana_2019_fluid(
     return np.asarray(np.minimum(stress / np.asarray(pressure) * strain, limit))
 
 
-def murch_wilson_1975(thermal_loading: ArrayLike, slide_to_roll: ArrayLike) -> Array:
-    """Inlet-heating film factor 1/(1 + 0.1 (1 + 14.8 |SR|^0.83) L^0.64); found (Murch & Wilson 1975, Gupta's form).
-
-    thermal_loading: L = eta0 beta u_e^2/k [-].
-    slide_to_roll: SR [-].
-    """
-    sliding = 1.0 + 14.8 * np.abs(np.asarray(slide_to_roll, dtype=float)) ** 0.83
-    return np.asarray(1.0 / (1.0 + 0.1 * sliding * np.asarray(thermal_loading) ** 0.64))
-
-
 def share_arana_2019(film_ratio: ArrayLike) -> Array:
     """Asperity load share 1 - erf(lambda); found (Arana, Larranaga & Ulacia 2019)."""
     from scipy.special import erfc

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_family import FAMILIES
 from regression.friction import published as p
-from regression.friction.conditions import Array, Conditions
+from regression.friction.conditions import Array, Conditions, inlet_heating
 from regression.friction.models import FrictionEstimate, FrictionFlag, FrictionModel
 
 Mask = NDArray[np.bool_]
@@ -124,8 +124,7 @@ def _odonoghue(c: Conditions, base: str) -> Array:
 
 
 def _arana_film(c: Conditions) -> Array:
-    loading = c["viscosity_inlet"] * c["temperature_viscosity"] * c["speed_entrainment"] ** 2
-    return p.murch_wilson_1975(loading / c["thermal_conductivity"], c["slide_to_roll_total"]) * c["film_formula"]
+    return inlet_heating(c) * c["film_formula"]
 
 
 def _arana_fluid(c: Conditions, base: str) -> Array:

@@ -20,6 +20,7 @@ from ehl.common.runner import MAX_JOBS, granted_workers
 from ehl.inputs import ModelInput
 from ehl.rough.accuracy import BOUND, WORK
 from ehl.rough.mixed import roughness_matters
+from regression.friction.conditions import inlet_heating
 
 # seconds of the smooth solution with thermal effects, by accuracy
 SMOOTH: dict[str, float] = {"fast": 0.05, "standard": 0.15, "reference": 1.0}
@@ -93,9 +94,7 @@ def _hot_film(table: Mapping[str, FloatArray]) -> tuple[list[float], list[float]
 
     With isothermal films contacts at 20 m/s would be classified as smooth, some of which take the longest.
     """
-    loading = table["viscosity_inlet"] * table["temperature_viscosity"] * table["speed_entrainment"] ** 2
-    loading = loading / table["thermal_conductivity"]
-    factor = 1.0 / (1.0 + 0.1 * (1.0 + 14.8 * table["slide_to_roll_total"] ** 0.83) * loading**0.64)
+    factor = inlet_heating(table)
     with np.errstate(divide="ignore", invalid="ignore"):
         viscous = table["viscosity_mean_pressure"] * table["speed_sliding"] / (factor * table["film_formula"])
         stress = np.arcsinh(viscous / table["eyring_stress"])

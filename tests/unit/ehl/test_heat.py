@@ -20,10 +20,9 @@ from ehl.heat.estimate import (
     estimate_thermal_effect,
     murch_wilson_1975,
     thermal_loading,
-    wilson_gupta_1992,
 )
 from ehl.heat.traction import flux_to_surface_1
-from ehl.line_contact import LineContact, moes_1992
+from ehl.line_contact import LineContact, moes_1992, wilson_gupta_1992
 from ehl.material import Material
 
 UNIT = np.sin(0.5 * np.pi * np.linspace(-1.0, 1.0, 121))
