@@ -102,6 +102,20 @@ def wilson_gupta_1992(loading: Values, slide_to_roll: Values) -> Values:
     return factor
 
 
+def blok_1937(heat: Values, half_width: Values, carried: Values) -> Values:
+    """Flash temperature of a band contact, 1.11 q/(sqrt(2 b) (B1 sqrt|u1| + B2 sqrt|u2|)), B = sqrt(k rho c) [K].
+
+    Hertz distribution of the heat, both surfaces fast (Peclet numbers well above 2) and at the same temperature in the
+    contact. A surface at rest takes no heat.
+
+    heat: q = mu w' |v_s| [W/m].
+    half_width: b [m].
+    carried: B1 sqrt|u1| + B2 sqrt|u2|.
+    """
+    rise: Values = 1.11 * heat / (np.sqrt(2.0 * half_width) * carried)
+    return rise
+
+
 @dataclass(frozen=True)
 class LineContact:
     """Two bodies in line contact; x is normal to the contact line, y along it."""

@@ -19,6 +19,7 @@ from efficiency.loss.kinematics import LoadedPoints, Operation
 from ehl.common.arrays import FloatArray
 from ehl.common.validation import InputModel
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
+from ehl.line_contact import blok_1937
 from ehl.material import Material
 from ehl.state import ContactState
 from ehl.uncertainty.spread import Spread
@@ -165,8 +166,7 @@ def biboulet_houpert_2010(speed: FloatArray, load: FloatArray) -> FloatArray:
 def blok_flash(state: ContactState, friction_coefficient: FloatArray, bodies: tuple[Material, Material]) -> FloatArray:
     """Maximum rise of the surface temperature in the contact [K].
 
-    ``1.11 mu w' |v_s|/(sqrt(2 b) (B1 sqrt(u1) + B2 sqrt(u2)))``, B = sqrt(k rho c): Hertz distribution of the heat,
-    both surfaces fast (Peclet numbers well above 2) and at the same temperature in the contact (Blok 1937).
+    As in `ehl.line_contact.blok_1937`.
 
     state: local conditions.
     friction_coefficient: mu [-].
@@ -174,7 +174,7 @@ def blok_flash(state: ContactState, friction_coefficient: FloatArray, bodies: tu
     """
     one, two = _carrying(state, bodies)
     heat = friction_coefficient * state.load_per_length * state.speed_sliding
-    return np.asarray(1.11 * heat / (np.sqrt(2.0 * state.half_width) * (one + two)))
+    return blok_1937(heat, state.half_width, one + two)
 
 
 def heat_share(state: ContactState, bodies: tuple[Material, Material]) -> FloatArray:

@@ -22,7 +22,7 @@ from ehl.common.units import ValueRange, value_range
 from ehl.common.validation import InputModel
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from ehl.inputs import LoadPerLength, SlidingSpeed
-from ehl.line_contact import half_width_of_pressure, hertz_load
+from ehl.line_contact import blok_1937, half_width_of_pressure, hertz_load
 from ehl.material import Material
 from regression.friction.conditions import MIN_ROUGHNESS
 from regression.plan.axes import PlanAxis, read_ends
@@ -98,26 +98,6 @@ else:
     Constraints.__doc__ = "Windows that every point must satisfy."
 
 
-def flash_temperature_blok(
-    load: FloatArray,
-    sliding: FloatArray,
-    speed: FloatArray,
-    slide_to_roll: FloatArray,
-    half_width: FloatArray,
-    bodies: tuple[Material, Material],
-) -> FloatArray:
-    """Largest flash temperature rise of a band contact with mu = `FLASH_FRICTION` [K].
-
-    1.11 mu w' |v_s| / ((e1 sqrt|u1| + e2 sqrt|u2|) sqrt(2 b)), e the thermal effusivity (Blok 1963, fast moving
-    sources; for equal bodies the well-known form with sqrt(u1) - sqrt(u2)). A surface at rest takes no heat.
-    """
-    u1, u2 = np.abs(speed * (1.0 + 0.5 * slide_to_roll)), np.abs(speed * (1.0 - 0.5 * slide_to_roll))
-    e1, e2 = (body.thermal_effusivity for body in bodies)
-    return np.asarray(
-        1.11 * FLASH_FRICTION * load * sliding / ((e1 * np.sqrt(u1) + e2 * np.sqrt(u2)) * np.sqrt(2.0 * half_width))
-    )
-
-
 def constrained_quantities(
     table: Mapping[str, FloatArray], bodies: tuple[Material, Material], film_ratio: FloatArray | None
 ) -> dict[str, FloatArray]:
@@ -134,7 +114,9 @@ def constrained_quantities(
     ratio = table["slide_to_roll"]
     sliding = np.hypot(ratio * speed, table["speed_sliding_lengthwise"])
     rough = np.maximum(np.hypot(table["roughness_rms_1"], table["roughness_rms_2"]), MIN_ROUGHNESS)
-    rise = flash_temperature_blok(load, sliding, speed, ratio, half_width, bodies)
+    motions = (1.0 + 0.5 * ratio, 1.0 - 0.5 * ratio)
+    carried = sum(b.thermal_effusivity * np.sqrt(np.abs(speed * m)) for b, m in zip(bodies, motions, strict=True))
+    rise = blok_1937(FLASH_FRICTION * load * sliding, half_width, np.asarray(carried))
     quantities = {
         "load_per_length": load,
         "half_width": half_width,

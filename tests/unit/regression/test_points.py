@@ -9,10 +9,11 @@ from refusals import refuses
 from ehl.common.errors import InputError
 from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
-from ehl.material import Material
+from ehl.line_contact import blok_1937
+from ehl.material import Material, effective_modulus
 from regression.friction.conditions import derive, lubricant_row
 from regression.plan.plan import Plan
-from regression.plan.sampling import FLASH_FRICTION, flash_temperature_blok
+from regression.plan.sampling import FLASH_FRICTION, constrained_quantities
 
 RANGES: dict[str, Any] = {
     "pressure_hertz": {"low": "0.4 GPa", "high": "2.4 GPa"},
@@ -100,9 +101,16 @@ def test_flash_temperature_of_blok() -> None:
     # 1.11 mu w' |sqrt(u1) - sqrt(u2)| / (e sqrt(2 b)), by hand for u1 = 9 m/s, u2 = 4 m/s
     load, half_width = 1e6, 0.3e-3
     expected = 1.11 * FLASH_FRICTION * load * (3.0 - 2.0) / (steel.thermal_effusivity * (2.0 * half_width) ** 0.5)
-    speed, ratio = 6.5, 5.0 / 6.5
-    arrays = (np.array(x) for x in (load, 5.0, speed, ratio, half_width))
-    assert float(flash_temperature_blok(*arrays, (steel, steel))) == pytest.approx(expected, rel=1e-12)
+    carried = (9.0**0.5 + 4.0**0.5) * steel.thermal_effusivity
+    assert blok_1937(FLASH_FRICTION * load * 5.0, half_width, carried) == pytest.approx(expected, rel=1e-12)
+    modulus = effective_modulus(steel, steel)
+    state = {"pressure_hertz": 1e9, "radius_equivalent": 0.01, "effective_modulus": modulus, "temperature_oil": 353.15}
+    state |= {"speed_entrainment": 6.5, "slide_to_roll": 5.0 / 6.5, "speed_sliding_lengthwise": 0.0}
+    state |= {"roughness_rms_1": 0.0, "roughness_rms_2": 0.0, "correlation_length": 2e-5}
+    found = constrained_quantities({n: np.array([v]) for n, v in state.items()}, (steel, steel), None)
+    heat = FLASH_FRICTION * found["load_per_length"] * 5.0
+    rise = blok_1937(heat, found["half_width"], np.array([carried]))
+    np.testing.assert_allclose(found["temperature_flash"], 353.15 + rise, rtol=1e-12)
 
 
 def test_latin_hypercube_has_one_point_in_each_row() -> None:
