@@ -5,6 +5,7 @@ key = ...`` names the key of an answer that the template does not contain litera
 by the answer; a line with an empty answer is omitted.
 """
 
+import math
 import re
 import tomllib
 from collections.abc import Mapping
@@ -223,17 +224,25 @@ def _targets(text: str, name: str, answers: Mapping[str, str], given: Mapping[st
     from efficiency.blanks.inputs import PairBlankInput
     from efficiency.cutting.process import PROCESSES, FaceMilling
     from efficiency.machine_settings.inputs import SettingsInput
+    from efficiency.optimisation.load_sizing import ENDS, TIP
     from ehl.common.units import parse_quantity
     from ehl.common.validation import validate, value_range_of
 
     process = PROCESSES.get(answers["process"], FaceMilling())
     offset = value_range_of(PairBlankInput, "hypoid_offset").check(answers["offset"], "offset", bare=False)
-    width = parse_quantity(answers["face_width"], "m", field="face_width")
+    width, diameter = (parse_quantity(answers[n], "m", field=n) for n in ("face_width", "diameter"))
+    spiral = parse_quantity(answers["spiral_angle"], "rad", field="spiral_angle")
+    # mean normal module of a gear whose mean diameter is 0.85 of the outer one
+    module = 0.85 * diameter * math.cos(spiral) / float(answers["teeth_gear"])
     values = {**answers, **process.usual, **given} | {
         "method": "2" if offset > 0.0 else "0",
         # ours: 40 um for a face width of 26 to 30 mm, in proportion to it; profile crowning is a third of it
         "crowning": f"{min(max(40.0 * width / 0.028, 5.0), 200.0):.0f} um",
         "relief": f"{min(max(12.0 * width / 0.028, 2.0), 60.0):.0f} um",
+        "tip_amount": f"{1e6 * TIP[0] * module:.0f} um",
+        "tip_length": f"{1e3 * TIP[1] * module:.2g} mm",
+        "end_amount": f"{1e6 * ENDS[0] * module:.0f} um",
+        "end_length": f"{1e3 * ENDS[1] * width:.2g} mm",
     }
     text = _filled(text, name, values)
     validate(SettingsInput, tomllib.loads(text))

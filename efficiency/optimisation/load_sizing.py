@@ -28,7 +28,7 @@ from ehl.common.units import parse_quantity
 BOX = {"E": "0.05 mm", "P": "0.05 mm"}
 """Default half widths of the box of misalignments."""
 # relief of edges without one: amount and length in mean normal modules, length at the ends in face widths (ours)
-_TIP, _ENDS = (0.004, 0.5), (0.006, 0.12)
+TIP, ENDS = (0.004, 0.5), (0.006, 0.12)
 # bounds of the growth of relief and exponent of the crowning in one step, maximum number of steps (ours)
 _GROWTH, _CROWNING, _STEPS = (1.15, 1.8), 0.5, 12
 _GRID = 12, 21
@@ -124,8 +124,8 @@ def _with_relief(targets: SettingsInput, pair: GearPair) -> SettingsInput:
     for name in MEMBERS:
         member: MemberTargets = getattr(targets, name)
         face = getattr(pair.design, name).blank.face_width
-        tip = EdgeRelief(amount=_TIP[0] * module, length=_TIP[1] * module)
-        end = EdgeRelief(amount=_ENDS[0] * module, length=_ENDS[1] * face)
+        tip = EdgeRelief(amount=TIP[0] * module, length=TIP[1] * module)
+        end = EdgeRelief(amount=ENDS[0] * module, length=ENDS[1] * face)
         own = member.edge_relief
         relief = own.model_copy(update={"tip": own.tip or tip, "toe": own.toe or end, "heel": own.heel or end})
         changed[name] = member.model_copy(update={"edge_relief": relief})
