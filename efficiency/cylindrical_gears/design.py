@@ -10,13 +10,14 @@ from pydantic import Field, model_validator
 from efficiency.contact.gear_flanks import MEMBERS
 from efficiency.cutting.blank import Depth, Length
 from efficiency.cylindrical_gears.involute import InvolutePair
-from efficiency.design.design import EdgeRounding, FlankSurfaceInput, MemberSurface, PairDesign, Rms
+from efficiency.design.design import EdgeRounding, FlankSurfaceInput, MemberSurface, PairDesign
 from efficiency.loss.kinematics import OperatingPoint
 from efficiency.loss.lubrication import CoolingInput
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import Name
+from ehl.inputs import Rms
 from ehl.material import Material
 from ehl.surface.finish import State
 from ehl.uncertainty.spread import UncertaintyInput

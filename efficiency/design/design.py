@@ -40,7 +40,7 @@ from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, Name, read_toml, validate
 from ehl.common.version import __version__
 from ehl.inputs import Length as TextureLength
-from ehl.inputs import PeklenikNumber
+from ehl.inputs import PeklenikNumber, Rms
 from ehl.material import Material
 from ehl.surface.finish import FLANK_SKEWNESS, Finish, State
 from ehl.uncertainty.spread import UncertaintyInput
@@ -100,7 +100,6 @@ EdgeRounding = Annotated[
 ShaftAngleError = Annotated[
     float, ValueRange("rad", ge=-0.01, le=0.01), Field(validation_alias=AliasChoices("shaft_angle_error", "alpha"))
 ]
-Rms = Annotated[float, ValueRange("m", ge=0.0, le=2e-5)]
 
 
 class MemberSurface(InputModel):

@@ -1,8 +1,7 @@
 """Local conditions of lubrication at the loaded contact points."""
 
-import math
 from dataclasses import dataclass
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, Self, get_args
 
 import numpy as np
 from pydantic import model_validator
@@ -14,7 +13,7 @@ from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, in_any_case, value_range_of
 from ehl.fluid.oil import Oil
-from ehl.fluid.viscosity import TEMPERATURE_RANGE, Temperature
+from ehl.fluid.viscosity import Temperature
 from ehl.inputs import SurfaceInput
 from ehl.state import ContactState
 from ehl.surface.finish import Finish, default_correlation_length, lay_seen
@@ -45,6 +44,13 @@ class OperatingPoint(InputModel):
 # units and ranges of an operating point given outside the design file
 OPERATION_LIMITS: dict[str, ValueRange] = {
     name: value_range_of(OperatingPoint, name) for name in ("torque", "speed", "temperature")
+}
+_LIMITS = {
+    "speed": OPERATION_LIMITS["speed"],
+    **dict.fromkeys(("temperature", "temperature_inlet"), OPERATION_LIMITS["temperature"]),
+    **{f"temperature_bulk_{member}": OPERATION_LIMITS["temperature"] for member in ("pinion", "gear")},
+    **{f"roughness_rms_{member}": value_range_of(SurfaceInput, "roughness_rms_1") for member in ("pinion", "gear")},
+    **TEXTURE,
 }
 
 
@@ -80,27 +86,11 @@ class Operation:
     uncertainty: UncertaintyInput = DEFAULT  # spreads of the inputs
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.speed) and self.speed > 0.0):
-            raise InputError("speed", self.speed, "a finite pinion speed above 0 rad/s")
-        if self.driver not in ("pinion", "gear"):
-            raise InputError("driver", self.driver, "pinion or gear")
-        low, high = TEMPERATURE_RANGE
-        temperatures = {
-            "temperature": self.temperature,
-            "temperature_bulk_pinion": self.temperature_bulk_pinion,
-            "temperature_bulk_gear": self.temperature_bulk_gear,
-            "temperature_inlet": self.temperature_inlet,
-        }
-        for name, temperature in temperatures.items():
-            if temperature is not None and not low <= temperature <= high:
-                raise InputError(name, temperature, f"{low:g} to {high:g} K", "80 degC is 353.15 K.")
-        for name in ("roughness_rms_pinion", "roughness_rms_gear"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and 0.0 <= value <= 2e-5):
-                raise InputError(name, value, "0 to 20 um (2e-5 m), as in the design file")
-        for name, quantity in TEXTURE.items():
+        if self.driver not in get_args(Driver):
+            raise InputError("driver", self.driver, " or ".join(get_args(Driver)))
+        for name, limits in _LIMITS.items():
             if getattr(self, name) is not None:
-                quantity.check(getattr(self, name), name)
+                limits.check(getattr(self, name), name)
 
     def texture(self, lay_pinion: FloatArray, lay_gear: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Correlation length across the contact line [m] and Peklenik number of both flanks together.

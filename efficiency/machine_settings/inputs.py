@@ -11,13 +11,13 @@ from efficiency.contact.conjugate import read_ease_off_map
 from efficiency.contact.relief import MemberRelief
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.process import PROCESSES
-from efficiency.design.design import Rms
 from efficiency.design.flank_input import from_folder
 from efficiency.loss.kinematics import OperatingPoint
 from ehl.common.data import named_file
 from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, read_toml, validate
+from ehl.inputs import Rms
 from ehl.material import Material
 from ehl.surface.finish import Finish
 
