@@ -20,7 +20,6 @@ Case = TypeVar("Case")
 THICK = 3.0  # film ratio above which the effect of roughness is negligible
 # allowed range of the boundary film [m], and smallest Peklenik number of a contact file
 FILMS, LAY_LEAST = (5e-9, 300e-9), 1.0 / 3.0
-ROUGH = ("roughness_rms", "correlation_length", "peklenik_number", "boundary_friction", "boundary_film")
 
 
 def varied_lubricant(lubricant: Lubricant, name: str, factor: float) -> Lubricant:

@@ -16,12 +16,13 @@ from ehl.fluid.oil_uncertainty import VARIABLES
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from ehl.inputs import SurfaceInput
 from ehl.state import ContactState
-from ehl.uncertainty.contact_design import FILMS, ROUGH, THICK, UncertainInput
+from ehl.uncertainty.contact_design import FILMS, THICK, UncertainInput
 from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, score_of
 from ehl.uncertainty.spread import (
     DEFAULT,
     GROUPS,
     LATERAL_CAUSE,
+    SURFACE,
     Spread,
     UncertaintyInput,
     lateral_spread,
@@ -161,7 +162,7 @@ def friction_changes(
     ratio = conditions_of(state, oil)["film_ratio_formula"]
     inputs = uncertain_inputs(model, state, oil, spreads, warm_inlet=warm_inlet)
     if solving and np.all(ratio > THICK):
-        inputs = [entry for entry in inputs if entry.input not in ROUGH]
+        inputs = [entry for entry in inputs if entry.input not in SURFACE]
 
     def friction(cases: list[Case]) -> list[Array]:
         return evaluate(cases) if evaluate else [friction_of(*case) for case in cases]

@@ -9,24 +9,13 @@ import numpy as np
 from ehl.common.errors import InputError
 from ehl.contact import Contact
 from regression.data.dataset import Dataset
+from regression.friction.conditions import STATE_UNITS
 from regression.plan.plan import Plan
 from regression.sweeping.evaluators import Evaluator, fallback_settings, input_row, solve_outputs
 
 SHARE = 0.01
 # what distinguishes the cases of a plan
-_IDENTITY = (
-    "pressure_hertz",
-    "radius_equivalent",
-    "speed_entrainment",
-    "slide_to_roll",
-    "speed_sliding_lengthwise",
-    "temperature_oil",
-    "roughness_rms_1",
-    "correlation_length",
-    "peklenik_number",
-    "boundary_friction",
-    "seed",
-)
+_IDENTITY = (*(STATE_UNITS.keys() - {"effective_modulus", "roughness_rms_2"}), "boundary_friction", "seed")
 
 
 @dataclass(frozen=True)
