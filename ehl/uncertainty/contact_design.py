@@ -49,6 +49,14 @@ class UncertainInput(Generic[Case]):
     moved: Callable[[Case, float], Case]
 
 
+def shifted(case: Case, inputs: Sequence[UncertainInput[Case]], score: float, parts: Mapping[str, float]) -> Case:
+    """A case with several inputs shifted, each by its part of the score."""
+    for entry in inputs:
+        if parts.get(entry.name):
+            case = entry.moved(case, score * parts[entry.name])
+    return case
+
+
 def uncertain_contact_inputs(
     problem: ContactProblem, spreads: UncertaintyInput, oil: Oil | None, film_ratio: float
 ) -> list[UncertainInput[ContactProblem]]:
@@ -161,16 +169,10 @@ def contact_uncertainty(
     rough = score * float(lateral_spread(ratio, lateral.sd)) if problem.rough and ratio <= THICK else 0.0
 
     def together(scores: Sequence[Mapping[str, float]]) -> list[float]:
-        cases = []
-        for each in scores:
-            case = problem
-            for entry in inputs:
-                if each.get(entry.name):
-                    case = entry.moved(case, score * each[entry.name])
-            cases.append(case)
+        found = friction([shifted(problem, inputs, score, each) for each in scores])
         return [
             math.log(end / mu) + rough * each.get(LATERAL_CAUSE, 0.0) if end > 0.0 < mu else math.nan
-            for end, each in zip(friction(cases), scores, strict=True)
+            for end, each in zip(found, scores, strict=True)
         ]
 
     ends = friction([entry.moved(problem, z) for entry in inputs for z in (-score, score)])

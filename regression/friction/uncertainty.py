@@ -16,7 +16,7 @@ from ehl.fluid.oil_uncertainty import VARIABLES
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from ehl.inputs import SurfaceInput
 from ehl.state import ContactState
-from ehl.uncertainty.contact_design import FILMS, THICK, UncertainInput
+from ehl.uncertainty.contact_design import FILMS, THICK, UncertainInput, shifted
 from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, score_of
 from ehl.uncertainty.spread import (
     DEFAULT,
@@ -194,13 +194,7 @@ def friction_changes(
         found.append(change)
 
     def together(scores: Sequence[Mapping[str, float]]) -> list[Array]:
-        cases = []
-        for each in scores:
-            case = nominal
-            for entry in model_inputs:
-                if each.get(entry.name):
-                    case = entry.moved(case, score * each[entry.name])
-            cases.append(case)
+        cases = [shifted(nominal, model_inputs, score, each) for each in scores]
         found = friction(cases)
         # if a point has a value in the nominal case only, the change is not defined
         changes = [np.where(np.isfinite(mu) | ~np.isfinite(start), _log_ratio(mu, start), np.nan) for mu in found]
