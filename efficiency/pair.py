@@ -188,8 +188,8 @@ class GearPair:
     def at(
         self,
         friction: Friction | None = None,
-        grid: tuple[int, int] | None = None,
         *,
+        grid: tuple[int, int] | None = None,
         many: bool = False,
         **condition: Unpack[PairConditionValues],
     ) -> EfficiencyResult:
@@ -226,7 +226,7 @@ class GearPair:
         oil = held.get("oil", self.design.operation.oil)
 
         def at(condition: Condition) -> EfficiencyResult:
-            return self.at(model, grid, many=True, **{**held, **condition})
+            return self.at(model, grid=grid, many=True, **{**held, **condition})
 
         about = {"design": self.name, "friction_model": model.name, "oil": getattr(oil, "name", oil)}
         return Evaluator(at, progress, strength, interval), about

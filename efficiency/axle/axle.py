@@ -370,7 +370,7 @@ class Axle:
             return _MeshLoss()
 
         def at(condition: Condition) -> EfficiencyResult:
-            return self.pair.at(friction, self._grid, many=many, **condition)
+            return self.pair.at(friction, grid=self._grid, many=many, **condition)
 
         [point] = Evaluator(at).points([row.condition])
         model = point.result.friction_model if point.result is not None else ""

@@ -199,7 +199,7 @@ def duty_results(
     shifted = {name: own[name] + value for name, value in misalignment_of(state).items()}
     results = []
     for row in problem.duty:
-        result = pair.at(model, grid, many=True, oil=problem.oil, **shifted, **row.condition)
+        result = pair.at(model, grid=grid, many=True, oil=problem.oil, **shifted, **row.condition)
         if result.reason:
             raise ConvergenceError(result.reason, f"{abs(row.torque):g} N m")
         results.append(result)

@@ -415,7 +415,7 @@ def _solve(task: StudyTask) -> dict[str, list[dict[str, Any]]]:
     fixed |= {"load_balance": task.load_balance} | task.design.assembly.misalignment.model_dump()
 
     def at(condition: Condition) -> EfficiencyResult:
-        return pair.at(task.friction, task.grid, many=True, **fixed, **condition)
+        return pair.at(task.friction, grid=task.grid, many=True, **fixed, **condition)
 
     evaluator = Evaluator(at, strength=task.strength)
     for state in task.states:

@@ -108,7 +108,7 @@ def test_axes_in_any_order_and_each_load_once(monkeypatch: pytest.MonkeyPatch) -
 
 def test_grid_of_a_pair_is_the_single_run() -> None:
     found = PAIR.over(MODEL, grid=GRID, torque=150.0, P=["0.05 mm"], speed=[60.0, 125.0])
-    single = GearPair(DESIGN.with_misalignment(P=5e-5), keep=True).at(MODEL, GRID, torque=150.0, speed=125.0)
+    single = GearPair(DESIGN.with_misalignment(P=5e-5), keep=True).at(MODEL, grid=GRID, torque=150.0, speed=125.0)
     # one of many points: torque balance and bulk temperature from fewer contact points
     assert abs(found.values()[0, 1] - single.efficiency) < 1e-5
     assert found.results[1].errors.balance < 1e-5
@@ -135,7 +135,7 @@ def test_bad_axes(axes: dict[str, Any], words: str) -> None:
 @pytest.mark.parametrize(
     "call",
     [
-        lambda **rough: PAIR.at(MODEL, GRID, **rough),
+        lambda **rough: PAIR.at(MODEL, grid=GRID, **rough),
         lambda **rough: PAIR.over(MODEL, grid=GRID, **rough),
         lambda **rough: PAIR.duty([DutyRow(200.0, 125.0, 363.15, 2.0)], MODEL, grid=GRID, **rough),
         lambda **rough: PAIR.mesh("drive", *GRID).load(200.0).efficiency(MODEL, **rough),
@@ -158,7 +158,7 @@ def test_strength_of_a_map_and_a_point_without_a_result() -> None:
     def solve(condition: Any) -> Any:
         if condition["torque"] > 300.0:
             raise ConvergenceError("no_contact", "no tooth pair can touch")
-        return PAIR.at(MODEL, GRID, many=True, **condition)
+        return PAIR.at(MODEL, grid=GRID, many=True, **condition)
 
     grid = Evaluator(solve, strength=True).grid({"torque": [200.0, 400.0]})
     solved, failed = map_table(grid).records()

@@ -113,7 +113,7 @@ def test_missing_friction_is_a_failure_not_a_number(loaded: LoadedGrids, flag: F
 def test_a_formula_without_a_value_fails_the_run() -> None:
     formula = Formula.load(data_path("formulas", "75w90.json"))
     huge = formula.model_copy(update={"coefficients": formula.coefficients | {"strain": math.inf}})
-    result = PAIR.at(huge, COARSE)
+    result = PAIR.at(huge, grid=COARSE)
     assert (result.status, result.reason) == ("failed", "friction_undefined")
     assert result.friction_range.flags["undefined"] == result.solution.points_loaded
 
@@ -246,9 +246,9 @@ def test_impossible_roughness_is_refused() -> None:
 
 def test_names_are_checked_before_anything_is_computed() -> None:
     with refuses("friction model"):
-        PAIR.at("coulomb", COARSE)
+        PAIR.at("coulomb", grid=COARSE)
     with refuses("friction model"):
-        PAIR.at("ehl:rough", COARSE)
+        PAIR.at("ehl:rough", grid=COARSE)
     with refuses("oil"):
         PAIR.at(grid=COARSE, oil="butter")
     with refuses("design"):
@@ -256,7 +256,7 @@ def test_names_are_checked_before_anything_is_computed() -> None:
 
 
 def test_run_functions_agree_and_figures_show_the_result(mesh: MeshGrids) -> None:
-    result = PAIR.at("xu_kahraman_2007", COARSE)
+    result = PAIR.at("xu_kahraman_2007", grid=COARSE)
     assert result.conditions.torque == DESIGN.operation.torque
     comparison = PAIR.compare(("xu_kahraman_2007",), grid=COARSE)
     assert comparison.rows[0].efficiency == result.efficiency

@@ -138,7 +138,7 @@ def test_a_point_is_what_its_parts_give(found: Optimisation, start: SettingsInpu
     pair = GearPair(efficiency.settings(start, transmission=False).design).sharing_bodies(
         efficiency.settings(inputs, transmission=False).design
     )
-    result = pair.at("constant:0.05", SMALL, many=True, oil="75w90", driver="pinion")
+    result = pair.at("constant:0.05", grid=SMALL, many=True, oil="75w90", driver="pinion")
     assert point.figures["power_loss"] == pytest.approx(result.power_loss, rel=1e-12)
     assert point.figures["pressure_hertz_max"] == pytest.approx(result.pressure_hertz_max, rel=1e-12)
 
@@ -494,7 +494,7 @@ def test_a_point_with_another_blank_has_bodies_of_its_own() -> None:
     values = {"pressure_angle_drive": math.radians(22.0), "lengthwise_crowning": 40e-6}
     point = evaluate(replace(task, values=values))
     pair = GearPair(efficiency.settings(with_values(problem.start, values, "drive"), transmission=False).design)
-    own = pair.at("constant:0.05", SMALL, many=True, oil="75w90", driver="pinion")
+    own = pair.at("constant:0.05", grid=SMALL, many=True, oil="75w90", driver="pinion")
     assert point.figures["power_loss"] == pytest.approx(own.power_loss, rel=1e-12)
     # more pressure angle, less normal force and sliding at constant friction
     assert point.figures["power_loss"] < 0.999 * evaluate(task).figures["power_loss"]
@@ -600,7 +600,7 @@ def test_the_command(mixed_ehl: Callable[..., Any], found: Optimisation, folder:
     again = load_start(folder / f"{best.name}.toml")
     assert start_value(again, "profile_crowning", "drive") == best.point.variables["profile_crowning"]
     # the design that was written does what was promised; a constant friction leaves its gain no interval
-    reopened = efficiency.load(folder / f"{best.name}.toml").at("constant:0.05", (6, 11), many=True, oil="75w90")
+    reopened = efficiency.load(folder / f"{best.name}.toml").at("constant:0.05", grid=(6, 11), many=True, oil="75w90")
     assert reopened.power_loss == pytest.approx(best.exact.figures["power_loss"], rel=1e-6)
     low, high = best.gain_interval
     assert low <= 1.0 - best.exact.losses["aligned"][0] / best.start.losses["aligned"][0] <= high

@@ -196,7 +196,7 @@ def test_texture_reaches_points_maps_duty_and_study() -> None:
     witness = Witness(0.05)
     witness.seen.clear()
     rows = [DutyRow(200.0, 125.0, 363.15, 1.0)]
-    result = PAIR.at(witness, COARSE)
+    result = PAIR.at(witness, grid=COARSE)
     assert (result.conditions.correlation_length, result.conditions.peklenik_number) == (60e-6, 4.0)
     PAIR.over(witness, grid=COARSE, torque=[200.0], speed=[100.0])
     PAIR.duty(rows, witness, grid=COARSE)
@@ -224,5 +224,5 @@ def test_texture_reaches_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
         return solver(lambda contact: False)(problem)
 
     monkeypatch.setattr(module, "solve_contact", solve)
-    PAIR.at(model(), COARSE)
+    PAIR.at(model(), grid=COARSE)
     assert seen == {(60e-6, 4.0)}

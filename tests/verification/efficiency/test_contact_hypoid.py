@@ -207,7 +207,7 @@ def test_teeth_and_backlash_fill_the_normal_pitch(name: str) -> None:
 @pytest.mark.parametrize("name", HYPOIDS)
 def test_efficiency_of_hypoids(name: str) -> None:
     """Between 94 and 98 percent, below the bevel pair, near the closed forms; the offset is what costs."""
-    result = GearPair(name).at("constant:0.05", (8, 15))
+    result = GearPair(name).at("constant:0.05", grid=(8, 15))
     assert result.status == "converged"
     assert 0.94 < result.efficiency < 0.98
     pitch = Mesh.of(load_design(name), positions=4, points_per_line=9, keep=True).pitch
