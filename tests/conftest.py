@@ -188,6 +188,13 @@ _FIRST = [_TESTS / f"{name}.py" for name in LONGEST.split()]
 _FAST = {_TESTS / folder / f"test_{name}.py" for folder, names in FAST.items() for name in names.split()}
 
 
+def pytest_sessionfinish() -> None:
+    """Write the coverage of a worker, which is killed where it takes ten seconds to end."""
+    coverage = sys.modules.get("coverage")
+    if coverage is not None and (measured := coverage.Coverage.current()) is not None:
+        measured.save()
+
+
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
     """With ``-m fast`` no other file is imported."""
     other = collection_path.suffix == ".py" and collection_path not in _FAST

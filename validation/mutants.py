@@ -146,16 +146,21 @@ def functions(path: Path, tree: ast.Module) -> dict[str, types.CodeType]:
 
 
 def put_in(path: Path, new: dict[str, types.CodeType]) -> None:
-    """Give the functions of an imported module other code, and forget what they returned before."""
+    """Give the functions of an imported module other code."""
+    for function in gc.get_objects():
+        if isinstance(function, types.FunctionType) and function.__code__.co_filename == str(path):
+            code = new.get(function.__code__.co_qualname)
+            if code is not None and len(code.co_freevars) == len(function.__code__.co_freevars):
+                function.__code__ = code
+
+
+def forget() -> None:
+    """Clear the caches of functions of the program, which would hide that a test runs them."""
     for function in gc.get_objects():
         if hasattr(type(function), "cache_clear") and function.__module__.startswith(
             ("ehl", "regression", "efficiency")
         ):
             function.cache_clear()
-        if isinstance(function, types.FunctionType) and function.__code__.co_filename == str(path):
-            code = new.get(function.__code__.co_qualname)
-            if code is not None and len(code.co_freevars) == len(function.__code__.co_freevars):
-                function.__code__ = code
 
 
 class Area:
@@ -217,6 +222,7 @@ class Area:
                     signal.alarm(int(WAITING * limit))
                 if mutant is not None:
                     put_in(*mutant)
+                    forget()
                 files, runs = set(map(str, self.paths)), []
                 for item, after in zip(items, [*items[1:], None], strict=True):
                     names, clock = set[str](), time.process_time()
@@ -226,6 +232,7 @@ class Area:
                             names.add(frame.f_code.co_qualname)  # noqa: B023
 
                     if used is not None:
+                        forget()
                         sys.setprofile(note)
                         threading.setprofile(note)
                     passed = _passes(item, after)

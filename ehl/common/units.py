@@ -19,8 +19,7 @@ def _registry() -> Any:
     # pint is imported late: it takes longer to load than everything else in `mixed-ehl --help`
     import pint
 
-    registry: Any = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
-    return registry
+    return pint.UnitRegistry()
 
 
 # a unit follows after a space, or at once if it cannot be read as part of the number

@@ -1,13 +1,17 @@
 """Places in the input models: paths as a user wrote them, and what belongs there in words."""
 
+from typing import Literal
+
 import pytest
 from pydantic import BaseModel
 
 from efficiency.design.design import Design
 from efficiency.loss.kinematics import OPERATION_LIMITS
-from ehl.common.validation import expected_input, locate_field, value_range_of
+from ehl.common.errors import InputError
+from ehl.common.validation import expected_input, locate_field, looks_like, validate, value_range_of
 from ehl.contact import Contact
 from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
+from ehl.fluid.oil import Oil
 from ehl.inputs import ContactInput
 from ehl.material import Material
 from regression.formula import Formula
@@ -53,3 +57,32 @@ def test_limits_are_those_of_the_design_file() -> None:
         "speed": "rad/s",
         "temperature": "K",
     }
+
+
+class Round(BaseModel):
+    kind: Literal["round"]
+
+
+class Anything(BaseModel):
+    shape: Round | int
+    rest: list  # type: ignore[type-arg]
+
+
+def test_places_below_unions_and_lists_of_anything() -> None:
+    assert locate_field(Anything, ("shape", "round", "kind")).owner is Round
+    assert locate_field(Anything, ("shape", "square")).owner is not Round
+    assert locate_field(Anything, ("rest", 0, "key")).path == ("rest", "0", "key")
+
+
+def test_kinds_of_laws_are_listed() -> None:
+    card = Oil.load("75w90").model_dump(mode="json", exclude_none=True, by_alias=True)
+    with pytest.raises(InputError) as caught:
+        validate(Oil, card | {"pressure_viscosity": {"law": "god"}})
+    assert (caught.value.field, caught.value.value) == ("pressure_viscosity.law", "god")
+    assert "'gold'" in caught.value.allowed
+
+
+def test_formats_that_are_no_toml() -> None:
+    kinds = [looks_like(text) for text in ("{}", " <html>", "a,b\n1,2\n", "x")]
+    assert kinds[3] == ""
+    assert len(set(kinds)) == 4

@@ -117,6 +117,14 @@ def test_reopening_goes_on_behind_the_last_row(path: Path) -> None:
     assert len(keys(path)) == 4
 
 
+def test_without_a_file_rows_stay_in_memory() -> None:
+    with Journal(None, keep=case_status) as rows:
+        rows.append([row(1), row(3, status="failed", reason="diverged")])
+        rows.append([])
+    assert [entry[0] for entry in rows.rows.values()] == ["converged", "failed"]
+    assert rows.on_disk == frozenset()
+
+
 @pytest.mark.parametrize("cut", [1, 20, 100])
 def test_an_incomplete_row_is_ignored_and_cut(path: Path, cut: int) -> None:
     """What a process leaves that dies in the middle of writing."""
