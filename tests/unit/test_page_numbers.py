@@ -6,7 +6,6 @@ outputs below the cells of the tutorials are made when the pages are built; `tes
 
 import inspect
 import json
-import math
 import re
 import shlex
 import tomllib
@@ -34,7 +33,8 @@ PROSE = {
     )
     for path in PAGES
 }
-CLUSTER = "docs/tutorials/cluster.md"
+CLUSTER, GEAR = "docs/tutorials/cluster.md", "docs/tutorials/gear.md"
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 WORDS = {"half": 0.5, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8, "nine": 9}
 NUMBER = re.compile(rf"\d+(?:\.\d+)*|\b(?:{'|'.join(WORDS)})\b", re.I)
 
@@ -69,23 +69,10 @@ def cluster() -> list[float]:
     return [script.count("$(sbatch"), float(found[1])]
 
 
-def points() -> list[float]:
-    """Operating points of the map of the tutorial."""
-    (command,) = re.findall("^mixed-ehl map .*", (ROOT / "docs" / "tutorials" / "gear.md").read_text("utf-8"), re.M)
-    return [math.prod(len(values.split(",")) for values in re.findall('"(.*?)"', command))]
-
-
-def demo() -> list[float]:
-    return [Plan.from_file("demo").count]
-
-
-def python() -> list[float]:
-    found = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["requires-python"]
-    return [float(found.removeprefix(">="))]
-
-
-def lines() -> list[float]:
-    return [sum(map(bool, code("python").splitlines()))]
+def listed(option: str) -> list[str]:
+    """Values of an option of the map of the tutorial."""
+    (values,) = re.findall(f'^mixed-ehl map .*--{option} "(.*?)"', (ROOT / GEAR).read_text("utf-8"), re.M)
+    return values.split(",")
 
 
 def level() -> list[float]:
@@ -100,10 +87,10 @@ Values = Callable[[], list[float]] | str
 # page -> phrase: values of its numbers, or why they are not compared
 EVERYWHERE: dict[str, Values] = {
     r"\d+ % interval": level,
-    r"Python 3\.\d+": python,
-    r"\d+ contacts, (?:formulas fitted|fits formulas)": demo,
+    r"Python 3\.\d+": lambda: [float(PROJECT["requires-python"].removeprefix(">="))],
+    r"\d+ contacts, (?:formulas fitted|fits formulas)": lambda: [Plan.from_file("demo").count],
     r"(?:about|up to) \w+ minutes?": TIME,
-    r"\w+ lines of Python": lines,
+    r"\w+ lines of Python": lambda: [sum(map(bool, code("python").splitlines()))],
     r"half an hour|[Hh]alf a minute": TIME,
     r"14x39|BSD-3|ISO 23509|Kahraman \(2010\)": NAME,
 }
@@ -136,7 +123,7 @@ PHRASES: dict[str, dict[str, Values]] = {
         r"\w+ busy cores": TIME,
         r"\| [\d mins]+ \|": TIME,
         r"plan of \d+ contacts": lambda: [float(re.findall(r"--size (\d+)", code("sh", CLUSTER))[0])],
-        r"map of \w+ points": points,
+        r"map of \w+ points": lambda: [len(listed("torque")) * len(listed("speed"))],
     },
     "oil": {
         r"two viscosities": lambda: [float(len(re.findall(r"--nu\d+", code("sh", "docs/tutorials/oil.md"))))],
