@@ -15,11 +15,11 @@ WORDS = {
     "ehl/smooth ehl/rough": "Reynolds equation, Poiseuille, Couette, cavitation",
     "ehl/smooth": "Swift-Stieber",
     "ehl/rough": "JFO, Elrod-Adams, side flow, complementarity, asperity",
-    "ehl": "half-space, boundary friction",
+    "ehl": "half-space, boundary friction, Moes",
     "ehl efficiency": "Hertz",
     "ehl/fluid": (
         "Ree-Eyring, Carreau, limiting shear stress, Roelands, Barus, Walther, pressure-viscosity "
-        "coefficient, Dowson-Higginson, Moes"
+        "coefficient, Dowson-Higginson"
     ),
     "regression": "load sharing, Sobol, conformal, convex hull",
     "ehl regression": "film ratio",
