@@ -251,3 +251,29 @@ def test_points_never_fitted_are_met_as_their_table_says() -> None:
     # contacts along gear meshes too are means over their profiles
     assert model.paths is not None
     assert (model.paths.count, len(load_dataset("gear_75w90_paths"))) == (200, 200)
+
+
+def test_what_a_formula_of_a_file_has_and_lacks(tmp_path: Path) -> None:
+    model = FORMULAS["xu"]
+    assert len(model.ranking()) == 1
+    assert "pressure_hertz" in model.export(tmp_path / "mu.c")
+    for field, use in (
+        ("hull", lambda: model.in_convex_hull("gear_fva3")),
+        ("dataset", model.plot),
+        ("boundary_friction", lambda: model.with_options(boundary_friction=0.1)),
+        ("oil", lambda: friction_model("gear").default_oil()),  # type: ignore[union-attr]
+    ):
+        with refuses(field):
+            use()
+    assert model.oil_note(Oil.load("75w90"))
+    assert model.oil_note(Oil.load("fva3")) == ""
+    shipped = friction_model("fva3")
+    assert isinstance(shipped, Formula)
+    other = Oil.load("fva3").model_copy(update={"heat_capacity": 2345.0})
+    assert shipped.oil_flag(other) == FrictionFlag.OTHER_CARD
+    assert shipped.oil_note(other)
+    assert len(shipped.to_text()) > len(shipped.equation)
+    thin: dict[str, Any] = {"pressure_hertz": "0.2 GPa", "radius_equivalent": "3.2 mm", "speed_entrainment": "0.05 m/s"}
+    thin |= {"roughness_rms": "0.04 um", "correlation_length": "10 um", "temperature": "30 degC"}
+    with refuses("conditions"):  # each in its range
+        shipped.with_options(refuse=True).mu(**thin, slide_to_roll=0.05)
