@@ -41,10 +41,10 @@ def _within(endurance: float) -> float:
     return min(max(endurance / 1e6, _LOW), _HIGH)
 
 
-def lubricant_factor(endurance: float, viscosity_40: float) -> float:
+def lubricant_factor(endurance: float, viscosity_kinematic_40: float) -> float:
     """Z_L (54): contact endurance [Pa], kinematic viscosity at 40 degC [m2/s]."""
     low = 0.08 * (_within(endurance) - _LOW) / 350.0 + 0.83
-    return low + 4.0 * (1.0 - low) / (1.2 + 134.0 / (1e6 * viscosity_40)) ** 2
+    return low + 4.0 * (1.0 - low) / (1.2 + 134.0 / (1e6 * viscosity_kinematic_40)) ** 2
 
 
 def speed_factor(endurance: float, speed: float) -> float:
@@ -151,7 +151,7 @@ class RatingInput(InputModel):
     edge_radius_gear: Annotated[float, ValueRange("m", gt=0.0, le=0.02)]
     contact_endurance: Stress = 1.5e9
     bending_endurance: Stress = 480e6
-    viscosity_40: Annotated[float, ValueRange("m^2/s", gt=0.0, le=1e-2)] = 150e-6
+    viscosity_kinematic_40: Annotated[float, ValueRange("m^2/s", gt=0.0, le=1e-2)] = 150e-6
     flank_rz: Rz = 8e-6
     root_rz: Rz = ROOT_ROUGHNESS
     life: Hours | None = None
@@ -319,7 +319,7 @@ class _Flank:
         )
         speed = 0.5 * inputs.speed / pair.ratio * pair.gear.mean_diameter
         self.film = (
-            lubricant_factor(inputs.contact_endurance, inputs.viscosity_40)
+            lubricant_factor(inputs.contact_endurance, inputs.viscosity_kinematic_40)
             * speed_factor(inputs.contact_endurance, speed)
             * roughness_factor(inputs.contact_endurance, inputs.flank_rz, self.virtual.relative_radius)
         )
