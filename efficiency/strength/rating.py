@@ -99,8 +99,8 @@ ASSUMED = (
     "neglected, factor 1: life, work hardening, bevel factor (of nominal stresses)",
     "root stress within 5 % of a finer finite-element mesh under the same contact forces; friction neglected",
 )
-NO_STAGE = "no FZG load stage in the oil card (fzg_stage): no safety factor against scuffing"
-NO_FILM = "no permissible film in the oil card (film_permissible): no safety factor against micropitting"
+NO_STAGE = "the oil card has no FZG load stage: no safety factor against scuffing"
+NO_FILM = "the oil card has no permissible film: no safety factor against micropitting"
 
 
 def scuffing_temperature(stage: int, viscosity_40: float, base: str) -> float:
