@@ -575,6 +575,8 @@ class System:
 
     def __init__(self, run: Run, p: Array, h: Array, face: Array, fluid: Array, contact: Array, first: int) -> None:
         self.run, self.fluid, self.contact, self.weight = run, fluid, contact, run.weight
+        if not all(np.isfinite(part).all() for part in (p, h, face)):
+            raise ArithmeticError(f"step {run.steps} has no solution; take more nodes per correlation length")
         factorise(first, p, h, face, fluid, contact, run.weight, run.elastic.own, run.inverse, run.link, run.scale)
         self.free, self.touching = (contact == FREE).astype(np.float32), (contact == TOUCHING).astype(np.float32)
         self.moves = self.free + self.touching
