@@ -20,6 +20,7 @@ import numpy as np
 import pandas as pd
 from common import OUT, command_line
 from mixed_scenes import Scene, eyring_oil, gaussian_pair, line, speed_of_film_ratio
+from scipy.linalg import toeplitz
 from smooth_accuracy import single_grids
 
 from ehl.rough import solve_transient
@@ -167,7 +168,7 @@ def operators() -> pd.DataFrame:
         hertz = np.sqrt(np.maximum(1.0 - (x / contact.half_width) ** 2, 0.0))
         q = hertz * (1.0 + 0.2 * np.random.default_rng(1).standard_normal(n))
         fft = DeflectionOperator(n, dx, contact.effective_modulus)
-        matrix = fft.dense()
+        matrix = toeplitz(fft.coefficients)
         sum_ = fit_log_kernel(range_of(n), ELASTIC_MODES)
         out = np.zeros(n)
         exponential_product(q, sum_.weights, sum_.ratios, out)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
-from scipy.linalg import solve
+from scipy.linalg import solve, toeplitz
 
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
@@ -77,7 +77,7 @@ class PlainTwin:
         self.x = dx * (np.arange(first, last) + 0.5)
         n = self.x.size
         self.operator = DeflectionOperator(n, dx, contact.effective_modulus)
-        self.matrix = self.operator.dense() * contact.pressure_hertz
+        self.matrix = toeplitz(self.operator.coefficients) * contact.pressure_hertz
         pressure, load, shear = inlet_wedge(contact, self.lubricant.viscosity_inlet, film, float(self.x[0] / b))
         self.inlet_pressure = pressure / contact.pressure_hertz
         self.load = (contact.load_per_length - load) / (contact.pressure_hertz * dx)

@@ -10,6 +10,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 from scipy.interpolate import PchipInterpolator
+from scipy.linalg import toeplitz
 from twins.rough_scenes import MODULUS, RADIUS, Scene, eyring_oil, line
 
 from ehl.fluid.lubricant import Lubricant
@@ -111,7 +112,7 @@ def linear_attenuation(
     # columns: p/p_h at the nodes, delta, and the given wave
     wave = np.exp(-2j * np.pi * x / (wavelength * b))
     pressures = np.hstack([contact.pressure_hertz * np.eye(n), np.zeros((n, 2))])
-    bent = DeflectionOperator(n, dx, contact.effective_modulus).dense() * contact.pressure_hertz
+    bent = toeplitz(DeflectionOperator(n, dx, contact.effective_modulus).coefficients) * contact.pressure_hertz
     films = np.hstack([bent, np.ones((n, 1)), -wave[:, None]])
     mass = oil.density_ratio(p)[:, None] * films + (oil.compression.slope(p) * h)[:, None] * pressures
     flux = (fluidity / dx)[:, None] * np.diff(pressures, axis=0)

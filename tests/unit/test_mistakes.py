@@ -73,7 +73,7 @@ TARGETS: list[Change] = [
     ("crowning_toe = ", 'transmission_error = "2 mm" # ', "targets.drive.transmission_error"),
     ('gear = "generated"', 'gear = "cast"', "cutting.gear"),
     ('"ground"', '"grinded"', "pinion.finish"),
-    ('"250 N m"', '"250 Nm/s"', "operation.torque"),
+    ('"220 N m"', '"220 Nm/s"', "operation.torque"),
 ]
 DESIGN: list[Change] = [
     ('"300 N m"', '"300 N"', "operation.torque"),
