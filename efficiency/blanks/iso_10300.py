@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 
 from ehl.common.arrays import FloatArray
+from ehl.common.errors import InputError
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 
@@ -414,24 +415,28 @@ class _Flank:
     def _contact_lines(self) -> tuple[float, float, float]:
         """Contact lines near the tip, in the middle and near the root (A.26 to A.36); sets Z_LS (7 to 10).
 
-        The length of lines away from the middle is that of the public source, derived there from sample 1.
+        Lines end at the edges of the zone of action, 0 <= x <= b_v,eff; C_lb is the product of two roots. The three
+        samples of the report confirm both, which the public source leaves open.
         """
         pair, virtual = self.pair, self.virtual
         half_offset = 0.5 * pair.offset_angle_pitch_plane
         turn = math.atan(math.sin(pair.gear.pitch_angle) * math.tan(pair.offset_angle)) - half_offset
         tilt = math.tan(turn) / math.cos(virtual.transverse_pressure_angle)
-        lean, width = math.tan(virtual.base_helix_angle), virtual.effective_face_width
-        cos_lean = math.cos(virtual.base_helix_angle)
+        lean, width, path = math.tan(virtual.base_helix_angle), virtual.effective_face_width, virtual.path_of_contact
+        cos_lean, sin_lean = math.cos(virtual.base_helix_angle), math.sin(virtual.base_helix_angle)
         pitch = virtual.base_pitch * cos_lean
         inside = max(1.0 - virtual.contact_ratio_overlap, 0.0)
         middle = -pitch * (1.0 - 0.5 * virtual.contact_ratio_profile) * inside
         places = middle + pitch, middle, middle - pitch
-        most = 0.5 * (virtual.path_of_contact + width * (tilt + lean)) * cos_lean
-        # the whole line, cut at the ends of the path; spur teeth: along the face
-        whole = virtual.path_of_contact / (tilt + lean) / cos_lean if lean > 1e-9 else width
-        narrow = (1.0 - math.sqrt(width / virtual.face_width)) ** 2
+        most = 0.5 * (path + width * (tilt + lean)) * cos_lean
+        narrow = 1.0 - math.sqrt(width / virtual.face_width)
         squares = [min((place / most) ** 2, 1.0) for place in places]
-        lines = [whole * (1.0 - math.sqrt(part + narrow * (1.0 - part))) for part in squares]
+        slope, lines = max(tilt + lean, 1e-12), []
+        for place, part in zip(places, squares, strict=True):
+            height = place * cos_lean + lean * (place * sin_lean + 0.5 * width)
+            ends = [(height + 0.5 * (sign * path + width * tilt)) / slope for sign in (1.0, -1.0)]
+            upper, lower = (min(max(end, 0.0), width) for end in ends)
+            lines.append((upper - lower) / cos_lean * (1.0 - math.sqrt(1.0 - part) * narrow))
         power = 1.5 if self.inputs.profile_crowning == "low" else 0.75
         areas = [(1.0 - part**power) * line for part, line in zip(squares, lines, strict=True)]
         self.sharing = math.sqrt(areas[1] / sum(areas))
@@ -489,6 +494,14 @@ class _Flank:
         arm = (math.cos(half) - math.sin(half) * math.tan(load)) * tip - teeth * math.cos(math.pi / 3.0 - angle)
         arm = 0.5 * (arm - height / cos_angle + radius)
         shape = 6.0 * arm * math.cos(load) / (chord**2 * math.cos(self.alpha_n))
+        if min(chord, fillet, arm) <= 0.0:
+            name = ("pinion", "gear")[member]
+            raise InputError(
+                f"rating.edge_radius_{name}",
+                f"{1e3 * edge:.3g} mm",
+                "an edge radius that leaves a root",
+                "Take a smaller one.",
+            )
         slender, notch = chord / arm, 0.5 * chord / fillet
         return shape, notch, (1.2 + 0.13 * slender) * notch ** (1.0 / (1.21 + 2.3 / slender))
 

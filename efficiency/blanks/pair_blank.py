@@ -10,6 +10,7 @@ from efficiency.blanks.iso_10300 import FlankRating
 from efficiency.blanks.slots import Three
 from efficiency.blanks.virtual_gears import VirtualGears
 from efficiency.cutting.blank import Blank, Hand
+from ehl.common.arrays import finite_or_none
 from ehl.common.pages import Reportable
 from ehl.common.quantities import quantity
 from ehl.common.sections import Head, Item, Medium, Section
@@ -206,7 +207,8 @@ class PairBlank(Reportable):
         >>> f"{blank('iso23509_f2').to_dict()['module_normal']:.4g} m"
         '0.003213 m'
         """
-        return asdict(self)
+        plain: dict[str, Any] = finite_or_none(asdict(self))
+        return plain
 
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
         """Tables of the pair, of both members, and of its virtual gears; defaults and warnings below the last."""

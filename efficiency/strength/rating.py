@@ -211,14 +211,14 @@ def rate_strength(
     usable = film[np.isfinite(film)]
     integral = bulk + INTEGRAL * max(mean, 0.0)
     least = float(usable.min()) if usable.size else math.nan
-    # in degC (ISO/TS 6336-21)
-    scuffing = (local.scuffing_temperature - KELVIN) / (integral - KELVIN)
+    # in degC (ISO/TS 6336-21), without meaning at 0 degC and below
+    scuffing = (local.scuffing_temperature - KELVIN) / (integral - KELVIN) if integral > KELVIN else math.nan
     micropitting = least / local.film_permissible
-    for kind, number, unknown, remedy in (
-        ("scuffing", scuffing, NO_STAGE, "cooler oil, an oil with a higher load stage, finer finish"),
-        ("micropitting", micropitting, NO_FILM, "finer finish, thicker or cooler oil"),
+    for kind, number, limit, unknown, remedy in (
+        ("scuffing", scuffing, local.scuffing_temperature, NO_STAGE, "cooler oil, higher load stage, finer finish"),
+        ("micropitting", micropitting, local.film_permissible, NO_FILM, "finer finish, thicker or cooler oil"),
     ):
-        if not math.isfinite(number):
+        if not math.isfinite(limit):
             notes.append(unknown)
         elif number < 1.0:
             grades.append(Grade(kind, "warning", f"safety against {kind} {number:.3g} below 1: {remedy}"))

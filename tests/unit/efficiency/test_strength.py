@@ -189,6 +189,17 @@ def test_safety_against_scuffing_and_micropitting_needs_tests_of_the_oil(loaded:
     weak = rated(loaded, scuffing_temperature=scuffing_temperature(1, 1e-4, "mineral"), film_permissible=2.0)
     assert {"scuffing", "micropitting"} <= {grade.kind for grade in weak.grades if grade.level == "warning"}
     assert len(known.notes) == len(unknown.notes) - 2
+    # mu = 0 in oil of 0 degC and below, and a film without roughness: no number, no warning, no note on the card
+    tests = {"scuffing_temperature": limit, "film_permissible": 0.5}
+    for bulk in (273.15, 263.15):
+        cold = rated(
+            loaded, bulk=(bulk, bulk), temperature=np.full(loaded.grids.fine.loaded["force"].size, bulk), **tests
+        )
+        assert math.isnan(cold.safety_scuffing)
+        assert "scuffing" not in {grade.kind for grade in cold.grades}
+    smooth = rated(loaded, roughness=(0.0, 0.0), **tests)
+    assert math.isnan(smooth.safety_micropitting)
+    assert len(smooth.notes) == len(known.notes)
 
 
 def test_the_oil_card_gives_the_limits_of_its_tests(loaded: LoadedMesh) -> None:
