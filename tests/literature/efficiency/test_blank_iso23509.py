@@ -408,7 +408,7 @@ def test_load_capacity_of_the_technical_report(name: str) -> None:
     for quantity, printed in RATED[name].items():
         value = np.atleast_1d(getattr(rated, quantity))
         # the report rounds: its K_v of sample 1, 1.020, is 0.3 % above ours, and its stresses follow
-        assert value == pytest.approx(printed, rel=4e-3), quantity
+        assert value == pytest.approx(printed, rel=3e-3), quantity
 
 
 def test_rating_is_continuous_towards_straight_teeth_and_refuses_a_root_without_thickness() -> None:
