@@ -235,7 +235,7 @@ def _targets(text: str, name: str, answers: Mapping[str, str], given: Mapping[st
     # mean normal module of a gear whose mean diameter is 0.85 of the outer one
     module = 0.85 * diameter * math.cos(spiral) / float(answers["teeth_gear"])
     values = {**answers, **process.usual, **given} | {
-        "method": "2" if offset > 0.0 else "0",
+        "method": "2" if offset else "0",
         # ours: 40 um for a face width of 26 to 30 mm, in proportion to it; profile crowning is a third of it
         "crowning": f"{min(max(40.0 * width / 0.028, 5.0), 200.0):.0f} um",
         "relief": f"{min(max(12.0 * width / 0.028, 2.0), 60.0):.0f} um",

@@ -138,8 +138,9 @@ class Page:
         for name, slider in self.sliders.items():
             text = getattr(start, name)
             value = float(text or 0.0)
-            low, high = (0.5 * value, 1.3 * value) if name == "hypoid_offset" else (0.1 * value, 3.0 * value)
-            slider.set_visibility(value > 0.0)
+            shares = (0.5, 1.3) if name == "hypoid_offset" else (0.1, 3.0)
+            low, high = sorted(share * value for share in shares)
+            slider.set_visibility(value != 0.0)
             self.inputs[name].set_visibility(bool(text))
             slider.props(f":min={low:.6g} :max={high or 1.0:.6g} :step={(high - low) / 50.0 or 1.0:.6g}")
             slider.set_value(float(getattr(self.scene, name) or 0.0))

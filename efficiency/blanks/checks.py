@@ -144,7 +144,7 @@ def _cutter_and_face(pair: PairBlank) -> Iterator[BlankWarning]:
         remedy = "The spiral angle changes its sign at the toe: use a larger cutter or spiral angle."
         yield from _at_least("spiral_angle", f"{name}, beta_i", inner, 0.0, "deg", remedy)
     limit, remedy = OFFSET * gear.outer_diameter * 1e3, "Sliding and heat grow with the offset."
-    yield from _at_most("offset", "a", pair.hypoid_offset * 1e3, limit, "mm", remedy)
+    yield from _at_most("offset", "a", abs(pair.hypoid_offset) * 1e3, limit, "mm", remedy)
 
 
 def _mesh(pair: PairBlank) -> Iterator[BlankWarning]:

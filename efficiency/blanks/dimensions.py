@@ -67,13 +67,13 @@ def factors(inputs: PairBlankInput, cones: PitchCones) -> DepthFactors:
 
 def recommended_depth_factor(inputs: PairBlankInput) -> float:
     """k_d, Table C.1 (from memory)."""
-    table = DEPTH_FACTOR_HYPOID if inputs.hypoid_offset > 0.0 else DEPTH_FACTOR_BEVEL
+    table = DEPTH_FACTOR_HYPOID if inputs.hypoid_offset else DEPTH_FACTOR_BEVEL
     return table.get(max(6, inputs.teeth_pinion), 2.0)
 
 
 def recommended_addendum_factor(inputs: PairBlankInput, cones: PitchCones) -> float:
     """c_ham, Table C.2 (from memory; it gives the input of sample F.2 to its last digit)."""
-    if inputs.hypoid_offset > 0.0 and inputs.teeth_pinion < 21:
+    if inputs.hypoid_offset and inputs.teeth_pinion < 21:
         return ADDENDUM_FACTOR_HYPOID.get(max(6, inputs.teeth_pinion), 0.170)
     ratio = inputs.teeth_gear / inputs.teeth_pinion
     equivalent = sqrt(ratio * cos(cones.pitch_angle_1) / cos(cones.pitch_angle_2))
@@ -163,7 +163,7 @@ def placement(inputs: PairBlankInput, cones: PitchCones) -> Placement:
     d_1, d_2 = cones.pitch_angle_1, cones.pitch_angle_2
     excess = inputs.shaft_angle - 0.5 * pi
     reach = cones.mean_diameter_2 + cones.mean_diameter_1 * cos(d_2) / cos(d_1)
-    if 2.0 * inputs.hypoid_offset >= reach:
+    if 2.0 * abs(inputs.hypoid_offset) >= reach:
         raise too_large(inputs.hypoid_offset, 0.5 * reach)
     zeta_m = asin(2.0 * inputs.hypoid_offset / reach)
     zeta_mp = asin(sin(zeta_m) * sin(inputs.shaft_angle) / cos(d_1))
@@ -270,11 +270,11 @@ def face_widths(
     width, share, plane = inputs.face_width_gear, cones.face_width_factor, place.offset_in_plane
     outside, inside = share * width, (1.0 - share) * width
     outer, inner = cones.cone_distance_2 + outside, cones.cone_distance_2 - inside
-    if plane >= inner:
+    if abs(plane) >= inner:
         raise InputError(
             "hypoid_offset",
             f"{inputs.hypoid_offset * 1e3:.6g} mm",
-            f"a_p (here {plane * 1e3:.4g} mm) below the inner cone distance of the gear, {inner * 1e3:.4g} mm",
+            f"a_p (here {abs(plane) * 1e3:.4g} mm) below the inner cone distance of the gear, {inner * 1e3:.4g} mm",
             "Take a smaller offset or face width.",
         )
     mean = cones.cone_distance_2 * cos(place.zeta_mp)
@@ -316,7 +316,7 @@ def _pinion_face_method_1(
     theta, face = angles.addendum_angle[0], angles.face_angle[0]
     turn = atan(sin(place.zeta_mp) * cos(d_2) / (ratio * cos(d_1) + cos(d_2) * cos(place.zeta_mp)))
     width = inputs.face_width_gear * cos(turn) / cos(place.zeta_mp - turn)
-    growth = working_depth * sin(angles.zeta_root) * (1.0 - 1.0 / ratio)
+    growth = working_depth * abs(sin(angles.zeta_root)) * (1.0 - 1.0 / ratio)
     along = width / cos(theta) * cos(face)
     outside = share * along + growth - reserve * sin(d_1)
     inside = (1.0 - share) * along + growth + reserve * sin(d_1)

@@ -29,9 +29,9 @@ Offset = Annotated[
     float,
     ValueRange(
         "m",
-        ge=0.0,
+        ge=-0.5,
         le=0.5,
-        hint="A positive offset raises the spiral angle of the pinion; negative offsets are not supported.",
+        hint="Sign as in ISO 23509: a positive offset raises the spiral angle of the pinion, a negative one lowers it.",
     ),
 ]
 SpiralAngle = Annotated[
@@ -197,7 +197,7 @@ class PairBlankInput(InputModel):
             )
         if self.teeth_gear < self.teeth_pinion:
             raise InputError("teeth_gear", self.teeth_gear, f"at least the {self.teeth_pinion} teeth of the pinion")
-        if self.method == 0 and self.hypoid_offset > 0.0:
+        if self.method == 0 and self.hypoid_offset:
             raise InputError(
                 "hypoid_offset",
                 self.hypoid_offset,

@@ -409,7 +409,7 @@ class _Flank:
         else:
             error = _STIFFNESS[0] * soft * self._pitch_error() * self.virtual.face_width / force
             found = 0.9 + 0.4 * error * (0.5 * total if total <= 2.0 else math.sqrt(2.0 * (total - 1.0) / total))
-        offset = min(2.0 * self.pair.hypoid_offset / self.pair.gear.mean_diameter, 0.1)
+        offset = min(2.0 * abs(self.pair.hypoid_offset) / self.pair.gear.mean_diameter, 0.1)
         return max(found - (found - 1.0) * offset / 0.1, 1.0)
 
     def _contact_lines(self) -> tuple[float, float, float]:

@@ -80,11 +80,11 @@ def check_trace(inputs: PairBlankInput, cones: PitchCones, places: tuple[float, 
 
 def _serves(trace: Trace, places: tuple[float, ...], offset_in_plane: float) -> bool:
     for place in places:
-        if offset_in_plane >= place or not trace.reaches(place):
+        if abs(offset_in_plane) >= place or not trace.reaches(place):
             return False
         gear = trace.spiral(place)
         pinion = gear + asin(offset_in_plane / place)
-        if not (abs(gear) < SPIRAL_AT_THE_ENDS and pinion < SPIRAL_AT_THE_ENDS):
+        if max(abs(gear), abs(pinion)) >= SPIRAL_AT_THE_ENDS:
             return False
     return True
 

@@ -32,7 +32,7 @@ def method_1(inputs: PairBlankInput) -> PitchCones:
     The step of a tenth is not in the source read; it is what gives the printed numbers of Annex F.3.
     """
     start = _start(inputs)
-    if inputs.hypoid_offset <= NO_OFFSET * start.radius_2:
+    if abs(inputs.hypoid_offset) <= NO_OFFSET * start.radius_2:
         bevel = bevel_cones(inputs, start.desired, 2.0 * start.radius_2)
         return replace(bevel, face_width_factor=_face_width_factor(inputs, bevel))
     if inputs.pitch_cones == "converged":
@@ -80,7 +80,7 @@ def _start(inputs: PairBlankInput) -> _Start:
         if radius_2 <= 0.5 * inputs.face_width_gear * sin(delta_2):
             raise face_too_wide(inputs, inputs.outer_pitch_diameter_gear / (2.0 * sin(delta_2)))
     largest = radius_2 / sin(delta_2)
-    if offset >= largest:
+    if abs(offset) >= largest:
         raise too_large(offset, largest)
     epsilon = asin(offset / largest)
     factor = tan(desired) * sin(epsilon) + cos(epsilon)
@@ -165,7 +165,7 @@ def _converged(inputs: PairBlankInput, start: _Start) -> PitchCones:
                 low, high = sorted((edge, new))
                 eta = float(scipy.optimize.brentq(closure, low, high, xtol=1e-17, rtol=8.9e-16))
                 cones = trial(inputs, start, eta)
-                if cones.spiral_1 >= SPIRAL_LIMIT:
+                if abs(cones.spiral_1) >= SPIRAL_LIMIT:
                     raise too_large(inputs.hypoid_offset)
                 return replace(cones, trials=count)
             edges[upward] = new, value

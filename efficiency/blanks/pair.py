@@ -203,7 +203,7 @@ def pitch_cones(inputs: PairBlankInput) -> tangency.PitchCones:
             raise
         raise tangency.too_large(inputs.hypoid_offset) from None
     tangency.check_pitch_angles(cones.pitch_angle_1, cones.pitch_angle_2, inputs)
-    if not -tangency.SPIRAL_LIMIT < cones.spiral_2 <= cones.spiral_1 < tangency.SPIRAL_LIMIT:
+    if max(abs(cones.spiral_1), abs(cones.spiral_2)) >= tangency.SPIRAL_LIMIT:
         raise tangency.too_large(inputs.hypoid_offset)
     inner = cones.cone_distance_2 - (1.0 - cones.face_width_factor) * inputs.face_width_gear
     if inner <= 0.0:

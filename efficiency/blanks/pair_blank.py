@@ -197,6 +197,11 @@ class PairBlank(Reportable):
             f"{len(self.warnings)} warnings)"
         )
 
+    @property
+    def pinion_below(self) -> bool:
+        """Whether the pinion axis is below the gear axis, seen on the gear teeth with the pinion to the right."""
+        return (self.hypoid_offset > 0.0) == (self.pinion.hand == "left")
+
     def to_dict(self) -> dict[str, Any]:
         """All values as plain numbers, lists and tables.
 
@@ -227,6 +232,9 @@ class PairBlank(Reportable):
         ]
         process, taper = self.process.replace("_", " "), self.taper.replace("_", " ")
         title = f"{self.name}: {self.pinion.teeth}x{self.gear.teeth}, Method {self.method}, {process}"
+        hands = f"pinion {self.pinion.hand} hand, gear {self.gear.hand} hand"
+        if self.hypoid_offset:
+            hands += f", pinion axis {'below' if self.pinion_below else 'above'} the gear axis"
         at_places = [_column(name, place) for name, _, place in places]
         notes = [f"default: {item}" for item in self.defaults] + [f"warning: {item}" for item in self.warnings]
         tables: list[Item] = [
@@ -240,7 +248,7 @@ class PairBlank(Reportable):
             Table(
                 ["member", *_columns(_MEMBER), *at_places],
                 members,
-                f"members ({taper} depth taper; pinion {self.pinion.hand} hand, gear {self.gear.hand} hand)",
+                f"members ({taper} depth taper; {hands})",
                 name="members",
                 vertical=True,
             ),

@@ -6,7 +6,7 @@ was not seen. Index 1 is the pinion, 2 the gear (the standard's wheel). SI units
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import asin, atan, cos, degrees, hypot, pi, radians, sin, tan
+from math import asin, atan, copysign, cos, degrees, hypot, pi, radians, sin, tan
 
 import scipy
 
@@ -52,13 +52,15 @@ class PitchCones:
 def too_large(offset: float, largest: float | None = None) -> InputError:
     """The error of an offset that leaves no pair of cones."""
     allowed = (
-        "a smaller offset" if largest is None else f"below {largest * 1e3:.4g} mm for these teeth, diameter and angles"
+        "a smaller offset"
+        if largest is None
+        else f"within +-{abs(largest) * 1e3:.4g} mm for these teeth, diameter and angles"
     )
     return InputError(
         "hypoid_offset",
         f"{offset * 1e3:.6g} mm",
         allowed,
-        "Beyond it the spiral angle of the pinion or its pitch angle leaves the range that can be cut.",
+        "Beyond it a pitch angle or the spiral angle of the pinion leaves the range that can be cut.",
     )
 
 
@@ -151,21 +153,21 @@ def tangent_cones(inputs: PairBlankInput, delta_2: float, mean_diameter_2: float
     if offset == 0.0:
         return _touching(inputs, 0.0, delta_2, mean_diameter_2, spiral_2)
     largest = _largest_offset_angle(inputs, delta_2, mean_diameter_2, spiral_2)
-    if reach(largest) <= offset:
+    if abs(reach(largest)) <= abs(offset):
         raise too_large(offset, reach(largest))
     zeta_m = float(scipy.optimize.brentq(lambda zeta: reach(zeta) - offset, 0.0, largest, xtol=1e-15, rtol=8.9e-16))
     return _touching(inputs, zeta_m, delta_2, mean_diameter_2, spiral_2)
 
 
 def _largest_offset_angle(inputs: PairBlankInput, delta_2: float, mean_diameter_2: float, spiral_2: float) -> float:
-    """Largest zeta_m at which the pinion is still a cone below the spiral limit, by bisection."""
+    """Largest zeta_m of the sign of the offset at which the pinion is a cone within the spiral limit; by bisection."""
 
     def possible(zeta_m: float) -> bool:
         cones = _touching(inputs, zeta_m, delta_2, mean_diameter_2, spiral_2)
-        inside = sin(zeta_m) * sin(inputs.shaft_angle) < cos(cones.delta_1)
-        return inside and cones.spiral_1 < SPIRAL_LIMIT and cones.delta_1 > PITCH_ANGLE_LOWEST
+        inside = abs(sin(zeta_m)) * sin(inputs.shaft_angle) < cos(cones.delta_1)
+        return inside and abs(cones.spiral_1) < SPIRAL_LIMIT and cones.delta_1 > PITCH_ANGLE_LOWEST
 
-    low, high = 0.0, 0.5 * pi
+    low, high = 0.0, copysign(0.5 * pi, inputs.hypoid_offset)
     for _ in range(60):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if possible(middle) else (low, middle)

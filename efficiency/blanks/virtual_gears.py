@@ -80,7 +80,7 @@ def virtual_gears(
     turn = atan(sin(deltas[1]) * tan(place.zeta_m)) - 0.5 * zeta
     share = 1.0 - tan(turn) * tan(0.5 * zeta)
     effective = EFFECTIVE_FACE * face_width_gear
-    width_effective = (effective / cos(0.5 * zeta) - path * cos(alpha_t) * tan(0.5 * zeta)) / share
+    width_effective = (effective / cos(0.5 * zeta) - path * cos(alpha_t) * abs(tan(0.5 * zeta))) / share
     if width_effective <= 0.0:
         raise InputError(
             "hypoid_offset",

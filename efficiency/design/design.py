@@ -293,8 +293,8 @@ class AssemblyInput(InputModel):
     """Position of the axes and which flanks drive."""
 
     shaft_angle: Annotated[float, ValueRange("rad", ge=0.5, le=2.6)]  # angle of the axes [rad]
-    # distance of the axes [m]; 0 for a spiral bevel pair
-    hypoid_offset: Annotated[float, ValueRange("m", ge=0.0, le=0.5)] = 0.0
+    # distance of the axes [m]; 0 for a spiral bevel pair, positive where it raises the spiral angle of the pinion
+    hypoid_offset: Annotated[float, ValueRange("m", ge=-0.5, le=0.5)] = 0.0
     drive_flank_pinion: FlankSide = "concave"  # loaded pinion flank on the drive side
     normal_backlash: Depth = 0.0  # backlash along the normal [m]
     misalignment: Misalignment = Misalignment()  # misalignment without load

@@ -103,9 +103,9 @@ def _check_friction(friction_coefficient: float) -> None:
 def coleman_type(pair: PitchGeometry, friction_coefficient: float = 0.05, driver: Driver = "pinion") -> float:
     """Mesh efficiency by averaged sliding, "Coleman-type, our derivation" [-].
 
-    ``eta = 1 - mu S/(cos a_n + mu C tan b1)`` with the mean sliding S and the mean lengthwise share C. The normal force
-    follows from the torque balance of the pinion with lengthwise friction. If the gear drives, the friction force is
-    reversed: ``eta = 1/(1 + mu S/(cos a_n - mu C tan b1))``.
+    ``eta = 1 - mu S/(cos a_n + m C tan b1)`` with the mean sliding S, the mean lengthwise share C, and m equal to mu
+    with the sign of tan b1 - tan b2. The normal force follows from the torque balance of the pinion with lengthwise
+    friction. If the gear drives, the friction force is reversed: ``eta = 1/(1 + mu S/(cos a_n - m C tan b1))``.
 
     pair: pitch-point data of the pair.
     friction_coefficient: constant friction coefficient; Coleman used 0.05 (as cited by Kolivand, Li & Kahraman 2010).
@@ -113,6 +113,7 @@ def coleman_type(pair: PitchGeometry, friction_coefficient: float = 0.05, driver
     """
     _check_friction(friction_coefficient)
     mu, way = friction_coefficient, 1.0 if driver == "pinion" else -1.0
+    way = math.copysign(way, way * (pair.spiral_angle_pinion - pair.spiral_angle_gear))
     wedge = math.cos(pair.pressure_angle) + way * mu * pair.mean_lengthwise_share * math.tan(pair.spiral_angle_pinion)
     loss = mu * pair.mean_sliding / wedge
     return 1.0 - loss if driver == "pinion" else 1.0 / (1.0 + loss)
@@ -121,22 +122,15 @@ def coleman_type(pair: PitchGeometry, friction_coefficient: float = 0.05, driver
 def buckingham_type(pair: PitchGeometry, friction_coefficient: float = 0.05, driver: Driver = "pinion") -> float:
     """Mesh efficiency as worm-type loss plus bevel loss, "Buckingham-type, our derivation" [-].
 
-    ``eta = (cos a_n + mu tan b2)/(cos a_n + mu tan b1) - mu k/(2 cos a_n)``. The first term is exact at the pitch point
-    for a pinion with the larger spiral angle; the second is the profile sliding of the spiral bevel pair. If the gear
-    drives, the first term is ``(cos a_n - mu tan b1)/(cos a_n - mu tan b2)``.
+    The first term is `lengthwise_sliding` with friction in the equilibrium; from it ``mu k/(2 cos a_n)`` is subtracted,
+    the profile sliding of the spiral bevel pair.
 
     pair: pitch-point data of the pair.
     friction_coefficient: constant friction coefficient.
     driver: driving member.
     """
-    _check_friction(friction_coefficient)
-    mu, cos_n = friction_coefficient, math.cos(pair.pressure_angle)
-    tan_1, tan_2 = math.tan(pair.spiral_angle_pinion), math.tan(pair.spiral_angle_gear)
-    if driver == "pinion":
-        worm = (cos_n + mu * tan_2) / (cos_n + mu * tan_1)
-    else:
-        worm = (cos_n - mu * tan_1) / (cos_n - mu * tan_2)
-    return worm - mu * pair.profile_measure / (2.0 * cos_n)
+    worm = lengthwise_sliding(pair, friction_coefficient, friction_in_equilibrium=True, driver=driver)
+    return worm - friction_coefficient * pair.profile_measure / (2.0 * math.cos(pair.pressure_angle))
 
 
 def lengthwise_sliding(

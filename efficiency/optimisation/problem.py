@@ -251,8 +251,8 @@ def _default_bounds(start: SettingsInput, name: str, flanks: Flanks) -> Bounds:
     allowed = VARIABLES[name]
     most = 1.0 if allowed.le is None else allowed.le
     if name in _BLANK_SHARES:
-        least, greatest = _BLANK_SHARES[name]
-        return least * own, min(greatest * own, most)
+        least, greatest = sorted(share * own for share in _BLANK_SHARES[name])
+        return least, min(greatest, most)
     if name in _BLANK_REACH:
         reach = _BLANK_REACH[name]
         return max(own - reach, 0.05 if allowed.ge is None else allowed.ge), min(own + reach, most)

@@ -60,7 +60,7 @@ TARGETS: list[Change] = [
     ('"170 mm"', '"170"', "blank.outer_pitch_diameter_gear"),
     ('"30 mm"', '"-30 mm"', "blank.face_width_gear"),
     ('"34 deg"', '"134 deg"', "blank.mean_spiral_angle_gear"),
-    ('"15 mm"', '"-15 mm"', "blank.hypoid_offset"),
+    ('"15 mm"', '"-0.6 m"', "blank.hypoid_offset"),
     ("method = 2", "method = 4", "blank.method"),
     ('"face_milling"', '"face_hobbing"', "blank.blade_groups"),
     ('"face_milling"', '"face-miling"', "blank.process"),

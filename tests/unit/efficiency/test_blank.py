@@ -85,7 +85,7 @@ def test_shipped_blanks_give_two_blanks_of_a_design(name: str) -> None:
         ("cutter_radius", {"cutter_radius": "33 mm"}),
         ("hand_gear", {"hand_pinion": "right", "hand_gear": "right"}),
         ("hypoid_offset", {"hypoid_offset": "75 mm"}),
-        ("hypoid_offset", {"hypoid_offset": "-10 mm"}),
+        ("hypoid_offset", {"hypoid_offset": "-75 mm"}),
         ("face_width_gear", {"face_width_gear": "170 mm"}),
         ("teeth_gear", {"teeth_gear": 8}),
         ("blade_groups", {"blade_groups": None}),

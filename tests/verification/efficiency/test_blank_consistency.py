@@ -37,7 +37,8 @@ def inputs(draw: st.DrawFn, methods: tuple[int, ...] = (0, 1, 2, 3)) -> PairBlan
     z_2 = max(z_1 + 1, round(z_1 * ratio))
     diameter = module * z_2
     spiral = draw(st.floats(25.0, 40.0))
-    offset = 0.0 if method == 0 else draw(st.floats(0.02, 0.3)) * 0.5 * diameter
+    sense = draw(st.sampled_from([1.0, 1.0, -1.0]))
+    offset = 0.0 if method == 0 else sense * draw(st.floats(0.02, 0.3)) * 0.5 * diameter
     hobbed = draw(st.booleans())
     cone = 0.5 * diameter / sin(min(radians(sigma), pi / 2))
     radius = draw(st.floats(0.75, 1.2)) * cone
@@ -51,7 +52,9 @@ def inputs(draw: st.DrawFn, methods: tuple[int, ...] = (0, 1, 2, 3)) -> PairBlan
         "hypoid_offset": offset,
         "outer_pitch_diameter_gear": diameter,
         "face_width_gear": draw(st.floats(0.12, 0.28)) * cone,
-        f"mean_spiral_angle_{'pinion' if method == 1 else 'gear'}": radians(spiral + (10.0 if method == 1 else 0.0)),
+        f"mean_spiral_angle_{'pinion' if method == 1 else 'gear'}": radians(
+            spiral + (10.0 * sense if method == 1 else 0.0)
+        ),
         "cutter_radius": radius,
         "blade_groups": max(1, int(0.6 * radius / module)) if hobbed else None,
         "hand_pinion": draw(st.sampled_from(["left", "right"])),
@@ -98,6 +101,14 @@ def test_pitch_cones_touch_in_space(drawn: PairBlankInput) -> None:
     between = float(elements[0] @ elements[1]) / (pinion.mean_cone_distance * gear.mean_cone_distance)
     difference = pinion.mean_spiral_angle - gear.mean_spiral_angle
     assert between == pytest.approx(cos(difference), abs=1e-10)
+    # in this frame, that of a left-hand pinion, the bodies slide along the tooth: signed spiral angles of both elements
+    arms = mean_point(pair) - np.array([[0.0, pair.hypoid_offset, 0.0], [0.0, 0.0, 0.0]])
+    sliding = np.cross(axis, arms[0]) + np.cross([0.0, 0.0, pinion.teeth / gear.teeth], arms[1])
+    assume(np.linalg.norm(sliding) > 1e-9 * size)
+    for element, member in zip(elements, (pinion, gear), strict=True):
+        across = float(np.cross(sliding, element) @ normal_2)
+        along = float(element @ sliding)
+        assert math.remainder(math.atan2(across, along) - member.mean_spiral_angle, pi) == pytest.approx(0.0, abs=1e-8)
     # equal normal modules and the common tooth direction: no sliding across the tooth in the pitch plane
     for member in (pinion, gear):
         module = member.mean_diameter / member.teeth * cos(member.mean_spiral_angle)
@@ -206,10 +217,11 @@ def test_hands_change_nothing_but_their_names(drawn: PairBlankInput) -> None:
 @pytest.mark.parametrize("name", ["iso23509_f3", "iso23509_f4", "iso23509_f5"])
 def test_without_offset_all_methods_are_the_bevel_pair(name: str) -> None:
     bevel = blank(name, hypoid_offset=0.0)
-    near = blank(name, hypoid_offset=1e-8)
+    near, above = blank(name, hypoid_offset=1e-8), blank(name, hypoid_offset=-1e-8)
     assert bevel.pinion.pitch_angle + bevel.gear.pitch_angle == pytest.approx(bevel.shaft_angle, abs=1e-14)
     assert bevel.pinion.mean_cone_distance == pytest.approx(bevel.gear.mean_cone_distance, rel=1e-14)
-    for member, other in ((bevel.pinion, near.pinion), (bevel.gear, near.gear)):
+    pairs = ((bevel.pinion, near.pinion), (bevel.gear, near.gear), (bevel.pinion, above.pinion))
+    for member, other in pairs:
         assert other.pitch_angle == pytest.approx(member.pitch_angle, abs=1e-6)
         assert other.mean_cone_distance == pytest.approx(member.mean_cone_distance, rel=1e-5)
         assert other.pitch_apex_beyond_crossing == pytest.approx(0.0, abs=1e-6)
