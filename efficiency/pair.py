@@ -49,6 +49,7 @@ from regression.friction.models import FrictionModel
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from efficiency.geometry.design_rating import DesignRating
     from efficiency.geometry.misalignment import MisalignmentGrid, MisalignmentStudy
     from efficiency.geometry.pair_geometry import PairGeometry
     from ehl.surface.finish import State
@@ -318,6 +319,45 @@ class GearPair:
         rows = duty_rows(file, self.design, tyre_radius=tyre_radius, ratio=ratio, temperature=temperature)
         evaluator, about = self._evaluator(friction, grid, conditions, progress)
         return duty_cycle(rows, evaluator.points([row.condition for row in rows]), **about)
+
+    def rating(
+        self,
+        torque: Value | None = None,
+        speed: Value | None = None,
+        duty: Path | str | Sequence[DutyRow] | None = None,
+    ) -> DesignRating:
+        """Load capacity after ISO 10300, Method B1: stresses, S_H and S_F of both members and both flanks.
+
+        Nominal stresses of virtual gears with K factors (table `rating` of the design), independent of the loaded tooth
+        contact that `EfficiencyResult.strength` uses.
+
+        Parameters
+        ----------
+        torque, speed : float or str, optional
+            At the pinion [N m], [rad/s]; default: operating point of the design.
+        duty : Path, str or sequence of DutyRow, optional
+            Duty cycle as load spectrum in place of `rating.loads`; each row loads the flank of the sign of its torque.
+
+        Returns
+        -------
+        DesignRating
+
+        Raises
+        ------
+        InputError
+            A value out of range, a material without endurance limits, blades that leave no root.
+
+        Examples
+        --------
+        >>> import efficiency
+        >>> rated = efficiency.load("fh_hypoid_9x34").rating("250 N m")
+        >>> [f"{factor:.2f}" for factor in rated.drive.safety_root]
+        ['1.48', '1.32']
+        """
+        from efficiency.geometry.design_rating import rate_design
+
+        at = {name: None if x is None else checked(name, x) for name, x in (("torque", torque), ("speed", speed))}
+        return rate_design(self.design, **at, rows=() if duty is None else duty_rows(duty, self.design))
 
     @one_thread
     def loss_map(

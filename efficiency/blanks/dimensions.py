@@ -158,15 +158,15 @@ class Placement:
     pitch_apex: tuple[float, float]  # t_z1, t_z2 [m], pitch apex beyond the crossing point
 
 
-def placement(inputs: PairBlankInput, cones: PitchCones) -> Placement:
+def placement(shaft_angle: float, hypoid_offset: float, cones: PitchCones) -> Placement:
     """Offset angles and apexes of the pitch cones."""
     d_1, d_2 = cones.pitch_angle_1, cones.pitch_angle_2
-    excess = inputs.shaft_angle - 0.5 * pi
+    excess = shaft_angle - 0.5 * pi
     reach = cones.mean_diameter_2 + cones.mean_diameter_1 * cos(d_2) / cos(d_1)
-    if 2.0 * abs(inputs.hypoid_offset) >= reach:
-        raise too_large(inputs.hypoid_offset, 0.5 * reach)
-    zeta_m = asin(2.0 * inputs.hypoid_offset / reach)
-    zeta_mp = asin(sin(zeta_m) * sin(inputs.shaft_angle) / cos(d_1))
+    if 2.0 * abs(hypoid_offset) >= reach:
+        raise too_large(hypoid_offset, 0.5 * reach)
+    zeta_m = asin(2.0 * hypoid_offset / reach)
+    zeta_mp = asin(sin(zeta_m) * sin(shaft_angle) / cos(d_1))
     point_2 = 0.5 * cones.mean_diameter_1 * sin(d_2) / cos(d_1) - 0.5 * cos(zeta_m) * tan(excess) * reach
     point_1 = 0.5 * cones.mean_diameter_2 * cos(zeta_m) * cos(excess) - point_2 * sin(excess)
     return Placement(

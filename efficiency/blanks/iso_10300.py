@@ -131,16 +131,14 @@ class RatingLoad(InputModel):
     hours: Hours
 
 
-class RatingInput(InputModel):
-    """Table `rating` of a blank file: what the load capacity after ISO 10300 needs besides the blank.
+class RatingFactors(InputModel):
+    """Table `rating` of a design file: what the load capacity after ISO 10300 needs besides the design.
 
     `cantilevered`: members without bearings on both sides. `pattern_verified`: how the contact pattern is checked, of
     each pair under full or light load, or of a sample. With `pitch_deviation_gear` the dynamic and transverse load
     factors are of Method B, else of Method C with the accuracy grade of ISO 17485.
     """
 
-    torque: Torque
-    speed: Speed
     application_factor: Annotated[float, ValueRange("", ge=1.0, le=5.0)] = 1.0
     dynamic_factor: Annotated[float, ValueRange("", ge=1.0, le=5.0)] | None = None
     pitch_deviation_gear: Annotated[float, ValueRange("m", ge=0.0, le=5e-4)] | None = None
@@ -148,15 +146,59 @@ class RatingInput(InputModel):
     cantilevered: Literal["neither", "one", "both"] = "one"
     pattern_verified: Literal["full_load", "light_load", "sample"] = "light_load"
     profile_crowning: Literal["low", "high"] = "low"
+    root_rz: Rz = ROOT_ROUGHNESS
+    life: Hours | None = None
+    loads: tuple[RatingLoad, ...] = ()
+
+
+class RatingInput(RatingFactors):
+    """Table `rating` of a blank file: load, blades, material and oil as well."""
+
+    torque: Torque
+    speed: Speed
     edge_radius_pinion: Annotated[float, ValueRange("m", gt=0.0, le=0.02)]
     edge_radius_gear: Annotated[float, ValueRange("m", gt=0.0, le=0.02)]
     contact_endurance: Stress = 1.5e9
     bending_endurance: Stress = 480e6
     viscosity_kinematic_40: Annotated[float, ValueRange("m^2/s", gt=0.0, le=1e-2)] = 150e-6
     flank_rz: Rz = 8e-6
-    root_rz: Rz = ROOT_ROUGHNESS
-    life: Hours | None = None
-    loads: tuple[RatingLoad, ...] = ()
+
+
+@dataclass(frozen=True)
+class RatedMember:
+    """What the rating needs of one member; names and units of `MemberBlank`."""
+
+    teeth: int
+    pitch_angle: float
+    mean_cone_distance: float
+    mean_diameter: float
+    outer_diameter: float
+    mean_spiral_angle: float
+    mean_addendum: float
+    mean_whole_depth: float
+    thickness_coefficient: float
+
+
+@dataclass(frozen=True)
+class RatedPair:
+    """What the rating needs of a pair; names and units of `PairBlank`, which has it as well."""
+
+    pinion: RatedMember
+    gear: RatedMember
+    ratio: float
+    hypoid_offset: float
+    cutter_radius: float
+    module_normal: float
+    offset_angle: float
+    offset_angle_pitch_plane: float
+    pressure_angle_drive: float
+    pressure_angle_coast: float
+    effective_pressure_angle_drive: float
+    effective_pressure_angle_coast: float
+    profile_shift: float
+    dedendum_factor: float
+    virtual_drive: VirtualGears
+    virtual_coast: VirtualGears
 
 
 @dataclass(frozen=True)
@@ -221,7 +263,7 @@ def _cycles(curve: Curve, ratio: float) -> float:
     return math.exp(float(np.interp(math.log(ratio), factors, cycles)))
 
 
-def rate_flank(pair: PairBlank, inputs: RatingInput, side: Side) -> FlankRating:
+def rate_flank(pair: PairBlank | RatedPair, inputs: RatingInput, side: Side) -> FlankRating:
     """Load capacity of the flanks of one side at the torque of the inputs, and over their spectrum.
 
     The same torque is taken for both sides; for the coast side it turns the other way.
@@ -303,7 +345,7 @@ class _Loaded:
 class _Flank:
     """What of the rating of one flank does not depend on the torque, and the stresses of a torque."""
 
-    def __init__(self, pair: PairBlank, inputs: RatingInput, side: Side) -> None:
+    def __init__(self, pair: PairBlank | RatedPair, inputs: RatingInput, side: Side) -> None:
         self.pair, self.inputs = pair, inputs
         drive = side == "drive"
         self.virtual: VirtualGears = pair.virtual_drive if drive else pair.virtual_coast
@@ -506,7 +548,7 @@ class _Flank:
         return shape, notch, (1.2 + 0.13 * slender) * notch ** (1.0 / (1.21 + 2.3 / slender))
 
 
-def _curvature_factor(pair: PairBlank) -> float:
+def _curvature_factor(pair: PairBlank | RatedPair) -> float:
     """K_F0 (33) to (35)."""
     spiral, cone = pair.gear.mean_spiral_angle, pair.gear.mean_cone_distance
     if spiral < 1e-3 or pair.cutter_radius > cone:

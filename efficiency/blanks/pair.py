@@ -71,7 +71,7 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
     if isinstance(inputs, Path | str):
         inputs = load_blank(inputs)
     cones = pitch_cones(inputs)
-    place = dimensions.placement(inputs, cones)
+    place = dimensions.placement(inputs.shaft_angle, inputs.hypoid_offset, cones)
     alpha_lim, alphas = _pressure_angles(inputs, cones, place)
     alpha_n = 0.5 * sum(alphas)
 

@@ -262,11 +262,11 @@ class PairBlank(Reportable):
             ),
         ]
         if self.rating_drive and self.rating_coast:
-            tables += _rating_tables({"drive": self.rating_drive, "coast": self.rating_coast})
+            tables += rating_tables({"drive": self.rating_drive, "coast": self.rating_coast})
         return [Section("", [Head(title), *tables])]
 
 
-def _rating_tables(flanks: dict[str, FlankRating]) -> list[Item]:
+def rating_tables(flanks: dict[str, FlankRating], notes: Sequence[str] = ()) -> list[Item]:
     """The rating sheet: what both members have in common, and what each has."""
     shared = [f.name for f in fields(FlankRating) if f.type == "float"]
     members = {
@@ -294,7 +294,7 @@ def _rating_tables(flanks: dict[str, FlankRating]) -> list[Item]:
             name="rating",
             vertical=True,
         ),
-        Table(["side", "member", *_columns(own)], rows, "stresses and safety", [note], "safety", vertical=True),
+        Table(["side", "member", *_columns(own)], rows, "stresses and safety", [*notes, note], "safety", vertical=True),
     ]
 
 

@@ -49,6 +49,10 @@ def gear(
     bulk: BulkOption = None,
     uncertainty: UncertaintyOption = False,
     strength: Annotated[bool, advanced("--strength", help="With --json: include the strength of the teeth.")] = False,
+    rating: Annotated[
+        bool, advanced("--rating", help="Only the load capacity after ISO 10300: stresses, S_H and S_F of both flanks.")
+    ] = False,
+    spectrum: Annotated[Path | None, advanced(help="With --rating: duty cycle (CSV, XLSX) as load spectrum.")] = None,
     load_from: LoadFromOption = None,
     save_load: SaveLoadOption = None,
 ) -> None:
@@ -56,6 +60,14 @@ def gear(
     shared.check_files(files)
     pair = _pair(design, misalignment)
     _refuse_lists(conditions)
+    if rating:
+        others = {name: x for name, x in conditions.items() if name not in ("torque", "speed")}
+        others |= {"friction": friction, "bulk": bulk, "uncertainty": uncertainty, "strength": strength}
+        shared.refuse("--rating", others | {"load_from": load_from, "save_load": save_load} | misalignment)
+        at = {name: conditions[name] for name in ("torque", "speed") if name in conditions}
+        shared.present(pair.rating(**at, duty=spectrum), json_output, **files)
+        return
+    shared.refuse("a computation without --rating", {"spectrum": spectrum})
     if load_from is not None:
         shared.refuse("--load-from", {"bulk": bulk, "uncertainty": uncertainty})
     conditions |= given({"bulk": bulk})

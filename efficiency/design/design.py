@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 import numpy as np
 from pydantic import AliasChoices, Field, model_validator
 
+from efficiency.blanks.iso_10300 import RatingFactors
 from efficiency.contact.assembly import Assembly, DisplacedAxes
 from efficiency.contact.gear_flanks import MEMBERS, GearFlanks, Member
 from efficiency.contact.relief import MemberRelief, PairRelief
@@ -325,6 +326,7 @@ class Design(PairDesign):
     cooling: CoolingInput = CoolingInput()  # lubrication of the teeth
     surface: FlankSurfaceInput = FlankSurfaceInput()  # texture of the flanks
     uncertainty: UncertaintyInput = UncertaintyInput()  # spreads in place of those of the oil card and the defaults
+    rating: RatingFactors = RatingFactors()  # factors, life and load spectrum of the load capacity after ISO 10300
 
     @model_validator(mode="after")
     def _pair(self) -> Self:

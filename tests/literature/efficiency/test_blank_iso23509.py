@@ -15,17 +15,21 @@ import numpy as np
 import pytest
 from refusals import refuses
 
+import efficiency
 from efficiency.blanks.dimensions import FaceAndRoot, Placement
 from efficiency.blanks.inputs import DepthTypeOne, load_blank
-from efficiency.blanks.iso_10300 import FlankRating, RatingInput
+from efficiency.blanks.iso_10300 import FlankRating, RatingInput, rate_flank
 from efficiency.blanks.lengthwise import Trace
 from efficiency.blanks.pair import pair_blank
 from efficiency.blanks.pair_blank import PairBlank
 from efficiency.blanks.slots import SlotGeometry, slots_and_lands
 from efficiency.blanks.tangency import PitchCones
+from efficiency.conditions.duty import DutyRow
 from efficiency.contact.gear_flanks import GearFlanks
 from efficiency.contact.tooth_grid import gear_thickness
 from efficiency.cutting.limits import flank_limits
+from efficiency.design.design import load_design
+from efficiency.geometry.design_rating import rated_pair
 from efficiency.machine_settings.gear import cut_gear, pair_dimensions
 from ehl.common.data import data_path
 from ehl.common.validation import validate
@@ -409,6 +413,31 @@ def test_load_capacity_of_the_technical_report(name: str) -> None:
         value = np.atleast_1d(getattr(rated, quantity))
         # the report rounds: its K_v of sample 1, 1.020, is 0.3 % above ours, and its stresses follow
         assert value == pytest.approx(printed, rel=3e-3), quantity
+
+
+@pytest.mark.parametrize(("design", "name"), [("fh_hypoid_9x34", "iso23509_f4"), ("fm_hypoid_13x42", "iso23509_f3")])
+def test_load_capacity_of_a_design_is_that_of_its_blank(design: str, name: str) -> None:
+    """The flanks give spiral and pressure angles within 0.25 deg of the blank, and its thicknesses within 1 %."""
+    inputs, geometry = load_blank(name).rating, rated_pair(load_design(design))
+    assert inputs is not None
+    for quantity, printed in RATED[name].items():
+        value = np.atleast_1d(getattr(rate_flank(geometry, inputs, "drive"), quantity))
+        assert value == pytest.approx(printed, rel=1.3e-2), quantity
+
+
+def test_rating_of_a_design_with_a_duty_cycle() -> None:
+    pair = efficiency.load("fh_hypoid_9x34")
+    drive, coast = DutyRow(300.0, 300.0, 363.0, 100.0), DutyRow(-100.0, 200.0, 363.0, 10.0)
+    rated, alone = pair.rating("300 N m", duty=[drive, coast]), pair.rating("300 N m")
+    assert alone.drive.spectrum is None
+    assert rated.drive.safety_root == alone.drive.safety_root
+    assert rated.drive.spectrum.damage_pitting[0] > 1.0 > rated.coast.spectrum.damage_pitting[0]
+    assert len(alone.notes) == 2
+    assert json.dumps(alone.to_dict(), allow_nan=False)
+    with refuses("torque"):
+        pair.rating("-5 N m")
+    with refuses("design"):
+        efficiency.load("eaxle_helical_23x75").rating()
 
 
 def test_rating_is_continuous_towards_straight_teeth_and_refuses_a_root_without_thickness() -> None:

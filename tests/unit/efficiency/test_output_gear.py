@@ -1,6 +1,7 @@
 """What a gear run leaves behind: fields over the flank, figures, page, workbook, CSV, each against the result."""
 
 import csv
+import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -358,3 +359,12 @@ def test_a_load_from_a_file_has_no_uncertainty(mixed_ehl: Callable[..., Any]) ->
     outcome = mixed_ehl("gear", "fm_spiral_bevel_14x39", "--load-from", "load.csv", "--uncertainty")
     assert outcome.code == 2
     assert "--uncertainty" in outcome.err
+
+
+def test_rating_sheet_of_a_design(mixed_ehl: Callable[..., Any], tmp_path: Path) -> None:
+    outcome = mixed_ehl("gear", "fh_hypoid_9x34", "--rating", "--torque", "200 N m", "--json")
+    rated = json.loads(outcome.out)
+    assert rated["inputs"]["torque"] == 200.0
+    assert min(rated[side]["safety_root"][member] for side in ("drive", "coast") for member in (0, 1)) > 1.0
+    for arguments in (("--rating", "--side", "coast"), ("--rating", "--E", "0.1 mm"), ("--spectrum", "duty.csv")):
+        assert mixed_ehl("gear", "fh_hypoid_9x34", *arguments).code == 2
