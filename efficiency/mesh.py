@@ -6,7 +6,8 @@ Each stage is computed once: another torque requires only its load, another spee
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+import time
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Unpack
@@ -37,11 +38,10 @@ from efficiency.contact.gear_flanks import MEMBERS, Side
 from efficiency.design.design import Design, MemberInput, PairDesign, kept_of_design
 from efficiency.loss.closed_form import PitchGeometry
 from efficiency.loss.compare import Comparison, compare_models
-from efficiency.loss.efficiency import solve_balanced
+from efficiency.loss.efficiency import balanced_efficiency, solve_friction
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import Axis, Operation, loaded_points
-from efficiency.loss.lubrication import LUBRICATION_FACTORS, warm_operation
-from efficiency.loss.uncertainty import stand_in
+from efficiency.loss.lubrication import LUBRICATION_FACTORS, warming
 from efficiency.ltca.external_load import read_load, write_load
 from efficiency.ltca.limits import edge_load
 from efficiency.ltca.load_distribution import ElasticPosition, TeethElasticity, elastic_cycle
@@ -56,8 +56,8 @@ from ehl.common.progress import ProgressCallback
 from ehl.common.threads import one_thread
 from ehl.state import ContactState
 from regression.formula import shipped_formulas
+from regression.friction.joint import Request, Run
 from regression.friction.models import COLEMAN_FRICTION, FrictionModel
-from regression.friction.uncertainty import friction_of
 
 POSITIONS, POINTS_PER_LINE = 24, 31
 # models of a comparison in addition to the formulas shipped for the oil
@@ -276,9 +276,10 @@ class Mesh:
         axes, held = split_axes(conditions, AXES[len(GEOMETRY_AXES) :])
         model = resolve_friction(friction, self.design, conditions.get("oil"))
 
-        def at(condition: Condition) -> EfficiencyResult:
-            here: dict[str, Any] = {**held, **condition}
-            return self.load(here.pop("torque", None)).efficiency(model, many=True, **here)
+        def at(conditions: Sequence[Condition]) -> list[EfficiencyResult]:
+            every: list[dict[str, Any]] = [{**held, **condition} for condition in conditions]
+            [loaded, *_] = [self.load(here.pop("torque", None)) for here in every]
+            return loaded.efficiencies(model, every)
 
         return Evaluator(at, progress, strength, interval).grid(axes, every_point=every_point)
 
@@ -393,10 +394,36 @@ class LoadedMesh:
         InputError
             An invalid value.
         """
-        model, at = resolve_friction(friction, self.design, conditions.get("oil")), self._conditions(conditions)
-        operation = at.operation if at.bulk == "oil" else self._warm(model, at, many=many)
-        result = solve_balanced(self.grids, model, at.oil, operation, at.load_balance, many=many)
-        return replace(result, case=replace(result.case, mesh=self))
+        return self.efficiencies(friction, [conditions], many=many)[0]
+
+    @one_thread
+    def efficiencies(
+        self, friction: Friction | None, conditions: Sequence[Mapping[str, Any]], *, many: bool = True
+    ) -> list[EfficiencyResult]:
+        """Efficiency at several conditions with the same oil; their friction is evaluated together.
+
+        Parameters
+        ----------
+        friction : FrictionModel or str, optional
+            As in `efficiency`.
+        conditions : sequence of mapping
+            Keywords of `efficiency`.
+        many : bool
+            As in `efficiency`.
+        """
+        model, places = self._friction_model(friction, conditions[0]), [self._conditions(here) for here in conditions]
+        clock = time.perf_counter()
+
+        def run(at: Conditions) -> Run[EfficiencyResult]:
+            operation = at.operation if at.bulk == "oil" else (yield from self._warm(model, at, many=many))
+            return (yield from balanced_efficiency(self.grids, model, at.oil, operation, at.load_balance, many=many))
+
+        found = solve_friction([run(at) for at in places], model, places[0].oil)
+        seconds = (time.perf_counter() - clock) / len(found)
+        return [replace(result, seconds=seconds, case=replace(result.case, mesh=self)) for result in found]
+
+    def _friction_model(self, friction: Friction | None, conditions: Mapping[str, Any]) -> FrictionModel:
+        return resolve_friction(friction, self.design, conditions.get("oil"))
 
     @one_thread
     def compare(self, frictions: Iterable[Friction] | None = None, **conditions: Unpack[ConditionValues]) -> Comparison:
@@ -417,7 +444,9 @@ class LoadedMesh:
         names = (*shipped_formulas(at.oil.name), *DEFAULT_MODELS) if frictions is None else frictions
         models = [resolve_friction(friction, self.design) for friction in names]
         # the same bulk temperature for all models
-        operation = at.operation if at.bulk == "oil" else self._warm(models[0], at)
+        operation = at.operation
+        if at.bulk != "oil":
+            [operation] = solve_friction([self._warm(models[0], at)], models[0], at.oil)
         return compare_models(self.grids, models, at.oil, operation, self.mesh.pitch, at.load_balance)
 
     @one_thread
@@ -488,14 +517,13 @@ class LoadedMesh:
             raise InputError("load_balance", "frictional", allowed)
         return replace(at, load_balance="frictionless")
 
-    def _warm(self, model: FrictionModel, at: Conditions, *, many: bool = False) -> Operation:
+    def _warm(self, model: FrictionModel, at: Conditions, *, many: bool = False) -> Run[Operation]:
         """The operation with bulk temperatures from the loss of the normal forces.
 
         For many operating points friction is computed at a quarter of the contact points; this changes the rise by less
         than 1 %.
         """
-        operation, oil = at.operation, at.oil
-        formula = stand_in(model, oil)[0] if model.solves_contacts else model
+        operation = at.operation
         load, modulus = self.grids.thermal, self.grids.mesh.teeth.effective_modulus
         smooth: dict[str, Any] = dict.fromkeys(("roughness_rms_pinion", "roughness_rms_gear"), 0.0)
         rough = not getattr(model, "smooth", False)
@@ -504,16 +532,19 @@ class LoadedMesh:
         sliding = points.force * points.speed_sliding
         power = sliding[some] * (sliding.sum() / max(sliding[some].sum(), 1e-300) / len(load.positions))
         state = ContactState(**{f.name: getattr(points.state, f.name)[some] for f in fields(ContactState)})
-
-        def loss(at: Operation) -> float:
-            oil_in, bulk_1, bulk_2 = (np.full_like(power, value) for value in (at.inlet, *at.bulk))
-            warm = replace(state, temperature_oil=oil_in, temperature_bulk_1=bulk_1, temperature_bulk_2=bulk_2)
-            mu = friction_of(formula, warm, oil)
-            return float(np.sum(np.where(np.isfinite(mu), mu, COLEMAN_FRICTION) * power))
-
         pitch, design = self.mesh.pitch, self.design
         size = pitch.radius_pinion + pitch.radius_gear, design.common_face_width
-        return warm_operation(loss, operation, size, LUBRICATION_FACTORS[design.cooling.lubrication])
+        run = warming(operation, size, LUBRICATION_FACTORS[design.cooling.lubrication])
+        trial = next(run)
+        while True:
+            oil_in, bulk_1, bulk_2 = (np.full_like(power, value) for value in (trial.inlet, *trial.bulk))
+            warm = replace(state, temperature_oil=oil_in, temperature_bulk_1=bulk_1, temperature_bulk_2=bulk_2)
+            mu = (yield Request(warm))[1].mu
+            try:
+                trial = run.send(float(np.sum(np.where(np.isfinite(mu), mu, COLEMAN_FRICTION) * power)))
+            except StopIteration as end:
+                found: Operation = end.value
+                return found
 
     def __repr__(self) -> str:
         load = self.grids.fine

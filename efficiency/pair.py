@@ -205,12 +205,19 @@ class GearPair:
         **condition : float or str
             `side`, `torque`, misalignments, and the conditions of `LoadedMesh.efficiency`.
         """
-        here: dict[str, Any] = dict(condition)
-        placed = {name: here.pop(name) for name in ("side", *MISALIGNMENTS) if name in here}
+        return self._at_each(friction, [condition], grid, many=many)[0]
+
+    def _at_each(
+        self, friction: Friction | None, conditions: Sequence[Mapping[str, Any]], grid: Any, *, many: bool = True
+    ) -> list[EfficiencyResult]:
+        """Efficiencies at conditions that have geometry, torque and oil in common."""
+        apart = ("side", *MISALIGNMENTS, "torque")
+        every = [{name: value for name, value in here.items() if name not in apart} for here in conditions]
+        placed = {name: conditions[0][name] for name in apart[:-1] if name in conditions[0]}
         # an invalid name is rejected before the computation
-        friction = resolve_friction(friction, self.design, here.get("oil"))
+        friction = resolve_friction(friction, self.design, conditions[0].get("oil"))
         mesh = self.mesh(placed.pop("side", "drive"), *(grid or ()), **placed)
-        return mesh.load(here.pop("torque", None)).efficiency(friction, many=many, **here)
+        return mesh.load(conditions[0].get("torque")).efficiencies(friction, every, many=many)
 
     def _evaluator(
         self,
@@ -226,8 +233,8 @@ class GearPair:
         model = resolve_friction(friction, self.design, held.get("oil"))
         oil = held.get("oil", self.design.operation.oil)
 
-        def at(condition: Condition) -> EfficiencyResult:
-            return self.at(model, grid=grid, many=True, **{**held, **condition})
+        def at(conditions: Sequence[Condition]) -> list[EfficiencyResult]:
+            return self._at_each(model, [{**held, **condition} for condition in conditions], grid)
 
         about = {"design": self.name, "friction_model": model.name, "oil": getattr(oil, "name", oil)}
         return Evaluator(at, progress, strength, interval), about
@@ -280,10 +287,9 @@ class GearPair:
         if "design" in axes:
             axes["design"] = pairs
 
-        def at(condition: Condition) -> EfficiencyResult:
-            here = dict(condition)
-            pair: GearPair = here.pop("design", pairs[0])
-            return evaluators[pair.name].at(here)
+        def at(conditions: Sequence[Condition]) -> Sequence[EfficiencyResult]:
+            pair: GearPair = conditions[0].get("design", pairs[0])
+            return evaluators[pair.name].at([{n: v for n, v in here.items() if n != "design"} for here in conditions])
 
         return Evaluator(at, progress, strength, interval).grid(axes)
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import dataclass
+from functools import cache
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
@@ -12,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import PrivateAttr
 
-from ehl.common.data import data_names
+from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, same_name
 from ehl.common.pages import Reportable
 from ehl.common.progress import report_progress
@@ -408,9 +410,14 @@ def published() -> pd.DataFrame:
 def shipped_formulas(oil: str | None = None) -> tuple[str, ...]:
     """Names of the shipped fitted formulas: all, or those of one oil only."""
     names = data_names("formulas", ".json")
-    if oil is None:
-        return names
-    return tuple(name for name in names if {oil} == {o.name for o in Formula.load(name).oils})
+    return names if oil is None else tuple(name for name in names if _oils_of_formula(name) == {oil})
+
+
+@cache
+def _oils_of_formula(name: str) -> set[str]:
+    """Names of the oils of a shipped formula."""
+    content = json.loads(data_path("formulas", f"{name}.json").read_text(encoding="utf-8"))
+    return {oil["name"] for oil in content["oils"]}
 
 
 def friction_model_choices() -> str:

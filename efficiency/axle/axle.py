@@ -369,8 +369,8 @@ class Axle:
         if row.torque * row.speed == 0.0:
             return _MeshLoss()
 
-        def at(condition: Condition) -> EfficiencyResult:
-            return self.pair.at(friction, grid=self._grid, many=many, **condition)
+        def at(conditions: Sequence[Condition]) -> list[EfficiencyResult]:
+            return [self.pair.at(friction, grid=self._grid, many=many, **condition) for condition in conditions]
 
         [point] = Evaluator(at).points([row.condition])
         model = point.result.friction_model if point.result is not None else ""

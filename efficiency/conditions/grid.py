@@ -44,6 +44,8 @@ SAFETY = 3.0
 # largest difference of ln(loss) for which a map is interpolated, unless it is within the numerical error
 WORST = 2e-3
 _SMOOTH = ("power_loss", "power_loss_rolling")
+# points whose friction is evaluated together: more are not faster (ours)
+_TOGETHER = 12
 # piecewise linear figures; figures of edges, which begin to carry at some torque, are not interpolated
 _LINEAR = ("pressure_hertz_max", "outside_range_share", "transmission_error_loaded")
 
@@ -289,29 +291,40 @@ class Grid(Tabular, PointsResult):
 class Evaluator:
     """Efficiency at many conditions; geometry and load are computed once each for any order of the conditions.
 
-    at: efficiency at a condition by names of `AXES`; it keeps geometry and load of the last conditions.
+    at: efficiencies at conditions by names of `AXES` that have geometry, torque and oil in common.
     progress: called with a `Progress` after each point.
     strength: add grades and safety factors: 0.1 s a point.
     interval: add the interval of the efficiency from uncertain inputs.
     """
 
-    at: Callable[[Condition], EfficiencyResult]
+    at: Callable[[Sequence[Condition]], Sequence[EfficiencyResult]]
     progress: ProgressCallback | None = None
     strength: bool = False
     interval: bool = False
 
     def points(self, conditions: Sequence[Condition]) -> list[GridPoint]:
         """Points in the given order; a failed condition becomes a point with its reason."""
-        points = []
+        points: list[GridPoint] = []
         with progress_to(self.progress):
-            for done, condition in enumerate(conditions, 1):
-                points.append(self._point(condition))
-                report_progress("points", done, len(conditions))
+            for _, some in itertools.groupby(conditions, _shared):
+                waiting = list(some)
+                while waiting:
+                    points += self._points(waiting[:_TOGETHER])
+                    waiting = waiting[_TOGETHER:]
+                    report_progress("points", len(points), len(conditions))
         return points
 
-    def _point(self, condition: Condition) -> GridPoint:
+    def _points(self, conditions: Sequence[Condition]) -> list[GridPoint]:
         try:
-            result = self.at(condition)
+            results = self.at(conditions)
+        except ConvergenceError as error:
+            if len(conditions) > 1:  # each by itself: others may converge
+                return [point for condition in conditions for point in self._points([condition])]
+            return [GridPoint(dict(conditions[0]), None, error.reason, error.detail)]
+        return list(map(self._point, conditions, results))
+
+    def _point(self, condition: Condition, result: EfficiencyResult) -> GridPoint:
+        try:
             more: dict[str, str | float] = {}
             if self.interval:
                 more |= {"efficiency_lower": result.efficiency_lower, "efficiency_upper": result.efficiency_upper}
@@ -369,6 +382,11 @@ class Evaluator:
         cost = [list(axes).index(name) for name in AXES if name in axes]
         order = sorted(places, key=lambda place: [place[axis] for axis in cost])
         return dict(zip(order, self.points([_at(axes, place) for place in order]), strict=True))
+
+
+def _shared(condition: Condition) -> list[Any]:
+    """The part of a condition that points of one evaluation have in common: geometry, torque and oil."""
+    return [condition.get(name) for name in AXES[: AXES.index("oil") + 1]]
 
 
 def _at(axes: Axes, place: Place) -> dict[str, Any]:

@@ -9,8 +9,9 @@ distribution is used for all, and the loss is linear in a constant friction coef
 
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import asdict, astuple, replace
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,7 @@ from efficiency.loss.friction_equilibrium import balance_error, balance_friction
 from efficiency.loss.kinematics import LoadedPoints, Operation, loaded_points
 from efficiency.loss.lubrication import SolvedFriction, local_lubrication
 from efficiency.loss.power_loss import efficiency_of, position_losses, rolling_losses
+from efficiency.loss.uncertainty import stand_in
 from efficiency.ltca.limits import edges_yield, points_above_hardness
 from efficiency.ltca.load_distribution import LoadDistribution
 from efficiency.ltca.mesh_grids import LoadedGrids as LoadedGrids
@@ -43,10 +45,11 @@ from ehl.common.errors import ConvergenceError
 from ehl.common.quantities import quantity
 from ehl.fluid.oil import Oil
 from regression.formula import Formula
-from regression.friction.conditions import Conditions, conditions_of
+from regression.friction.joint import Request, Run, solve_together
 from regression.friction.models import ConstantFriction, FrictionEstimate, FrictionFlag, FrictionModel
 from regression.friction.published_registry import PUBLISHED, model_label
 
+T = TypeVar("T")
 SHAFTS = "shafts, bearings and gear-body deformation outside the tooth model"
 SKIPPED = (SHAFTS, "churning, windage and bearing losses")
 FRICTIONLESS = "friction in the torque balance"
@@ -74,6 +77,12 @@ RANGES = (
 )
 
 
+def solve_friction(runs: Sequence[Run[T]], friction: FrictionModel, oil: Oil) -> list[T]:
+    """Results of runs with the same friction model and oil; the points of all are evaluated together."""
+    formula = stand_in(friction, oil)[0] if friction.solves_contacts else friction
+    return solve_together(runs, friction, oil, formula)
+
+
 def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, operation: Operation) -> EfficiencyResult:
     """Friction, power loss and efficiency of a loaded mesh.
 
@@ -84,13 +93,19 @@ def mesh_efficiency(loaded: LoadedGrids, friction: FrictionModel, oil: Oil, oper
     or if the friction model has no value at a loaded point. Then efficiency and loss are nan, while load and pressure
     are those of elastic teeth.
     """
+    return solve_friction([_mesh_efficiency(loaded, friction, oil, operation)], friction, oil)[0]
+
+
+def _mesh_efficiency(
+    loaded: LoadedGrids, friction: FrictionModel, oil: Oil, operation: Operation
+) -> Run[EfficiencyResult]:
     clock = time.perf_counter()
     mesh, count = loaded.mesh, len(loaded.mesh.fine)
     modulus = mesh.teeth.effective_modulus
     fine = loaded_points(loaded.fine, modulus, operation)
     coarse = loaded_points(loaded.coarse, modulus, operation)
-    table = conditions_of(fine.state, oil)
-    estimate, estimate_coarse = _friction(friction, loaded, fine, coarse, oil, table)
+    table, estimate = yield Request(fine.state, whole=True)
+    estimate_coarse = yield from _on_coarse(friction, estimate, loaded, fine, coarse)
     load, moved, moved_coarse = loaded.fine, 0.0, 0.0
     if loaded.balance is not None and isinstance(load, TangentLoad) and isinstance(loaded.coarse, TangentLoad):
         load, moved = closed(load, estimate.mu, loaded.balance.way)
@@ -216,10 +231,24 @@ def solve_balanced(
     many: for one of many points, such as of a map: faster, with a larger stated error of the balance.
     Returns: status ``failed``, reason ``self_locking`` and an efficiency of nan if friction exceeds the torque.
     """
+    run = balanced_efficiency(loaded, friction, oil, operation, load_balance, many=many)
+    return solve_friction([run], friction, oil)[0]
+
+
+def balanced_efficiency(
+    loaded: LoadedGrids,
+    friction: FrictionModel,
+    oil: Oil,
+    operation: Operation,
+    load_balance: LoadBalance = "frictional",
+    *,
+    many: bool = False,
+) -> Run[EfficiencyResult]:
+    """`solve_balanced` as a run of `solve_friction`."""
     if load_balance == "frictionless" or loaded.coarse.reason:
-        return mesh_efficiency(loaded, friction, oil, operation)
+        return (yield from _mesh_efficiency(loaded, friction, oil, operation))
     try:
-        balanced = balance_friction(loaded, friction, oil, operation, many=many)
+        balanced = yield from balance_friction(loaded, operation, many=many)
     except ConvergenceError as error:
         reason = cast("Reason", error.reason)
         without = mesh_efficiency(loaded, ConstantFriction(0.0), oil, operation)
@@ -234,23 +263,22 @@ def solve_balanced(
             case=replace(without.case, model=friction),
             **_UNKNOWN,
         )
-    return mesh_efficiency(balanced, friction, oil, operation)
+    return (yield from _mesh_efficiency(balanced, friction, oil, operation))
 
 
-def _friction(
-    model: FrictionModel, loaded: LoadedGrids, fine: LoadedPoints, coarse: LoadedPoints, oil: Oil, table: Conditions
-) -> tuple[FrictionEstimate, FrictionEstimate]:
-    """Friction on both grids; solved contacts of the fine grid are interpolated to the coarse grid.
+def _on_coarse(
+    model: FrictionModel, estimate: FrictionEstimate, loaded: LoadedGrids, fine: LoadedPoints, coarse: LoadedPoints
+) -> Run[FrictionEstimate]:
+    """Friction on the coarse grid, that of solved contacts from the fine grid.
 
     The coarse grid serves only the error estimate, so it needs no interval and no check of the range.
     """
-    estimate = model.evaluate(table, oil)
     if model.solves_contacts:
         mu, without = _values_on_lines(estimate.mu, (loaded.fine, fine), (loaded.coarse, coarse)), "NOT_CONVERGED"
     else:
-        mu, without = model.coefficient(conditions_of(coarse.state, oil), oil), "UNDEFINED"
+        mu, without = (yield Request(coarse.state))[1].mu, "UNDEFINED"
     flag = np.where(np.isfinite(mu), FrictionFlag.OK, FrictionFlag[without]).astype(np.int8)
-    return estimate, FrictionEstimate(mu, mu, mu, flag)
+    return FrictionEstimate(mu, mu, mu, flag)
 
 
 def _reason(loaded: LoadedGrids, *frictions: FrictionEstimate) -> Reason:

@@ -10,14 +10,12 @@ import math
 import numpy as np
 
 from efficiency.loss.kinematics import Operation, loaded_points
-from efficiency.loss.uncertainty import stand_in
 from efficiency.ltca.mesh_grids import FrictionBalance, LoadedGrids
 from efficiency.ltca.tangent_load import MANY, ONE, TangentLoad
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
-from ehl.fluid.oil import Oil
-from regression.friction.models import COLEMAN_FRICTION, FrictionModel
-from regression.friction.uncertainty import friction_of
+from regression.friction.joint import Request, Run
+from regression.friction.models import COLEMAN_FRICTION
 
 ROUNDS = 40
 # stated error of the efficiency that requires another round, for one point and for one of many
@@ -29,16 +27,12 @@ EXPECTED, BOUND = 0.1, 0.7
 TANGENT = 0.3
 
 
-def balance_friction(
-    loaded: LoadedGrids, friction: FrictionModel, oil: Oil, operation: Operation, *, many: bool = False
-) -> LoadedGrids:
+def balance_friction(loaded: LoadedGrids, operation: Operation, *, many: bool = False) -> Run[LoadedGrids]:
     """Load over the cycle with normal and friction forces that carry the pinion torque together.
 
     For a model with solved contacts the forces are those of a formula of the same oil; the contacts are solved once.
 
     loaded: the mesh under that torque without friction, with the axes of both members.
-    friction: friction model, evaluated in each round.
-    oil: oil card.
     operation: speed, oil temperature, roughness.
     many: for one of many points: fewer solutions of the load are shared by all points, and friction is evaluated on the
         coarse grid; the stated error is larger.
@@ -47,7 +41,6 @@ def balance_friction(
     Raises `ConvergenceError`: ``self_locking`` if friction exceeds the torque, ``load_balance_limit`` if the iteration
         does not converge.
     """
-    model = stand_in(friction, oil)[0] if friction.solves_contacts else friction
     torque, modulus = loaded.coarse.torque, loaded.mesh.teeth.effective_modulus
     # if the gear drives, all sliding velocities are reversed
     way = 1.0 if operation.driver == "pinion" else -1.0
@@ -58,7 +51,7 @@ def balance_friction(
     for rounds in range(1, ROUNDS + 1):
         load = grid.at(torque * ratio)
         points = loaded_points(load, modulus, operation)
-        mu = friction_of(model, points.state, oil)
+        mu = (yield Request(points.state))[1].mu
         # missing friction is reported with the loss
         mu = np.where(np.isfinite(mu), mu, COLEMAN_FRICTION)
         share = carried_share(load, points.force, mu, way)

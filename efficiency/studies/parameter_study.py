@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from efficiency.conditions.conditions import Friction, Values, axis_values, check_size, checked, resolve_friction
-from efficiency.conditions.grid import Condition, Evaluator, PointsResult
+from efficiency.conditions.grid import PointsResult
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import MISALIGNMENTS, Design
 from efficiency.loss.efficiency_result import EfficiencyResult, LoadBalance
@@ -414,20 +414,18 @@ def _solve(task: StudyTask) -> dict[str, list[dict[str, Any]]]:
     fixed: dict[str, Any] = {"side": task.side, "oil": task.oil, "driver": task.design.operation.driver}
     fixed |= {"load_balance": task.load_balance} | task.design.assembly.misalignment.model_dump()
 
-    def at(condition: Condition) -> EfficiencyResult:
-        return pair.at(task.friction, grid=task.grid, many=True, **fixed, **condition)
-
-    evaluator = Evaluator(at, strength=task.strength)
-    for state in task.states:
-        clock = time.perf_counter()
-        condition: dict[str, Any] = dict(zip(OPERATING, state, strict=True))
-        [found] = evaluator.points([condition])
+    clock = time.perf_counter()
+    states = [dict(zip(OPERATING, state, strict=True)) for state in task.states]
+    evaluator = replace(pair._evaluator(task.friction, task.grid, fixed)[0], strength=task.strength)
+    solved = evaluator.points(states)
+    seconds = (time.perf_counter() - clock) / len(states)
+    for condition, found in zip(states, solved, strict=True):
         point = replace(task.blank, **condition)
         if found.result is None:
             points.append(replace(point, reason=found.reason, notes=found.notes))
         else:
-            solved = with_result(replace(point, strength=found.requested), found.result)
-            points.append(replace(solved, seconds=time.perf_counter() - clock))
+            point = with_result(replace(point, strength=found.requested), found.result)
+            points.append(replace(point, seconds=seconds))
     return {"points": [asdict(point) for point in points]}
 
 

@@ -4,7 +4,7 @@ The sweep stores the same names for each case, so that fit and evaluation of a f
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import fields
+from dataclasses import fields, is_dataclass, replace
 from typing import Any, TypedDict, Unpack
 
 import numpy as np
@@ -170,16 +170,35 @@ def conditions_of(state: ContactState, oil: Oil) -> dict[str, Array]:
     """All variables of `UNITS`, and the bulk temperatures, at every contact point, in the shape of the state."""
     columns = {name: np.asarray(getattr(state, name), dtype=float) for name in STATE_UNITS}
     temperature = columns["temperature_oil"]
-    shape = temperature.shape
-    if shape and temperature.size and (temperature == temperature.flat[0]).all():
-        # evaluate the oil laws once, as they take most of the time
-        temperature = temperature.reshape(-1)[:1]
-    figures = lubricant_columns(oil.at(temperature), columns["pressure_hertz"])
+    shape, line = temperature.shape, temperature.reshape(-1)
+    # the oil laws take most of the time: they are evaluated once for equal temperatures next to each other
+    starts = np.concatenate([[0], np.flatnonzero(line[1:] != line[:-1]) + 1])
+    if not shape or 2 * starts.size > line.size:
+        lubricant = oil.at(temperature)
+    else:
+        lubricant = oil.at(line[starts])
+        if starts.size > 1:
+            lubricant = _repeated(lubricant, np.diff(starts, append=line.size), shape)
+    figures = lubricant_columns(lubricant, columns["pressure_hertz"])
     bulk = {name: np.asarray(getattr(state, name)) for name in _BULK}
     return derive(columns | {name: np.broadcast_to(value, shape) for name, value in figures.items()}) | bulk
 
 
 _BULK = ("temperature_bulk_1", "temperature_bulk_2")
+
+
+def _repeated(value: Any, counts: Array, shape: tuple[int, ...]) -> Any:
+    """A lubricant at several temperatures with every property repeated, `counts` times at each temperature."""
+    if isinstance(value, np.ndarray) and value.shape == counts.shape:
+        return np.repeat(value, counts).reshape(shape)
+    if isinstance(value, tuple):
+        return tuple(_repeated(part, counts, shape) for part in value)
+    if not is_dataclass(value) or isinstance(value, type):
+        return value
+    parts = {field.name: _repeated(getattr(value, field.name), counts, shape) for field in fields(value)}
+    film = parts.pop("_alpha_film", None)
+    found = replace(value, **parts)
+    return found if film is None else found.with_alpha_film(film)
 
 
 def state_of(conditions: Conditions) -> ContactState:

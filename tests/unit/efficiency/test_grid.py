@@ -155,10 +155,10 @@ def test_composite_roughness_is_refused(call: Any) -> None:
 def test_strength_of_a_map_and_a_point_without_a_result() -> None:
     """The grades of each point; a point that has no geometry leaves its cells empty."""
 
-    def solve(condition: Any) -> Any:
-        if condition["torque"] > 300.0:
+    def solve(conditions: Any) -> Any:
+        if any(condition["torque"] > 300.0 for condition in conditions):
             raise ConvergenceError("no_contact", "no tooth pair can touch")
-        return PAIR.at(MODEL, grid=GRID, many=True, **condition)
+        return [PAIR.at(MODEL, grid=GRID, many=True, **condition) for condition in conditions]
 
     grid = Evaluator(solve, strength=True).grid({"torque": [200.0, 400.0]})
     solved, failed = map_table(grid).records()

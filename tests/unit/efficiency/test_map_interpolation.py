@@ -84,8 +84,10 @@ def _solve(loss: Any, reason: Any = lambda torque: "") -> tuple[Any, list[float]
     """A solver of a law of the loss as a share of the power, and the torques it was called with."""
     called: list[float] = []
 
-    def solve(condition: Any) -> EfficiencyResult:
-        torque = condition["torque"]
+    def solve(conditions: Any) -> list[EfficiencyResult]:
+        return [at(condition["torque"]) for condition in conditions]
+
+    def at(torque: float) -> EfficiencyResult:
         called.append(torque)
         lost = torque * RESULT.conditions.speed * loss(torque)
         figures = {"power_loss": lost, "efficiency": 1.0 - loss(torque), "efficiency_error": 1e-9}
