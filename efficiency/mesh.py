@@ -10,12 +10,10 @@ import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from efficiency.blanks.iso_10300 import hypoid_factor
-from efficiency.blanks.tangency import limit_pressure_angle
 from efficiency.conditions.conditions import (
     AXES,
     GEOMETRY_AXES,
@@ -37,7 +35,6 @@ from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.contact.gear_flanks import MEMBERS, Side
 from efficiency.design.design import Design, MemberInput, PairDesign, kept_of_design
 from efficiency.loss.closed_form import PitchGeometry
-from efficiency.loss.compare import Comparison, compare_models
 from efficiency.loss.efficiency import balanced_efficiency, solve_friction
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import Axis, Operation, loaded_points
@@ -48,9 +45,6 @@ from efficiency.ltca.load_distribution import ElasticPosition, TeethElasticity, 
 from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids, both_cycles, load_grids
 from efficiency.ltca.shaft_deflection import solve_deflection
 from efficiency.ltca.solid_tooth import SolidTooth, elastic_teeth
-from efficiency.strength.rating import LocalConditions, rate_strength, scuffing_temperature
-from efficiency.strength.result import Strength
-from efficiency.strength.root_stress import RootTooth, root_tooth
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.progress import ProgressCallback
 from ehl.common.threads import one_thread
@@ -58,6 +52,11 @@ from ehl.state import ContactState
 from regression.formula import shipped_formulas
 from regression.friction.joint import Request, Run
 from regression.friction.models import COLEMAN_FRICTION, FrictionModel
+
+if TYPE_CHECKING:
+    from efficiency.loss.compare import Comparison
+    from efficiency.strength.result import Strength
+    from efficiency.strength.root_stress import RootTooth
 
 POSITIONS, POINTS_PER_LINE = 24, 31
 # models of a comparison in addition to the formulas shipped for the oil
@@ -221,6 +220,8 @@ class Mesh:
         return pinion, gear
 
     def _roots(self) -> list[RootTooth | str]:
+        from efficiency.strength.root_stress import root_tooth
+
         flanks, module, teeth = self.bevel.flanks(), self.pitch.module_normal, self.grids.teeth
         found: list[RootTooth | str] = []
         for member, solid in zip(MEMBERS, (teeth.pinion, teeth.gear), strict=True):
@@ -440,6 +441,8 @@ class LoadedMesh:
         -------
         Comparison
         """
+        from efficiency.loss.compare import compare_models
+
         at = self._conditions(conditions)
         names = (*shipped_formulas(at.oil.name), *DEFAULT_MODELS) if frictions is None else frictions
         models = [resolve_friction(friction, self.design) for friction in names]
@@ -452,6 +455,8 @@ class LoadedMesh:
     @one_thread
     def strength_of(self, result: EfficiencyResult) -> Strength:
         """Strength of the teeth at the operating point of a result."""
+        from efficiency.strength.rating import LocalConditions, rate_strength, scuffing_temperature
+
         design, pitch = self.mesh.bevel, self.mesh.pitch
         operation = result.case.operation
         card = result.case.card
@@ -476,6 +481,9 @@ class LoadedMesh:
 
     def _hypoid_factor(self) -> float:
         """Z_Hyp of the loaded flank."""
+        from efficiency.blanks.iso_10300 import hypoid_factor
+        from efficiency.blanks.tangency import limit_pressure_angle
+
         pitch = self.mesh.pitch
         spirals = pitch.spiral_angle_pinion, pitch.spiral_angle_gear
         cones = pitch.pitch_angle_pinion, pitch.pitch_angle_gear

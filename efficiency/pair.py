@@ -28,17 +28,12 @@ from efficiency.conditions.conditions import (
     resolve_friction,
     split_axes,
 )
-from efficiency.conditions.duty import DutyCycle, DutyRow, duty_cycle, duty_rows
 from efficiency.conditions.grid import Condition, Evaluator, Grid
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import MISALIGNMENTS, Design, load_design
-from efficiency.loss.compare import Comparison
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import OPERATION_LIMITS, loaded_points
 from efficiency.mesh import POINTS_PER_LINE, POSITIONS, Mesh, elastic_bodies
-from efficiency.strength.root_stress import RootTooth
-from efficiency.vehicle.axle_test import REVOLUTIONS_PER_MILE, AxleTest, axle_test_points, solve_axle_test
-from efficiency.vehicle.loss_map import AxleLosses, LossMap, resolve_axle, signed_axes, solve_loss_map
 from ehl.common.errors import ConvergenceError, InputError, check_count
 from ehl.common.figures import interactive
 from ehl.common.progress import ProgressCallback
@@ -49,15 +44,20 @@ from regression.friction.models import FrictionModel
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from efficiency.conditions.duty import DutyCycle, DutyRow
     from efficiency.geometry.design_rating import DesignRating
     from efficiency.geometry.misalignment import MisalignmentGrid, MisalignmentStudy
     from efficiency.geometry.pair_geometry import PairGeometry
+    from efficiency.loss.compare import Comparison
+    from efficiency.strength.root_stress import RootTooth
+    from efficiency.vehicle.axle_test import AxleTest
+    from efficiency.vehicle.loss_map import AxleLosses, LossMap
     from ehl.surface.finish import State
     from regression.plan.operating_range import WeightedPoints
 
-_KEPT_MESHES, _MAX_STATES = 8, 10_000
+    Axle = AxleLosses | Path | str | Mapping[str, Value]
 
-Axle = AxleLosses | Path | str | Mapping[str, Value]
+_KEPT_MESHES, _MAX_STATES = 8, 10_000
 
 
 class GearPair:
@@ -322,6 +322,8 @@ class GearPair:
         **conditions : float or str
             Conditions of all points that differ from the design, as in `LoadedMesh.efficiency`.
         """
+        from efficiency.conditions.duty import duty_cycle, duty_rows
+
         rows = duty_rows(file, self.design, tyre_radius=tyre_radius, ratio=ratio, temperature=temperature)
         evaluator, about = self._evaluator(friction, grid, conditions, progress)
         return duty_cycle(rows, evaluator.points([row.condition for row in rows]), **about)
@@ -407,6 +409,8 @@ class GearPair:
         InputError
             A value out of range.
         """
+        from efficiency.vehicle.loss_map import resolve_axle, signed_axes, solve_loss_map
+
         torques, speeds = signed_axes(torque, speed)
         kelvin = checked("temperature", self.design.operation.temperature if temperature is None else temperature)
         evaluator, about = self._evaluator(friction, grid, conditions, progress, interval=interval)
@@ -420,7 +424,7 @@ class GearPair:
         *,
         temperature: Value | None = None,
         torque_max: Value | None = None,
-        revolutions_per_mile: float = REVOLUTIONS_PER_MILE,
+        revolutions_per_mile: float | None = None,
         axle: Axle | None = None,
         grid: tuple[int, int] | None = None,
         progress: ProgressCallback | None = None,
@@ -436,8 +440,8 @@ class GearPair:
             As in `loss_map`.
         torque_max : float or str, optional
             Largest output torque of the axle [N m]; test points above it are omitted.
-        revolutions_per_mile : float
-            Revolutions of the smallest tyre per mile, 100 to 2000.
+        revolutions_per_mile : float, optional
+            Revolutions of the smallest tyre per mile, 100 to 2000; default: 650.
         axle, grid, progress : optional
             As in `loss_map`.
         **conditions : float or str
@@ -448,11 +452,15 @@ class GearPair:
         InputError
             A value out of range.
         """
+        from efficiency.vehicle.axle_test import REVOLUTIONS_PER_MILE, axle_test_points, solve_axle_test
+        from efficiency.vehicle.loss_map import resolve_axle
+
         ratio = 1.0 / self.design.ratio
+        turns = REVOLUTIONS_PER_MILE if revolutions_per_mile is None else revolutions_per_mile
         limit = OPERATION_LIMITS["torque"]
         bare = not isinstance(torque_max, str)
         most = None if torque_max is None else limit.check(torque_max, "torque_max", bare=bare)
-        points, losses = axle_test_points(application, revolutions_per_mile, most), resolve_axle(axle)
+        points, losses = axle_test_points(application, turns, most), resolve_axle(axle)
         places: tuple[Any, Any] = points.pinion_torques(ratio), points.pinion_speeds(ratio)
         at: dict[str, Any] = {"temperature": temperature, "grid": grid, "progress": progress, **conditions}
         found = self.loss_map(*places, friction, **at)
@@ -472,6 +480,7 @@ class GearPair:
         ConvergenceError
             The flanks do not exist or do not mesh, or the load distribution does not converge.
         """
+        from efficiency.conditions.duty import duty_rows
         from regression.plan.operating_range import WeightedPoints
 
         card = Oil.load(oil or self.design.operation.oil)

@@ -7,12 +7,10 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property, lru_cache
 from html import escape
 from pathlib import Path
-from typing import Any, NoReturn, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, NoReturn, TypedDict, Unpack
 
 from efficiency.conditions.conditions import Value
 from efficiency.contact.gear_flanks import Side
-from efficiency.cylindrical_gears.contact_lines import axes_of, elastic_pair, mesh_cycle
-from efficiency.cylindrical_gears.design import CylindricalDesign
 from efficiency.design.design import load_design
 from efficiency.loss.closed_form import PitchGeometry
 from efficiency.ltca.load_distribution import TeethElasticity
@@ -23,6 +21,9 @@ from ehl.common.data import named_file
 from ehl.common.errors import InputError
 from ehl.common.threads import one_thread
 from ehl.common.validation import read_toml, validate
+
+if TYPE_CHECKING:
+    from efficiency.cylindrical_gears.design import CylindricalDesign
 
 NO_MISALIGNMENT = "no misalignment, because cylindrical pairs are computed aligned"
 
@@ -83,6 +84,8 @@ def load(name: str | Path) -> GearPair:
     path = named_file("design", "designs", name)
     content = read_toml(path, "design")
     if content.get("kind") == "cylindrical":
+        from efficiency.cylindrical_gears.design import CylindricalDesign
+
         return CylindricalPair(validate(CylindricalDesign, content, path.name))
     return GearPair(load_design(path), keep=True)
 
@@ -123,6 +126,8 @@ def cylindrical(
     >>> pair
     CylindricalPair(cylindrical_16x24: 16x24, helix 0 deg, 183 N m, 235.6 rad/s, fva3 at 363.15 K)
     """
+    from efficiency.cylindrical_gears.design import CylindricalDesign
+
     content: dict[str, Any] = {"name": f"cylindrical_{teeth[0]}x{teeth[1]}", "kind": "cylindrical"}
     content |= {"module_normal": module, "face_width": face_width}
     members: list[dict[str, Any]] = [{"teeth": count} for count in teeth]
@@ -155,12 +160,16 @@ class CylindricalPair(GearPair):
 
     @cached_property
     def _teeth(self) -> TeethElasticity:
+        from efficiency.cylindrical_gears.contact_lines import elastic_pair
+
         design = self.design
         materials = design.pinion.elastic_material(), design.gear.elastic_material()
         return elastic_pair(design.involute, materials, design.rounding, rigid=design.load_share == "rigid")
 
     @one_thread
     def _mesh(self, side: Side, positions: int, points: int, misalignment: tuple[tuple[str, float], ...]) -> Mesh:
+        from efficiency.cylindrical_gears.contact_lines import axes_of, mesh_cycle
+
         design, pair = self.design, self.design.involute
         # the lines span the whole flanks, so that they do not depend on the load
         fine, coarse = both_cycles(

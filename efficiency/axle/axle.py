@@ -32,8 +32,7 @@ from efficiency.conditions.duty import SIGNED, DutyRow, duty_rows
 from efficiency.conditions.grid import Condition, Evaluator, GridPoint
 from efficiency.contact.assembly import Axis
 from efficiency.contact.gear_flanks import Side
-from efficiency.cylindrical_gears.design import CylindricalDesign
-from efficiency.design.design import PairDesign
+from efficiency.design.design import Design
 from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.ltca.load_distribution import LoadDistribution
 from efficiency.mesh import Mesh
@@ -157,10 +156,10 @@ class Axle:
     @cached_property
     def wheels(self) -> tuple[Wheel, Wheel]:
         """Pinion and gear as the churning formulas take them."""
-        design: PairDesign = self.pair.design
+        design: Any = self.pair.design
         pitch = self._mesh("drive").pitch
         angles = pitch.spiral_angle_pinion, pitch.spiral_angle_gear
-        if isinstance(design, CylindricalDesign):
+        if not isinstance(design, Design):
             pair, wide = design.involute, design.face_width
             sizes = [(pair.teeth[k], pair.pitch[k], pair.tip[k], wide, pair.tip[k] - pair.root[k]) for k in (0, 1)]
         else:

@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.polynomial import chebyshev
-from scipy.linalg import qr, solve_triangular
 
 from efficiency.cutting.newton import Array
 from ehl.common.arrays import FloatArray
@@ -170,7 +170,7 @@ class PointFit:
         self._empty = Patch(("none",), u_range, v_range, np.zeros((*shape, 1)))
         along, over = self._empty._basis(u, v, 0, 0)
         matrix = np.asarray(along.T[:, :, None] * over.T[:, None, :]).reshape(u.size, -1)
-        self._basis, triangle, self._order = qr(matrix, mode="economic", pivoting=True, check_finite=False)
+        self._basis, triangle, self._order = scipy.linalg.qr(matrix, mode="economic", pivoting=True, check_finite=False)
         size = np.abs(np.diag(triangle))
         self._rank = int(np.count_nonzero(size > _RANK * size[0]))
         self._triangle = triangle[: self._rank, : self._rank]
@@ -180,7 +180,7 @@ class PointFit:
         values = np.stack(list(fields.values()), axis=-1)
         solution = np.zeros((self._order.size, values.shape[1]))
         right = (self._basis.T @ values)[: self._rank]
-        solution[self._order[: self._rank]] = solve_triangular(self._triangle, right, check_finite=False)
+        solution[self._order[: self._rank]] = scipy.linalg.solve_triangular(self._triangle, right, check_finite=False)
         shape = (*self._empty.shape, len(fields))
         return replace(self._empty, names=tuple(fields), coefficients=solution.reshape(shape))
 

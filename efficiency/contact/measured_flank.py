@@ -20,8 +20,8 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 
 from efficiency.contact.chebyshev import Patch
 from efficiency.contact.conjugate import regular_points
@@ -92,10 +92,10 @@ class SmoothField:
         means, within = [], np.zeros((place.shape[1], place.shape[1]))
         for each in self.sets:
             own = self._kernel(each, self.place, self.place) + self.noise**2 * np.eye(self.values.size)
-            across, factor = self._kernel(each, place, self.place), cho_factor(own, lower=True)
-            means.append(across @ cho_solve(factor, self.values))
+            across, factor = self._kernel(each, place, self.place), scipy.linalg.cho_factor(own, lower=True)
+            means.append(across @ scipy.linalg.cho_solve(factor, self.values))
             if spread:
-                known = across @ cho_solve(factor, across.T)
+                known = across @ scipy.linalg.cho_solve(factor, across.T)
                 within += each.weight * (self._kernel(each, place, place) - known)
         mean = weights @ np.array(means)
         apart = np.array(means) - mean

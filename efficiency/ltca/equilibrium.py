@@ -15,7 +15,6 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dposv
 
 from ehl.common.arrays import FloatArray
 
@@ -132,7 +131,7 @@ def _newton(problem: EquilibriumProblem) -> Generator[FloatArray, tuple[FloatArr
     for _ in range(NEWTON_LIMIT):
         iterations += 1
         matrix = compliance.copy()
-        matrix.flat[:: gap.size + 1] += slope
+        matrix.reshape(-1)[:: gap.size + 1] += slope
         offset = gap + deflection - slope * point
         solution = _primal_dual(matrix, offset, lever, torque, active)
         if solution is None:
@@ -196,16 +195,19 @@ def _linear(
 ) -> tuple[FloatArray, float, float, FloatArray]:
     """Forces on the active points (zero elsewhere), angle, dT/d(angle) and dF/dT, with all active points in contact."""
     at = active.nonzero()[0]
-    sides = np.empty((at.size, 2), order="F")
-    sides[:, 0], sides[:, 1] = lever[at], offset[at]
-    # symmetric: column order, which LAPACK uses without a copy
-    own = matrix.take(at, 0).take(at, 1).T
-    _, inverse, fault = dposv(own, sides, overwrite_a=True)
-    if fault:
+    arms = lever.take(at)
+    sides, own = np.array([arms, offset.take(at)]).T, matrix.take(at, 0).take(at, 1)
+    try:
+        # by NumPy: the import of scipy.linalg takes longer than all solutions of an operating point
+        inverse = np.linalg.solve(own, sides)
+        stiffness, carried = (arms @ inverse).tolist()
+    except np.linalg.LinAlgError:
+        stiffness = carried = 0.0
+    if not stiffness > 0.0:
         # a compliance that is indefinite by rounding
-        inverse = np.linalg.lstsq(matrix[at[:, None], at], sides, rcond=None)[0]
-    stiffness = float(lever[at] @ inverse[:, 0])
-    angle = (torque + float(lever[at] @ inverse[:, 1])) / stiffness
+        inverse = np.linalg.lstsq(own, sides, rcond=None)[0]
+        stiffness, carried = (arms @ inverse).tolist()
+    angle = (torque + carried) / stiffness
     force, rate = np.zeros((2, offset.size))
     force[at] = angle * inverse[:, 0] - inverse[:, 1]
     rate[at] = inverse[:, 0] / stiffness

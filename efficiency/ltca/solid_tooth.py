@@ -17,8 +17,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import LinAlgError, cho_factor, cho_solve, cholesky, solve_triangular
 
 from efficiency.contact.gear_flanks import GearFlanks, Member, Side
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid, tooth_shapes
@@ -94,14 +94,16 @@ class _CondensedBody:
         scale = 1.0 / np.sqrt(np.diag(self.stiffness)[inner])
         matrix = self.stiffness[np.ix_(inner, inner)] * scale[:, None] * scale
         try:
-            factor = cholesky(matrix, lower=True, overwrite_a=True, check_finite=False)
-        except LinAlgError as error:
+            factor = scipy.linalg.cholesky(matrix, lower=True, overwrite_a=True, check_finite=False)
+        except scipy.linalg.LinAlgError as error:
             raise ConvergenceError("tooth_not_held", "the stiffness of the tooth is not positive definite") from error
         coupling = self.stiffness[np.ix_(inner, outer)]
         # unknowns without coupling to the inside do not change
         touched = np.flatnonzero(coupling.any(axis=0))
         sides = np.concatenate([coupling[:, touched], self.functionals[inner]], axis=1)
-        half = solve_triangular(factor, scale[:, None] * sides, lower=True, overwrite_b=True, check_finite=False)
+        half = scipy.linalg.solve_triangular(
+            factor, scale[:, None] * sides, lower=True, overwrite_b=True, check_finite=False
+        )
         rest = half.T @ half
         size = touched.size
         stiffness, functionals = self.stiffness[np.ix_(outer, outer)], self.functionals[outer]
@@ -131,8 +133,10 @@ def ring_displacements(condensed: FloatArray, force: FloatArray, cells: int, cou
         else:
             share = 2.0
         try:
-            found = cho_solve(cho_factor(matrix, lower=True, check_finite=False), pull, check_finite=False)
-        except LinAlgError as error:
+            found = scipy.linalg.cho_solve(
+                scipy.linalg.cho_factor(matrix, lower=True, check_finite=False), pull, check_finite=False
+            )
+        except scipy.linalg.LinAlgError as error:
             raise ConvergenceError("tooth_not_held", "the body of the member is not held") from error
         for j in range(count):
             moved[j] += share / cells * np.real(phase**j * found)

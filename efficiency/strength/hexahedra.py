@@ -9,7 +9,7 @@ from functools import lru_cache
 from itertools import product
 
 import numpy as np
-from scipy.linalg import LinAlgError, cholesky, solve_triangular
+import scipy
 
 from ehl.common.arrays import BoolArray, FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
@@ -156,10 +156,10 @@ class Factors:
             return front
         size = 3 * leave
         try:
-            factor = cholesky(front.stiffness[:size, :size], lower=True, check_finite=False)
-        except LinAlgError as error:
+            factor = scipy.linalg.cholesky(front.stiffness[:size, :size], lower=True, check_finite=False)
+        except scipy.linalg.LinAlgError as error:
             raise ConvergenceError("tooth_not_held", "the stiffness of the tooth is not positive definite") from error
-        coupling = solve_triangular(factor, front.stiffness[:size, size:], lower=True, check_finite=False)
+        coupling = scipy.linalg.solve_triangular(factor, front.stiffness[:size, size:], lower=True, check_finite=False)
         rest = front.stiffness[size:, size:]
         rest -= coupling.T @ coupling
         self._steps.append(
@@ -173,7 +173,7 @@ class Factors:
             part = force[step.inner]
             if not part.any():
                 continue
-            part = solve_triangular(step.factor, part, lower=True, check_finite=False)
+            part = scipy.linalg.solve_triangular(step.factor, part, lower=True, check_finite=False)
             force[step.inner] = part
             force[step.outer] -= step.coupling.T @ part
         return force
@@ -191,7 +191,9 @@ class Factors:
                 steps.append(step)
         for step in reversed(steps):
             part = reduced[step.inner] - step.coupling @ reduced[step.outer]
-            reduced[step.inner] = solve_triangular(step.factor, part, lower=True, trans="T", check_finite=False)
+            reduced[step.inner] = scipy.linalg.solve_triangular(
+                step.factor, part, lower=True, trans="T", check_finite=False
+            )
         return reduced
 
 

@@ -355,7 +355,7 @@ class Oil(InputModel, Reportable):
             raise InputError("temperature_oil", f"{impossible:.6g} K", allowed, "Correct [viscosity] of its card.")
         single = {name: value for name, value in vars(found).items() if isinstance(value, np.floating | np.ndarray)}
         numbers = {name: float(value) for name, value in single.items() if value.ndim == 0}
-        numbers["extrapolated"] = max(map(self._extrapolated, (values.min(), values.max())))
+        numbers["extrapolated"] = max(map(self._extrapolated, {float(values.min()), float(values.max())}))
         plain = replace(found, **numbers)  # type: ignore[arg-type]
         film = oil_alpha.film(self, temperature, found.pressure_viscosity)
         return plain.with_alpha_film(float(film) if isinstance(film, np.floating) else film)

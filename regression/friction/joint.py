@@ -81,5 +81,8 @@ def joined(states: Sequence[ContactState]) -> ContactState:
     if len(states) == 1:
         return states[0]
     return ContactState(
-        **{field.name: np.concatenate([getattr(s, field.name) for s in states]) for field in fields(ContactState)}
+        **{
+            field.name: np.concatenate([np.ravel(getattr(s, field.name)) for s in states])
+            for field in fields(ContactState)
+        }
     )

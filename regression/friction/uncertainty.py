@@ -4,6 +4,7 @@ The model is evaluated at both ends of the interval of each input. Inputs that a
 (boundary film, bulk temperature, lay where the data have a single one) use slopes of solved contacts, with a note.
 """
 
+import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -30,6 +31,7 @@ from ehl.uncertainty.spread import (
 )
 from regression.friction.conditions import Array, conditions_of
 from regression.friction.fitted import FittedFormula
+from regression.friction.joint import joined
 from regression.friction.models import ConstantFriction, FrictionModel
 
 STATED = "slopes of solved contacts over the film ratio, not of this model"
@@ -58,6 +60,25 @@ def friction_of(model: FrictionModel, state: ContactState, oil: Oil) -> Array:
 
 
 Case = tuple[FrictionModel, ContactState, Oil]
+
+
+def friction_of_cases(cases: Sequence[Case]) -> list[Array]:
+    """`friction_of` several cases; the points of those with the same fitted formula are evaluated together."""
+    if not all(isinstance(model, FittedFormula) for model, _, _ in cases):
+        return [friction_of(*case) for case in cases]
+    keys = [(id(model), id(oil), id(state)) for model, state, oil in cases]
+    by_key, found = dict(zip(keys, cases, strict=True)), dict[tuple[int, int, int], Array]()
+    for _, of_model in itertools.groupby(sorted(by_key), lambda key: key[0]):
+        some = list(of_model)
+        tables = []
+        for _, of_oil in itertools.groupby(some, lambda key: key[1]):
+            same = [by_key[key] for key in of_oil]
+            tables.append(conditions_of(joined([state for _, state, _ in same]), same[0][2]))
+        table = {name: np.concatenate([np.ravel(each[name]) for each in tables]) for name in tables[0]}
+        states = [by_key[key][1] for key in some]
+        parts = np.split(by_key[some[0]][0].coefficient(table, by_key[some[0]][2]), np.cumsum([s.size for s in states]))
+        found |= {key: part.reshape(s.pressure_hertz.shape) for key, part, s in zip(some, parts, states, strict=False)}
+    return [found[key] for key in keys]
 
 
 def uncertain_inputs(
@@ -165,7 +186,7 @@ def friction_changes(
         inputs = [entry for entry in inputs if entry.input not in SURFACE]
 
     def friction(cases: list[Case]) -> list[Array]:
-        return evaluate(cases) if evaluate else [friction_of(*case) for case in cases]
+        return evaluate(cases) if evaluate else friction_of_cases(cases)
 
     nominal: Case = (model, state, oil)
     start, *ends = friction([nominal, *(entry.moved(nominal, z) for entry in inputs for z in (-score, score))])
