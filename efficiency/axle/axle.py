@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
-import scipy
 
 from efficiency.axle.axle_input import AxleInput, MethodsInput, ShaftInput, load_axle
 from efficiency.axle.bearings import BEARING_METHODS, BearingState, bearing_limits
@@ -42,6 +41,7 @@ from efficiency.vehicle.axle_test import AxleTest
 from efficiency.vehicle.loss_map import signed_axes, uses_of
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
+from ehl.common.roots import bracketed_root
 from ehl.common.threads import one_thread
 from ehl.common.validation import validate
 from ehl.fluid.oil import Oil
@@ -49,6 +49,8 @@ from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from regression.friction.published_registry import model_label
 
 BALANCE = "balance"
+_LONGER = 1.05  # length of the steps of the heat balance over that of the secant (ours)
+BALANCED = 1e-4  # tolerance of the oil temperature [K]
 _Nodes = Mapping[Side, Sequence[float]]  # torques of a side whose loads are known
 _Loads = list[list[tuple[float, float]]]  # radial and axial load of the bearings of both shafts [N]
 
@@ -376,23 +378,33 @@ class Axle:
         return _MeshLoss.of(point, _ends(point.result) if interval else (1.0, 1.0), model)
 
     def _balanced(self, torque: float, speed: float, friction: Friction | None) -> float:
-        """Oil temperature at which the heat that leaves is the loss [K]."""
+        """Oil temperature at which the heat that leaves is the loss [K].
 
+        From the highest temperature of an oil downwards, by secant steps that are a little too long.
+        """
         loads = self._loads_at(DutyRow(torque, speed, 0.0, 0.0))
 
         def left(kelvin: float) -> float:
             row = DutyRow(torque, speed, kelvin, 0.0)
-            mesh = self._mesh_loss(row, friction, many=True, interval=False)
+            mesh = self._mesh_loss(row, friction, interval=False)
             if mesh.reason:
                 raise ConvergenceError(mesh.reason, mesh.notes[0] if mesh.notes else "")
             others = self._other_losses(row, loads)[0].values()
             return mesh.loss + math.fsum(others) - sum(self.input.housing.removed(kelvin)[:2])
 
         low, high = TEMPERATURE_RANGE
-        if left(high) > 0.0:
-            detail = f"at {high - 273.15:.0f} degC, the most of an oil, {left(high):.4g} W more are lost than removed"
+        cold, warm = (sum(self.input.housing.removed(kelvin)[:2]) for kelvin in (low, high))
+        slope = (warm - cold) / (high - low)  # for a constant loss
+        place, excess = high, left(high)
+        if excess > 0.0:
+            detail = f"at {high - 273.15:.0f} degC, the most of an oil, {excess:.4g} W more are lost than removed"
             raise ConvergenceError("no_heat_balance", detail)
-        return float(scipy.optimize.brentq(left, low, high, xtol=1e-9, rtol=1e-14)) if left(low) > 0.0 else low
+        while excess < 0.0 and place > low:
+            above = place, excess
+            place = max(low, place + _LONGER * excess / slope)
+            excess = left(place)
+            slope = max((excess - above[1]) / (above[0] - place), 0.1 * slope)
+        return bracketed_root(left, (place, excess), above, BALANCED) if excess > 0.0 else place
 
     def _wrench(self, side: Side, torque: float) -> FloatArray:
         """Mean mesh force and moment on both shafts (2, 6) [N], [N m], at a pinion torque above zero."""

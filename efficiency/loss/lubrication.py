@@ -31,7 +31,7 @@ Lubrication = Literal["dip", "spray", "submerged"]
 LUBRICATION_FACTORS: dict[str, float] = {"dip": 1.0, "spray": 1.2, "submerged": 0.2}
 # scatter of the estimate, standard deviation of the rise, and that of the oil at the teeth [K] (ours)
 SCATTER, OIL = 0.30, 2.0
-_CLOSE, _ROUNDS = 0.1, 40  # last step [K]; the error is smaller, as its slope is known within a few per cent
+_CLOSE, _ROUNDS = 0.01, 40  # last step [K]; the error is smaller, as its slope is known within a few per cent
 _SLOPE, _STEEPEST = -0.25, 0.5  # change of the rise by the loss over that of the rise: first estimate, upper limit
 
 
