@@ -186,9 +186,8 @@ class Witness(ConstantFriction):
     seen: ClassVar[list[tuple[float, ...]]] = []
 
     def evaluate(self, conditions: Conditions, oil: Oil) -> FrictionEstimate:
-        self.seen.append(
-            (np.unique(conditions["correlation_length"]).item(), np.unique(conditions["peklenik_number"]).item())
-        )
+        # points of several conditions may be evaluated together
+        self.seen += set(zip(conditions["correlation_length"], conditions["peklenik_number"], strict=True))
         return super().evaluate(conditions, oil)
 
 
