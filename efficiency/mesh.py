@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, TypeVar, Unpack
 
 import numpy as np
 
@@ -69,6 +69,7 @@ _FEW_POSITIONS, _FEW_POINTS = 8, 15
 _EVERY = 4
 _KEPT_TORQUES = 4  # maximum number of stored meshes with deflected shafts
 
+T = TypeVar("T")
 ElasticTeeth = tuple[SolidTooth, SolidTooth]
 """Teeth of pinion and gear as elastic bodies."""
 
@@ -146,9 +147,11 @@ class Mesh:
             fine, coarse = both_cycles(_CycleMaker(found), positions, points_per_line)
             return found, elastic_cycle(fine, teeth), elastic_cycle(coarse, teeth)
 
-        pair, fine, coarse = (
-            kept_of_design("mesh", design, (side, positions, points_per_line), geometry) if keep else geometry()
-        )
+        def kept(what: object, make: Callable[[], T]) -> T:
+            size = side, positions, points_per_line
+            return kept_of_design("mesh", design, size if what is None else (*size, what), make)
+
+        pair, fine, coarse = kept(None, geometry) if keep else geometry()
         placement = design.placement()
         grids = MeshGrids(
             design.name,
@@ -165,6 +168,7 @@ class Mesh:
             math.nan if pair.surface.relief else pair.transmission.peak_to_peak,
             _CycleMaker(pair),
             EDGE_REACH * 2.0 * math.pi / pair.teeth_gear,
+            kept=kept if keep else None,
         )
         grids.__dict__.update(elastic_fine=fine, elastic_coarse=coarse)
         stated, stiffness = design.assembly.deflection.moves, design.assembly.stiffness

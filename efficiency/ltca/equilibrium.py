@@ -182,9 +182,9 @@ def _violation(
     angle: float,
 ) -> float:
     loaded = force > 0.0
-    separation = compliance @ force + np.where(loaded, deflection, 0.0) + gap - lever * angle
-    wrong = np.where(loaded, np.abs(separation), np.maximum(-separation, 0.0))
-    return float(wrong.max() / (angle * lever.max()))
+    overlap = lever * angle - gap - compliance @ force
+    wrong = np.where(loaded, np.abs(overlap - deflection), overlap)
+    return max(float(wrong.max()), 0.0) / (angle * float(lever.max()))
 
 
 _Solution = tuple[FloatArray, float, float, BoolArray, int, FloatArray]
@@ -225,12 +225,11 @@ def _primal_dual(
     """All points in tension leave and all penetrating points enter at once; None without convergence."""
     for count in range(1, limit + 1):
         force, angle, stiffness, rate = _linear(matrix, offset, lever, torque, active)
-        entering = ~active & (matrix @ force + offset - lever * angle < 0.0)
-        following = (active & (force > 0.0)) | entering
-        if not following.any():
-            return None
-        if np.array_equal(following, active):
+        following = np.where(active, force > 0.0, matrix @ force + offset < lever * angle)
+        if following.tobytes() == active.tobytes():
             return force, angle, stiffness, active, count, rate
+        if not np.count_nonzero(following):
+            return None
         active = following
     return None
 

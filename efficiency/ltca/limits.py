@@ -120,8 +120,7 @@ def points_above_hardness(load: LoadDistribution, teeth: TeethElasticity) -> tup
 
 def edges_yield(load: LoadDistribution, teeth: TeethElasticity) -> bool:
     """Whether an edge certainly yields, so that the elastic load distribution is invalid."""
-    highest = max((float(p.pressure_max[p.at_edge].max(initial=0.0)) for p in load.positions), default=0.0)
-    return highest > _EDGE_YIELD * hardness(teeth)
+    return load.pressure_edge_max > _EDGE_YIELD * hardness(teeth)
 
 
 def pressure_peak(load: LoadDistribution, teeth: TeethElasticity) -> Peak:

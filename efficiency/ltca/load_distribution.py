@@ -277,6 +277,11 @@ class LoadDistribution:
         return max(float(p.pressure_hertz.max()) for p in self.positions)
 
     @property
+    def pressure_edge_max(self) -> float:
+        """Maximum pressure of elastic contacts at rounded edges [Pa]; 0 without any."""
+        return max((float(p.pressure_max[p.at_edge].max(initial=0.0)) for p in self.positions), default=0.0)
+
+    @property
     def torque_residual(self) -> float:
         """Largest relative error of the torque balance."""
         return max(p.equilibrium.torque_residual for p in self.positions)
@@ -358,7 +363,7 @@ def distribute_load(
     teeth: TeethElasticity,
     torque: float,
     normal_torques: FloatArray | None = None,
-    near: LoadDistribution | None = None,
+    near: LoadDistribution | Sequence[FloatArray] | None = None,
 ) -> LoadDistribution:
     """Solve compatibility and equilibrium at each position of a mesh cycle over one pinion pitch.
 
@@ -367,14 +372,16 @@ def distribute_load(
     torque: torque on the pinion in its driving direction [N m]; `InputError` unless it is finite and above 0.
     normal_torques (positions,): torque carried by the normal forces at each position, if friction carries the rest
         [N m].
-    near: solution of the same cycle at similar torques, used as starting value.
+    near: solution of the same cycle at similar torques, or forces at each position, used as starting value.
     Returns: load; failed convergence is reported by its status and does not raise an error.
     """
     require_torque(torque)
     torques = [torque] * len(cycle) if normal_torques is None else list(normal_torques)
     elastic = [p if isinstance(p, ElasticPosition) else ElasticPosition.of(p, teeth) for p in cycle]
     starts: list[FloatArray | None] = [None] * len(cycle)
-    if near is not None:
+    if isinstance(near, Sequence):
+        starts = list(near)
+    elif near is not None:
         starts = [p.forces_at(float(torque)) for p, torque in zip(near.positions, torques, strict=True)]
     problems = [
         EquilibriumProblem(e.bending, e.position.gap, e.position.lever_pinion, float(torque), start)
@@ -403,6 +410,18 @@ def require_torque(torque: float) -> None:
 
 
 _Contact = tuple[FloatArray, FloatArray, FloatArray, FloatArray, BoolArray]
+
+
+def edge_pressures(law: LocalApproach, force: FloatArray) -> FloatArray:
+    """Maximum pressure of the contacts that reach an edge, at their points [Pa]."""
+    some = np.flatnonzero(force > 0.0)
+    flanks, load = law.flanks, force[some] / law.length[some]
+    radius, modulus = flanks.radius_equivalent[some], flanks.effective_modulus
+    half_width = hertz_half_width(load, radius, modulus)
+    near = law.edge_distance[some] < half_width
+    distance, ratio = law.edge_distance[some] / half_width, radius / law.rounding[some]
+    section = EdgeSection.of(distance[near], ratio[near])
+    return np.asarray(hertz_pressure(load, radius, modulus)[near] * section.pressure_max)
 
 
 def _contact(law: LocalApproach, force: FloatArray) -> _Contact:

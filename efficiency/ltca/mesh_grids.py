@@ -8,10 +8,10 @@ largest gap of the edge search, edges are searched further.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from efficiency.ltca.load_distribution import (
     require_torque,
 )
 from efficiency.ltca.tangent_load import TangentLoad, TangentLoads
-from ehl.common.arrays import FloatArray
+from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import InputError, check_count
 
 # tuned: share of loaded points on the most loaded line below which the lines are shortened (ours); may be changed after
@@ -66,6 +66,8 @@ class MeshGrids:
     deflection: ShaftDeflection | None = None  # deflection of shafts and bearings, if solved with the contact
     # mesh with shafts and bearings deflected by a pinion torque [N m]; None: rigid shafts and bearings
     under_torque: Callable[[float], MeshGrids] | None = field(default=None, repr=False, compare=False)
+    # function that stores lines for another reach on disk, by the exponent of the reach; None: they are not stored
+    kept: Callable[[int, Callable[[], Any]], Any] | None = field(default=None, repr=False, compare=False)
     _refitted: dict[int, MeshGrids] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
@@ -93,6 +95,39 @@ class MeshGrids:
         fine, coarse = ([friction_arm(p, self.axes[0]) for p in cycle] for cycle in (self.fine, self.coarse))
         return fine, coarse
 
+    @cached_property
+    def _from_coarse(self) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+        """Indices of both neighbours of each fine point among all coarse points, and their weights.
+
+        Linear interpolation of the load per length along each contact line; zero on lines without coarse points.
+        """
+        left, right, share, known = [], [], [], []
+        start = 0
+        for fine, coarse in zip(self.fine, self.coarse, strict=True):
+            here = {int(coarse.line_number[line[0]]): line for line in coarse.lines}
+            for line in fine.lines:
+                own = here.get(int(fine.line_number[line[0]]), np.zeros(1, np.int64))
+                chord = coarse.position[own[-1]] - coarse.position[own[0]]
+                places, targets = coarse.position[own] @ chord, fine.position[line] @ chord
+                above = np.clip(np.searchsorted(places, targets), 1, max(own.size - 1, 1)) % own.size
+                below = np.maximum(above - 1, 0)
+                width = places[above] - places[below]
+                part = np.divide(targets - places[below], width, out=np.zeros(line.size), where=width > 0.0)
+                left.append(start + own[below])
+                right.append(start + own[above])
+                share.append(np.clip(part, 0.0, 1.0))
+                known.append(np.full(line.size, float(int(fine.line_number[line[0]]) in here)))
+            start += coarse.pair.size
+        low, high, part = np.concatenate(left), np.concatenate(right), np.concatenate(share)
+        return low, high, part, np.concatenate(known) * np.concatenate([p.length for p in self.fine])
+
+    def on_fine(self, load: LoadDistribution) -> list[FloatArray]:
+        """Estimate of the forces at the points of each position of the fine grid from a load on the coarse grid [N]."""
+        low, high, part, length = self._from_coarse
+        per_length = np.concatenate([p.load_per_length for p in load.positions])
+        force = length * ((1.0 - part) * per_length[low] + part * per_length[high])
+        return np.split(force, np.cumsum([p.pair.size for p in self.fine])[:-1])
+
     def fitted(self, load: LoadDistribution) -> MeshGrids:
         """The mesh with lines and edges of adequate length for a load solved on one of the grids."""
         if self.make_cycle is None:
@@ -105,10 +140,17 @@ class MeshGrids:
         # in powers of two, so that similar torques share their lines
         step = math.ceil(math.log2(_MARGIN * closed))
         if step not in self._refitted:
-            reach = 2.0**step
-            fine = self.make_cycle(len(self.fine), self.points_per_line, reach)
-            coarse = self.make_cycle(len(self.fine), (self.points_per_line + 1) // 2, reach)
-            self._refitted[step] = replace(self, fine=fine, coarse=coarse, make_cycle=None, reach=reach)
+            make_cycle, reach, points = self.make_cycle, 2.0**step, self.points_per_line
+
+            def make() -> list[tuple[ElasticPosition, ...]]:
+                cycles = (make_cycle(len(self.fine), count, reach) for count in (points, (points + 1) // 2))
+                return [elastic_cycle(cycle, self.teeth) for cycle in cycles]
+
+            found = make() if self.kept is None else self.kept(step, make)
+            fine, coarse = (tuple(elastic.position for elastic in cycle) for cycle in found)
+            refitted = replace(self, fine=fine, coarse=coarse, make_cycle=None, reach=reach)
+            refitted.__dict__.update(elastic_fine=found[0], elastic_coarse=found[1])
+            self._refitted[step] = refitted
         return self._refitted[step]
 
 
@@ -197,7 +239,8 @@ class LoadedGrids:
         """Load on the fine grid."""
         if self._fine is not None:
             return self._fine
-        return distribute_load(self.mesh.elastic_fine, self.mesh.teeth, self.coarse.torque)
+        start = self.mesh.on_fine(self.coarse)
+        return distribute_load(self.mesh.elastic_fine, self.mesh.teeth, self.coarse.torque, near=start)
 
     def tangents(self, way: float) -> tuple[TangentLoads, TangentLoads]:
         """Loads of fine and coarse grid with friction as a part of the torque; `way` is -1 if the gear drives."""
@@ -205,10 +248,13 @@ class LoadedGrids:
             mesh, torque, (arms, arms_coarse) = self.mesh, self.coarse.torque, self.mesh.friction_arms
             loads = zip(self.coarse.positions, arms_coarse, strict=True)
             ratio = np.array([float(p.force @ arm) / p.torque for p, arm in loads])
-            self._tangents[way] = (
-                TangentLoads(mesh.elastic_fine, mesh.teeth, torque, arms, ratio, way, self._fine),
-                TangentLoads(mesh.elastic_coarse, mesh.teeth, torque, arms_coarse, ratio, way, self.coarse),
-            )
+            coarse = TangentLoads(mesh.elastic_coarse, mesh.teeth, torque, arms_coarse, ratio, way, self.coarse)
+
+            def start(step: int) -> Sequence[FloatArray]:
+                return mesh.on_fine(coarse.node(step))
+
+            fine = TangentLoads(mesh.elastic_fine, mesh.teeth, torque, arms, ratio, way, start)
+            self._tangents[way] = fine, coarse
         return self._tangents[way]
 
     @cached_property

@@ -7,7 +7,7 @@ second order in their distribution.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -26,6 +26,7 @@ from efficiency.ltca.load_distribution import (
     PositionLoad,
     TeethElasticity,
     distribute_load,
+    edge_pressures,
     lay_of,
     loads_of_forces,
 )
@@ -50,7 +51,7 @@ class TangentLoads:
     arms (n,): lever arms of the unit friction force about the pinion axis at the points of each position [m].
     arm_ratio (positions,): torque of friction with a coefficient of 1 over that of the normal forces [-].
     way (1, -1): 1 if friction on the pinion adds to the torque by its lever arm, -1 if the gear drives.
-    start: a solution used as starting value.
+    start: a solution used as starting value, or one by the step of the friction coefficient.
     lever, arm: levers of the normal forces and of friction about the pinion axis at the points of all positions [m].
     """
 
@@ -61,8 +62,8 @@ class TangentLoads:
         torque: float,
         arms: Sequence[FloatArray],
         arm_ratio: FloatArray,
-        way: float = 1.0,
-        start: LoadDistribution | None = None,
+        way: float,
+        start: LoadDistribution | Callable[[int], Sequence[FloatArray]],
     ) -> None:
         self.cycle, self.teeth, self.torque, self.arm_ratio = tuple(cycle), teeth, torque, arm_ratio
         self.positions: tuple[MeshPosition, ...] = tuple(elastic.position for elastic in self.cycle)
@@ -95,7 +96,7 @@ class TangentLoads:
         arm = self.arm_ratio
         friction = -float(np.log(normal_torques / self.torque) @ arm) / max(float(arm @ arm), 1e-12)
         step = round((friction - self._first) / self._step)
-        node = self._node(step)
+        node = self.node(step)
         if _distance(node, normal_torques) > longest:
             node = min((node, *self._own), key=lambda other: _distance(other, normal_torques))
         if _distance(node, normal_torques) > longest:
@@ -103,11 +104,13 @@ class TangentLoads:
             self._own = [*self._own[1 - _KEPT :], node]
         return self._from(node, normal_torques)
 
-    def _node(self, step: int) -> LoadDistribution:
+    def node(self, step: int) -> LoadDistribution:
+        """Solution at the normal torques of a step of the friction coefficient."""
         if step not in self._solved:
             torques = self.torque * np.exp(-(self._first + step * self._step) * self.arm_ratio)
             # always the same start, so that a load does not depend on earlier solutions
-            self._solved[step] = distribute_load(self.cycle, self.teeth, self.torque, torques, self._start)
+            start = self._start(step) if callable(self._start) else self._start
+            self._solved[step] = distribute_load(self.cycle, self.teeth, self.torque, torques, start)
         return self._solved[step]
 
     def _from(self, node: LoadDistribution, torques: FloatArray) -> TangentLoad:
@@ -196,6 +199,11 @@ class TangentLoad(LoadDistribution):
     def pressure_hertz_max(self) -> float:
         """Maximum Hertz pressure of the cycle [Pa]."""
         return float(self.loaded["pressure_hertz"].max())
+
+    @cached_property
+    def pressure_edge_max(self) -> float:  # type: ignore[override]
+        """Maximum pressure of elastic contacts at rounded edges [Pa]; 0 without any."""
+        return float(edge_pressures(self.loads.law, self.force).max(initial=0.0))
 
     @property
     def torque_residual(self) -> float:

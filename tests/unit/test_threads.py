@@ -66,7 +66,11 @@ COMPUTATIONS: dict[str, tuple[Callable[[], Any], Callable[[Any], Any], str]] = {
         lambda p: p.mesh("coast", 4, 9),
         "efficiency.mesh.elastic_teeth",
     ),
-    "GearPair.compare": (lambda: PAIR, lambda p: p.compare([MODEL], grid=(4, 9)), "efficiency.loss.compare.compare_models"),
+    "GearPair.compare": (
+        lambda: PAIR,
+        lambda p: p.compare([MODEL], grid=(4, 9)),
+        "efficiency.loss.compare.compare_models",
+    ),
     "GearPair.plot_contact": (lambda: PAIR, lambda p: p.plot_contact(), "efficiency.geometry.pair_geometry.flank_pair"),
     "EfficiencyResult.strength": (result, lambda r: r.strength, "efficiency.mesh.kept_of_design"),
     "LoadedMesh.efficiency": (loaded, lambda m: m.efficiency(MODEL), "efficiency.mesh.solve_friction"),
