@@ -201,7 +201,7 @@ class TangentLoad(LoadDistribution):
         return float(self.loaded["pressure_hertz"].max())
 
     @cached_property
-    def pressure_edge_max(self) -> float:  # type: ignore[override]
+    def pressure_edge_max(self) -> float:
         """Maximum pressure of elastic contacts at rounded edges [Pa]; 0 without any."""
         return float(edge_pressures(self.loads.law, self.force).max(initial=0.0))
 

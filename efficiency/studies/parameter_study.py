@@ -415,7 +415,7 @@ def _solve(task: StudyTask) -> dict[str, list[dict[str, Any]]]:
     fixed |= {"load_balance": task.load_balance} | task.design.assembly.misalignment.model_dump()
 
     clock = time.perf_counter()
-    states = [dict(zip(OPERATING, state, strict=True)) for state in task.states]
+    states: list[dict[str, Any]] = [dict(zip(OPERATING, state, strict=True)) for state in task.states]
     evaluator = replace(pair._evaluator(task.friction, task.grid, fixed)[0], strength=task.strength)
     solved = evaluator.points(states)
     seconds = (time.perf_counter() - clock) / len(states)

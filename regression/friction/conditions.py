@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ehl import inputs
+from ehl.common.arrays import IntArray
 from ehl.common.errors import InputError
 from ehl.common.quantities import si_units
 from ehl.common.units import ValueRange, value_range
@@ -187,7 +188,7 @@ def conditions_of(state: ContactState, oil: Oil) -> dict[str, Array]:
 _BULK = ("temperature_bulk_1", "temperature_bulk_2")
 
 
-def _repeated(value: Any, counts: Array, shape: tuple[int, ...]) -> Any:
+def _repeated(value: Any, counts: IntArray, shape: tuple[int, ...]) -> Any:
     """A lubricant at several temperatures with every property repeated, `counts` times at each temperature."""
     if isinstance(value, np.ndarray) and value.shape == counts.shape:
         return np.repeat(value, counts).reshape(shape)
@@ -197,7 +198,7 @@ def _repeated(value: Any, counts: Array, shape: tuple[int, ...]) -> Any:
         return value
     parts = {field.name: _repeated(getattr(value, field.name), counts, shape) for field in fields(value)}
     film = parts.pop("_alpha_film", None)
-    found = replace(value, **parts)
+    found: Any = replace(value, **parts)
     return found if film is None else found.with_alpha_film(film)
 
 

@@ -94,6 +94,7 @@ def test_one_thread_inside_and_those_of_the_caller_after(
 ) -> None:
     make, call, inner = COMPUTATIONS[name]
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MIXED_EHL_CACHE", "off")
     argument, found = make(), []
 
     def reached(*arguments: Any, **options: Any) -> Any:
