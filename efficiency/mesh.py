@@ -416,7 +416,8 @@ class LoadedMesh:
         many : bool
             As in `efficiency`.
         """
-        model, places = self._friction_model(friction, conditions[0]), [self._conditions(here) for here in conditions]
+        model = resolve_friction(friction, self.design, conditions[0].get("oil"))
+        places = [self._conditions(here) for here in conditions]
         clock = time.perf_counter()
 
         def run(at: Conditions) -> Run[EfficiencyResult]:
@@ -426,9 +427,6 @@ class LoadedMesh:
         found = solve_friction([run(at) for at in places], model, places[0].oil)
         seconds = (time.perf_counter() - clock) / len(found)
         return [replace(result, seconds=seconds, case=replace(result.case, mesh=self)) for result in found]
-
-    def _friction_model(self, friction: Friction | None, conditions: Mapping[str, Any]) -> FrictionModel:
-        return resolve_friction(friction, self.design, conditions.get("oil"))
 
     @one_thread
     def compare(self, frictions: Iterable[Friction] | None = None, **conditions: Unpack[ConditionValues]) -> Comparison:

@@ -362,6 +362,7 @@ class GearPair:
         >>> [f"{factor:.2f}" for factor in rated.drive.safety_root]
         ['1.48', '1.32']
         """
+        from efficiency.conditions.duty import duty_rows
         from efficiency.geometry.design_rating import rate_design
 
         at = {name: None if x is None else checked(name, x) for name, x in (("torque", torque), ("speed", speed))}
