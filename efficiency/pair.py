@@ -58,6 +58,8 @@ if TYPE_CHECKING:
     Axle = AxleLosses | Path | str | Mapping[str, Value]
 
 _KEPT_MESHES, _MAX_STATES = 8, 10_000
+# default standard deviation of E, P and G of random states [m]: half of the box of the load sizing
+_SPREAD = 2.5e-5
 
 
 class GearPair:
@@ -538,6 +540,7 @@ class GearPair:
         friction: Friction | None = None,
         progress: ProgressCallback | None = None,
         samples: int | None = None,
+        accuracy_grade: int | None = None,
         **conditions: Unpack[ConditionValues],
     ) -> MisalignmentGrid:
         """Contact over all combinations of misalignments added to those of the design (V-H check), or over random ones.
@@ -557,7 +560,10 @@ class GearPair:
         progress : callable, optional
             Called with a `Progress` after each state of a side.
         samples : int, optional
-            Number of random states (tolerance analysis): each misalignment is normal, its value the standard deviation.
+            Number of random states (tolerance analysis): each misalignment is normal, its value the standard deviation;
+            without any, E, P and G have 0.025 mm.
+        accuracy_grade : int, optional
+            With `samples`: grade of ISO 1328-1 (1 to 11) of the flanks; slopes, crowning and twist are random too.
         **conditions : float or str
             With a torque: conditions that differ from the design, as in `LoadedMesh.efficiency`.
         """
@@ -568,8 +574,14 @@ class GearPair:
         values: dict[str, Any] = {
             name: tuple(axis_values(name, given)) for name, given in axes.items() if given is not None
         }
+        if not values and samples is not None:
+            values = dict.fromkeys(("E", "P", "G"), (_SPREAD,))
         if not values:
             raise InputError(", ".join(MISALIGNMENTS), None, "at least one of them with its values")
+        if accuracy_grade is not None:
+            check_count("accuracy_grade", accuracy_grade, 1, 11)
+            if samples is None:
+                raise InputError("accuracy_grade", accuracy_grade, "no value without samples")
         states = math.prod(len(part) for part in values.values()) if samples is None else samples
         if samples is not None:
             check_count("samples", samples, 2, _MAX_STATES)
@@ -583,8 +595,9 @@ class GearPair:
         [model] = self.check([friction], **conditions)
 
         def study(part: Side, thickness: float) -> MisalignmentStudy:
-            def load(placed: dict[str, Any]) -> EfficiencyResult:
-                return self.at(model, **{"side": part, "torque": carried, **conditions, **placed})
+            def load(moved: Design) -> EfficiencyResult:
+                here: dict[str, Any] = {"side": part, "torque": carried, **conditions}
+                return self.sharing_bodies(moved).at(model, **here)
 
             return misalignment_study(
                 self.design,
@@ -594,6 +607,7 @@ class GearPair:
                 torque=carried,
                 load=None if carried is None else load,
                 samples=samples,
+                accuracy_grade=accuracy_grade,
                 **values,
             )
 

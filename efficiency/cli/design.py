@@ -215,12 +215,14 @@ def misalignment(
         int | None,
         console.advanced(help="Tolerance analysis: so many random states, E, P, G, angle being standard deviations."),
     ] = None,
+    accuracy_grade: shared.GradeOption = None,
     point: shared.PointOptions,
     friction: shared.FrictionOption = None,
     oil: shared.OilOption = None,
     json_output: shared.JsonOption = False,
     csv: Annotated[Path | None, console.advanced(help="Write all states as CSV (SI units).")] = None,
     plot: Annotated[Path | None, console.advanced(help="Folder for figures (PNG).")] = None,
+    report: shared.ReportOption = None,
 ) -> None:
     """Misalignment study (V-H check): contact over a grid of E, P, G and shaft angle, added to those of the design.
 
@@ -228,17 +230,19 @@ def misalignment(
 
     Lists 'a, b, c unit' or ranges 'from:to:number unit'; the states are all combinations.
     """
+    shared.check_files(console.given({"report": report}))
     with console.working("misalignment"):
         states = efficiency.load(design).misalignment(
             side=side,
             marking=marking,
             friction=friction,
             samples=samples,
+            accuracy_grade=accuracy_grade,
             **point,
             **console.given({"oil": oil}),
             **axes,
         )
-    shared.present(states, json_output, csv=csv, plot=plot)
+    shared.present(states, json_output, csv=csv, plot=plot, report=report)
 
 
 @shared.with_groups

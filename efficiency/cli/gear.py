@@ -53,15 +53,30 @@ def gear(
         bool, advanced("--rating", help="Only the load capacity after ISO 10300: stresses, S_H and S_F of both flanks.")
     ] = False,
     spectrum: Annotated[Path | None, advanced(help="With --rating: duty cycle (CSV, XLSX) as load spectrum.")] = None,
+    tolerance: Annotated[
+        int | None,
+        advanced(help="So many random states in place of one: --E, --P, --G and the angle are standard deviations."),
+    ] = None,
+    accuracy_grade: shared.GradeOption = None,
     load_from: LoadFromOption = None,
     save_load: SaveLoadOption = None,
 ) -> None:
     """Efficiency of a gear pair at one operating point: contact, load, friction, power loss, strength."""
     shared.check_files(files)
-    pair = _pair(design, misalignment)
     _refuse_lists(conditions)
+    if tolerance is not None:
+        switches = {"rating": rating, "uncertainty": uncertainty, "strength": strength}
+        shared.refuse("--tolerance", switches | {"spectrum": spectrum, "load_from": load_from, "save_load": save_load})
+        whole = efficiency.load(design)
+        at = {"torque": whole.design.operation.torque, **conditions, **given({"bulk": bulk}), **misalignment}
+        with working("random states"):
+            states = whole.misalignment(samples=tolerance, accuracy_grade=accuracy_grade, friction=friction, **at)
+        shared.present(states, json_output, **files)
+        return
+    shared.refuse("one state", {"accuracy_grade": accuracy_grade})
+    pair = _pair(design, misalignment)
     if rating:
-        others = {name: x for name, x in conditions.items() if name not in ("torque", "speed")}
+        others: dict[str, object] = {n: x for n, x in conditions.items() if n not in ("torque", "speed")}
         others |= {"friction": friction, "bulk": bulk, "uncertainty": uncertainty, "strength": strength}
         shared.refuse("--rating", others | {"load_from": load_from, "save_load": save_load} | misalignment)
         at = {name: conditions[name] for name in ("torque", "speed") if name in conditions}

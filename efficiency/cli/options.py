@@ -132,6 +132,10 @@ StrengthOption = Annotated[
         help="Columns of worst grade, safety factors, integral temperature and specific film (0.1 s a point).",
     ),
 ]
+GradeOption = Annotated[
+    int | None,
+    advanced(help="Random states: grade of ISO 1328-1 (1 to 11) of the flanks, whose deviations are random as well."),
+]
 MarkingOption = Annotated[str | None, advanced(help="Thickness of the marking compound, default '6.35 um'.")]
 JsonOption = Annotated[bool, output_option("--json", help="Print one JSON object in SI units.")]
 ReportOption = Annotated[Path | None, output_option(help="Write one HTML page, also for printing.")]

@@ -163,5 +163,5 @@ def flank_pair(
     its design point, the gear flank ends in the mating region, or the members do not mesh.
     """
     pinion, gear = (grid.pinion, grid.gear) if grid is not None else flanks.mating(side)
-    surface = mesh_surface(gear, pinion, flanks.assembly, shape=shape, grid=grid)
+    surface = mesh_surface(gear, pinion, flanks.assembly, shape=shape, grid=grid, deviation=flanks.deviation)
     return FlankPair(flanks, side, replace(surface, relief=flanks.relief), transmission(surface))

@@ -9,6 +9,7 @@ import numpy as np
 
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.ease_off import conjugate_points, pinion_phase
+from efficiency.contact.flank_deviation import FlankDeviation
 from efficiency.contact.relief import PairRelief
 from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import FlankSide
@@ -33,6 +34,7 @@ class GearFlanks:
     drive_flank_pinion: FlankSide = "concave"  # loaded pinion flank on the drive side
     normal_backlash: float = 0.0  # backlash along the normal, removed from the pinion tooth [m]
     relief: PairRelief = field(default_factory=PairRelief)  # relief of the flanks at their edges
+    deviation: FlankDeviation = field(default_factory=FlankDeviation)  # of the flanks from their design
 
     def of(self, member: Member) -> Mapping[FlankSide, Flank]:
         """Both flanks of a member."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from efficiency.contact.assembly import Assembly
 from efficiency.contact.chebyshev import Patch, PointFit
 from efficiency.contact.ease_off import ConjugatePoints, conjugate_points, ease_off, pinion_phase
+from efficiency.contact.flank_deviation import FlankDeviation
 from efficiency.contact.flank_grid import SHAPE, FlankGrid, flank_grid, last_point, regular_part
 from efficiency.contact.relief import PairRelief
 from efficiency.cutting.flank import CutFlank, Flank
@@ -234,6 +235,7 @@ def mesh_surface(
     overhang_root: float = 0.06,
     shape: tuple[int, int] = SHAPE,
     grid: FlankGrid | None = None,
+    deviation: FlankDeviation | None = None,
 ) -> MeshSurface:
     """Map of the mesh of two real flanks in an assembly with its misalignments.
 
@@ -242,6 +244,7 @@ def mesh_surface(
         whole depth.
     shape: Chebyshev coefficients along the face and over the depth.
     grid: flank points of the same flanks from another position.
+    deviation: of the flanks from the given ones.
     Raises `ConvergenceError`: a flank does not exist at the design point, too much of the mating region is undercut,
         the members do not mesh there, or the fields are not smooth enough for the map.
     """
@@ -251,8 +254,8 @@ def mesh_surface(
     relief, parameters, found = ease_off(conjugate, pinion, phase, grid.start)
     present, bound = regular_part(grid, parameters, found & grid.found)
     if not present.all() and not grid.dense:
-        return mesh_surface(gear, pinion, assembly, grid=grid.denser(assembly))
-    return _map(grid, assembly, conjugate, phase, relief, parameters, present, bound)
+        return mesh_surface(gear, pinion, assembly, grid=grid.denser(assembly), deviation=deviation)
+    return _map(grid, assembly, conjugate, phase, relief, parameters, present, bound, deviation or FlankDeviation())
 
 
 def _map(
@@ -264,8 +267,10 @@ def _map(
     parameters: FloatArray,
     present: BoolArray,
     bound: Patch | None,
+    deviation: FlankDeviation,
 ) -> MeshSurface:
-    points = grid.points
+    points, missing = grid.points, deviation.depth(grid.gear.blank, grid.u, grid.v)
+    relief = relief + missing
     in_mesh = assembly.gear_in_mesh(points.position, conjugate.gear_roll)
     force = -turn(points.normal, conjugate.gear_roll)
     lever_pinion, lever_gear = assembly.levers(in_mesh, force)
@@ -318,6 +323,7 @@ def _map(
         raise ConvergenceError("map", "the ease-off is extrapolated beyond its points near the limit of undercut")
     phase += direction * lowest / abs(assembly.ratio)
     relief, parameters, found = ease_off(conjugate, grid.pinion, phase, parameters)
+    relief = relief + missing
     if not found[present].all():
         present = present & found
         on_pinion = _fitter(grid, present)
@@ -325,7 +331,7 @@ def _map(
         raise _undercut_error(grid, 1.0 - float(present.mean()), "map")
     surface = replace(start, phase=phase, error_maximum=highest, patch=with_ease_off(np.where(present, relief, 0.0)))
     tail = surface.patch.tail
-    error = tail["ease_off"] if not grid.dense else _checked(surface, conjugate, parameters)
+    error = tail["ease_off"] if not grid.dense else _checked(surface, parameters, deviation)
     # error of the interpolated gear flank: azimuth error along the normal
     error += tail["azimuth"] * float(lever[-1])
     if not error < _MAX_ERROR * start.undercut_scale:
@@ -374,7 +380,7 @@ def _fitter(grid: FlankGrid, present: BoolArray) -> Callable[[dict[str, FloatArr
     return lambda fields: fit({name: value[present] for name, value in fields.items()})
 
 
-def _checked(surface: MeshSurface, conjugate: ConjugatePoints, parameters: FloatArray) -> float:
+def _checked(surface: MeshSurface, parameters: FloatArray, deviation: FlankDeviation) -> float:
     """Maximum error of the ease-off [m] at points between the nodes of a partly undercut flank."""
     nodes = surface.grid
     random = np.random.default_rng(0)
@@ -390,6 +396,7 @@ def _checked(surface: MeshSurface, conjugate: ConjugatePoints, parameters: Float
     exact = conjugate_points(surface.gear.points(on_gear), surface.assembly)
     relief, _, found = ease_off(exact, surface.pinion, surface.phase, parameters[:, nearest])
     good &= found
+    relief = relief + deviation.depth(surface.gear.blank, u, v)
     error = np.abs(surface.patch(u, v, ("ease_off",))[0] - relief)
     return float(error[good].max(initial=0.0))
 

@@ -17,6 +17,7 @@ from pydantic import AliasChoices, Field, model_validator
 
 from efficiency.blanks.iso_10300 import RatingFactors
 from efficiency.contact.assembly import Assembly, DisplacedAxes
+from efficiency.contact.flank_deviation import FlankDeviation
 from efficiency.contact.gear_flanks import MEMBERS, GearFlanks, Member
 from efficiency.contact.relief import MemberRelief, PairRelief
 from efficiency.cutting.blank import Blank, Depth, Length
@@ -300,6 +301,7 @@ class AssemblyInput(InputModel):
     normal_backlash: Depth = 0.0  # backlash along the normal [m]
     misalignment: Misalignment = Misalignment()  # misalignment without load
     deflection: Deflection = Deflection()  # stated displacements under load
+    flank_deviation: FlankDeviation = FlankDeviation()  # of the flanks in contact from their design
     # shafts, bearings and housing whose deflection is solved together with the contact
     stiffness: StiffnessInput = StiffnessInput()
 
@@ -346,6 +348,10 @@ class Design(PairDesign):
         moved = validate(Misalignment, misalignment, "assembly.misalignment")
         assembly = self.assembly.model_copy(update={"misalignment": moved})
         return self.model_copy(update={"assembly": assembly})
+
+    def with_deviation(self, deviation: FlankDeviation) -> Design:
+        """The pair with a deviation of its flanks in place of its own."""
+        return self.model_copy(update={"assembly": self.assembly.model_copy(update={"flank_deviation": deviation})})
 
     def under_torque(self, torque: float) -> Design:
         """The pair with the deflections at a pinion torque [N m] added to its misalignment."""
@@ -407,7 +413,14 @@ class Design(PairDesign):
         given = self.assembly
         relief = PairRelief(self.pinion.edge_relief, self.gear.edge_relief)
         return GearFlanks(
-            self.name, pinion, gear, self.placement(), given.drive_flank_pinion, given.normal_backlash, relief
+            self.name,
+            pinion,
+            gear,
+            self.placement(),
+            given.drive_flank_pinion,
+            given.normal_backlash,
+            relief,
+            given.flank_deviation,
         )
 
     @property
@@ -472,7 +485,7 @@ def kept_of_design(kind: Kind, design: Design, what: tuple[object, ...], make: C
 
 
 def _key(kind: Kind, design: Design, what: tuple[object, ...]) -> str:
-    moved = None if kind == "mesh" else {"assembly": {"misalignment", "deflection", "stiffness"}}
+    moved = None if kind == "mesh" else {"assembly": {"misalignment", "deflection", "stiffness", "flank_deviation"}}
     members = design.model_dump_json(include={"name", "pinion", "gear", "assembly"}, exclude=moved)
     materials = [(b.material, b.rim_thickness, sorted(b.held), b.youngs_modulus) for b in design.tooth_bodies()]
     digest = hashlib.sha256(repr((kind, what, members, materials)).encode())

@@ -7,6 +7,7 @@ bodies.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from efficiency.contact.flank_deviation import FlankDeviation, flank_tolerances
 from efficiency.contact.flank_grid import FlankGrid
 from efficiency.contact.flank_pair import MARKING, FlankPair, flank_pair
 from efficiency.contact.gear_flanks import Side
@@ -39,6 +41,8 @@ LOADED = (
     "efficiency",
 )
 QUANTILES = (0.05, 0.5, 0.95)
+DEVIATIONS = tuple(FlankDeviation.model_fields)
+"""Names of the deviations of the flanks."""
 # names of the columns of files and JSON, where they differ from those of `MisalignmentPoint`
 _COLUMNS = {"error_maximum_u": "crest_u", "error_maximum_depth": "crest_depth", "undercut": "absent"}
 
@@ -78,11 +82,13 @@ class MisalignmentPoint:
     # ``edge contact``: computed, an edge carries somewhere in the mesh
     status: Literal["converged", "edge contact", "failed"] = "failed"
     reason: str = ""  # of a failure
+    deviation: FlankDeviation = field(default_factory=FlankDeviation)  # of the flanks from their design
 
     def to_dict(self, loaded: bool = False) -> dict[str, float | str]:
         """Values by the names of the columns in files; those of a load where there is one."""
-        names = [f.name for f in fields(self) if loaded or f.name not in LOADED]
-        return {_COLUMNS.get(name, name): getattr(self, name) for name in names}
+        names = [f.name for f in fields(self) if f.name != "deviation" and (loaded or f.name not in LOADED)]
+        own = self.deviation.model_dump() if self.deviation else {}
+        return {_COLUMNS.get(name, name): getattr(self, name) for name in names} | own
 
 
 @dataclass(frozen=True)
@@ -103,6 +109,8 @@ class MisalignmentStudy:
     seconds: float  # wall time
     torque: float | None = None  # of the pinion [N m]; none without load
     samples: int | None = None  # number of random states in place of the combinations
+    accuracy_grade: int | None = None  # of the flanks of random states
+    tolerances: FlankDeviation = field(default_factory=FlankDeviation)  # standard deviations of the flanks
     status: Literal["converged", "failed"] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -142,6 +150,7 @@ class MisalignmentStudy:
         content = {name: getattr(self, name) for name in names}
         if self.samples:
             content |= {"samples": self.samples, "distribution": self.distribution()}
+            content |= {"accuracy_grade": self.accuracy_grade, "tolerances": self.tolerances.model_dump()}
         plain: dict[str, object] = finite_or_none(content | {"points": [p.to_dict(loaded) for p in self.points]})
         return plain
 
@@ -193,8 +202,9 @@ def misalignment_study(
     marking: float = MARKING,
     progress: ProgressCallback | None = None,
     torque: float | None = None,
-    load: Callable[[dict[str, float]], EfficiencyResult] | None = None,
+    load: Callable[[Design], EfficiencyResult] | None = None,
     samples: int | None = None,
+    accuracy_grade: int | None = None,
 ) -> MisalignmentStudy:
     """Contact at all combinations of misalignments, or at random ones, added to those of the design.
 
@@ -203,8 +213,9 @@ def misalignment_study(
     marking: thickness of the marking compound [m].
     progress: called with a `Progress` after each point.
     torque: of the pinion [N m], where there is a load.
-    load: loaded contact at the misalignments of a state, those of the design included.
+    load: loaded contact of the design in a state.
     samples: number of states with independent normal misalignments whose standard deviations are the values.
+    accuracy_grade: of the flanks, whose deviations are random as well (`flank_tolerances`).
     Returns: a point that cannot be computed is a status with its reason, not an error.
     Raises `InputError`: a value out of the range of the design file, or no value for a misalignment.
     """
@@ -219,23 +230,33 @@ def misalignment_study(
     start = design.assembly.misalignment
     points: list[MisalignmentPoint] = []
     grid: FlankGrid | None = None
+    own, tolerances = design.assembly.flank_deviation, FlankDeviation()
     if samples is None:
         states = list(product(values["E"], values["P"], values["G"], values["shaft_angle_error"]))
+        made = [own] * len(states)
     else:
-        deviations = np.array([values[name][0] for name in MISALIGNMENTS])
-        states = [(e, p, g, angle) for e, p, g, angle in (_normal(samples, len(MISALIGNMENTS)) * deviations).tolist()]
-    for number, state in enumerate(states):
+        if accuracy_grade is not None:
+            blanks = design.pinion.blank, design.gear.blank
+            spiral = design.flanks().mating(side)[1].mean_angles()[0]
+            module = 2.0 * blanks[1].mean_cone_distance * math.sin(blanks[1].pitch_angle) * math.cos(spiral)
+            tolerances = flank_tolerances(accuracy_grade, module / blanks[1].teeth, *blanks)
+        spread = [*(values[name][0] for name in MISALIGNMENTS), *tolerances.model_dump().values()]
+        spread = spread[: None if tolerances else len(MISALIGNMENTS)]
+        rows = (_normal(samples, len(spread)) * np.array(spread)).tolist()
+        states = [(e, p, g, angle) for e, p, g, angle, *_ in rows]
+        made = [_deviated(own, row[len(MISALIGNMENTS) :]) for row in rows]
+    for number, (state, deviation) in enumerate(zip(states, made, strict=True)):
         placed = {n: getattr(start, n) + x for n, x in zip(MISALIGNMENTS, state, strict=True)}
-        moved = design.with_misalignment(**placed)
+        moved = design.with_misalignment(**placed).with_deviation(deviation)
         try:
             pair = flank_pair(moved.flanks(), side, grid=grid)
         except ConvergenceError as error:
-            points.append(MisalignmentPoint(*state, reason=str(error)))
+            points.append(MisalignmentPoint(*state, reason=str(error), deviation=deviation))
         else:
             grid = pair.surface.grid
-            point = _point(pair, state, marking)
+            point = replace(_point(pair, state, marking), deviation=deviation)
             if load is not None:
-                point = _loaded(point, load, placed, 0.5 * design.gear.blank.face_width)
+                point = _loaded(point, load, moved, 0.5 * design.gear.blank.face_width)
             points.append(point)
         with progress_to(progress):
             report_progress("states", number + 1, len(states))
@@ -248,7 +269,17 @@ def misalignment_study(
         seconds=time.perf_counter() - clock,
         torque=torque,
         samples=samples,
+        accuracy_grade=accuracy_grade,
+        tolerances=tolerances,
     )
+
+
+def _deviated(own: FlankDeviation, more: Sequence[float]) -> FlankDeviation:
+    """A deviation with that of a random state added, within its range."""
+    added = dict(zip(DEVIATIONS, more, strict=False))
+    limit = 5e-4
+    values = {name: min(max(x + added.get(name, 0.0), -limit), limit) for name, x in own.model_dump().items()}
+    return FlankDeviation(**values)
 
 
 def _normal(count: int, size: int) -> FloatArray:
@@ -282,13 +313,13 @@ def _point(pair: FlankPair, state: tuple[float, float, float, float], marking: f
 
 def _loaded(
     point: MisalignmentPoint,
-    load: Callable[[dict[str, float]], EfficiencyResult],
-    placed: dict[str, float],
+    load: Callable[[Design], EfficiencyResult],
+    moved: Design,
     half_face: float,
 ) -> MisalignmentPoint:
     """The state with what its load adds."""
     try:
-        result = load(placed)
+        result = load(moved)
     except ConvergenceError as error:
         return replace(point, status="failed", reason=f"at the torque: {error}")
     positions = result.load.positions

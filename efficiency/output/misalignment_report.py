@@ -54,8 +54,14 @@ def distribution_table(study: MisalignmentStudy) -> Table:
     columns = ["statistic", *found]
     names = ("mean", "standard deviation", "5 %", "median", "95 %")
     rows = [(name, *(values[i] for values in found.values())) for i, name in enumerate(names)]
-    title = f"{study.design}, {study.side}: {study.samples} random states, standard deviations {spread}"
-    return Table(columns, rows, title, _notes(study), "distribution", vertical=True)
+    title = f"{study.design}, {study.side}: {study.samples} random states, standard deviations {spread or 'none'}"
+    notes = _notes(study)
+    if study.accuracy_grade is not None:
+        made = ", ".join(f"{n.replace('_', ' ')} {1e6 * x:.2g} µm" for n, x in study.tolerances.model_dump().items())
+        notes.append(
+            f"flanks of grade {study.accuracy_grade} (ISO 1328-1), standard deviations of both together: {made}"
+        )
+    return Table(columns, rows, title, notes, "distribution", vertical=True)
 
 
 def _notes(study: MisalignmentStudy) -> list[str]:
@@ -95,7 +101,9 @@ def misalignment_sections(grid: MisalignmentGrid, medium: Medium) -> list[Sectio
     if first.samples:
         # a page lists the states as well
         tables = [distribution_table(study) for study in grid.studies] + (tables if medium == "page" else [])
-    if medium == "terminal" or first.samples:
+    if medium == "terminal":
         return [Section("", [head, *tables])]
+    if first.samples:
+        return [Section("", [head, *misalignment_figures(grid.pair, grid.studies), *tables])]
     wide, *others = misalignment_figures(grid.pair, grid.studies)
     return [Section("", [head]), Section("Contact", [wide, Row(others)]), Section("Numerical results", tables)]

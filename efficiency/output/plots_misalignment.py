@@ -11,6 +11,7 @@ from matplotlib import colormaps
 
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.design.design import MISALIGNMENTS
+from efficiency.geometry.misalignment import LOADED
 from efficiency.output.plots_geometry import flank_axes, flank_figure
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 
 _PATTERNS = 7
+_DISTRIBUTED = ("peak_to_peak", *LOADED)
 
 
 def misalignment_quantity(name: str) -> Quantity:
@@ -111,6 +113,30 @@ def loaded_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
     grid[0][0].legend(fontsize=7, framealpha=0.6)
     torque = quantity("torque").text(studies[0].torque or 0.0)
     figure.suptitle(f"{studies[0].design}: misalignments at {torque} of the pinion", fontsize=11)
+    return figure
+
+
+def distribution_figure(studies: Sequence[MisalignmentStudy]) -> Figure:
+    """Histogram of each result over random states, with its mean and its quantiles of 5, 50 and 95 %."""
+    names = [name for name in _DISTRIBUTED if name in studies[0].distribution()]
+    columns = min(len(names), 3)
+    figure = new_figure(1.0 + 3.9 * columns, 0.9 + 2.9 * -(-len(names) // columns))
+    grid = np.atleast_1d(figure.subplots(-(-len(names) // columns), columns, squeeze=False)).ravel()
+    for axes, name in zip(grid, names, strict=False):
+        for study, colour in zip(studies, (BLUE, ORANGE), strict=False):
+            if not study.distribution():
+                continue
+            values = [getattr(p, name) for p in study.points if p.status != "failed"]
+            axes.hist(to_display(name, np.array(values)), bins="auto", color=colour, alpha=0.55, label=study.side)
+            mean, _, low, middle, high = (to_display(name, x) for x in study.distribution()[name])
+            for place, style in ((low, ":"), (middle, "--"), (high, ":"), (mean, "-")):
+                axes.axvline(place, color=colour, ls=style, lw=1.2)
+        axes.set(xlabel=axis_label(name), ylabel="states")
+        axes.ticklabel_format(axis="x", useOffset=False)
+    for axes in grid[len(names) :]:
+        axes.set_visible(False)
+    grid[0].legend(fontsize=7, framealpha=0.6)
+    figure.suptitle(f"{studies[0].design}: {studies[0].samples} random states; lines: mean, 5, 50, 95 %", fontsize=11)
     return figure
 
 
@@ -212,7 +238,12 @@ def section_contacts(
 
 
 def misalignment_figures(design: Design, studies: Sequence[MisalignmentStudy]) -> Iterator[Picture]:
-    """Sections of all studies, then maps and patterns of each."""
+    """Sections of all studies, then maps and patterns of each; of random states their distribution."""
+    if studies[0].samples:
+        if studies[0].distribution():
+            caption = "Distribution of the results over random misalignments and flank deviations."
+            yield Picture(partial(distribution_figure, studies), caption, "distribution")
+        return
     caption = "Transmission error, position and size of the contact over each misalignment."
     yield Picture(partial(section_figure, studies), caption, "misalignment")
     if studies[0].torque is not None:
@@ -231,7 +262,7 @@ def misalignment_figures(design: Design, studies: Sequence[MisalignmentStudy]) -
 def plot_misalignment(grid: MisalignmentGrid, ax: Axes | None) -> Axes:
     """Transmission error, position and size of the contact; in `ax` only the error over the first misalignment."""
     if ax is None:
-        return section_figure(grid.studies).axes[0]
+        return (distribution_figure if grid.studies[0].samples else section_figure)(grid.studies).axes[0]
     name = (grid.studies[0].varied or ["E"])[0]
     for study, colour in zip(grid.studies, (BLUE, ORANGE), strict=False):
         values, points = section_points(study, name)

@@ -1,6 +1,8 @@
 """Misalignment study and contact pattern."""
 
 import json
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from refusals import refuses
 import efficiency
 from efficiency.contact.contact_lines import mesh_cycle
 from efficiency.contact.contact_search import contact_path
+from efficiency.contact.flank_deviation import FlankDeviation
 from efficiency.contact.flank_pair import FlankPair, flank_pair
 from efficiency.design.design import load_design
 from efficiency.geometry.misalignment import MisalignmentStudy, misalignment_study
@@ -139,3 +142,56 @@ def test_random_states_have_the_given_deviations_and_a_distribution() -> None:
         efficiency.load(BEVEL).misalignment(E="0.05 mm", samples=1)
     grid = efficiency.load(BEVEL).misalignment(E="0.05 mm", samples=2)
     assert [item.name for item in grid.sections("terminal")[0].items if isinstance(item, Table)] == ["distribution"]
+    assert grid.figure("distribution").axes
+
+
+def test_random_flanks_have_the_deviations_of_their_grade() -> None:
+    design = load_design(BEVEL)
+    fine, coarse = (
+        misalignment_study(design, samples=16, accuracy_grade=grade).tolerances.model_dump() for grade in (5, 7)
+    )
+    assert all(coarse[name] == pytest.approx(2.0 * value) for name, value in fine.items())
+    study = misalignment_study(design, E=[2e-5], samples=16, accuracy_grade=7)
+    made = np.array([list(point.deviation.model_dump().values()) for point in study.points])
+    assert made.std(axis=0) == pytest.approx(list(study.tolerances.model_dump().values()), rel=0.3)
+    assert study.to_dict()["points"][3]["twist"] == made[3, 4]
+    pair = efficiency.load(BEVEL)
+    for wrong in ({"samples": 4, "accuracy_grade": 12}, {"E": "0.02 mm", "accuracy_grade": 6}):
+        with refuses("accuracy_grade"):
+            pair.misalignment(**wrong)
+    stated = design.with_deviation(FlankDeviation(lengthwise_crowning=2e-5))
+    shorter, usual = (flank_pair(d.flanks()).pattern().length for d in (stated, design))
+    assert shorter < usual
+
+
+def test_blade_angle_error_is_a_profile_slope() -> None:
+    """The blade angle of a Formate gear with teeth of uniform depth: ease-off within 4 % of the slope."""
+    design, turn = load_design("fh_hypoid_9x34"), 3e-4
+    gear = design.gear
+    blade = gear.convex.cutter.model_copy(update={"blade_angle": gear.convex.cutter.blade_angle + turn})
+    cut = gear.model_copy(update={"convex": gear.convex.model_copy(update={"cutter": blade})})
+    slope = turn * (gear.blank.mean_addendum + gear.blank.mean_dedendum) / np.cos(blade.blade_angle)
+    pairs = [
+        design,
+        design.model_copy(update={"gear": cut}),
+        design.with_deviation(FlankDeviation(profile_slope=slope)),
+    ]
+    u, v = (
+        x.ravel() for x in np.meshgrid(np.linspace(-0.4, 0.4, 9) * gear.blank.face_width, np.linspace(0.4, 0.95, 7))
+    )
+    maps = [flank_pair(each.flanks()).surface.patch(u, v, ("ease_off", "lever")) for each in pairs]
+    lever = maps[0][1]
+    # apart from a rotation about the axis, which the contact removes
+    one, other = (x[0] - maps[0][0] - lever * (lever @ (x[0] - maps[0][0])) / (lever @ lever) for x in maps[1:])
+    assert np.ptp(one) > 1.4e-6
+    assert np.abs(one - other).max() < 0.04 * slope
+
+
+def test_tolerance_of_a_pair_on_the_command_line(mixed_ehl: Callable[..., Any]) -> None:
+    friction = ("--friction", "constant:0.05", "--json")
+    outcome = mixed_ehl("gear", BEVEL, "--tolerance", "2", "--accuracy-grade", "6", *friction)
+    [study] = json.loads(outcome.out)["studies"]
+    assert (study["samples"], study["accuracy_grade"], study["torque"]) == (2, 6, 300.0)
+    assert 0.9 < study["distribution"]["efficiency"][0] < 1.0
+    for wrong in (("--accuracy-grade", "6"), ("--tolerance", "2", "--rating"), ("--tolerance", "1")):
+        assert mixed_ehl("gear", BEVEL, *wrong).code == 2
