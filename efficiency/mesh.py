@@ -47,6 +47,7 @@ from efficiency.ltca.shaft_deflection import solve_deflection
 from efficiency.ltca.solid_tooth import SolidTooth, elastic_teeth
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.progress import ProgressCallback
+from ehl.common.table import Table
 from ehl.common.threads import one_thread
 from ehl.state import ContactState
 from regression.formula import shipped_formulas
@@ -332,6 +333,13 @@ class Mesh:
         lines = f"{len(self.grids.fine)} positions, {self.grids.points_per_line} points per line"
         return f"Mesh({self.design.name}, {self.side}: {lines}, {len(self._loaded)} torques solved)"
 
+    def _repr_html_(self) -> str:
+        record = {
+            "side": self.side, "positions": len(self.grids.fine), "points_per_line": self.grids.points_per_line,
+            "transmission_error_unloaded": self.grids.unloaded_error,
+        }  # fmt: skip
+        return Table.from_records([record], title=self.design.name, vertical=True).html()
+
 
 @dataclass(frozen=True, eq=False)
 class LoadedMesh:
@@ -560,6 +568,17 @@ class LoadedMesh:
         load = self.grids.fine
         pressure = f"{load.pressure_hertz_max / 1e9:.4g} GPa" if not load.reason else f"failed, {load.reason}"
         return f"LoadedMesh({self.mesh.design.name}, {self.mesh.side}, {self.torque:.6g} N m: {pressure})"
+
+    def _repr_html_(self) -> str:
+        load = self.grids.fine
+        record: dict[str, Any] = {"side": self.mesh.side, "torque": self.torque, "status": load.reason or "converged"}
+        if not load.reason:
+            record |= {
+                "pressure_hertz_max": load.pressure_hertz_max, "contact_ratio": load.contact_ratio,
+                "transmission_error_loaded": float(np.ptp(load.transmission_error)),
+                "edge_load_share": self.grids.edges.share,
+            }  # fmt: skip
+        return Table.from_records([record], title=self.mesh.design.name, vertical=True).html()
 
 
 @dataclass(eq=False)

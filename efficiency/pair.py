@@ -9,7 +9,6 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Unpack
 
@@ -37,6 +36,7 @@ from efficiency.mesh import POINTS_PER_LINE, POSITIONS, Mesh, elastic_bodies
 from ehl.common.errors import ConvergenceError, InputError, check_count
 from ehl.common.figures import interactive
 from ehl.common.progress import ProgressCallback
+from ehl.common.table import Table
 from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil
 from regression.friction.models import FrictionModel
@@ -685,13 +685,12 @@ class GearPair:
 
     def _repr_html_(self) -> str:
         design, point = self.design, self.design.operation
-        rows = {
-            "teeth": f"{design.pinion.blank.teeth} / {design.gear.blank.teeth}",
-            "hypoid offset": f"{1e3 * design.assembly.hypoid_offset:.4g} mm",
-            "shaft angle": f"{math.degrees(design.assembly.shaft_angle):.4g} deg",
-            "face width": " / ".join(f"{1e3 * m.blank.face_width:.4g} mm" for m in (design.pinion, design.gear)),
-            "pinion torque, speed": f"{point.torque:.4g} N m, {point.speed * 30.0 / math.pi:.4g} rpm",
-            "oil": f"{point.oil}, {point.temperature:.5g} K",
-        }
-        cells = "".join(f"<tr><th>{escape(k)}</th><td>{escape(v)}</td></tr>" for k, v in rows.items())
-        return f"<table><caption>{escape(design.name)}</caption>{cells}</table>"
+        rows = [
+            ("teeth", f"{design.pinion.blank.teeth} / {design.gear.blank.teeth}"),
+            ("hypoid offset", f"{1e3 * design.assembly.hypoid_offset:.4g} mm"),
+            ("shaft angle", f"{math.degrees(design.assembly.shaft_angle):.4g} deg"),
+            ("face width", " / ".join(f"{1e3 * m.blank.face_width:.4g} mm" for m in (design.pinion, design.gear))),
+            ("pinion torque, speed", f"{point.torque:.4g} N m, {point.speed * 30.0 / math.pi:.4g} rpm"),
+            ("oil", f"{point.oil}, {point.temperature - 273.15:.4g} degC"),
+        ]
+        return Table(("quantity", "pinion / gear"), rows, title=design.name).html()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property, lru_cache
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TypedDict, Unpack
 
@@ -19,6 +18,7 @@ from efficiency.mesh import Mesh
 from efficiency.pair import GearPair
 from ehl.common.data import named_file
 from ehl.common.errors import InputError
+from ehl.common.table import Table
 from ehl.common.threads import one_thread
 from ehl.common.validation import read_toml, validate
 
@@ -217,5 +217,4 @@ class CylindricalPair(GearPair):
         )
 
     def _repr_html_(self) -> str:
-        cells = "".join(f"<tr><th>{escape(k)}</th><td>{escape(v)}</td></tr>" for k, v in self.design.rows())
-        return f"<table><caption>{escape(self.design.name)}</caption>{cells}</table>"
+        return Table(("quantity", "pinion / gear"), self.design.rows(), title=self.design.name).html()

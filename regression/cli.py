@@ -68,8 +68,13 @@ def mu(
     speed: Annotated[str, typer.Option(help='Entrainment speed (u1 + u2)/2, "5 m/s".')],
     slide_to_roll: Annotated[str, typer.Option(help="Sliding across the contact line over entrainment speed.")],
     temperature: Annotated[str, typer.Option(help='Oil temperature at the inlet, "80 degC".')],
-    roughness_rms: Annotated[str, typer.Option(help='Composite Rq of both surfaces, "0.4 um".')] = "0 um",
+    roughness_rms: Annotated[
+        str | None, typer.Option(help='Composite Rq of both surfaces, "0.4 um"; default: smooth.')
+    ] = None,
     lengthwise: Annotated[str, typer.Option(help='Sliding along the contact line, "1 m/s".')] = "0 m/s",
+    finish: Annotated[
+        str | None, typer.Option(help="Finish of both surfaces, ground: default values of the roughness.")
+    ] = None,
     correlation_length: Annotated[
         str | None, advanced(help='Correlation length of each surface, "50 um"; default: 40 Rq.')
     ] = None,
@@ -100,9 +105,15 @@ def mu(
         "speed_entrainment": speed,
         "slide_to_roll": slide_to_roll,
         "temperature_oil": temperature,
-        "roughness_rms": roughness_rms,
         "speed_sliding_lengthwise": lengthwise,
-        **given({"correlation_length": correlation_length, "peklenik_number": peklenik_number}),
+        **given(
+            {
+                "roughness_rms": roughness_rms,
+                "finish": finish,
+                "correlation_length": correlation_length,
+                "peklenik_number": peklenik_number,
+            }
+        ),
     }
     content: dict[str, Any] = friction.mu(oil=name, **point).to_dict()
     other = friction.oil_note(ehl.Oil.load(name)) if isinstance(friction, regression.Formula) else ""

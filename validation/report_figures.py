@@ -21,7 +21,7 @@ from PIL import Image, PngImagePlugin
 
 import efficiency
 
-PAIR, SEARCHED = "fm_spiral_bevel_14x39", "fm_hypoid_13x42_relieved"
+PAIR, TORQUE, SEARCHED = "fm_spiral_bevel_14x39_relieved", 200.0, "fm_hypoid_13x42_relieved"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 MODELS = ("75w90", "ehl", "constant:0.05", "xu_kahraman_2007")
 
@@ -54,13 +54,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, default=Path("docs/figures"))
     given = parser.parse_args(arguments)
     if given.what == "comparison":
-        compared = efficiency.load(PAIR).compare(MODELS)
+        compared = efficiency.load(PAIR).compare(MODELS, torque=TORQUE)
         compared.write(plot=given.out / "comparison.png")
         mark(given.out / "comparison.png", {row.name: row.efficiency for row in compared.rows})
     elif given.what == "gear":
         with tempfile.TemporaryDirectory() as folder:
             page = Path(folder) / "gear.html"
-            result = efficiency.load(PAIR).at("75w90")
+            result = efficiency.load(PAIR).at("75w90", torque=TORQUE)
             result.report(page)
             screenshot(page, given.out / "report_gear.png")
         shown = ("efficiency", "efficiency_error", "power_loss", "friction_coefficient_mean", "pressure_hertz_max")

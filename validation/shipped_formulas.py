@@ -53,7 +53,7 @@ def sweep(oil: str, jobs: int | None) -> None:
         seed = f"sampling.seed={100 * OILS.index(oil) + KINDS.index(kind) + 1}"
         plan = regression.Plan.from_file(f"gear{kind}", [f"lubricant.oil={oil}", seed])
         run = regression.sweep(plan, OUT / "sweeps" / f"{oil}{kind}", jobs=jobs)
-        print(run.to_text(), flush=True)
+        print(repr(run), flush=True)
         target = DATA / "datasets" / f"gear_{oil}{kind}.h5"
         new = target.with_suffix(".new.h5")
         new.unlink(missing_ok=True)

@@ -33,10 +33,19 @@ _INTERACTIVE: ContextVar[bool] = ContextVar("interactive", default=False)
 @contextmanager
 def own_style() -> Iterator[None]:
     """The defaults of matplotlib, independent of a matplotlibrc of the user (LaTeX, fonts, sizes)."""
+    import matplotlib
     from matplotlib import style
 
-    with style.context("default"):
-        yield
+    shown = matplotlib.is_interactive()
+    try:
+        with style.context("default"):
+            try:
+                yield
+            finally:
+                # a notebook becomes interactive with its first figure; the end of the context would reset it
+                shown = matplotlib.is_interactive()
+    finally:
+        matplotlib.interactive(shown)
 
 
 @contextmanager

@@ -15,7 +15,7 @@ _NOT_BIBTEX = ("type", "uses")
 _BIBTEX_TYPES = {"software": "misc", "standard": "misc"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Citation:
     """References of a result, in the order of the file.
 
@@ -51,7 +51,7 @@ class Citation:
         """The entries as BibTeX."""
         return "\n\n".join(_bibtex(key, entry) for key, entry in self.entries.items())
 
-    def __str__(self) -> str:
+    def __repr__(self) -> str:
         return self.text
 
 

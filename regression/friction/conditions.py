@@ -23,6 +23,7 @@ from ehl.fluid.viscosity import Temperature
 from ehl.line_contact import half_width_of_pressure, hertz_load, moes_film, wilson_gupta_1992
 from ehl.material import Material, effective_modulus
 from ehl.state import ContactState
+from ehl.surface.finish import Finish, lay_seen
 from ehl.surface.roughness import EP_FILM
 
 Array = NDArray[np.float64]
@@ -136,14 +137,27 @@ class PointConditions(TypedDict, total=False):
     correlation_length: ArrayLike
     peklenik_number: ArrayLike
     effective_modulus: ArrayLike
+    finish: str
+    finish_state: str
 
 
 def contact_points(**conditions: Unpack[PointConditions]) -> ContactState:
     """Contact points from SI numbers, strings with unit, or arrays of them, with the names of `POINT`.
 
     `temperature` is a synonym of `temperature_oil`. Both surfaces have equal shares of the composite roughness. The
-    default of `effective_modulus` is that of steel bodies, which have the oil temperature.
+    default of `effective_modulus` is that of steel bodies, which have the oil temperature. A `finish` with its
+    `finish_state` ("run_in") gives default values of Rq, correlation length and Peklenik number, as in `ehl.Contact`.
     """
+    finish, finish_state = conditions.pop("finish", None), conditions.pop("finish_state", "run_in")
+    if finish is not None:
+        named = Finish.load(finish, finish_state)
+        length, gamma = lay_seen(named.correlation_length.value, named.lay_ratio.value, 0.0)
+        defaults: PointConditions = {
+            "roughness_rms": named.roughness_rms.value * np.sqrt(2.0),
+            "correlation_length": length,
+            "peklenik_number": np.maximum(gamma, 1.0 / 3.0),
+        }
+        conditions = {**defaults, **conditions}
     values = {"temperature_oil" if name == "temperature" else name: value for name, value in conditions.items()}
     for name in values:
         if name not in POINT:

@@ -170,8 +170,9 @@ class FrictionModel(ABC):
         **conditions : float, str or array
             `pressure_hertz`, `radius_equivalent`, `speed_entrainment`, `slide_to_roll`, `temperature`; optional:
             `roughness_rms` (composite of both surfaces, default 0), `speed_sliding_lengthwise` (0),
-            `correlation_length` (40 Rq) and `effective_modulus` (steel on steel). SI numbers, strings with unit, or
-            broadcastable arrays of them.
+            `correlation_length` (40 Rq), `peklenik_number` (1) and `effective_modulus` (steel on steel). SI numbers,
+            strings with unit, or broadcastable arrays of them. `finish`, `finish_state`: as in `ehl.Contact`, default
+            values of the roughness.
 
         Returns
         -------
@@ -254,6 +255,10 @@ class FrictionModel(ABC):
         state, card = self._points(state, oil, conditions)
         if state.size != 1:
             raise InputError("state", f"{state.size} points", "one contact point")
+        if spreads is None and (finish := conditions.get("finish")) is not None:
+            given = float(np.ravel(state.roughness_rms_1)[0]) if "roughness_rms" in conditions else None
+            surface = {"finish_state": conditions.get("finish_state", "run_in"), "roughness_rms": given}
+            spreads = DEFAULT.of_surface(finish=finish, **surface)
         return point_uncertainty(self, state, card, spreads or DEFAULT, level)
 
 

@@ -31,3 +31,25 @@ def test_output_and_figure_stand_below_each_cell(tmp_path: Path) -> None:
     assert places == sorted(places)
     assert len(list(tmp_path.glob("tutorials_oil_*.png"))) == 1
     assert all((ROOT / "docs" / f"{page}.md").exists() for page in PAGES)
+
+
+def test_figures_of_later_cells_are_shown_and_objects_are_tables() -> None:
+    import nbformat
+    from nbclient import NotebookClient
+
+    cells = [
+        "import efficiency\npair = efficiency.load('fm_spiral_bevel_14x39')\npair",
+        "mesh = pair.mesh()\nmesh",
+        "loaded = mesh.load('200 N m')\nloaded",
+        "efficiency.load('fzg_c14')",
+        "axes = pair.plot_contact()",
+        "pair.plot_contact()",
+        "result = loaded.efficiency('constant:0.05')\nresult.plot()",
+        "result.citation()",
+    ]
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
+    NotebookClient(notebook, timeout=300).execute()
+    shown = [[output.get("data", {}) for output in cell.outputs] for cell in notebook.cells]
+    assert all(any("<table" in data.get("text/html", "") for data in cell) for cell in shown[:4])
+    assert all(any("image/png" in data for data in cell) for cell in shown[4:7])
+    assert any(data.get("text/plain", "").startswith("[1] ") for data in shown[7])

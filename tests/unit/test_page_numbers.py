@@ -95,7 +95,7 @@ EVERYWHERE: dict[str, Values] = {
     r"14x39|BSD-3|ISO 23509|Kahraman \(2010\)": NAME,
 }
 PHRASES: dict[str, dict[str, Values]] = {
-    "README": {r"(?s)formulas of \w+ oils.*?fitted to all \w+": solved},
+    "README": {r'--torque "\d+ N m"': OPTION, r"(?s)formulas of \w+ oils.*?fitted to all \w+": solved},
     "index-": {
         r"\w+ packages": lambda: [PROSE["index-"].count("\n| `")],
         r"## \w+ commands": lambda: [len(code("sh", "docs/index.md").splitlines())],
@@ -159,8 +159,9 @@ def test_numbers_of_the_pictures_are_those_of_the_program() -> None:
             shown[name] = json.loads(image.text["Description"])
     gear, rows = shown.values()
     fitted = {name for name in rows if "fitted" in name or ", mu " in name}
-    pair = efficiency.load("fm_spiral_bevel_14x39")
-    compared = pair.compare([name for name in rows if name != "ehl" and "-type" not in name and name not in fitted])
+    pair, torque = efficiency.load("fm_spiral_bevel_14x39_relieved"), 200.0
+    models = [name for name in rows if name != "ehl" and "-type" not in name and name not in fitted]
+    compared = pair.compare(models, torque=torque)
     today = {row.name: row.efficiency for row in compared.rows}
     assert rows.keys() == {*today, *fitted, "ehl"} - {name for name in today if name not in rows}
     for name in rows.keys() & today.keys():
@@ -169,6 +170,6 @@ def test_numbers_of_the_pictures_are_those_of_the_program() -> None:
     assert gear.pop("efficiency") == pytest.approx(result.efficiency, abs=5e-5)
     for name, value in gear.items():
         assert value == pytest.approx(getattr(result, name), rel=2e-3), name
-    solved = pair.mesh().load().efficiency(EhlFriction("ehl", points=16, jobs=1))
+    solved = pair.mesh().load(torque).efficiency(EhlFriction("ehl", points=16, jobs=1))
     for name in ("ehl", *(name for name in fitted if "fitted" in name)):
         assert abs(rows[name] - solved.efficiency) < solved.efficiency_error

@@ -1,6 +1,7 @@
 """Formula files and families: round trip, ranges, limits of the forms, refused files."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from refusals import refuses
 from ehl.common.errors import InputError
 from ehl.contact import Contact
 from ehl.fluid.oil import Oil
+from ehl.surface.finish import Finish
 from regression.data.dataset import columns, load_dataset
 from regression.formula import Formula, friction_model
 from regression.friction.conditions import conditions_of
@@ -277,3 +279,31 @@ def test_what_a_formula_of_a_file_has_and_lacks(tmp_path: Path) -> None:
     thin |= {"roughness_rms": "0.04 um", "correlation_length": "10 um", "temperature": "30 degC"}
     with refuses("conditions"):  # each in its range
         shipped.with_options(refuse=True).mu(**thin, slide_to_roll=0.05)
+
+
+@pytest.mark.fast
+def test_a_finish_gives_the_roughness_of_a_contact(mixed_ehl: Callable[..., Any]) -> None:
+    formula = Formula.load("75w90")
+    point = {"pressure_hertz": 1e9, "radius_equivalent": 0.015, "speed_entrainment": 5.0, "slide_to_roll": 0.2}
+    given = {"temperature": 363.15, "roughness_rms": 0.4e-6}
+    finish = Finish.load("ground")
+    texture = {"correlation_length": finish.correlation_length.value, "peklenik_number": finish.lay_ratio.value}
+    by_name, by_number = formula.mu(**point, **given, finish="ground"), formula.mu(**point, **given, **texture)
+    assert float(by_name.mu) == pytest.approx(float(by_number.mu), rel=1e-12)
+    assert float(formula.mu(**point, **given).mu) > 1.2 * float(by_name.mu)  # marks across the motion keep the oil
+    both = float(np.sqrt(2.0)) * finish.roughness_rms.value
+    assert formula.mu(**point, temperature=363.15, finish="ground").mu == pytest.approx(
+        formula.mu(**point, temperature=363.15, roughness_rms=both, **texture).mu
+    )
+    assert (
+        formula.uncertainty(**point, **given, finish="ground").high
+        < 1.01 * formula.uncertainty(**point, **given, **texture).high
+    )
+    with pytest.raises(InputError) as refused:
+        formula.mu(**point, **given, finish="grond")
+    assert refused.value.field == "finish"
+    options = ["--pressure", "1 GPa", "--radius", "15 mm", "--speed", "5 m/s", "--slide-to-roll", "0.2"]
+    answer = mixed_ehl(
+        "mu", "75w90", *options, "--temperature", "90 degC", "--roughness-rms", "0.4 um", "--finish", "ground", "--json"
+    )
+    assert json.loads(answer.out)["friction_coefficient"] == pytest.approx(float(by_name.mu), rel=1e-12)
