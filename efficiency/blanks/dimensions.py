@@ -9,7 +9,6 @@ gear's limit (258) as a lower bound of x_hm1 too; as the gear has -x_hm1 it is a
 Tooth proportions: factors of depth and thickness, and the taper of the depth along the face (ISO 23509 Annex C).
 """
 
-from dataclasses import dataclass
 from math import asin, atan, cos, degrees, floor, pi, sin, sqrt, tan
 from typing import Literal
 
@@ -18,6 +17,7 @@ from efficiency.blanks.lengthwise import Trace
 from efficiency.blanks.tangency import PitchCones, limit_pressure_angle, too_large
 from efficiency.cutting.process import PROCESSES
 from ehl.common.errors import InputError
+from ehl.common.records import dataclass
 
 # Annex C, from memory of it and of AGMA 2005; teeth of the pinion: factor. 12 (hypoid: 11) and more: 2
 DEPTH_FACTOR_BEVEL = {6: 1.765, 7: 1.835, 8: 1.895, 9: 1.940, 10: 1.975, 11: 1.995}

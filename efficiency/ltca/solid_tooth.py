@@ -14,7 +14,6 @@ sides. The ring of sides has a block-circulant stiffness, solved by the discrete
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -35,6 +34,7 @@ from efficiency.ltca.ritz_solid import (
 )
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
+from ehl.common.records import dataclass
 from ehl.material import Material
 
 REACH = 3

@@ -7,7 +7,6 @@ state; the elastic bodies are those of the first step.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 
@@ -22,6 +21,7 @@ from efficiency.pair import GearPair
 from ehl.common.errors import ConvergenceError
 from ehl.common.files import write_file
 from ehl.common.progress import report_progress
+from ehl.common.records import dataclass
 from ehl.common.threads import one_thread
 from ehl.common.units import parse_quantity
 

@@ -5,7 +5,6 @@ rotated copies. Adjacent patches share points and parameters along their edge, a
 is Open CASCADE, the extra ``cad``.
 """
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from efficiency.output.solid import body_section
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import make_folder
+from ehl.common.records import dataclass
 
 TOLERANCE = 1e-4  # largest distance of joined edges [mm]
 _ACROSS = 7  # points across a top land, a root, a part of the body

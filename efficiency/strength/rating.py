@@ -16,7 +16,6 @@ Residual stresses of a rolling line contact cannot balance tau_zx. Where it exce
 """
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -40,6 +39,7 @@ from efficiency.strength.result import Grade, Strength
 from efficiency.strength.root_stress import RootStress, RootTooth, root_stress
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
+from ehl.common.records import dataclass
 from ehl.common.units import KELVIN
 
 YIELD_RATIO = 1.79

@@ -9,7 +9,8 @@ Times in words.
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+
+from ehl.common.records import dataclass
 
 
 def duration(seconds: float) -> str:

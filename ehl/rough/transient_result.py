@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING
 
 from ehl.common.arrays import FloatArray
+from ehl.common.records import dataclass
 
 if TYPE_CHECKING:
     from ehl.rough.run import TransientRun

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from ehl.common.arrays import FloatArray
+from ehl.common.records import dataclass
 from ehl.fluid.lookup import LawTable, law_table
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.rheology import PLAIN, ShearNumbers

@@ -10,7 +10,6 @@ import itertools
 import re
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from ehl.common.errors import InputError
+from ehl.common.records import dataclass
 from ehl.fluid.oil import Oil
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from regression.export import record

@@ -12,7 +12,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from types import FrameType
 from typing import Any, get_args
 
@@ -20,6 +19,7 @@ import numpy as np
 from pydantic import BaseModel
 
 from ehl.common.errors import ConvergenceError
+from ehl.common.records import dataclass
 from ehl.contact import Contact
 from ehl.fluid.lubricant_inputs import OilLubricant
 from ehl.inputs import Accuracy
