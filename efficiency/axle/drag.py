@@ -38,8 +38,9 @@ def iso_14179_2_seal(diameter: float, speed: float, oil: Oil, temperature: float
 def linke_seal(diameter: float, speed: float, oil: Oil, temperature: float) -> float:
     """Loss of a radial shaft seal after Linke [W]: ``(145 - 1.6 T + 350 lg lg(nu_40 + 0.8)) d^2 n 1e-7``.
 
-    T in degC, nu_40 in mm^2/s, d in mm, n in rpm (Linke, Stirnradverzahnung); range: mineral and synthetic gear oils
-    up to about 120 degC, beyond which the formula falls to zero.
+    T in degC, nu_40 in mm^2/s, d in mm, n in rpm (Linke, Stirnradverzahnung; the three coefficients also in a public
+    transcription, the power of ten from memory); range: mineral and synthetic gear oils up to about 120 degC, beyond
+    which the formula falls to zero.
     """
     nu40 = 1e6 * float(oil.viscosity_kinematic(40.0 + KELVIN))
     bracket = 145.0 - 1.6 * (temperature - KELVIN) + 350.0 * math.log10(math.log10(nu40 + 0.8))

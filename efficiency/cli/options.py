@@ -4,6 +4,7 @@ import functools
 import inspect
 import os
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
@@ -21,7 +22,6 @@ from ehl.common.console import (
     print_json,
     print_text,
 )
-from ehl.common.records import dataclass
 
 OPERATION, OUTPUT = "Operating point", "Output"
 operation: Any = functools.partial(typer.Option, rich_help_panel=OPERATION)
