@@ -4,6 +4,8 @@ import copy
 import dataclasses
 import inspect
 import pickle
+import re
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -87,3 +89,12 @@ def test_classes_of_the_program_can_be_pickled() -> None:
     from ehl.fluid.rheology import LinearStress
 
     assert pickle.loads(pickle.dumps(LinearStress(1.0, 2.0))) == LinearStress(1.0, 2.0)
+
+
+def test_modules_use_it() -> None:
+    """The command line imports public names only and is an exception."""
+    root = Path(__file__).resolve().parents[2]
+    usual = re.compile(r"^from dataclasses import .*\bdataclass\b", re.M)
+    files = [file for name in ("ehl", "regression", "efficiency") for file in (root / name).rglob("*.py")]
+    found = {file.name for file in files if usual.search(file.read_text(encoding="utf-8"))}
+    assert found == {"options.py"}
