@@ -4,8 +4,8 @@
 
 Each case is a random pair (ratio, teeth, size, offset, spiral angle, cutter, wanted ease-off, way of cutting) whose
 blank `pair_blank` accepts. Printed: every case; share of pairs with both residuals below 3 um rms by way of cutting.
-With --sized: share of a torque on edges in the worst state of the box before and after `sized_for_load`, at
-150 kPa d_e2^3 of the gear (the 14x39 at 300 N m).
+With --sized: share of a torque on edges in the worst state of the box before `sized_for_load` and after it (drive,
+coast), at 150 kPa d_e2^3 of the gear on both sides (the 14x39 at 300 N m), and centre of the load in half face widths.
 """
 
 from __future__ import annotations
@@ -146,8 +146,11 @@ def size(case: int, way: str, inputs: SettingsInput) -> bool:
     blank, began = inputs.blank, process_time()
     torque = 150e3 * (blank.outer_pitch_diameter_gear or 0.0) ** 3 * blank.teeth_pinion / blank.teeth_gear
     try:
-        shares = sized_for_load(inputs, torque).shares
-        found = f"{100.0 * shares[0]:6.2f} -> {100.0 * shares[-1]:5.2f} % of {torque:5.0f} N m, {len(shares)} steps"
+        sizing = sized_for_load(inputs, torque)
+        shares = sizing.shares
+        worst = ", ".join(f"{100.0 * load.worst:.2f}" for load in sizing.sides.values())
+        centres = ", ".join(f"{100.0 * load.centre:+.0f}" for load in sizing.sides.values())
+        found = f"{100.0 * shares[0]:6.2f} -> {worst} % of {torque:5.0f} N m, centre {centres} %, {len(shares)} steps"
     except MixedEhlError as error:
         shares, found = (), str(error)[:90]
     seconds = process_time() - began

@@ -48,19 +48,23 @@ def settings(
         bool,
         typer.Option(
             "--sized",
-            help="First size crowning and edge relief for the torque: edges carry under 0.5 % in a box of "
-            "misalignments. The targets are written next to the design.",
+            help="First size ease-off and edge relief for the torque: edges of both flanks carry under 0.5 % in a box "
+            "of misalignments. The targets are written next to the design.",
         ),
     ] = False,
     torque: Annotated[
         str | None, console.advanced(help="Pinion torque for --sized; default: that of the targets.")
+    ] = None,
+    coast_torque: Annotated[
+        str | None,
+        console.advanced(help="The same on the coast side; default: that torque; '0 N m': none."),
     ] = None,
     box: Annotated[
         dict[str, Any],
         shared.OptionGroup(
             {
                 name: shared.text_option(f"Half width of {name} for --sized; default {default}.", name=f"--{name}")
-                for name, default in (("E", "0.05 mm"), ("P", "0.05 mm"), ("G", "none"))
+                for name, default in (("E", "0.05 mm"), ("P", "0.05 mm"), ("G", "0.05 mm"))
             }
         ),
     ],
@@ -74,13 +78,15 @@ def settings(
     sizing = None
     if sized:
         with console.working("load sizing", "nothing is kept"):
-            sizing = efficiency.sized_for_load(targets, torque, box)
+            sizing = efficiency.sized_for_load(targets, torque, box, coast_torque)
     result = efficiency.settings(targets if sizing is None else sizing.targets)
     if output is not None:
         console.write_text(output, result.text)
         if sizing is not None:
             sizing.write_next_to(output)
     console.print_json(result.to_dict()) if json_output else result.show()
+    if sizing is not None and not json_output:
+        console.print_text(f"sized: {sizing}")
     if output is not None and not json_output:
         print(f"design: {output}")
     console.fail_unless_converged(result.status, "; ".join(result.warnings))

@@ -97,7 +97,7 @@ ASSUMED = (
     "torque as given at constant speed: application and dynamic factors are 1; load distribution from the loaded tooth "
     "contact",
     "neglected, factor 1: life, work hardening, bevel factor (of nominal stresses)",
-    "root stress within 5 % of a finer finite-element mesh under the same contact forces; friction neglected",
+    "root stress within 5 % of an independent finite-element model under the same contact forces; friction neglected",
 )
 NO_STAGE = "the oil card has no FZG load stage: no safety factor against scuffing"
 NO_FILM = "the oil card has no permissible film: no safety factor against micropitting"
