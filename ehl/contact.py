@@ -96,7 +96,7 @@ class ContactKeywords(TypedDict, total=False):
     peklenik_number: Amount
     boundary_film: Amount
     boundary_friction: Amount
-    running_in: Literal["none", "plastic"] | None
+    running_in: Amount
     seed: int | None
     thermal: case_inputs.Thermal | None
     accuracy: case_inputs.Accuracy | None
@@ -185,8 +185,8 @@ class Contact(InputModel):
     rsm, rdq, sal : float or str
         Profilometer parameters of each surface in place of the correlation length: mean spacing [m], RMS slope [-] and
         autocorrelation length at 0.2 [m]. Several of them are checked for consistency.
-    running_in : {"none", "plastic"}
-        "plastic" flattens asperities whose dry contact pressure reaches the hardness (own model, not validated).
+    running_in : "none", float or str
+        Rq of each surface after running-in [m]: the peaks of its profile are worn to plateaus, the valleys remain.
     spectrum, hurst_exponent : {"gaussian", "self_affine"}, float
         Spectrum with one correlation length, or self-affine roughness with a Hurst exponent.
     lay_angle : float or str

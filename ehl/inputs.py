@@ -109,6 +109,9 @@ PRINTED = {
 }
 
 
+WORN_RMS = ValueRange("m", ge=1e-8, le=2e-5, hint="Rq of each surface after running-in, or none.")
+
+
 class SurfaceInput(InputModel):
     """Roughness of both surfaces and the boundary friction of their asperities.
 
@@ -138,8 +141,17 @@ class SurfaceInput(InputModel):
     # the range includes half and twice the film of every additive, for the study of its effect
     boundary_film: Annotated[float, ValueRange("m", ge=1e-9, le=1e-6)] | None = None
     boundary_friction: Annotated[float, ValueRange("", ge=0.0, le=1.0)] = 0.10
-    running_in: Literal["none", "plastic"] = "none"
+    # Rq of each rough surface after its peaks have worn
+    running_in: Literal["none"] | float = "none"
     seed: Annotated[int, Field(ge=0)] = 1
+
+    @model_validator(mode="before")
+    @classmethod
+    def _worn_rms(cls, values: Any) -> Any:
+        given = values.get("running_in") if isinstance(values, dict) else None
+        if given is None or (isinstance(given, str) and given.strip().lower() == "none"):
+            return values
+        return values | {"running_in": WORN_RMS.check(given, "running_in")}
 
     # "before" validators run in reverse order: Rq of each surface is available here
     @model_validator(mode="before")
@@ -177,6 +189,8 @@ class SurfaceInput(InputModel):
         for rms, path in (("roughness_rms_1", self.profile_1), ("roughness_rms_2", self.profile_2)):
             if path is not None and getattr(self, rms) > 0.0:
                 raise InputError(rms, getattr(self, rms), "either a measured profile or its Rq, not both")
+        if self.running_in != "none" and self.finish is not None and self.finish_state == "run_in":
+            raise InputError("finish_state", self.finish_state, "new, together with running_in: wear begins there")
         return self
 
     @model_validator(mode="after")
@@ -234,10 +248,14 @@ class SurfaceInput(InputModel):
         """Whether a measured profile is given."""
         return self.profile_1 is not None or self.profile_2 is not None
 
+    def rms_in_contact(self, rms: float) -> float:
+        """Rq of a surface in the contact [m], from its Rq before running-in."""
+        return rms if self.running_in == "none" else min(rms, self.running_in)
+
     @property
     def roughness_rms(self) -> float:
-        """Composite Rq of the generated surfaces [m], without measured profiles."""
-        return math.hypot(self.roughness_rms_1, self.roughness_rms_2)
+        """Composite Rq of the generated surfaces in the contact [m], without measured profiles."""
+        return math.hypot(*map(self.rms_in_contact, (self.roughness_rms_1, self.roughness_rms_2)))
 
 
 MAX_PRESSURE_OVER_MODULUS = 1.0 / 16.0  # half-width a quarter of the radius

@@ -83,7 +83,7 @@ def dry_limit(problem: ContactProblem, film: float, friction_film: float) -> Dry
         unresolved = NODES_PER_LENGTH * 2.0 * REACH * contact.half_width > NODES_MAX * surface.correlation_length
         if unresolved or left_out(surface.film_of_contact)[1] > 0.5 * tolerance:
             return None
-    surfaces = rough_surfaces(surface, contact, problem.hardness)
+    surfaces = rough_surfaces(surface, contact)
     boundary = surface.film_of_contact
     deficit, error = left_out(boundary)
     if error > 0.5 * tolerance:

@@ -84,9 +84,12 @@ def uncertain_contact_inputs(
             spread = _beyond_measured(name, spreads.spread(name, oil), problem)
             entry(name, name, spread, _of_oil(name, spread))
     rms = [name for name in ("roughness_rms_1", "roughness_rms_2") if getattr(surface, name) > 0.0]
+    groups = [rms] if spreads.shared_rms else [[name] for name in rms]
+    if surface.running_in != "none":  # friction depends on Rq after running-in
+        groups = [["running_in"]]
     if rough:
         spread = spreads.spread("roughness_rms")
-        for fields in [rms] if spreads.shared_rms else [[name] for name in rms]:
+        for fields in groups:
             name = fields[0] if len(fields) == 1 else "roughness_rms"
             entry(name, "roughness_rms", spread, of_surface(fields, spread))
         length = spreads.spread("correlation_length")

@@ -41,7 +41,7 @@ def plot_transient(problem: ContactProblem, run: TransientResult, smooth: Steady
     """Time means (left), last step (right), friction over travel and profiles (below)."""
     b = problem.line.half_width
     hot = run.run.problem.settings.thermal
-    surfaces = rough_surfaces(problem.surface, problem.line, min(body.hardness for body in problem.bodies))
+    surfaces = rough_surfaces(problem.surface, problem.line)
     figure = new_figure(11.0, 13.0)
     axes = figure.subplot_mosaic(
         [

@@ -1,0 +1,102 @@
+"""Efficiency by the default friction model against solved contacts, at 24 operating points.
+
+    python validation/operating_points.py            # ten minutes of one core; a stopped run resumes
+    python validation/operating_points.py --table    # the rows that are there, into docs/friction_formula.md
+
+Four states of six pairs, none of which was fitted: `rated` of the design, `fast` (16 000 rpm of the pinion, a quarter
+of its torque), `slow` (100 rpm, rated torque, 120 degC) and `cool` (rated, 40 degC).
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from common import OUT, command_line
+
+import efficiency
+from efficiency.loss.ehl_friction import EhlFriction
+
+PAIRS = (
+    "fm_spiral_bevel_14x39_relieved", "fm_hypoid_13x42_relieved", "fh_hypoid_9x34_relieved",
+    "fh_hypoid_9x34_offset_10_relieved", "fh_spiral_bevel_12x37_relieved", "eaxle_helical_23x75",
+)  # fmt: skip
+STATES: dict[str, tuple[float, float | None, float | None]] = {  # share of the torque, rpm and degC unless rated
+    "rated": (1.0, None, None), "fast": (0.25, 16_000.0, None), "slow": (1.0, 100.0, 120.0), "cool": (1.0, None, 40.0),
+}  # fmt: skip
+NAMES = ("pair", "state", "formula", "solved", "error", "inside", "outside")
+PAGE, MARKERS = Path("docs/friction_formula.md"), ("<!-- points: begin -->", "<!-- points: end -->")
+
+
+def row(name: str, state: str) -> tuple[str, str, float, float, float, bool, float]:
+    """A pair and a state: both efficiencies, the error of the solved one, whether both lie in each other's interval.
+
+    Last: share of the sliding power outside the range of the formula.
+    """
+    pair = efficiency.load(name)
+    at, (share, rpm, celsius) = pair.design.operation, STATES[state]
+    loaded = pair.mesh().load(share * at.torque)
+    speed = at.speed if rpm is None else rpm * math.pi / 30.0
+    temperature = at.temperature if celsius is None else celsius + 273.15
+    formula = loaded.efficiency(speed=speed, temperature=temperature)
+    solved = loaded.efficiency(EhlFriction("ehl", points=48, tolerance=0.03), speed=speed, temperature=temperature)
+    inside = formula.inputs.low <= solved.efficiency <= formula.inputs.high
+    inside &= solved.inputs.low <= formula.efficiency <= solved.inputs.high
+    return (
+        name, state, formula.efficiency, solved.efficiency, solved.efficiency_error, inside,
+        formula.outside_range_share,
+    )  # fmt: skip
+
+
+def table(path: Path) -> str:
+    """Deviation of the formula by pair and state [percentage points], and the error of the solved contacts."""
+    with path.open(encoding="utf-8") as file:
+        rows = {(r["pair"], r["state"]): r for r in csv.DictReader(file)}
+    lines = ["| pair | " + " | ".join(STATES) + " |", "|" + "---|" * (len(STATES) + 1)]
+    for name in PAIRS:
+        cells = []
+        for state in STATES:
+            found = rows.get((name, state))
+            if found is None:
+                cells.append("-")
+                continue
+            one, two, error = (100.0 * float(found[key]) for key in ("formula", "solved", "error"))
+            mark = "" if found["inside"] == "True" else " (outside)"
+            cells.append(f"{two:.2f} %: {one - two:+.2f} (±{error:.2f}){mark}")
+        lines.append(f"| {name} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Compute what is missing, and write the table of the page."""
+    parser = command_line(__doc__)
+    parser.add_argument("--table", action="store_true", help="only write the table")
+    parser.add_argument("--out", type=Path, default=OUT / "operating_points.csv")
+    given = parser.parse_args(arguments)
+    given.out.parent.mkdir(parents=True, exist_ok=True)
+    if not given.table:
+        there: set[tuple[str, str]] = set()
+        if given.out.exists():
+            with given.out.open(encoding="utf-8") as file:
+                there = {(r["pair"], r["state"]) for r in csv.DictReader(file)}
+        with given.out.open("a", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            if not there:
+                writer.writerow(NAMES)
+            for name in PAIRS:
+                for state in STATES:
+                    if (name, state) not in there:
+                        writer.writerow(found := row(name, state))
+                        file.flush()
+                        print(*found, flush=True)
+    text = table(given.out)
+    print(text)
+    page = PAGE.read_text(encoding="utf-8")
+    start, end = (page.index(marker) for marker in MARKERS)
+    PAGE.write_text(page[: start + len(MARKERS[0])] + "\n" + text + "\n" + page[end:], encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
