@@ -26,16 +26,16 @@ def solve(
 ) -> None:
     """Solve one lubricated contact.
 
-    The exit code is 0 with a result, even if its error exceeds the tolerance (status unsettled), and 1 without.
+    The exit code is 1 if there is no result, otherwise 0, even if the error exceeds the tolerance (status unsettled).
     """
     shared.check_outputs({"plot": plot, "report": report})
     contact = ehl.Contact.from_file(case_file)
     result = contact.solve()
-    # a page contains the interval by the inputs if it takes seconds only
+    # a page contains the input uncertainty if it takes only seconds
     quick = report is not None and result.seconds < _QUICK
     spread = None
     if (uncertainty or quick) and result.status != "failed":
-        typer.echo("interval by uncertain inputs: about twenty further solutions", err=True)
+        typer.echo("uncertainty from the inputs: about twenty further solutions", err=True)
         spread = contact.uncertainty()
     if json_output:
         found = result.to_dict() | ({} if spread is None else {"uncertainty": spread.to_dict()})
@@ -66,7 +66,7 @@ def _oil_list() -> ehl.Table:
     alpha = ehl.quantity("pressure_viscosity_slope")
     heads = ["oil", "base", *names, alpha.name, "ln(eta/eta0) +-", "description"]
     note = (
-        "alpha is at 100 degC. Other oils are described by base and viscosity: cSt at 40/100 degC ('pao 97.5/13.3'), "
+        "alpha is at 100 degC. Describe other oils by base and viscosity: cSt at 40/100 degC ('pao 97.5/13.3'), "
         "cSt at 40 degC and viscosity index ('pao 97.5 vi 145'), or ISO VG ('mineral vg 220')."
     )
     return ehl.Table(heads, rows, title="Oils", notes=[note])
@@ -89,14 +89,14 @@ def oil(
     ] = None,
     nu40: Annotated[str | None, typer.Option(help="Viscosity of the generic oil at 40 degC, e.g. '97.5 cSt'.")] = None,
     nu100: Annotated[str | None, typer.Option(help="Viscosity of the generic oil at 100 degC.")] = None,
-    vg: Annotated[int | None, typer.Option(help="ISO VG of the generic oil, in place of both viscosities.")] = None,
-    vi: Annotated[float | None, typer.Option(help="Viscosity index, in place of one of the viscosities.")] = None,
+    vg: Annotated[int | None, typer.Option(help="ISO VG of the generic oil, instead of both viscosities.")] = None,
+    vi: Annotated[float | None, typer.Option(help="Viscosity index, instead of one of the viscosities.")] = None,
     density: Annotated[str | None, typer.Option(help="Density of the generic oil at 15 degC.")] = None,
     json_output: shared.JsonOption = False,
     plot: Annotated[Path | None, typer.Option(help="Write a figure of viscosity over pressure.")] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the oil card as a TOML file.")] = None,
 ) -> None:
-    """Show the properties of an oil with their uncertainty; without NAME list the shipped oils."""
+    """Show the properties of an oil with their uncertainty, or list the shipped oils if no NAME is given."""
     shared.check_outputs({"plot": plot, "output": output})
     generic: dict[str, Any] = shared.given(
         {"nu_40": nu40, "nu_100": nu100, "iso_vg": vg, "viscosity_index": vi, "density_15": density}
@@ -131,7 +131,7 @@ def profile(
     json_output: shared.JsonOption = False,
     plot: console.ProfilePlotOption = None,
 ) -> None:
-    """Check a measured profile: Rq, RSm, slope, correlation length, lay, interpolated points, form removed."""
+    """Evaluate a measured profile: Rq, RSm, slope, correlation length, lay, interpolated points, removed form."""
     shared.check_outputs({"plot": plot})
     cutoffs = {"cutoff_long": cutoff_long, "cutoff_short": cutoff_short}
     found = ehl.measured_surface(file, unit_x=unit_x, unit_height=unit_height, detrend=detrend, **shared.given(cutoffs))

@@ -42,9 +42,9 @@ def fit(
     nested: Annotated[
         bool, typer.Option("--nested", help="Cross-validate the choice of the family as well (minutes).")
     ] = False,
-    plot: Annotated[Path | None, typer.Option(help="Write a figure of held-out over computed friction.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Write a figure of predicted over computed friction.")] = None,
     report: Annotated[
-        Path | None, typer.Option(metavar="FIT.html", help="Write one page on data, formulas, errors and failures.")
+        Path | None, typer.Option(metavar="FIT.html", help="Write an HTML page on data, formulas, errors and failures.")
     ] = None,
     json_output: Annotated[bool, typer.Option("--json", help="Print the content of the formula file.")] = False,
 ) -> None:
@@ -73,7 +73,7 @@ def mu(
     ] = None,
     lengthwise: Annotated[str, typer.Option(help='Sliding along the contact line, "1 m/s".')] = "0 m/s",
     finish: Annotated[
-        str | None, typer.Option(help="Finish of both surfaces, ground: default values of the roughness.")
+        str | None, typer.Option(help="Finish of both surfaces, e.g. ground, for defaults of the roughness.")
     ] = None,
     correlation_length: Annotated[
         str | None, advanced(help='Correlation length of each surface, "50 um"; default: 40 Rq.')
@@ -83,9 +83,10 @@ def mu(
     ] = None,
     oil: Annotated[str | None, typer.Option(help="Oil card; default: that of the formula.")] = None,
     boundary_friction: Annotated[
-        float | None, advanced(help="mu_b of the asperities, in place of that of the formula.", min=0.0, max=1.0)
+        float | None,
+        advanced(help="Boundary friction mu_b; default: that of the formula.", min=0.0, max=1.0),
     ] = None,
-    refuse: Annotated[bool, advanced("--refuse", help="Reject a point outside the data (exit code 2).")] = False,
+    refuse: Annotated[bool, advanced("--refuse", help="Fail if the point is outside the data (exit code 2).")] = False,
     hull: Annotated[
         list[Path] | None, advanced(metavar="RUN", help="Data of the formula, for an exact test of their convex hull.")
     ] = None,
@@ -158,20 +159,22 @@ def calibrate(
     ] = None,
     fit: Annotated[
         list[str] | None,
-        typer.Option("--fit", metavar="NAME", help="Fitted parameter, in place of the setup; repeat for several."),
+        typer.Option(
+            "--fit", metavar="NAME", help="Fitted parameter; repeat for several; default: those of the setup."
+        ),
     ] = None,
-    oil: Annotated[str | None, typer.Option(help="Initial oil card, in place of that of the setup.")] = None,
+    oil: Annotated[str | None, typer.Option(help="Initial oil card; default: that of the setup.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Write measured and computed curves (PNG, SVG, PDF).")] = None,
     report: Annotated[
-        Path | None, typer.Option(metavar="CALIBRATION.html", help="Write one page on parameters, curves, misfit.")
+        Path | None,
+        typer.Option(metavar="CALIBRATION.html", help="HTML page on parameters, curves and residuals."),
     ] = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="Worker processes; default: all processors.")] = None,
     profile: Annotated[
-        bool | None, advanced("--profile/--no-profile", help="Intervals from profiles; default: at low cost only.")
+        bool | None,
+        advanced("--profile/--no-profile", help="Profile-likelihood intervals; default: only if fast."),
     ] = None,
-    force: Annotated[
-        bool, advanced("--force", help="Write the card even if the model does not describe the rows.")
-    ] = False,
+    force: Annotated[bool, advanced("--force", help="Write the card even if the model does not fit the data.")] = False,
     json_output: JsonOption = False,
 ) -> None:
     """Fit oil and surface parameters to measured traction or Stribeck curves, and write an oil card."""
@@ -205,7 +208,7 @@ sweep_app = App(
     cls=SweepGroup,
     no_args_is_help=True,
     help="Compute the contacts of a plan: mixed-ehl sweep PLAN.toml -o RUN. The same command resumes an interrupted "
-    "sweep. For its options see mixed-ehl sweep run --help.",
+    "sweep. See mixed-ehl sweep run --help for its options.",
 )
 
 
@@ -225,13 +228,13 @@ def sweep_run(
     dask: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="A dask scheduler (tcp://..., file.json), or local:N.")
     ] = None,
-    shard: Annotated[str, advanced(help="i/n: every n-th case only, starting with the i-th.")] = "1/1",
+    shard: Annotated[str, advanced(help="i/n: only every n-th case, starting with the i-th.")] = "1/1",
     time_cap: Annotated[str, advanced(help="Time limit of a case.")] = "600 s",
     retries: Annotated[int, advanced(help="Number of fallback settings for a case without a solution.")] = 1,
     formula: Annotated[
         str | None, advanced("--with", help="Compute with a published formula, for a quick test of a plan.")
     ] = None,
-    retry_failed: Annotated[bool, advanced("--retry-failed", help="Repeat failed cases on disk.")] = False,
+    retry_failed: Annotated[bool, advanced("--retry-failed", help="Repeat the failed cases.")] = False,
     estimate: Annotated[bool, typer.Option("--estimate", help="Print the cost of the plan and stop.")] = False,
     slurm: Annotated[
         int | None, typer.Option(metavar="N", help="Print the script of a Slurm job array of N tasks.")
@@ -240,19 +243,18 @@ def sweep_run(
         list[str] | None,
         advanced(metavar="NAME=VALUE", help="With --slurm: partition=short, account=..., mem=8G, time=08:00:00..."),
     ] = None,
-    container: Annotated[
-        str | None, advanced(metavar="IMAGE", help="With --slurm: run in this image with apptainer.")
-    ] = None,
+    container: Annotated[str | None, advanced(metavar="IMAGE", help="With --slurm: apptainer image.")] = None,
     merge: Annotated[
-        Path | None, advanced(metavar="FILE", help="With --slurm: a job after the array merges into this file.")
+        Path | None,
+        advanced(metavar="FILE", help="With --slurm: a further job merges the results into this file."),
     ] = None,
     fit: Annotated[
-        Path | None, advanced(metavar="FORMULA.json", help="With --slurm: this job also fits this formula.")
+        Path | None, advanced(metavar="FORMULA.json", help="With --slurm: the merge job also fits this formula.")
     ] = None,
 ) -> None:
-    """Compute the cases of a plan that are not on disk yet (the default command).
+    """Compute the cases of a plan that have no stored result (default command).
 
-    The exit code is 0 if every case has a result with its error, 1 if a case has none, and 130 after an interruption.
+    The exit code is 0 if every case has a result, 1 if a case has none, and 130 after an interruption.
     """
     content = regression.Plan.from_file(plan, changes or ())
     if estimate:
@@ -287,7 +289,7 @@ def sweep_status(
     failed: Annotated[bool, typer.Option("--failed", help="List the failed cases as well.")] = False,
     json_output: JsonOption = False,
 ) -> None:
-    """Show the progress of a run, which may still be in progress."""
+    """Show the progress of a run, also while it is running."""
     status = regression.Run(run).status
     if json_output:
         print_json(status.to_dict())
@@ -302,7 +304,7 @@ def sweep_merge(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder or file of results, or a shipped dataset.")],
     target: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="One file: .h5, or .csv as a table.")],
     compress: Annotated[bool, typer.Option("--compress", help="Compress the .h5 file.")] = False,
-    complete: Annotated[bool, typer.Option("--complete", help="Reject a run with missing cases.")] = False,
+    complete: Annotated[bool, typer.Option("--complete", help="Fail if cases are missing in the run.")] = False,
 ) -> None:
     """Merge all shards of a run into one file, sorted by case key."""
     count = regression.Run(run).merge(target, compress=compress, complete=complete)

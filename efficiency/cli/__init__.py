@@ -1,9 +1,10 @@
-"""The command line `mixed-ehl`: all commands of the three packages, and what happens to errors."""
+"""The command line `mixed-ehl`: all commands of the three packages."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+import typer.core
 
 import efficiency
 import ehl.cli
@@ -12,8 +13,25 @@ from efficiency.cli import axle, design, gear, loss_map, new, optimise
 from ehl import __version__
 from ehl.common.console import PROGRAM, App, JsonOption, print_json, run
 
+# commands of `mixed-ehl --help` in the order of the work
+_ORDER = (
+    *("new", "import", "solve", "oil", "profile", "plan", "sweep", "fit", "mu", "calibrate"),
+    *("blank", "settings", "geometry", "misalignment", "optimise", "correct", "export"),
+    *("gear", "map", "duty", "compare", "study", "loss-map", "axle-test", "axle", "demo", "app", "doctor", "warmup"),
+)
+
+
+class Commands(typer.core.TyperGroup):
+    """All commands in the order of the work."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Names of the commands."""
+        return sorted(super().list_commands(ctx), key=_ORDER.index)
+
+
 app = App(
     name="mixed-ehl",
+    cls=Commands,
     help="Friction and efficiency of hypoid and spiral bevel gears.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -42,7 +60,7 @@ app.command(rich_help_panel=PROGRAM)(gear.demo)
 
 @app.command(rich_help_panel=PROGRAM)
 def doctor() -> None:
-    """Check the installation, and one solution against its reference value."""
+    """Check the installation and compare one solution with its reference value."""
     from rich.console import Console
     from rich.text import Text
 
@@ -60,7 +78,7 @@ def warmup(
     kind: Annotated[str, typer.Argument(metavar="KIND", help="smooth, rough (includes smooth) or gear.")] = "gear",
     json_output: JsonOption = False,
 ) -> None:
-    """Compile the solver in advance."""
+    """Compile the solvers in advance."""
     ready = efficiency.warmup(kind)
     if json_output:
         print_json(ready.to_dict())
@@ -71,23 +89,23 @@ def warmup(
 @app.command("app", rich_help_panel=PROGRAM)
 def show_app(
     design: Annotated[
-        Path | None, typer.Argument(metavar="DESIGN", help="Design file, listed with the shipped pairs.")
+        Path | None, typer.Argument(metavar="DESIGN", help="Design file, in addition to the shipped pairs.")
     ] = None,
     port: Annotated[int, typer.Option(help="Port on the loopback address.", min=1024, max=65535)] = 8642,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open a browser.")] = True,
 ) -> None:
-    """Show a pair in the browser: pattern, loss, map, friction models, misalignment; on this machine only."""
+    """Show a pair in the browser: pattern, loss, map, friction models, misalignment."""
     efficiency.serve_app(design, port=port, browser=browser)
 
 
 def main() -> None:
-    """Entry point: whatever goes wrong becomes one sentence and an exit code."""
+    """Entry point; every error is printed as one sentence and sets the exit code."""
     run(_command)
 
 
 def _command() -> None:
     efficiency.doctor(installation_only=True)
-    app(prog_name="mixed-ehl")  # also where the module is run by another program
+    app(prog_name="mixed-ehl")  # also if another program runs the module
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import typer
 import efficiency
 from efficiency.cli import options as shared
 from ehl import InputError
-from ehl.common.console import GEAR, App, given, is_list, names_of, working
+from ehl.common.console import AXLE, App, given, is_list, names_of, working
 
 _AxleArgument = Annotated[
     str,
@@ -44,9 +44,9 @@ def axle(
     json_output: shared.JsonOption = False,
     files: shared.TableOptions,
 ) -> None:
-    """Losses of a whole axle: mesh, bearings, seals, churning; at a point, over lists, a duty cycle or the 1037 test.
+    """Losses of an axle (mesh, bearings, seals, churning) at a point, over a map, a duty cycle or the test points.
 
-    The oil temperature "balance" is that at which housing and cooler remove the loss.
+    With --temperature balance, the oil temperature follows from the heat balance of loss, housing and cooler.
     """
     shared.check_map_files(model)
     files = files | given({"report": report})
@@ -54,7 +54,7 @@ def axle(
     application = shared.one_of("test", test, "single", "tandem")
     of_map = any(is_list(point.get(name, "")) for name in ("torque", "speed", "temperature"))
     if model and not of_map:
-        raise InputError("model", str(model[0]), "given together with lists of --torque and --speed")
+        raise InputError("model", str(model[0]), "only together with lists of --torque and --speed")
     with working("axle losses"):
         found = _solve(efficiency.Axle(axle, methods=methods), point, of_map, friction, duty, application)
     if model:
@@ -66,18 +66,18 @@ def _solve(axle: efficiency.Axle, point: Any, of_map: bool, friction: Any, duty:
     if duty is not None or application is not None:
         for name in ("torque", "speed"):
             if name in point:
-                raise InputError(name, point[name], "nothing together with --duty or --test")
+                raise InputError(name, point[name], "not together with --duty or --test")
         if duty is not None:
             return axle.duty(duty, friction, **point)
         return axle.axle_test(cast("Any", application), friction, **point)
     if of_map:
         for name in ("torque", "speed"):
             if name not in point:
-                raise InputError(name, None, "given where another one is a list")
+                raise InputError(name, None, "required if another one is a list")
         return axle.map(point.pop("torque"), point.pop("speed"), friction=friction, **point)
     return axle.at(friction=friction, **point)
 
 
 def register(app: App) -> None:
     """Add the command to the application."""
-    app.command("axle", rich_help_panel=GEAR)(axle)
+    app.command("axle", rich_help_panel=AXLE)(axle)

@@ -43,12 +43,12 @@ def settings(
             autocompletion=console.names_of("targets"),
         ),
     ],
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the design file here.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Design file to write.")] = None,
     sized: Annotated[
         bool,
         typer.Option(
             "--sized",
-            help="First size ease-off and edge relief for the torque: edges of both flanks carry under 0.5 % in a box "
+            help="First size ease-off and edge relief for the torque: edges of both flanks carry below 0.5 % in a box "
             "of misalignments. The targets are written next to the design.",
         ),
     ] = False,
@@ -72,8 +72,8 @@ def settings(
 ) -> None:
     """Machine settings of both members from a blank, a cutter and contact targets: a complete design file.
 
-    Exit code 1: a residual stays above 3 um rms, a cut tooth is pointed, or its working flank undercut; the design is
-    written all the same.
+    The exit code is 1 if a residual exceeds 3 um rms, a tooth is pointed, or a working flank is undercut. The design is
+    written in all cases.
     """
     sizing = None
     if sized:
@@ -161,10 +161,10 @@ def export(
 
 
 def import_summary(
-    sheet: Annotated[Path, typer.Argument(metavar="SHEET", help="Machine summary, one 'label, value' a line.")],
+    sheet: Annotated[Path, typer.Argument(metavar="SHEET", help="Machine summary, one 'label, value' per line.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Design file to write (TOML).")],
     like: Annotated[
-        str | None, typer.Option(help="Design with the data that a sheet lacks: assembly, materials, operation.")
+        str | None, typer.Option(help="Design for the data missing in the sheet: assembly, materials, operation.")
     ] = None,
 ) -> None:
     """Read a machine summary (inch or metric) into a design file."""
@@ -184,15 +184,13 @@ def correct(
         ),
     ],
     uncertainty: Annotated[str, typer.Option(help="Standard uncertainty of one point along the normal.")] = "1 um",
-    order: Annotated[
-        int, typer.Option(help="1: settings for pressure and spiral angle; 2: for crowning and twist as well.")
-    ] = 2,
+    order: Annotated[int, typer.Option(help="1: correct pressure and spiral angle; 2: also crowning and twist.")] = 2,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Write the corrected machine tables here (TOML).")
+        Path | None, typer.Option("--output", "-o", help="File for the corrected machine tables (TOML).")
     ] = None,
     json_output: shared.JsonOption = False,
 ) -> None:
-    """Machine corrections from measured flanks: settings that bring the next part to the design."""
+    """Machine corrections from measured flanks, so that the next part agrees with the design."""
     result = efficiency.machine_corrections(design, grids, uncertainty, cast("Literal[1, 2]", order))
     if output is not None:
         console.write_text(output, result.text)
@@ -219,7 +217,7 @@ def misalignment(
     marking: shared.MarkingOption = None,
     samples: Annotated[
         int | None,
-        console.advanced(help="Tolerance analysis: so many random states, E, P, G, angle being standard deviations."),
+        console.advanced(help="Tolerance analysis: number of random states; E, P, G, angle are standard deviations."),
     ] = None,
     accuracy_grade: shared.GradeOption = None,
     point: shared.PointOptions,
@@ -232,9 +230,10 @@ def misalignment(
 ) -> None:
     """Misalignment study (V-H check): contact over a grid of E, P, G and shaft angle, added to those of the design.
 
-    Without load; with ``--torque`` loaded transmission error, pressure, load at edges, loss and efficiency as well.
+    The contact is unloaded. With --torque, the loaded contact is computed as well: transmission error, pressure, edge
+    load, loss and efficiency.
 
-    Lists 'a, b, c unit' or ranges 'from:to:number unit'; the states are all combinations.
+    Misalignments are lists 'a, b, c unit' or ranges 'from:to:number unit'. All combinations are computed.
     """
     shared.check_files(console.given({"report": report}))
     with console.working("misalignment"):
@@ -292,10 +291,10 @@ def study(
     fresh: shared.FreshOption = False,
     json_output: shared.JsonOption = False,
 ) -> None:
-    """Parameter study: torque, speed, temperature, roughness, offset and misalignment against efficiency.
+    """Parameter study: efficiency over torque, speed, temperature, roughness, offset and misalignment.
 
-    All combinations of the operating parameters, misalignments one at a time. The same command
-    resumes an interrupted study.
+    Operating parameters are combined, misalignments are varied one at a time. The same command resumes an interrupted
+    study.
     """
     store = shared.started_store(output, fresh)
     chosen: dict[str, Any] = {
@@ -318,20 +317,20 @@ def plan(
         Path, typer.Option(metavar="FILE", help="Duty cycle, CSV or XLSX: torque, speed, temperature, hours.")
     ],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="PLAN.toml", help="The plan file.")],
-    oil: Annotated[str | None, typer.Option(help="Oil card in place of the designs'.")] = None,
+    oil: Annotated[str | None, typer.Option(help="Oil card; default: those of the designs.")] = None,
     size: Annotated[int, typer.Option(min=1, help="Cases of the plan, for each oil.")] = 1024,
-    coverage: Annotated[float, typer.Option(help="Share of the lost work inside each range.")] = 0.98,
+    coverage: Annotated[float, typer.Option(help="Share of the friction work inside each range.")] = 0.98,
 ) -> None:
     """Write the plan of a sweep over the operating range of gear designs in a duty cycle.
 
-    The ranges are quantiles weighted with the work lost at each point.
+    The ranges are quantiles weighted with the friction work of each contact point.
     """
     if output.suffix != ".toml":
         raise InputError("output", str(output), "a file name ending in .toml")
     pairs = [efficiency.load(design) for design in designs]
     ranges = regression.operating_range([point for pair in pairs for point in pair.duty_points(duty, oil)], coverage)
     oils = tuple(dict.fromkeys([oil] if oil else [pair.design.operation.oil for pair in pairs]))
-    words = f"{100.0 * coverage:g} % of the work lost by {', '.join(pair.name for pair in pairs)} over {duty.name}"
+    words = f"{100.0 * coverage:g} % of the friction work of {', '.join(pair.name for pair in pairs)} over {duty.name}"
     text = ranges.plan_text(output.stem, oils, size=size, description=words)
     console.write_text(output, text)
     ranges.show()
@@ -341,6 +340,7 @@ def plan(
 def register(app: console.App) -> None:
     """Add the commands to the application."""
     app.command(rich_help_panel=console.FORMULA)(plan)
-    for command in (blank, settings, correct, export, misalignment, study):
-        app.command(rich_help_panel=console.GEAR)(command)
-    app.command("import", rich_help_panel=console.GEAR)(import_summary)
+    app.command(rich_help_panel=console.GEAR)(study)
+    for command in (blank, settings, correct, export, misalignment):
+        app.command(rich_help_panel=console.DESIGN)(command)
+    app.command("import", rich_help_panel=console.INPUT)(import_summary)

@@ -10,7 +10,7 @@ import typer
 import efficiency
 from efficiency.cli import options as shared
 from ehl import InputError
-from ehl.common.console import GEAR, App, advanced, fail_unless_converged, given, is_list, working
+from ehl.common.console import DESIGN, GEAR, App, advanced, fail_unless_converged, given, is_list, working
 
 BulkOption = Annotated[
     str | None,
@@ -23,11 +23,11 @@ UncertaintyOption = Annotated[
     bool,
     advanced(
         "--uncertainty",
-        help="Contribution of each input; with ehl from solved contacts (minutes).",
+        help="Contribution of each input to the interval; with ehl from solved contacts (minutes).",
     ),
 ]
 LoadFromOption = Annotated[Path | None, advanced(help="CSV file with a load distribution of another program.")]
-SaveLoadOption = Annotated[Path | None, advanced(help="Write the load distribution as CSV, as --load-from reads it.")]
+SaveLoadOption = Annotated[Path | None, advanced(help="Write the load distribution as CSV, the format of --load-from.")]
 DutyArgument = Annotated[
     Path, typer.Argument(metavar="DUTY", help="Duty cycle, CSV or XLSX: torque, speed, temperature, hours.")
 ]
@@ -50,12 +50,12 @@ def gear(
     uncertainty: UncertaintyOption = False,
     strength: Annotated[bool, advanced("--strength", help="With --json: include the strength of the teeth.")] = False,
     rating: Annotated[
-        bool, advanced("--rating", help="Only the load capacity after ISO 10300: stresses, S_H and S_F of both flanks.")
+        bool, advanced("--rating", help="Only the load capacity by ISO 10300: stresses, S_H and S_F of both flanks.")
     ] = False,
     spectrum: Annotated[Path | None, advanced(help="With --rating: duty cycle (CSV, XLSX) as load spectrum.")] = None,
     tolerance: Annotated[
         int | None,
-        advanced(help="So many random states in place of one: --E, --P, --G and the angle are standard deviations."),
+        advanced(help="Number of random states; --E, --P, --G and --shaft-angle-error are then standard deviations."),
     ] = None,
     accuracy_grade: shared.GradeOption = None,
     load_from: LoadFromOption = None,
@@ -109,13 +109,13 @@ def map_points(
     misalignment: shared.MisalignmentOptions,
     strength: shared.StrengthOption = False,
     interval: Annotated[
-        bool, advanced("--interval", help="Columns of the 90 % interval from uncertain inputs.")
+        bool, advanced("--interval", help="Add columns of the 90 % interval from uncertain inputs.")
     ] = False,
     every_point: Annotated[bool, advanced("--every-point", help="Solve every point without interpolation.")] = False,
 ) -> None:
     """Efficiency of a gear pair over torque, speed and temperature.
 
-    Each is one value, a list '100, 200, 300 N m' or a range '50:200:4 N m'; what is not given is that of the design.
+    Each quantity is one value, a list '100, 200, 300 N m' or a range '50:200:4 N m'; its default is that of the design.
     """
     shared.check_files(files)
     pair = _pair(design, misalignment)
@@ -140,7 +140,8 @@ def duty(
         str | None, typer.Option(help="Tyre radius for a vehicle speed in km/h, e.g. '0.32 m'.")
     ] = None,
     ratio: Annotated[
-        float | None, typer.Option(help="Turns of the pinion per turn of the wheels; default: that of the pair.")
+        float | None,
+        typer.Option(help="Pinion revolutions per wheel revolution; default: that of the pair."),
     ] = None,
     temperature: Annotated[str | None, typer.Option(help="Oil temperature if the file has none.")] = None,
 ) -> None:
@@ -173,7 +174,7 @@ def geometry(
 def _refuse_lists(conditions: dict[str, str]) -> None:
     for name in ("torque", "speed", "temperature"):
         if is_list(text := conditions.get(name, "")):
-            raise InputError(name, text, "one value", "Lists and ranges make a map: mixed-ehl map.")
+            raise InputError(name, text, "one value", "Use mixed-ehl map for lists and ranges.")
 
 
 @shared.with_groups
@@ -181,7 +182,8 @@ def compare(
     *,
     design: shared.DesignArgument,
     friction: Annotated[
-        list[str] | None, typer.Option(help="A friction model; repeat for several. Default: constants, published, ehl.")
+        list[str] | None,
+        typer.Option(help="Friction model; repeat for several. Default: constants, published formulas, ehl."),
     ] = None,
     conditions: shared.ConditionOptions,
     load_from: LoadFromOption = None,
@@ -221,5 +223,5 @@ def register(app: App) -> None:
     app.command(rich_help_panel=GEAR)(gear)
     app.command("map", rich_help_panel=GEAR)(map_points)
     app.command(rich_help_panel=GEAR)(duty)
-    app.command(rich_help_panel=GEAR)(geometry)
     app.command(rich_help_panel=GEAR)(compare)
+    app.command(rich_help_panel=DESIGN)(geometry)

@@ -8,7 +8,7 @@ import typer
 import efficiency
 from efficiency.cli import options as shared
 from ehl import InputError
-from ehl.common.console import GEAR, App, advanced, check_outputs, given, working
+from ehl.common.console import AXLE, App, advanced, check_outputs, given, working
 
 _AxleOptions = Annotated[
     dict[str, Any],
@@ -29,7 +29,7 @@ _AxleOptions = Annotated[
 def loss_map(
     *,
     design: shared.DesignArgument,
-    torque: Annotated[str, typer.Option(help="Pinion torques, below zero in coast: '-300:300:7 N m', or a list.")],
+    torque: Annotated[str, typer.Option(help="Pinion torques, negative in coast: '-300:300:7 N m', or a list.")],
     speed: Annotated[str, typer.Option(help="Pinion speeds: '50:2000:5 rpm', or a list.")],
     friction: shared.FrictionOption = None,
     temperature: shared.TemperatureOption = None,
@@ -59,13 +59,13 @@ def axle_test(
         str, typer.Option(help="single (output torque to 4000 N m) or tandem (2000 N m).")
     ] = "single",
     torque_max: Annotated[str | None, typer.Option(help="Rated output torque of the axle, e.g. '2500 N m'.")] = None,
-    revolutions_per_mile: Annotated[float, advanced(help="Revolutions of the smallest tyre.")] = 650.0,
+    revolutions_per_mile: Annotated[float, advanced(help="Tyre revolutions per mile, of the smallest tyre.")] = 650.0,
     friction: shared.FrictionOption = None,
     temperature: shared.TemperatureOption = None,
     conditions: shared.HeldOptions,
     axle: _AxleOptions,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Write the grid as CSV, with GEM's decimals.")
+        Path | None, typer.Option("--output", "-o", help="Write the test points as CSV in the format of GEM.")
     ] = None,
     json_output: shared.JsonOption = False,
     files: shared.TableOptions,
@@ -85,7 +85,7 @@ def axle_test(
 
 
 def _axle(options: dict[str, Any]) -> Any:
-    """Axle losses: a table, constants, or None."""
+    """Axle losses from a table or constants; None if not given."""
     table = options.pop("axle_losses", None)
     if table is None:
         return options or None
@@ -96,5 +96,5 @@ def _axle(options: dict[str, Any]) -> Any:
 
 def register(app: App) -> None:
     """Add the commands of this package to the application."""
-    app.command("loss-map", rich_help_panel=GEAR)(loss_map)
-    app.command("axle-test", rich_help_panel=GEAR)(axle_test)
+    app.command("loss-map", rich_help_panel=AXLE)(loss_map)
+    app.command("axle-test", rich_help_panel=AXLE)(axle_test)

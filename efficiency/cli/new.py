@@ -1,4 +1,4 @@
-"""Command `new`: input files to begin with, from flags or from answers at the terminal."""
+"""Command `new`: input files from options or from answers at the terminal."""
 
 import inspect
 import sys
@@ -14,35 +14,42 @@ import efficiency
 import ehl
 from ehl import InputError
 from ehl.common import console
-from ehl.common.console import PROGRAM, App, check_outputs, write_text
+from ehl.common.console import INPUT, App, check_outputs, write_text
 
-# kind: what it is, and what one does with it
+# kind: description, and the command that uses the file
 _KINDS = {
-    "oil": ("A card for your oil, from ISO VG or two viscosities and the base.", "mixed-ehl oil {file}"),
+    "oil": ("An oil card from the base and ISO VG or two viscosities.", "mixed-ehl oil {file}"),
     "contact": ("One lubricated contact.", "mixed-ehl solve {file}"),
-    "plan": ("The contacts a friction formula is made from.", "mixed-ehl sweep {file} --estimate"),
+    "plan": ("Plan of the contacts to which a friction formula is fitted.", "mixed-ehl sweep {file} --estimate"),
     "design": ("A gear pair with the flanks of a shipped one.", "mixed-ehl gear {file} --friction 75w90"),
-    "targets": ("A gear pair of your own, from its blank.", "mixed-ehl settings {file} --sized -o design.toml"),
+    "targets": (
+        "A new gear pair: blank, cutters and contact targets.",
+        "mixed-ehl settings {file} --sized -o design.toml",
+    ),
     "axle": ("A whole axle: bearings, seals, sump and housing around a gear pair.", "mixed-ehl axle {file}"),
     "duty": ("A duty cycle (CSV).", "mixed-ehl duty fm_spiral_bevel_14x39 {file} --friction 75w90"),
 }
-_FINISH = ("finish", "A finish card of a measured trace or map.", 'finish = "{file}" in [surface], [pinion] or [gear]')
+_FINISH = (
+    "finish",
+    "Finish card from a measured trace or map.",
+    'finish = "{file}" in [surface], [pinion] or [gear]',
+)
 
 OutputOption = Annotated[
-    Path | None, typer.Option("--output", "-o", metavar="FILE", help="File to write; my_... if not given.")
+    Path | None, typer.Option("--output", "-o", metavar="FILE", help="File to write; default: my_KIND with its suffix.")
 ]
 ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")]
 
 
 class NewGroup(typer.core.TyperGroup):
-    """Kinds of files as commands, created on demand: they would double the time of `mixed-ehl --help`."""
+    """Commands for the kinds of files, created on demand because they would double the time of `mixed-ehl --help`."""
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Kinds in the order of the work."""
         return [*_KINDS, _FINISH[0]]
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """The command of a kind; `InputError` where there is none."""
+        """The command of a kind; an `InputError` for an unknown kind."""
         app = App(add_completion=False)
         if cmd_name == _FINISH[0]:
             app.command(cmd_name)(new_finish)
@@ -71,7 +78,7 @@ def new_finish(
     new: Annotated[bool, typer.Option("--new", help="The measured surface is new, not run in.")] = False,
     plot: console.ProfilePlotOption = None,
 ) -> None:
-    """A finish card of a measured trace or map: Rq, correlation length, skewness, lay with ranges; power spectrum."""
+    """A finish card from a measured trace or map: Rq, correlation length, skewness, lay with ranges; power spectrum."""
     path = _target(output, "finish", ".toml", force)
     check_outputs({"plot": plot})
     cutoffs = console.given({"cutoff_long": cutoff_long, "cutoff_short": cutoff_short})
@@ -83,16 +90,16 @@ def new_finish(
 
 
 def _target(output: Path | None, kind: str, suffix: str, force: bool) -> Path:
-    """The file to write; `InputError` where it exists and is not to be replaced."""
+    """The file to write; an `InputError` if it exists, unless it may be overwritten."""
     path = output or Path(f"my_{kind}{suffix}")
     check_outputs({"output": path}, output=suffix)
     if path.exists() and not force:
-        raise InputError("output", str(path), "a file that does not exist yet", "--force writes over it.")
+        raise InputError("output", str(path), "a file that does not exist yet", "--force overwrites it.")
     return path
 
 
 def _command(kind: str) -> Callable[..., None]:
-    """The command that writes one kind of file; its options are the questions of the file."""
+    """The command that writes one kind of file, with an option for each of its questions."""
     questions = efficiency.new_questions(kind)
 
     def write(**given: Any) -> None:
@@ -137,4 +144,4 @@ def _new() -> None:
 
 def register(app: App) -> None:
     """Add the commands to the application."""
-    app.add_typer(new_app, name="new", rich_help_panel=PROGRAM)
+    app.add_typer(new_app, name="new", rich_help_panel=INPUT)

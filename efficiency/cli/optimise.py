@@ -1,4 +1,4 @@
-"""Command that searches a better ease-off and blank: `optimise`."""
+"""Command `optimise`: ease-off and blank with less loss."""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -8,7 +8,7 @@ import typer
 import efficiency
 from efficiency.cli import options as shared
 from ehl import InputError
-from ehl.common.console import GEAR, App, advanced, output_folder, working
+from ehl.common.console import DESIGN, App, advanced, output_folder, working
 
 
 @shared.with_groups
@@ -22,13 +22,13 @@ def optimise(
         list[str] | None,
         advanced(
             help="A variable, with bounds or without: 'lengthwise_crowning=20:120 um', 'bias', 'hypoid_offset'; repeat "
-            "for several. 'ease_off' (the default) and 'blank' stand for the usual ones, without the offset."
+            "for several. 'ease_off' (the default) and 'blank' select the usual ones, without the offset."
         ),
     ] = None,
     objective: Annotated[
         list[str] | None,
         advanced(
-            help="Figure to minimise, the most important first; default: power_loss, pressure_hertz_max, "
+            help="Quantity to minimise, the most important first; default: power_loss, pressure_hertz_max, "
             "transmission_error_loaded."
         ),
     ] = None,
@@ -53,10 +53,10 @@ def optimise(
     misalignment: Annotated[
         dict[str, Any],
         shared.misalignment_group(
-            "Half width of the box; default '0.05 mm', '0 mm' for none.",
-            "The same along the pinion axis; default '0.05 mm'.",
-            "Along the gear axis; default none.",
-            "Change of the shaft angle; default none.",
+            "Half width of E in the misalignment box; default '0.05 mm', '0 mm' for none.",
+            "Half width of P; default '0.05 mm'.",
+            "Half width of G; default none.",
+            "Half width of the shaft angle; default none.",
         ),
     ],
     tolerance: Annotated[
@@ -68,10 +68,10 @@ def optimise(
     ] = "mean",
     flanks: Annotated[str, advanced(help="Flanks whose ease-off is varied: drive, coast or both.")] = "drive",
     evaluations: Annotated[int, advanced(help="Evaluations of the search.")] = 120,
-    batch: Annotated[int, advanced(help="Evaluations at the same time.")] = 4,
+    batch: Annotated[int, advanced(help="Parallel evaluations.")] = 4,
     check: Annotated[int, advanced(help="Points checked on the full mesh.")] = 4,
     check_friction: Annotated[
-        str | None, advanced(help="Check the gain of the best with solved contacts: 'ehl' (minutes).")
+        str | None, advanced(help="Check the gain of the best point with solved contacts: 'ehl' (minutes).")
     ] = None,
     seed: Annotated[int, advanced(min=0, help="Seed of the random numbers.")] = 1,
     jobs: shared.JobsOption = None,
@@ -81,8 +81,8 @@ def optimise(
 ) -> None:
     """Search ease-off and blank of a pair for less loss within limits of pressure, transmission error, edges and roots.
 
-    Writes the front, and each checked point as a design file for `gear`. The same command resumes an interrupted
-    search. Exit code 1: no better point within the limits.
+    Writes the Pareto front, and each checked point as a design file for `gear`. The same command resumes an
+    interrupted search. The exit code is 1 if no better point lies within the limits.
     """
     store = shared.started_store(output, fresh)
     box = {"E": "0.05 mm", "P": "0.05 mm"} | misalignment
@@ -119,11 +119,11 @@ def _limits(texts: list[str] | None) -> dict[str, Any] | None:
         return None
     if "none" in texts:
         if len(texts) > 1:
-            raise InputError("limit", "none", "no other limit with it")
+            raise InputError("limit", "none", "not together with another limit")
         return {}
     return {name: value if equals else "start" for name, equals, value in _parts(texts)}
 
 
 def register(app: App) -> None:
     """Add the command to the application."""
-    app.command(rich_help_panel=GEAR)(optimise)
+    app.command(rich_help_panel=DESIGN)(optimise)

@@ -1,4 +1,4 @@
-"""Options that several gear commands share, and groups of options that are one set of keywords."""
+"""Options of several gear commands, and groups of options that are passed on as one dictionary."""
 
 import functools
 import inspect
@@ -13,6 +13,8 @@ import typer
 from ehl import InputError
 from ehl.common.console import (
     ADVANCED,
+    OPERATION,
+    OUTPUT,
     advanced,
     check_outputs,
     check_suffix,
@@ -23,14 +25,13 @@ from ehl.common.console import (
     print_text,
 )
 
-OPERATION, OUTPUT = "Operating point", "Output"
 operation: Any = functools.partial(typer.Option, rich_help_panel=OPERATION)
 output_option: Any = functools.partial(typer.Option, rich_help_panel=OUTPUT)
 
 
 @dataclass(frozen=True)
 class OptionGroup:
-    """Options that reach a command as one dictionary: the keyword of each, and its annotation."""
+    """Options passed to a command as one dictionary: keyword and annotation of each."""
 
     options: dict[str, Any]
 
@@ -66,7 +67,7 @@ def with_groups(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def text_option(text: str, panel: str | None = ADVANCED, name: str = "") -> Any:
-    """Annotation of an option whose value is a text, None where it was not given."""
+    """Annotation of a text option; None if it is not given."""
     return Annotated[str | None, typer.Option(*filter(None, [name]), help=text, rich_help_panel=panel)]
 
 
@@ -84,7 +85,7 @@ DesignArgument = Annotated[
 ]
 SideOption = Annotated[str, operation(help="Flanks that carry the load: drive or coast.")]
 TemperatureOption = text_option("Oil temperature with its unit: '80 degC'.", OPERATION)
-OilOption = Annotated[str | None, operation(help="Oil card in place of the design's.", autocompletion=names_of("oils"))]
+OilOption = Annotated[str | None, operation(help="Oil card; default: of the design.", autocompletion=names_of("oils"))]
 _POINT = {
     "torque": text_option("Pinion torque with its unit: '250 N m'.", OPERATION),
     "speed": text_option("Pinion speed with its unit: '1500 rpm'.", OPERATION),
@@ -106,7 +107,7 @@ ConditionOptions = Annotated[
             **_POINT,
             "side": text_option("Flanks that carry the load: drive (default) or coast.", OPERATION),
             **_HELD,
-            "driver": text_option("Member the power comes from: pinion or gear."),
+            "driver": text_option("Driving member: pinion or gear."),
         }
     ),
 ]
@@ -129,12 +130,12 @@ StrengthOption = Annotated[
     bool,
     advanced(
         "--strength",
-        help="Columns of worst grade, safety factors, integral temperature and specific film (0.1 s a point).",
+        help="Add columns of worst grade, safety factors, integral temperature, specific film (0.1 s per point).",
     ),
 ]
 GradeOption = Annotated[
     int | None,
-    advanced(help="Random states: grade of ISO 1328-1 (1 to 11) of the flanks, whose deviations are random as well."),
+    advanced(help="ISO 1328-1 accuracy grade (1 to 11) of random flank deviations in each state."),
 ]
 MarkingOption = Annotated[str | None, advanced(help="Thickness of the marking compound, default '6.35 um'.")]
 JsonOption = Annotated[bool, output_option("--json", help="Print one JSON object in SI units.")]
@@ -166,7 +167,7 @@ FreshOption = Annotated[
 
 
 def started_store(folder: Path, fresh: bool) -> Path:
-    """File of finished points in an output folder; deleted where a run starts again."""
+    """File of finished points in an output folder; it is deleted if the run starts again."""
     store = folder / "points.jsonl"
     if fresh and os.path.exists(store):
         store.unlink()
@@ -174,7 +175,7 @@ def started_store(folder: Path, fresh: bool) -> Path:
 
 
 def present_folder(result: Any, json_output: bool, folder: Path) -> None:
-    """Print a result and write all of it into a folder; exit code 1 where it failed."""
+    """Print a result and write it into a folder; exit code 1 if it failed."""
     written = result.write(folder=folder)
     if json_output:
         print_json(result.to_dict())
@@ -193,7 +194,7 @@ MapFileOption = Annotated[
 
 
 def check_map_files(files: Sequence[Path] | None) -> None:
-    """Refuse files of a map that cannot be written, before anything is computed."""
+    """Raise an `InputError` for map files that cannot be written."""
     for path in files or ():
         if path.suffix.lower() not in MAP_FILES:
             raise InputError("model", str(path), f"a file name ending in {', '.join(MAP_FILES)}")
@@ -208,7 +209,7 @@ def write_map(found: Any, files: Sequence[Path] | None) -> None:
 
 
 def check_files(files: Mapping[str, Any]) -> None:
-    """Refuse pages and workbooks with another suffix, and other units, before anything is computed."""
+    """Raise an `InputError` for a wrong suffix of pages or workbooks, or unknown units."""
     for field in ("report", "xlsx"):
         if field in files:
             check_suffix(files[field], field)
@@ -216,7 +217,7 @@ def check_files(files: Mapping[str, Any]) -> None:
 
 
 def one_of(field: str, text: str | None, *allowed: str) -> Any:
-    """The text of an option that takes one of some words; None where it was not given."""
+    """Check an option that accepts only the given words; None if it is not given."""
     text = next((word for word in allowed if text is not None and word.casefold() == text.casefold()), text)
     if text is not None and text not in allowed:
         raise InputError(field, text, " or ".join(allowed))
@@ -229,7 +230,7 @@ def unit_system(units: str | None) -> Any:
 
 
 def present(result: Any, json_output: bool, **files: Any) -> None:
-    """Print and write a result; exit code 1 where it failed."""
+    """Print and write a result; exit code 1 if it failed."""
     contained = {"strength": True} if files.pop("strength", False) else {}
     options = {"units": unit_system(files.pop("units"))} if "units" in files else {}
     citation = result.citation() if files.pop("cite", False) else None
@@ -247,4 +248,4 @@ def refuse(what: str, options: Mapping[str, object]) -> None:
     """Raise an `InputError` for options that have no effect together with another choice."""
     for name, value in options.items():
         if value is not None and value is not False:
-            raise InputError(name, str(value), f"nothing together with {what}")
+            raise InputError(name, str(value), f"not together with {what}")

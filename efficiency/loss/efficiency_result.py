@@ -478,7 +478,7 @@ GEAR_NOTES: tuple[NoteKind, ...] = (
     NoteKind("from memory, to be checked in print", "warning"),
     # with the lay of ground flanks the loss of the 14x39 is a third smaller
     NoteKind("the Peklenik number has no effect", "warning"),
-    NoteKind("loss of the mesh alone", "for information"),
+    NoteKind("mesh loss only", "for information"),
     NoteKind("bearings and drag:", "for information"),
     NoteKind("not graded", "for information"),
     NoteKind("error of that surface", "for information"),

@@ -3,7 +3,7 @@
     P_loss = T_in omega_wheel k_a - T_out omega_wheel
 
 with input torque, wheel speed, axle ratio k_a and output torque; T_out = 0 is the unloaded test. Equation and decimals
-of the file are read in the regulation; its test points are from memory, compare them with the text in force.
+of the file follow the regulation. Its test points are not verified: compare them with the regulation in force.
 """
 
 from dataclasses import asdict, field
@@ -27,14 +27,14 @@ Application = Literal["single", "tandem"]
 
 RPM = 2.0 * np.pi / 60.0
 MILES_PER_HOUR = 65.0  # vehicle speed of the highest wheel speed of the test
-REVOLUTIONS_PER_MILE = 650.0  # of an unknown tyre
+REVOLUTIONS_PER_MILE = 650.0  # default tyre
 _OUTPUT_TORQUES: dict[Application, tuple[float, ...]] = {
     "single": (0.0, 500.0, 1000.0, 2000.0, 3000.0, 4000.0),
     "tandem": (0.0, 250.0, 500.0, 1000.0, 1500.0, 2000.0),
 }
-_REVOLUTIONS = ValueRange("", ge=100.0, le=2000.0, hint="Revolutions of the smallest tyre per mile.")
-_MARGIN = 1.25  # computed input torques over output torque by ratio: covers efficiencies above 0.8
-SOURCE = "test points of 40 CFR 1037.560 from memory: compare them with the text in force"
+_REVOLUTIONS = ValueRange("", ge=100.0, le=2000.0, hint="Tyre revolutions per mile, of the smallest tyre.")
+_MARGIN = 1.25  # largest input torque over loss-free input torque: covers efficiencies above 0.8
+SOURCE = "test points of 40 CFR 1037.560 not verified: compare them with the regulation in force"
 
 
 def power_loss_40cfr1037(torque_input: float, torque_output: float, speed_wheel: float, ratio: float) -> float:
@@ -60,12 +60,12 @@ class AxleTestPoints:
     speed_wheel: tuple[float, ...]
 
     def pinion_torques(self, ratio: float) -> FloatArray:
-        """Pinion torques to compute [N m]: without loss, and one that covers the loss at the last."""
+        """Pinion torques of the loss map [N m]: loss-free torques of the test points, and a margin for the loss."""
         loaded = [torque / ratio for torque in self.torque_output if torque > 0.0]
         return np.array([*loaded, _MARGIN * loaded[-1]])
 
     def pinion_speeds(self, ratio: float) -> FloatArray:
-        """[rad/s]."""
+        """Pinion speeds [rad/s]."""
         return np.array(self.speed_wheel) * ratio
 
 
@@ -74,11 +74,11 @@ def axle_test_points(
     revolutions_per_mile: float = REVOLUTIONS_PER_MILE,
     torque_max: float | None = None,
 ) -> AxleTestPoints:
-    """Test points: output torques of the application, wheel speeds 50, 150, 250... rpm to that of 65 miles an hour.
+    """Test points: output torques of the application, wheel speeds 50, 150, 250... rpm up to 65 miles per hour.
 
     application: single drive axle of a heavy vehicle; tandem axle, or axle of a light or medium vehicle.
-    revolutions_per_mile: of the smallest tyre.
-    torque_max: output torque the axle is rated for [N m].
+    revolutions_per_mile: tyre revolutions per mile, of the smallest tyre.
+    torque_max: rated output torque of the axle [N m].
     Raises `InputError`: an unknown application, a number out of range, no output torque left.
 
     Examples
@@ -114,16 +114,16 @@ class AxleTestRow:
 class AxleTest(LossTable):
     """Power loss at the test points."""
 
-    map: LossMap  # of the mesh at pinion torques around those of the test
+    map: LossMap  # loss map of the mesh
     ratio: float  # axle ratio [-]
-    # by wheel speed, then by output torque; none where a point of the map failed
+    # sorted by wheel speed, then output torque; empty if a point of the map failed
     rows: tuple[AxleTestRow, ...] = field(repr=False)
-    # point and note; the losses outside the mesh first
-    said: tuple[tuple[str, str], ...] = field(default=(), repr=False)
+    # case and note; the first note describes the losses outside the mesh
+    case_notes: tuple[tuple[str, str], ...] = field(default=(), repr=False)
 
     @property
     def reason(self) -> str:
-        """As of the map."""
+        """Reason for a failure of the loss map."""
         return self.map.reason
 
     def table(self) -> Table:
@@ -139,7 +139,7 @@ class AxleTest(LossTable):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """For JSON."""
+        """Test points, conditions and notes in SI units, for JSON."""
         about = {name: getattr(self.map, name) for name in ("design", "friction_model", "oil", "temperature")}
         state = {"ratio": self.ratio, "status": self.status, "reason": self.reason}
         return {**about, **state, "rows": finite_or_none(self.rows), "notes": list(self.notes)}
@@ -161,35 +161,35 @@ class AxleTest(LossTable):
 
 
 def solve_axle_test(points: AxleTestPoints, mesh: LossMap, ratio: float, axle: AxleLosses | None = None) -> AxleTest:
-    """Input torque and power loss at output torques, from torque losses of the mesh at given pinion torques.
+    """Input torque and power loss at the test points, from a loss map of the mesh.
 
-    ``T_in - T_loss(T_in) = T_out/k_a``; of the mesh ``T_loss/T_in`` is interpolated in ``T_in``, monotone cubic, and
-    taken as constant below the lowest torque computed.
+    Solves ``T_in - T_loss(T_in) = T_out/k_a``. ``T_loss/T_in`` of the mesh is a monotone cubic interpolant of ``T_in``,
+    constant below the lowest torque of the map.
 
-    points: where.
-    mesh: at `points.pinion_torques` and `points.pinion_speeds`, mesh alone.
+    points: test points.
+    mesh: loss map without axle losses at `points.pinion_torques` and `points.pinion_speeds`.
     ratio: axle ratio [-].
     axle: losses outside the mesh.
-    Raises `ConvergenceError`: more than a fifth of the input torque is lost at the greatest output torque.
+    Raises `ConvergenceError`: the loss exceeds a fifth of the input torque at the largest output torque.
     """
-    others = mesh.said[:1] if axle is None else (("", axle.description),)
-    said = (*others, ("", SOURCE), *mesh.said[1:])
+    first = mesh.case_notes[:1] if axle is None else (("", axle.description),)
+    notes = (*first, ("", SOURCE), *mesh.case_notes[1:])
     if mesh.reason:
-        return AxleTest(mesh, ratio, (), said)
+        return AxleTest(mesh, ratio, (), notes)
     torques, rows = mesh.torques, []
     for speed, wheel, losses in zip(mesh.speeds, points.speed_wheel, mesh.values("torque_loss_mesh"), strict=True):
         share = scipy.interpolate.PchipInterpolator(torques, losses / torques)
         for output in points.torque_output:
 
-            def missing(
+            def surplus(
                 torque: float, speed: float = speed, share: Any = share, given: float = output / ratio
             ) -> float:
-                others = axle.torque_loss(torque, speed) if axle else 0.0
-                return torque - float(share(max(torque, torques[0]))) * torque - others - given
+                loss_axle = axle.torque_loss(torque, speed) if axle else 0.0
+                return torque - float(share(max(torque, torques[0]))) * torque - loss_axle - given
 
-            if missing(float(torques[-1])) <= 0.0:
+            if surplus(float(torques[-1])) <= 0.0:
                 where = f"{quantity('torque_output').text(output)} and {quantity('speed_wheel').text(wheel)}"
-                raise ConvergenceError("loss_too_large", f"more than a fifth of the input torque is lost at {where}")
-            torque = float(scipy.optimize.brentq(missing, 0.0, float(torques[-1]), xtol=1e-12))
+                raise ConvergenceError("loss_too_large", f"the loss exceeds a fifth of the input torque at {where}")
+            torque = float(scipy.optimize.brentq(surplus, 0.0, float(torques[-1]), xtol=1e-12))
             rows.append(AxleTestRow(wheel, output, torque, power_loss_40cfr1037(torque, output, wheel, ratio)))
-    return AxleTest(mesh, ratio, tuple(rows), said)
+    return AxleTest(mesh, ratio, tuple(rows), notes)

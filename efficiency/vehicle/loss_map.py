@@ -1,10 +1,10 @@
 """Loss maps: torque loss over pinion torque and speed, drive and coast, with the losses of an axle outside the mesh.
 
-Power balance at the pinion shaft, which is the input of an axle: T_out = ratio (T_in - T_loss) in drive and in coast,
-T_in and T_out below zero in coast, T_loss = P_loss/omega1 above zero in both. The mesh is taken at T_in itself: what
-the bearings before it lose changes its loss by that share of it, second order.
+Power balance at the pinion shaft, the input of an axle: T_out = ratio (T_in - T_loss) in drive and in coast. T_in and
+T_out are negative in coast, T_loss = P_loss/omega1 is positive in both. The mesh loss is that at T_in; the effect of
+the losses of the pinion bearings on it is of second order.
 
-Losses of an axle outside its mesh: a measured table, or a constant and a load-dependent torque of ours.
+Losses of an axle outside its mesh: a measured table, or a constant and a load-dependent torque (our model).
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ if TYPE_CHECKING:
 
 _TORQUE = float(OPERATION_LIMITS["torque"].le or 1e6)
 _SPEED = float(OPERATION_LIMITS["speed"].le or 5e3)
-SIGNED_TORQUE = ValueRange("N*m", ge=-_TORQUE, le=_TORQUE, hint="Below zero in coast.")
+SIGNED_TORQUE = ValueRange("N*m", ge=-_TORQUE, le=_TORQUE, hint="Negative in coast.")
 COLUMNS = {
     "torque": SIGNED_TORQUE,
     "speed": ValueRange("rad/s", ge=0.0, le=_SPEED),
     "torque_loss": ValueRange("N*m", ge=0.0, le=_TORQUE),
 }
-DRAG = ValueRange("N*m", ge=0.0, le=_TORQUE, hint="At the pinion shaft, of any speed.")
+DRAG = ValueRange("N*m", ge=0.0, le=_TORQUE, hint="Torque at the pinion shaft, independent of speed.")
 LOAD_SHARE = ValueRange("", ge=0.0, lt=0.5, hint="Torque lost in the bearings over the pinion torque.")
 _SIMPLE = {"drag": DRAG, "load_share": LOAD_SHARE}
 
@@ -58,15 +58,15 @@ class AxleLosses(Protocol):
 
     @property
     def description(self) -> str:
-        """What it is, in one line."""
+        """Description for titles and notes."""
 
     def torque_loss(self, torque: float, speed: float) -> float:
-        """At a signed pinion torque [N m] and a pinion speed [rad/s], [N m], never below zero."""
+        """Torque loss [N m], at least zero, at a signed pinion torque [N m] and a pinion speed [rad/s]."""
 
 
 @dataclass(frozen=True)
 class SimpleAxleLosses:
-    """A constant drag and bearings that lose a share of the torque: T = drag + share |T1|. Ours.
+    """Constant drag torque and bearing loss proportional to the pinion torque: T = drag + share |T1| (our model).
 
     Examples
     --------
@@ -74,7 +74,7 @@ class SimpleAxleLosses:
     3.5
     """
 
-    drag: float = 0.0  # of bearings, seals and oil [N m], at the pinion shaft
+    drag: float = 0.0  # drag of bearings, seals and oil at the pinion shaft [N m]
     load_share: float = 0.0  # load-dependent part [-]
 
     def __post_init__(self) -> None:
@@ -83,37 +83,37 @@ class SimpleAxleLosses:
 
     @property
     def description(self) -> str:
-        """What it is, in one line."""
-        return f"bearings and drag: {self.drag:.4g} N m + {100.0 * self.load_share:.4g} % of the pinion torque (ours)"
+        """Description for titles and notes."""
+        return f"bearings and drag: {self.drag:.4g} N m + {100.0 * self.load_share:.4g} % of pinion torque (our model)"
 
     def torque_loss(self, torque: float, speed: float) -> float:
-        """At a signed pinion torque [N m] and any pinion speed, [N m]."""
+        """Torque loss [N m] at a signed pinion torque [N m], independent of speed."""
         return self.drag + self.load_share * abs(torque)
 
 
 @dataclass(frozen=True)
 class TableAxleLosses:
-    """Torque lost outside the mesh from a table over pinion torque and speed, bilinear between its points."""
+    """Torque loss outside the mesh, bilinear interpolation of a table over pinion torque and speed."""
 
-    name: str  # of the file
-    torque: FloatArray  # rising [N m], below zero in coast
-    speed: FloatArray  # rising [rad/s]
-    loss: FloatArray  # at the pinion shaft [N m]
+    name: str  # name of the file
+    torque: FloatArray  # increasing [N m], negative in coast
+    speed: FloatArray  # increasing [rad/s]
+    loss: FloatArray  # torque loss at the pinion shaft [N m]
 
     @property
     def description(self) -> str:
-        """What it is, in one line."""
+        """Description for titles and notes."""
         return f"bearings and drag: table {self.name}"
 
     def torque_loss(self, torque: float, speed: float) -> float:
-        """At a signed pinion torque [N m] and a pinion speed [rad/s], [N m].
+        """Torque loss [N m] at a signed pinion torque [N m] and a pinion speed [rad/s].
 
-        Raises `InputError`: outside the table: nothing is extrapolated.
+        Raises `InputError`: the point lies outside the table.
         """
         for name, value, grid in (("torque", torque, self.torque), ("speed", speed, self.speed)):
             if not grid[0] * (1.0 - 1e-12) - 1e-9 <= value <= grid[-1] * (1.0 + 1e-12) + 1e-9:
                 of = quantity(name)
-                hint = "Add rows to the table, or leave the point out: nothing is extrapolated."
+                hint = "The table is not extrapolated: add rows to it, or omit the point."
                 raise InputError(f"{self.name}, {of.label}", of.text(value), of.span(grid[0], grid[-1]), hint)
         at_speed = [float(np.interp(speed, self.speed, row)) for row in self.loss]
         return float(np.interp(torque, self.torque, at_speed))
@@ -122,7 +122,7 @@ class TableAxleLosses:
 def resolve_axle(axle: AxleLosses | Path | str | Mapping[str, float | str] | None) -> AxleLosses | None:
     """Losses outside the mesh from a table file, or from `drag` and `load_share` of the simple model.
 
-    Raises `InputError`: the file cannot be used, another name, a value out of range or without its unit.
+    Raises `InputError`: an unusable file, an unknown name, a value out of range or without its unit.
     """
     if isinstance(axle, Path | str):
         return read_axle_losses(axle)
@@ -136,7 +136,7 @@ def resolve_axle(axle: AxleLosses | Path | str | Mapping[str, float | str] | Non
 
 
 def read_axle_losses(path: Path | str) -> TableAxleLosses:
-    """Table of losses outside the mesh: CSV or XLSX, columns torque, speed, torque_loss with units, a full grid.
+    """Losses outside the mesh from a CSV or XLSX file with columns torque, speed, torque_loss on a full grid.
 
     Raises `InputError`: the file cannot be read, or lacks a combination of torque and speed.
     """
@@ -151,30 +151,30 @@ def read_axle_losses(path: Path | str) -> TableAxleLosses:
         raise InputError(
             path.name,
             f"{len(loss)} rows for {len(torques)} torques and {len(speeds)} speeds",
-            "each combination of torque and speed once",
+            "every combination of torque and speed exactly once",
         )
     return TableAxleLosses(path.name, torques, speeds, grid)
 
 
 INTERVAL = ("torque_loss_lower", "torque_loss_upper")
-MESH_ALONE = "loss of the mesh alone: an axle loses more, state its bearings and drag"
+MESH_ALONE = "mesh loss only; add bearings and drag for the loss of the axle"
 
 
 @dataclass(frozen=True)
 class LossPoint:
     """Torque loss at one point."""
 
-    # [N m], below zero in coast; [rad/s]
+    # pinion torque [N m], negative in coast; pinion speed [rad/s]
     torque: float
     speed: float
-    # in all, of the mesh (sliding and rolling), outside it [N m]
+    # total, mesh (sliding and rolling) and axle outside the mesh [N m]
     torque_loss: float
     torque_loss_mesh: float
     torque_loss_axle: float
     outside_range_share: float  # share of the sliding power outside the range of the friction model [-]
     status: str
     reason: str
-    # ends of the 90 % interval of the torque loss, the losses outside the mesh known [N m]; nan without one
+    # 90 % interval of the torque loss [N m], without uncertainty of the axle losses; nan if not computed
     torque_loss_lower: float = math.nan
     torque_loss_upper: float = math.nan
 
@@ -182,19 +182,19 @@ class LossPoint:
 class LossTable(PointsResult, TableResult):
     """A result that is one table with notes.
 
-    said: case and note; the losses outside the mesh first.
+    case_notes: case and note; the first note describes the losses outside the mesh.
     """
 
-    said: tuple[tuple[str, str], ...]
+    case_notes: tuple[tuple[str, str], ...]
 
     @property
     def notes(self) -> Mapping[str, int]:
-        """Each note with the number of its cases."""
-        return dict(Counter(note for _, note in self.said))
+        """Notes with the number of cases of each."""
+        return dict(Counter(note for _, note in self.case_notes))
 
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
-        """The table and its notes, one for each kind with the worst point."""
-        notes = Notes(pair_notes(self.said), len({case for case, _ in self.said if case}))
+        """The table and one note of each kind, that of the worst point."""
+        notes = Notes(pair_notes(self.case_notes), len({case for case, _ in self.case_notes if case}))
         return [Section("", [Head(self.table().title), self.table(), notes])]
 
 
@@ -217,23 +217,23 @@ class LossMap(Tabular, LossTable):
     friction_model: str
     oil: str
     temperature: float  # [K]
-    points: tuple[LossPoint, ...] = field(repr=False)  # by speed, then by torque, all combinations
-    # point and note; the losses outside the mesh first
-    said: tuple[tuple[str, str], ...] = field(default=(), repr=False)
+    points: tuple[LossPoint, ...] = field(repr=False)  # all combinations, sorted by speed, then torque
+    # case and note; the first note describes the losses outside the mesh
+    case_notes: tuple[tuple[str, str], ...] = field(default=(), repr=False)
     uses: frozenset[str] = field(default=frozenset(), repr=False)  # cited by `references`
 
     def references(self) -> set[str]:
-        """Gear model, laws of the oil, friction model."""
+        """Keys of the references of gear model, oil laws and friction model."""
         return set(self.uses)
 
     @property
     def speeds(self) -> FloatArray:
-        """Pinion speeds, rising [rad/s]."""
+        """Pinion speeds, increasing [rad/s]."""
         return np.unique([point.speed for point in self.points])
 
     @property
     def torques(self) -> FloatArray:
-        """Pinion torques, rising [N m]."""
+        """Pinion torques, increasing [N m]."""
         return np.unique([point.torque for point in self.points])
 
     @property
@@ -242,7 +242,7 @@ class LossMap(Tabular, LossTable):
         return len(self.speeds), len(self.torques)
 
     def values(self, name: str = "torque_loss") -> FloatArray:
-        """One figure of all points, (speeds, torques); nan where a point failed."""
+        """Values of one column, (speeds, torques); nan where a point failed."""
         return np.array([getattr(point, name) for point in self.points]).reshape(self.shape)
 
     def to_frame(self) -> pandas.DataFrame:
@@ -263,7 +263,7 @@ class LossMap(Tabular, LossTable):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """For JSON; not-a-number becomes None."""
+        """Points, conditions and notes in SI units, for JSON; nan becomes None."""
         names = ("design", "friction_model", "oil", "temperature", "status", "reason")
         about = {name: getattr(self, name) for name in names}
         return {**about, "points": finite_or_none(self.points), "notes": list(self.notes)}
@@ -273,17 +273,17 @@ class LossMap(Tabular, LossTable):
         return f"LossMap({self.design}, {self.friction_model}: {torques} torques, {speeds} speeds, {self.status})"
 
     def write_model(self, path: Path | str) -> Path:
-        """Write the map for another program, chosen by the suffix: `efficiency.vehicle.map_files`.
+        """Write the map for another program; the suffix selects the format.
 
         .vtlm: loss map of VECTO. .fmu: Functional Mock-up Unit (FMI 2.0). .mo: Modelica package with a
         `CombiTable2Ds` and a `lossTable` of `LossyGear`. .m: MATLAB script with the vectors of a lookup table in
-        Simscape. Torques and speeds are those of the pinion; the interval of the loss is included where the map has
-        one, but for VECTO.
+        Simscape. Torques and speeds are those of the pinion. All formats except VECTO include the interval of the loss
+        if the map has one.
 
         Returns the path.
 
-        Raises `InputError`: another suffix, too few torques or speeds, for VECTO no torque above or none below zero, a
-        file that cannot be written; `ConvergenceError`: a point failed.
+        Raises `InputError`: an unknown suffix, too few torques or speeds, torques of one sign only for VECTO, a file
+        that cannot be written; `ConvergenceError`: a point failed.
 
         Examples
         --------
@@ -304,13 +304,13 @@ class LossMap(Tabular, LossTable):
 
 
 def require_all(reason: str) -> None:
-    """`ConvergenceError` where points are missing: other programs would interpolate over them."""
+    """Raise a `ConvergenceError` for missing points, over which other programs would interpolate."""
     if reason:
-        raise ConvergenceError("incomplete_map", f"{reason}: no file is written with points missing")
+        raise ConvergenceError("incomplete_map", f"{reason}: a map with missing points is not written")
 
 
 def signed_axes(torque: Any, speed: Any) -> tuple[FloatArray, FloatArray]:
-    """Pinion torques [N m] and speeds [rad/s], each once and rising, from lists, ranges or numbers."""
+    """Unique, increasing pinion torques [N m] and speeds [rad/s] from lists, ranges or numbers."""
     found = _axis("torque", torque, SIGNED_TORQUE), _axis("speed", speed, OPERATION_LIMITS["speed"])
     check_size(dict(zip(("torque", "speed"), found, strict=True)))
     return found
@@ -336,43 +336,44 @@ def solve_loss_map(
     axle: AxleLosses | None = None,
     **about: Any,
 ) -> LossMap:
-    """Torque loss at all combinations.
+    """Torque loss at all combinations of torque and speed.
 
-    torques, speeds (m,): rising [N m], [rad/s]; at zero torque the mesh loses nothing.
-    temperature: [K].
-    evaluator: efficiency at many conditions; with the interval, if the points have that of their torque loss.
-    axle: losses outside the mesh; what its table does not cover is refused before anything is computed.
+    torques, speeds (m,): increasing [N m], [rad/s]; the mesh loss is zero at zero torque.
+    temperature: oil temperature [K].
+    evaluator: evaluates the efficiency at many conditions, with the interval if requested.
+    axle: losses outside the mesh; its table must cover all points.
     **about: `design`, `friction_model`, `oil` of the map.
     """
-    others = {(t, w): axle.torque_loss(t, w) if axle else 0.0 for t in torques for w in speeds}
-    # neighbours in torque keep geometry and load
+    # evaluated first: a table that does not cover a point raises before the meshes are solved
+    losses_axle = {(t, w): axle.torque_loss(t, w) if axle else 0.0 for t in torques for w in speeds}
+    # sorted by torque, because points of equal torque share geometry and load
     places = [(t, w) for t in sorted(torques, key=lambda t: (t < 0.0, t)) if t != 0.0 for w in speeds]
     rows = [DutyRow(float(t), float(w), temperature, 1.0) for t, w in places]
     solved = dict(zip(places, evaluator.points([row.condition for row in rows]), strict=True))
     points = tuple(
-        _point(float(t), float(w), others[t, w], None if t == 0.0 else solved[t, w], evaluator.interval)
+        _point(float(t), float(w), losses_axle[t, w], None if t == 0.0 else solved[t, w], evaluator.interval)
         for w in speeds
         for t in torques
     )
-    said, uses = _said(solved.values(), axle, about["friction_model"]), uses_of(solved.values())
-    return LossMap(temperature=temperature, points=points, said=said, uses=uses, **about)
+    notes, uses = _case_notes(solved.values(), axle, about["friction_model"]), uses_of(solved.values())
+    return LossMap(temperature=temperature, points=points, case_notes=notes, uses=uses, **about)
 
 
 def uses_of(points: Iterable[GridPoint]) -> frozenset[str]:
-    """What the results at some points cite."""
+    """Keys of the references of the results at some points."""
     return frozenset().union(*(point.result.references() for point in points if point.result is not None))
 
 
-def _said(points: Iterable[GridPoint], axle: AxleLosses | None, model: str) -> tuple[tuple[str, str], ...]:
-    others, found = MESH_ALONE if axle is None else axle.description, []
+def _case_notes(points: Iterable[GridPoint], axle: AxleLosses | None, model: str) -> tuple[tuple[str, str], ...]:
+    first, found = MESH_ALONE if axle is None else axle.description, []
     for point in points:
         outside = "" if point.reason else outside_note(point.figure("outside_range_share"), model_label(model))
-        found += [_said_of(point, note) for note in (*point.notes, outside) if note]
-    return (("", others), *found)
+        found += [_case_note(point, note) for note in (*point.notes, outside) if note]
+    return (("", first), *found)
 
 
-def _said_of(point: GridPoint, note: str) -> tuple[str, str]:
-    """Torque and speed of a point in words, torques below zero in coast, with its note or why it has no result."""
+def _case_note(point: GridPoint, note: str) -> tuple[str, str]:
+    """Torque (negative in coast) and speed of a point as text, and its note or the reason of its failure."""
     at = point.condition
     if point.result is not None:
         at = vars(point.result.conditions)
@@ -381,13 +382,14 @@ def _said_of(point: GridPoint, note: str) -> tuple[str, str]:
     return place, note if point.result is not None else f"no result: {note}"
 
 
-def _point(torque: float, speed: float, others: float, point: GridPoint | None, interval: bool) -> LossPoint:
+def _point(torque: float, speed: float, loss_axle: float, point: GridPoint | None, interval: bool) -> LossPoint:
     if point is None:
-        ends = [others, others] if interval else []
-        return LossPoint(torque, speed, others, 0.0, others, 0.0, "converged", "", *ends)
+        ends = [loss_axle, loss_axle] if interval else []
+        return LossPoint(torque, speed, loss_axle, 0.0, loss_axle, 0.0, "converged", "", *ends)
     result = point.result
     if result is None or point.reason:
-        return LossPoint(torque, speed, math.nan, math.nan, others, math.nan, "failed", point.reason)
+        return LossPoint(torque, speed, math.nan, math.nan, loss_axle, math.nan, "failed", point.reason)
     mesh = (result.power_loss + result.power_loss_rolling) / speed
-    ends = [others + end / speed for end in result.loss_interval] if interval else []
-    return LossPoint(torque, speed, mesh + others, mesh, others, result.outside_range_share, point.status, "", *ends)
+    ends = [loss_axle + end / speed for end in result.loss_interval] if interval else []
+    total, outside = mesh + loss_axle, result.outside_range_share
+    return LossPoint(torque, speed, total, mesh, loss_axle, outside, point.status, "", *ends)

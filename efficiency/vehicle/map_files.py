@@ -1,4 +1,4 @@
-"""Loss maps as files of other programs: VECTO, Functional Mock-up Unit, Modelica, MATLAB with Simscape."""
+"""Loss maps in the formats of other programs: VECTO, Functional Mock-up Unit, Modelica, MATLAB with Simscape."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ VECTO_HEAD = "Input Speed [rpm],Input Torque [Nm],Torque Loss [Nm]"
 def vecto(found: LossMap, path: Path) -> str:
     """Loss map of VECTO for a gear or an axle.
 
-    Below the lowest speed computed, VECTO would extrapolate: at 0 rpm the file repeats the torque losses of the lowest
-    speed, and its head says so. Nothing else is extrapolated.
+    VECTO would extrapolate below the lowest speed. The file therefore repeats the torque losses of the lowest speed at
+    0 rpm, with a comment in its first line.
     """
     torques = found.torques
     if not torques[0] < 0.0 < torques[-1]:
         of = quantity("torque")
-        hint = "VECTO brakes with the map as well: add torques of the other sign, such as '-300:300:7 N m'."
-        raise InputError("torque", of.span(torques[0], torques[-1]), "torques below and above zero", hint)
+        hint = "VECTO requires drive and coast: add torques of the other sign, such as '-300:300:7 N m'."
+        raise InputError("torque", of.span(torques[0], torques[-1]), "negative and positive torques", hint)
     rpm = quantity("speed").to_display(found.speeds)
     losses = found.values()
     rows = [
@@ -37,10 +37,10 @@ def vecto(found: LossMap, path: Path) -> str:
         for torque, loss in zip(torques, line, strict=True)
     ]
     outside = float(np.max(found.values("outside_range_share")))
-    parts = [_about(found), f"at 0 rpm the torque losses of {rpm[0]:.4g} rpm, the lowest speed computed"]
+    parts = [_about(found), f"at 0 rpm the torque losses of {rpm[0]:.4g} rpm, the lowest speed of the map"]
     if outside > 0.0:
         parts.append(f"up to {100.0 * outside:.3g} % of the sliding power outside the range of the friction model")
-    # one comment at the end of the head: the place where VECTO's own files have theirs
+    # VECTO's own files have one comment at the end of the head as well
     comment = "; ".join(parts).replace("#", " ").replace(",", ";")
     return "\n".join([f"{VECTO_HEAD} # {comment}", *rows]) + "\n"
 
@@ -48,17 +48,17 @@ def vecto(found: LossMap, path: Path) -> str:
 def functional_mockup_unit(found: LossMap, path: Path) -> bytes:
     """FMU (FMI 2.0, model exchange and co-simulation).
 
-    Inputs: `torque` and `speed` of the pinion. Outputs: `torque_loss`, bilinear between the points, with its interval
-    where the map has one, `efficiency`, and `in_range`, which is 0 outside the axes: there the loss is that of the
-    nearest point of the map.
+    Inputs: `torque` and `speed` of the pinion. Outputs: `torque_loss` by bilinear interpolation, with its interval if
+    the map has one, `efficiency`, and `in_range`, which is 0 outside the axes. There the loss is that of the nearest
+    point.
     """
     tables = _tables(found)
     inputs = [
-        Variable("torque", "N.m", "pinion torque, below zero in coast", found.torques[-1]),
+        Variable("torque", "N.m", "pinion torque, negative in coast", found.torques[-1]),
         Variable("speed", "rad/s", "pinion speed", found.speeds[-1]),
     ]
     outputs = [Variable(table, "N.m", text) for table, text in tables.items()]
-    outputs.append(Variable("efficiency", "", "output over input power, in coast from gear to pinion"))
+    outputs.append(Variable("efficiency", "", "output over input power; in coast the gear is the input"))
     outputs.append(Variable("in_range", "", "1 within the axes of the map, else 0"))
     losses = [found.values(table) for table in tables]
     text = _c_tables(found.torques, found.speeds, losses)
@@ -68,8 +68,8 @@ def functional_mockup_unit(found: LossMap, path: Path) -> bytes:
 def modelica(found: LossMap, path: Path) -> str:
     """Modelica package (Standard Library 4): block `TorqueLoss` with the map, table `lossTable` for `LossyGear`.
 
-    `LossyGear` knows one efficiency and one torque for each speed and direction: straight lines by least squares over
-    the torques; the text states the greatest deviation from the map.
+    `LossyGear` has one efficiency and one friction torque for each speed and direction, here from a least-squares line
+    over the torques. The comment of the table states the largest deviation from the map.
     """
     tables = _tables(found)
     name = identifier(path)
@@ -84,13 +84,13 @@ def modelica(found: LossMap, path: Path) -> str:
         )
         equations += [f"    {table}_table.{u} = {v};" for u, v in (("u1", "torque"), ("u2", "speed"))]
         equations.append(f"    {table} = {table}_table.y;")
-    outside = f"{error:.3g} N m off the map at most"
+    deviation = f"largest deviation from the map {error:.3g} N m"
     return "\n".join(
         [
             f'package {name} "{_about(found)}"',
-            f'  constant Real lossTable[:,5] = {_matrix(lossy)} "Of LossyGear, {outside}";',
-            '  block TorqueLoss "Torque loss at the pinion, bilinear; beyond the axes that of the nearest point"',
-            '    Modelica.Blocks.Interfaces.RealInput torque(unit="N.m") "Pinion torque, below zero in coast";',
+            f'  constant Real lossTable[:,5] = {_matrix(lossy)} "Table of LossyGear, {deviation}";',
+            '  block TorqueLoss "Torque loss at the pinion, bilinear; outside the axes that of the nearest point"',
+            '    Modelica.Blocks.Interfaces.RealInput torque(unit="N.m") "Pinion torque, negative in coast";',
             '    Modelica.Blocks.Interfaces.RealInput speed(unit="rad/s") "Pinion speed";',
             *outputs,
             "  protected",
@@ -108,7 +108,7 @@ def matlab(found: LossMap, path: Path) -> str:
     """MATLAB script: axes and matrices of a `PS Lookup Table (2D)` in Simscape or a `2-D Lookup Table` in Simulink."""
     name = identifier(path)
     values = {"torque": found.torques[:, None], "speed": found.speeds[None, :]}
-    texts = {"torque": "pinion torque [N m], below zero in coast; first input", "speed": "pinion speed [rad/s]"}
+    texts = {"torque": "pinion torque [N m], negative in coast; first input", "speed": "pinion speed [rad/s]"}
     values |= {table: found.values(table).T for table in _tables(found)}
     texts |= {table: f"{text} [N m], rows: torque" for table, text in _tables(found).items()}
     lines = [f"{name}.{key} = {_matrix(value, ' ...')};  % {texts[key]}" for key, value in values.items()]
@@ -116,9 +116,9 @@ def matlab(found: LossMap, path: Path) -> str:
 
 
 def lossy_gear(found: LossMap) -> tuple[FloatArray, float]:
-    """Table of `Modelica.Mechanics.Rotational.Components.LossyGear`, and its greatest deviation from the map.
+    """Table of `Modelica.Mechanics.Rotational.Components.LossyGear`, and its largest deviation from the map.
 
-    With T_in of the pinion and T_out/ratio = T_in - T_loss:
+    With the pinion torque T_in and T_out/ratio = T_in - T_loss:
 
         drive   T_out/ratio = eta_mf1 (T_in - tau_bf1),   coast   T_out/ratio = (T_in - tau_bf2)/eta_mf2
 
@@ -143,10 +143,10 @@ def lossy_gear(found: LossMap) -> tuple[FloatArray, float]:
 
 
 def _tables(found: LossMap) -> dict[str, str]:
-    """Names of the tables of a map and what they are."""
+    """Names and descriptions of the tables of a map."""
     if min(found.shape) < 2:
         shape = f"{len(found.torques)} torques, {len(found.speeds)} speeds"
-        raise InputError("model", shape, "two of each at least")
+        raise InputError("model", shape, "at least two torques and two speeds")
     tables = {"torque_loss": "torque loss at the pinion"}
     if np.all(np.isfinite(found.values("torque_loss_upper"))):
         tables |= {name: f"{name[-5:]} end of its 90 % interval" for name in INTERVAL}
@@ -154,7 +154,7 @@ def _tables(found: LossMap) -> dict[str, str]:
 
 
 def _about(found: LossMap) -> str:
-    return f"{found.table().title}; {found.said[0][1]}".replace("\n", " ").replace('"', "'")
+    return f"{found.table().title}; {found.case_notes[0][1]}".replace("\n", " ").replace('"', "'")
 
 
 _MODELICA_TABLE = (
@@ -164,7 +164,7 @@ _MODELICA_TABLE = (
 
 
 def _matrix(values: FloatArray, wrap: str = "") -> str:
-    """Text of a matrix in Modelica and MATLAB, a row a line."""
+    """Text of a matrix in Modelica and MATLAB, one row per line."""
     rows = [", ".join(f"{value:.15g}" for value in row) for row in values]
     return "[" + f";{wrap}\n    ".join(rows) + "]"
 

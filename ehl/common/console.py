@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import inspect
 import json
 import logging
 import os
@@ -78,6 +79,11 @@ def _behind(option: str, typed: list[str]) -> str | None:
 class Command(typer.core.TyperCommand):
     """A command whose errors name the options instead of the keywords of the Python interface."""
 
+    def __init__(self, *args: Any, **settings: Any) -> None:
+        super().__init__(*args, **settings)
+        panels = {panel: place for place, panel in enumerate(OPTION_PANELS)}
+        self.params.sort(key=lambda param: panels.get(str(getattr(param, "rich_help_panel", None)), -1))
+
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the options; errors of the parser become `InputError`."""
         typed = list(args)
@@ -93,7 +99,7 @@ class Command(typer.core.TyperCommand):
             value = _behind(name, typed)
             # an empty value, for example of an unset shell variable, would be the current folder
             if value in ("", *names) and isinstance(ctx.params.get(param.name), Path):
-                raise InputError(name, value, "a file or folder", "'.' is the folder you are in.")
+                raise InputError(name, value, "a file or folder", "'.' is the current folder.")
         return rest
 
     def _refused(self, ctx: Any, error: Any, typed: list[str]) -> InputError | None:
@@ -104,7 +110,7 @@ class Command(typer.core.TyperCommand):
             hint = near(error.option_name, known) or see
             return InputError("option", error.option_name, "one of " + ", ".join(known), hint)
         if kind == "BadOptionUsage":
-            return InputError(error.option_name, None, "a value behind it", see)
+            return InputError(error.option_name, None, "a value after it", see)
         if kind == "MissingParameter":
             param = error.param
             what = " ".join((getattr(param, "help", "") or "a value").split()).rstrip(".")
@@ -147,7 +153,7 @@ class Command(typer.core.TyperCommand):
 
 @contextmanager
 def output_folder(folder: Path) -> Iterator[None]:
-    """A working folder; if an input is refused, the empty folder is removed."""
+    """A working folder; if an input is invalid, the empty folder is removed."""
     made = [path for path in (folder, *folder.parents) if not os.path.exists(path)]
     make_folder(folder, "output")
     try:
@@ -169,8 +175,10 @@ def _kind(message: str) -> str:
 
 
 # panels of the commands in `mixed-ehl --help`, in the order of the work
-CONTACT, FORMULA, GEAR, PROGRAM = "Contact", "Friction formula", "Gear pair", "Program"
-ADVANCED = "Advanced"  # panel of rarely used options; a command has at most ten others
+INPUT, CONTACT, FORMULA = "Input files", "Contact", "Friction formula"
+DESIGN, GEAR, AXLE, PROGRAM = "Gear design", "Gear efficiency", "Axle", "Program"
+# panels of the options of a command, in this order after the unnamed one; at most ten options are not advanced
+OPERATION, OUTPUT, ADVANCED = OPTION_PANELS = ("Operating point", "Output", "Advanced")
 advanced: Any = partial(typer.Option, rich_help_panel=ADVANCED)
 """`typer.Option` in the advanced panel."""
 
@@ -179,8 +187,21 @@ class App(typer.Typer):
     """An application, or a group of commands, of `Command`."""
 
     def command(self, name: str | None = None, **settings: Any) -> Callable[[_Function], _Function]:
-        """See `typer.Typer`."""
-        return super().command(name, cls=Command, **settings)
+        """Decorator for a command; its help is the docstring with each paragraph on one line."""
+
+        def add(function: _Function) -> _Function:
+            text = re.sub(
+                r"(?<!\
+)\
+(?!\
+)",
+                " ",
+                inspect.getdoc(function) or "",
+            )
+            super(App, self).command(name, cls=Command, **({"help": text} | settings))(function)
+            return function
+
+        return add
 
 
 STOPPED = 130  # exit code after a stop by the user, as in shells
@@ -293,7 +314,7 @@ def given(options: Mapping[str, Any]) -> dict[str, Any]:
 
 def is_list(text: str) -> bool:
     """Whether a text is a list ``a, b, c unit`` or a range ``from:to:number unit``."""
-    return any(sign in re.sub(r"\d,\d", "", text) for sign in ",;:")  # a comma within a number is refused later
+    return any(sign in re.sub(r"\d,\d", "", text) for sign in ",;:")  # a comma within a number raises an error later
 
 
 def pairs(field: str, texts: list[str] | None) -> dict[str, str]:
@@ -311,14 +332,14 @@ _SUFFIXES = {"report": PAGE, "plot": FIGURE, "xlsx": (".xlsx",)}
 
 
 def check_suffix(path: Path, field: str, suffix: str = "") -> None:
-    """Refuse a file name with the wrong suffix; suffixes of pages, figures and workbooks are known."""
+    """Raise an `InputError` for a file name with the wrong suffix; those of pages, figures and workbooks are known."""
     suffixes = (suffix,) if suffix else _SUFFIXES[field]
     if path.suffix.lower() not in suffixes:
         raise InputError(field, str(path), "a file name ending in " + " or ".join(suffixes))
 
 
 def check_outputs(outputs: Mapping[str, Path | None], **suffixes: str) -> None:
-    """Refuse files that cannot be written, before anything is computed.
+    """Raise an `InputError` for files that cannot be written.
 
     outputs: option to file; None if the option was not given.
     **suffixes: suffix of an option; those of pages, figures and workbooks are known.
@@ -340,7 +361,7 @@ def check_outputs(outputs: Mapping[str, Path | None], **suffixes: str) -> None:
     resolved = [path.resolve() for path in files.values()]
     for field, path in files.items():
         if resolved.count(path.resolve()) > 1:
-            raise InputError(field, str(path), "a file of its own for each option")
+            raise InputError(field, str(path), "a different file for each option")
 
 
 def write_text(path: Path, text: str) -> None:
@@ -384,7 +405,7 @@ class ProgressDisplay:
         self._bar: Any = None
 
     def update(self, state: Progress) -> None:
-        """Receive the reported state of the computation."""
+        """Set the state of the computation."""
         self.reported = self.clock()
         if state.done == 0:
             self.begins[state.step] = self.reported
@@ -395,7 +416,7 @@ class ProgressDisplay:
         self.state = state
 
     def text(self) -> str:
-        """The state in words."""
+        """State as text."""
         now, state = self.clock(), self.state
         parts = [self.what]
         if state.total:
@@ -443,10 +464,10 @@ class ProgressDisplay:
 
 @contextmanager
 def working(what: str, kept: str = NOTHING_KEPT) -> Iterator[ProgressDisplay]:
-    """Show the progress of a computation on standard error; Ctrl-C states what is kept.
+    """Show the progress of a computation on standard error; after Ctrl-C, state which results are kept.
 
     what: name of the computation, such as "comparison".
-    kept: stored results after a stop by the user, and how to continue.
+    kept: sentence on stored results and how to continue, printed after Ctrl-C.
     """
     display, over = ProgressDisplay(what, sys.stderr), threading.Event()
 

@@ -220,10 +220,10 @@ def test_table_of_losses_is_bilinear_and_ends(tmp_path: Path) -> None:
     assert table.torque_loss(100.0, 1050.0 * rpm) == pytest.approx(4.0)
     assert table.torque_loss(-100.0, 100.0 * rpm) == pytest.approx(2.0)
     for torque, speed in ((301.0, 500.0), (100.0, 99.0)):
-        with pytest.raises(InputError, match="nothing is extrapolated"):
+        with pytest.raises(InputError, match=r"^axle\.csv, "):
             table.torque_loss(torque, speed * rpm)
     (tmp_path / "torn.csv").write_text(TABLE.replace("300,100,3.0\n", ""))
-    with pytest.raises(InputError, match="each combination of torque and speed once"):
+    with pytest.raises(InputError, match=r"^torn\.csv = "):
         read_axle_losses(tmp_path / "torn.csv")
 
 
