@@ -221,7 +221,7 @@ def misalignment(
     ] = None,
     accuracy_grade: shared.GradeOption = None,
     point: shared.PointOptions,
-    friction: shared.FrictionOption = None,
+    friction: Annotated[str | None, console.advanced(help="Friction model as in mixed-ehl gear.")] = None,
     oil: shared.OilOption = None,
     json_output: shared.JsonOption = False,
     csv: Annotated[Path | None, console.advanced(help="Write all states as CSV (SI units).")] = None,
