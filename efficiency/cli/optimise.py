@@ -74,6 +74,10 @@ def optimise(
         str | None, advanced(help="Check the gain of the best point with solved contacts: 'ehl' (minutes).")
     ] = None,
     seed: Annotated[int, advanced(min=0, help="Seed of the random numbers.")] = 1,
+    sized: Annotated[
+        bool,
+        advanced("--sized", help="First size the start for its torque, as `settings --sized` does."),
+    ] = False,
     jobs: shared.JobsOption = None,
     dask: shared.DaskOption = None,
     fresh: shared.FreshOption = False,
@@ -89,7 +93,7 @@ def optimise(
     chosen: dict[str, Any] = {"objectives": objective, "limits": _limits(limit), "duty": duty, "misalignment": box}
     chosen |= {"tolerance": _tolerance(tolerance), "over": over, "flanks": flanks, "friction": friction, "oil": oil}
     chosen |= {"evaluations": evaluations, "batch": batch, "check": check, "solved": check_friction, "seed": seed}
-    chosen |= {"jobs": jobs, "dask": dask, "store": store}
+    chosen |= {"sized": sized, "jobs": jobs, "dask": dask, "store": store}
     kept = f"finished evaluations are kept in {store}, the same command resumes"
     with output_folder(output), working("optimisation", kept):
         result = efficiency.optimise(targets, _variables(vary), **chosen)

@@ -253,6 +253,9 @@ def _mean_loss(problem: SearchProblem, results: list[EfficiencyResult]) -> tuple
 def _figure(result: EfficiencyResult, name: str) -> float:
     if name in _ROOT:
         return float(getattr(result.strength, name))
+    if name == "pressure_flank":
+        loaded = result.load.loaded
+        return float(np.max(loaded["pressure_hertz"], where=loaded["at_edge"] < 0.5, initial=0.0))
     if name == "temperature_flash":
         return float(np.nanmax(result.lubrication.temperature_flash))
     return float(result.value(name))

@@ -31,6 +31,7 @@ from efficiency.optimisation.evaluation import (
     over_states,
     settings_of,
 )
+from efficiency.optimisation.load_sizing import BOX, sized_for_load
 from efficiency.optimisation.result import Candidate, Optimisation, best_of
 from efficiency.optimisation.surrogate import Processes, first_points, next_points, table_of, transformed
 from efficiency.pair import GearPair
@@ -78,6 +79,7 @@ def optimise(
     check: int = CHECKED,
     solved: str | None = None,
     seed: int = 1,
+    sized: bool = False,
     jobs: int | None = None,
     dask: Any = None,
     store: Path | str | None = None,
@@ -97,8 +99,8 @@ def optimise(
     objectives : sequence of str, optional
         Figures to minimise, the most important first; default: loss, pressure and loaded transmission error.
     limits : mapping, optional
-        Figures and their upper limits: a value, or ``"start"`` for the value of the start. Default: pressure, loaded
-        transmission error, edge load and root stresses of the start.
+        Figures and their upper limits: a value, or ``"start"`` for the value of the start. Default: pressure with and
+        away from edges, loaded transmission error, edge load and root stresses of the start.
     duty : Path, str or sequence of DutyRow, optional
         Duty cycle, as in `GearPair.duty`; default: the operating point of the targets.
     misalignment : mapping, optional
@@ -124,6 +126,8 @@ def optimise(
         Friction model with solved contacts (``ehl``...) that checks the gain of the best point; takes minutes.
     seed : int
         Seed of the random numbers.
+    sized : bool
+        First size ease-off and relief of the start for the torque of the targets (`sized_for_load`, same box).
     jobs : int, optional
         Worker processes; default: all available cores.
     dask : str or distributed.Client, optional
@@ -157,6 +161,9 @@ def optimise(
     clock = time.perf_counter()
     jobs = checked_jobs(jobs)
     start = load_start(targets) if isinstance(targets, Path | str) else targets
+    if sized:
+        half = {} if misalignment is None else dict.fromkeys(BOX, 0.0) | dict(misalignment)
+        start = sized_for_load(start, misalignment={n: x for n, x in half.items() if n in BOX}).targets
     problem = make_problem(
         start, variables, objectives, limits, duty, misalignment, tolerance, over, flanks, friction, oil
     )

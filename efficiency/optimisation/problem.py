@@ -96,6 +96,7 @@ _SHIFTS = {name: value_range_of(Misalignment, name) for name in Misalignment.mod
 FIGURES = (
     "power_loss",
     "pressure_hertz_max",
+    "pressure_flank",
     "transmission_error_loaded",
     "edge_load_share",
     "root_stress_pinion",
@@ -106,6 +107,7 @@ FIGURES = (
 OBJECTIVES = ("power_loss", "pressure_hertz_max", "transmission_error_loaded")
 LIMITS = (
     "pressure_hertz_max",
+    "pressure_flank",
     "transmission_error_loaded",
     "edge_load_share",
     "root_stress_pinion",

@@ -41,6 +41,16 @@ def test_sizing_of_the_drive_side_alone() -> None:
             sized_for_load(start, **{name: wrong})
 
 
+def test_a_search_starts_from_the_sized_pair() -> None:
+    """Its pressure away from edges is limited too."""
+    found = efficiency.optimise(
+        targets(), {"bias": "-0.2:0.2"}, misalignment={}, friction="constant:0.05", evaluations=4, check=0, sized=True
+    )
+    assert found.start.figures["edge_load_share"] < EDGE_LIMIT
+    assert found.allowed["pressure_flank"] == found.start.figures["pressure_flank"]
+    assert 0.5e9 < found.start.figures["pressure_flank"] <= found.start.figures["pressure_hertz_max"]
+
+
 def test_relief_grows_where_an_edge_carries() -> None:
     start = targets()
     relief = {"amount": 1e-5, "length": 1e-3}
