@@ -38,9 +38,13 @@ SpiralAngle = Annotated[
     float,
     ValueRange("rad", ge=0.0, le=radians(65.0), hint="Spiral angles up to 65 deg can be cut; usual are 25 to 50 deg."),
 ]
+SpiralAnglePinion = Annotated[
+    float,
+    ValueRange("rad", ge=0.0, le=radians(80.0), hint="Usual are 35 to 50 deg; up to 80 deg with 1 to 3 teeth."),
+]
 PressureAngle = Annotated[float, ValueRange("rad", ge=radians(8.0), le=radians(35.0))]
 TaperAngle = Annotated[float, ValueRange("rad", ge=0.0, le=radians(15.0))]
-Teeth = Annotated[int, Field(ge=4, le=300)]
+Teeth = Annotated[int, Field(ge=1, le=300)]
 
 
 class PressureAngles(InputModel):
@@ -129,7 +133,7 @@ class PairBlankInput(InputModel):
     mean_pitch_diameter_gear: Length | None = None
     face_width_gear: Length
     mean_spiral_angle_gear: SpiralAngle | None = None
-    mean_spiral_angle_pinion: SpiralAngle | None = None
+    mean_spiral_angle_pinion: SpiralAnglePinion | None = None
     cutter_radius: Length
     blade_groups: Annotated[int, Field(ge=1, le=50)] | None = None
     gear_cutting: GenerationName | None = None

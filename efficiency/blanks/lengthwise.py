@@ -12,8 +12,13 @@ from efficiency.blanks.tangency import PitchCones, crown_gear
 from ehl.common.errors import InputError
 from ehl.common.records import dataclass
 
-# steepest spiral angle anywhere on the faces
-SPIRAL_AT_THE_ENDS = radians(75.0)
+# steepest spiral angle anywhere on the faces; for steeper pinions, of 1 to 3 teeth, that far above their mean, and most
+SPIRAL_AT_THE_ENDS, STEEPER, STEEPEST = radians(75.0), radians(8.0), radians(85.0)
+
+
+def _steepest(cones: PitchCones) -> float:
+    """Largest spiral angle on the faces [rad]."""
+    return max(SPIRAL_AT_THE_ENDS, min(abs(cones.spiral_1) + STEEPER, STEEPEST))
 
 
 @dataclass(frozen=True)
@@ -48,13 +53,13 @@ def tooth_trace(inputs: PairBlankInput, cones: PitchCones) -> Trace:
 
 
 def check_trace(inputs: PairBlankInput, cones: PitchCones, places: tuple[float, ...], offset_in_plane: float) -> Trace:
-    """The trace, if it runs through the whole face of both members with spiral angles up to 75 deg.
+    """The trace, if it runs through the whole face of both members with spiral angles below the steepest.
 
     places: cone distances of the gear [m] that must be reached: its own ends, and those of the pinion's face.
     offset_in_plane: a_p [m].
     """
-    trace = tooth_trace(inputs, cones)
-    if _serves(trace, places, offset_in_plane):
+    trace, steepest = tooth_trace(inputs, cones), _steepest(cones)
+    if _serves(trace, places, offset_in_plane, steepest):
         return trace
     low, high = inputs.cutter_radius, inputs.cutter_radius
     for _ in range(24):
@@ -65,7 +70,8 @@ def check_trace(inputs: PairBlankInput, cones: PitchCones, places: tuple[float, 
         raise InputError(
             "face_width_gear",
             f"{inputs.face_width_gear * 1e3:.6g} mm",
-            "a smaller face width, spiral angle or offset: no cutter radius keeps the spiral angles below 75 deg",
+            "a smaller face width, spiral angle or offset: no cutter radius keeps the spiral angles below "
+            f"{degrees(steepest):.0f} deg",
         )
     for _ in range(50):
         middle = 0.5 * (low + high)
@@ -73,18 +79,18 @@ def check_trace(inputs: PairBlankInput, cones: PitchCones, places: tuple[float, 
     raise InputError(
         "cutter_radius",
         f"{inputs.cutter_radius * 1e3:.6g} mm",
-        f"about {high * 1e3:.4g} mm or more, for spiral angles below {degrees(SPIRAL_AT_THE_ENDS):.0f} deg everywhere",
+        f"about {high * 1e3:.4g} mm or more, for spiral angles below {degrees(steepest):.0f} deg everywhere",
         "Or take a smaller face width or spiral angle.",
     )
 
 
-def _serves(trace: Trace, places: tuple[float, ...], offset_in_plane: float) -> bool:
+def _serves(trace: Trace, places: tuple[float, ...], offset_in_plane: float, steepest: float) -> bool:
     for place in places:
         if abs(offset_in_plane) >= place or not trace.reaches(place):
             return False
         gear = trace.spiral(place)
         pinion = gear + asin(offset_in_plane / place)
-        if max(abs(gear), abs(pinion)) >= SPIRAL_AT_THE_ENDS:
+        if max(abs(gear), abs(pinion)) >= steepest:
             return False
     return True
 
@@ -96,4 +102,4 @@ def _serves_with(
         trace = tooth_trace(inputs.model_copy(update={"cutter_radius": radius}), cones)
     except InputError:
         return False
-    return _serves(trace, places, offset_in_plane)
+    return _serves(trace, places, offset_in_plane, _steepest(cones))

@@ -15,9 +15,9 @@ from ehl.common.errors import InputError
 from ehl.common.records import dataclass
 
 # beyond these a bevel member cannot be cut; the pair is refused
-SPIRAL_LIMIT = radians(75.0)
-PITCH_ANGLE_LOWEST = radians(2.0)
-PITCH_ANGLE_HIGHEST = radians(88.0)
+SPIRAL_LIMIT = radians(82.0)
+PITCH_ANGLE_LOWEST = radians(0.25)
+PITCH_ANGLE_HIGHEST = radians(89.75)
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ def check_pitch_angles(delta_1: float, delta_2: float, inputs: PairBlankInput) -
         raise InputError(
             "shaft_angle",
             f"{degrees(inputs.shaft_angle):.6g} deg",
-            "pitch angles between 2 and 88 deg",
+            "pitch angles between 0.25 and 89.75 deg",
             f"This shaft angle, ratio and offset give {degrees(delta_1):.4g} deg (pinion) and "
             f"{degrees(delta_2):.4g} deg (gear).",
         )

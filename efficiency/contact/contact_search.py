@@ -100,7 +100,7 @@ def contact_path(surface: MeshSurface, angle: FloatArray) -> ContactPath:
     found = contact_search(surface, angle)
     at = point_contact(surface, angle, found.u, found.v)
     u, v = np.real(at.gear_u), np.real(at.gear_v)
-    point = surface.patch(found.u, found.v, ("px", "py", "pz"))
+    point = surface.patch(found.u, found.v, PINION)
     u1, h1 = surface.pinion.blank.coordinates(np.hypot(point[0], point[1]), point[2])
     return ContactPath(
         angle,
@@ -234,8 +234,11 @@ def _limits(blank: Blank, u: Array, h: Array, rates: list[Array]) -> tuple[list[
 def point_contact(surface: MeshSurface, angle: FloatArray, u: Array, v: Array) -> PointContact:
     """Pinion points at map coordinates (n,), real or complex, in the gear frame at pinion angles (n,) [rad]."""
     assembly, gear, pinion = surface.assembly, surface.gear.blank, surface.pinion.blank
-    at, at_u, at_v = surface.patch.slopes(u, v, PINION)
-    turned = np.pi + surface.direction * angle + surface.roll_zero
+    values, *slopes = surface.patch.slopes(u, v, (*PINION, "roll"))
+    at, roll = values[:3], values[3]
+    back = surface.direction * np.stack([at[1], -at[0], 0.0 * at[2]])
+    at_u, at_v = (slope[:3] + slope[3] * back for slope in slopes)
+    turned = np.pi + surface.direction * (angle - roll) + surface.roll_zero
     cosine, sine = np.cos(turned), np.sin(turned)
 
     def place(vector: Array) -> Array:
@@ -340,11 +343,12 @@ class _Problem:
         return np.asarray(((x >= low) & (x <= high)).all(axis=0))
 
     def back(self, angle: FloatArray, x: FloatArray) -> tuple[FloatArray, PointContact]:
-        """Lag of the gear [rad], and the points."""
-        found = point_contact(self.surface, angle, *(x * self.scale[:, None]))
-        s = self.surface
+        """Lag of the gear [rad], and the points; infinite on another turn of a tooth that winds around its member."""
+        s, place = self.surface, x * self.scale[:, None]
+        found = point_contact(s, angle, *place)
         lag = found.gear_rotation - s.assembly.ratio * (s.direction * angle + s.roll_zero)
-        return -s.forward * np.angle(np.exp(1j * lag)), found
+        other = np.abs(s.patch(place[0], place[1], ("roll",))[0] - angle) > np.pi
+        return np.where(other, np.inf, -s.forward * np.angle(np.exp(1j * lag))), found
 
     def newton(self, angle: FloatArray, start: FloatArray, edges: IntArray) -> tuple[FloatArray, BoolArray]:
         """Newton's method at n points, and a mask of converged ones.
@@ -423,7 +427,9 @@ def contact_search(surface: MeshSurface, angle: FloatArray) -> PairContact:
     """Contact of one tooth pair at pinion angles from the design point, driving direction [rad]."""
     (u0, u1), (v0, v1) = surface.patch.u_range, surface.patch.v_range
     problem = _Problem(surface, np.array([u1 - u0, v1 - v0]))
-    grid_u, grid_v = (g.ravel() for g in np.meshgrid(np.linspace(u0, u1, 49), np.linspace(v0, v1, 41)))
+    # a pinion with few teeth turns far during one contact: more samples
+    columns = max(49, int(8.0 * np.ptp(surface.roll_range)))
+    grid_u, grid_v = (g.ravel() for g in np.meshgrid(np.linspace(u0, u1, columns), np.linspace(v0, v1, 41)))
     within = surface.margin(grid_u, grid_v) >= 0.0
     grid_u, grid_v = grid_u[within], grid_v[within]
     gap, bend, roll = surface.patch(grid_u, grid_v, ("ease_off_angle", "bend", "roll"))

@@ -128,7 +128,8 @@ class MeshSurface:
     # about the gear axis [m]), ``ease_off_angle`` (ease-off over lever: the gear rotation that closes it [rad]),
     # ``bend`` (separation of the conjugate pair over the lever is ``bend (roll - angle)^2/2`` at a point fixed to the
     # pinion [1/rad]), ``u1``, ``h1`` (blank coordinates on the pinion [m]), ``px py pz`` (real pinion point in its
-    # frame, phase included [m]) and, for an undercut pinion, ``regular`` (positive where its flank exists)
+    # frame, phase included, turned by the rotation at which it meshes [m]) and, for an undercut pinion, ``regular``
+    # (positive where its flank exists)
     patch: Patch
     interpolation_error: float  # estimated error of ease-off and gear flank between the nodes, along the normal [m]
     undercut: UndercutRegion | None  # undercut part of the mating flank
@@ -298,8 +299,10 @@ def _map(
 
     on_pinion = _fitter(grid, present)
 
+    follow = pinion_roll - pinion_roll[-1]
+
     def with_ease_off(relief: FloatArray) -> Patch:
-        real = dict(zip(PINION, conjugate.position + relief * conjugate.normal, strict=True))
+        real = dict(zip(PINION, turn(conjugate.position + relief * conjugate.normal, follow), strict=True))
         return base.joined(on_pinion({"ease_off": relief, "ease_off_angle": relief / lever} | real))
 
     middle = (0.0, float(grid.v[-1]))

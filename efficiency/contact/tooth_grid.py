@@ -96,6 +96,11 @@ class ToothGrid:
         """Angular pitch of the member [rad]."""
         return 2.0 * np.pi / self.blank.teeth
 
+    @property
+    def winding(self) -> float:
+        """Angle by which the tooth winds around the axis from toe to heel [rad]."""
+        return float(np.abs(self.lower[:, -1] - self.lower[:, 0]).max())
+
     def point(self, azimuth: FloatArray, u: FloatArray, height: FloatArray) -> FloatArray:
         """Points (..., 3) in the work frame [m] of azimuths and blank coordinates."""
         radius, z = self.blank.axial(u, height)
@@ -103,17 +108,21 @@ class ToothGrid:
 
 
 def _flank_azimuth(flank: Flank, u: FloatArray, h: FloatArray, root: RootProfile | None) -> FloatArray:
-    """Azimuth of a flank on a grid, of its fillet below its start, extrapolated linearly below its end."""
+    """Azimuth of a flank on a grid, of its fillet below its start, extrapolated linearly below its end.
+
+    The teeth of a pinion with few teeth wind by more than a rotation: the azimuth is continued along the face at the
+    tip, and from there to the root.
+    """
     points, found = flank.solve(u.ravel(), h.ravel())
-    azimuth = points.azimuth.reshape(u.shape)
-    exists = found.reshape(u.shape)
+    azimuth, exists = points.azimuth.reshape(u.shape), found.reshape(u.shape)
+    slope = points.winding(flank.blank.pitch_angle).reshape(u.shape)[-1]
+    wound = np.append(0.0, np.cumsum(0.5 * (slope[1:] + slope[:-1]) * np.diff(u[-1])))
     if root is not None:
         below = h < root.start
-        fillet = root.at(h)
-        # remove the difference of whole rotations
-        middle = u.shape[0] - 1, u.shape[1] // 2
-        fillet += 2.0 * np.pi * np.round((azimuth[middle] - fillet[0, middle[1]]) / (2.0 * np.pi))
-        azimuth, exists = np.where(below, fillet, azimuth), exists | below
+        azimuth, exists = np.where(below, root.at(h), azimuth), exists | below
+    straight = azimuth[-1] - wound
+    azimuth[-1] += 2.0 * np.pi * np.round((np.unwrap(straight) - straight) / (2.0 * np.pi))
+    azimuth = np.flip(np.unwrap(np.flip(azimuth, axis=0), axis=0), axis=0)
     # first row above which the flank exists up to the tip
     first = u.shape[0] - np.argmin(np.flip(exists, axis=0), axis=0)
     first = np.where(exists.all(axis=0), 0, first)
@@ -190,7 +199,7 @@ def tooth_grid(pair: GearFlanks, member: Member, rows: int = 15, columns: int = 
         shift = -pitch
     thickness = azimuth[upper] - azimuth[lower] - shift
     # azimuths are determined up to whole rotations
-    shift -= 2.0 * np.pi * np.round(float(thickness.mean()) / (2.0 * np.pi))
+    shift += 2.0 * np.pi * np.round((float(thickness.mean()) - 0.5 * pitch) / (2.0 * np.pi))
     thickness = azimuth[upper] - azimuth[lower] - shift
     middle = azimuth[lower] + shift + 0.5 * thickness
     centre = float(middle[rows // 2, columns // 2])

@@ -32,7 +32,7 @@ Array = NDArray[np.inexact[Any]]
 class Blank(InputModel):
     """Cones of one member in ISO 23509 terms, SI units and rad; the mean point is at the middle of the face width."""
 
-    teeth: Annotated[int, Field(ge=3, le=400)]  # number of teeth
+    teeth: Annotated[int, Field(ge=1, le=400)]  # number of teeth
     pitch_angle: Annotated[float, ValueRange("rad", gt=0.0, lt=1.5707)]  # pitch cone angle [rad]
     # distances along the pitch cone [m]
     mean_cone_distance: Length

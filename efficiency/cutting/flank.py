@@ -48,6 +48,13 @@ class FlankPoints:
         along, out = radial * sine + self.normal[2] * cosine, radial * cosine - self.normal[2] * sine
         return np.arctan2(np.abs(along), np.abs(around)), np.arcsin(np.abs(out))
 
+    def winding(self, pitch_angle: float) -> FloatArray:
+        """Change of the azimuth with the distance along the pitch cone [rad/m], with its sign."""
+        x, y, _ = self.position
+        sine, cosine, radius = np.sin(pitch_angle), np.cos(pitch_angle), np.hypot(x, y)
+        along = (self.normal[0] * x + self.normal[1] * y) / radius * sine + self.normal[2] * cosine
+        return np.asarray(-along / (self.normal[1] * x - self.normal[0] * y))
+
 
 class Flank(ABC):
     """One flank of one member in its work frame: a surface of three parameters with one condition.

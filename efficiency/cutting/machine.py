@@ -206,7 +206,7 @@ class GeneratedMachine(MachineInput):
     """Settings of a generated flank by their trade names; see also `MachineInput`."""
 
     process: Literal["generated"] = "generated"
-    roll_ratio: Annotated[float, ValueRange("", gt=0.0, le=100.0)]  # rotation of the work over that of the cradle [-]
+    roll_ratio: Annotated[float, ValueRange("", gt=0.0, le=400.0)]  # rotation of the work over that of the cradle [-]
     # coefficients of modified roll by their trade names [-]
     modified_roll_2c: Annotated[float, ValueRange("", ge=-1.0, le=1.0)] = 0.0
     modified_roll_6d: Annotated[float, ValueRange("", ge=-10.0, le=10.0)] = 0.0

@@ -88,7 +88,7 @@ def _to_legendre(nodes: tuple[float, ...]) -> FloatArray:
 
 # tuned: nodes of the polynomials that map a cube to its block (across, over the height, along the face), within
 # 14 um of the flanks; may be changed after running `test_cell_follows_the_flanks`
-_ACROSS, _OVER, _ALONG = lobatto_nodes(7), lobatto_nodes(7), lobatto_nodes(9)
+_ACROSS, _OVER, _ALONG = lobatto_nodes(7), lobatto_nodes(7), 9
 _DEEP = lobatto_nodes(4)
 _FINE = 41  # points of a fillet and of the root line before redistribution
 # tuned: slope of the fillet at which the tooth block begins, and largest fraction of the depth of this point (ours);
@@ -157,6 +157,14 @@ class ToothCell:
         return np.clip((height - floor) / (top - floor), 0.0, 1.0), along
 
 
+def turns(grid: ToothGrid) -> int:
+    """Further nodes and orders along a tooth that winds by more than 5 rad, as with 1 to 3 teeth; 0 for all others.
+
+    With them the flank of a pinion that winds by 20 rad changes by less than 0.1 % from there to 25 nodes.
+    """
+    return int(np.ceil(0.6 * max(grid.winding - 5.0, 0.0)))
+
+
 def tooth_cell(grid: ToothGrid, rim_thickness: float, from_root: bool = False) -> ToothCell:
     """Blocks of one tooth from its flanks with fillets or root corners, at least five stations.
 
@@ -165,7 +173,7 @@ def tooth_cell(grid: ToothGrid, rim_thickness: float, from_root: bool = False) -
     """
     u = grid.u[0]
     width = float(u[-1] - u[0])
-    along = u[0] + width * _ALONG
+    along = u[0] + width * lobatto_nodes(_ALONG + turns(grid))
     bottom, tip = grid.height[0], grid.height[-1]
     share = (grid.height - bottom) / (tip - bottom)
     start = 0.0 if from_root else _start(grid, share)
@@ -254,6 +262,11 @@ class Orders:
 
     tooth: tuple[int, int, int]
     body: tuple[int, int, int]
+
+    def longer(self, more: int) -> Orders:
+        """The orders along the face raised by a number."""
+        (*tooth, along), (*body, under) = self.tooth, self.body
+        return Orders((tooth[0], tooth[1], along + more), (body[0], body[1], under + more))
 
     def scaled(self, factor: float) -> Orders:
         """All orders times a factor, rounded, at least 2."""

@@ -31,6 +31,7 @@ from efficiency.ltca.ritz_solid import (
     lobatto_nodes,
     ritz_solid,
     tooth_cell,
+    turns,
 )
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
@@ -50,7 +51,7 @@ class RingResponse:
 
 
 def ring_response(solid: RitzSolid, pitch: float, cells: int, functionals: FloatArray, loads: int) -> RingResponse:
-    """Solve a ring of cells, at least three, a pitch [rad] apart; `ConvergenceError` if the member is not held.
+    """Solve a ring of cells, a pitch [rad] apart; `ConvergenceError` if the member is not held.
 
     `functionals` (k, 3 n): displacement at the points of interest, of all components of all functions. The first
     `loads` of them are also the places of unit forces in the direction of the displacement.
@@ -72,10 +73,11 @@ def ring_response(solid: RitzSolid, pitch: float, cells: int, functionals: Float
     frame = np.eye(2 * side)
     frame[side:, side:] = np.kron(rotation(pitch), np.eye(solid.left.size))
     seen = frame.T @ sides
-    near = min(REACH, cells - 1)
-    moved = ring_displacements(frame.T @ stiffness @ frame, seen[:, :loads], cells, near + 2)
-    readings = [seen[:side].T @ moved[j] + seen[side:].T @ moved[j + 1] for j in range(near + 1)]
-    return RingResponse(part.compliance[:, :loads] + readings[0], tuple(readings[1:]))
+    moved = ring_displacements(frame.T @ stiffness @ frame, seen[:, :loads], cells, REACH + 2)
+    readings = [seen[:side].T @ moved[j] + seen[side:].T @ moved[j + 1] for j in range(REACH + 1)]
+    # in a ring of few cells a tooth ahead is the loaded one again
+    readings = [read + (j % cells == 0) * part.compliance[:, :loads] for j, read in enumerate(readings)]
+    return RingResponse(readings[0], tuple(readings[1:]))
 
 
 @dataclass(frozen=True)
@@ -292,7 +294,7 @@ def solid_tooth(
     """
     if not body.held:
         raise ConvergenceError("tooth_not_held", "no surface of the body is held")
-    cell = tooth_cell(grid, body.rim_thickness)
+    cell, orders = tooth_cell(grid, body.rim_thickness), orders.longer(turns(grid))
     poisson = body.material.poisson_ratio
     try:
         solid = ritz_solid(cell, body.moduli, poisson, body.held, orders)

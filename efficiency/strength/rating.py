@@ -36,7 +36,7 @@ from efficiency.contact.mesh_surface import EDGES
 from efficiency.ltca.limits import EDGE_LIMIT, EDGE_NOTE, EdgeLoad, edges_carry, flank_place
 from efficiency.ltca.load_distribution import LoadDistribution, TeethElasticity
 from efficiency.strength.result import Grade, Strength
-from efficiency.strength.root_stress import RootStress, RootTooth, root_stress
+from efficiency.strength.root_stress import WOUND, RootStress, RootTooth, root_stress
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.records import dataclass
@@ -152,6 +152,8 @@ def rate_strength(
             raise InputError(name, getattr(local, name).shape, f"a value for each of the {count} loaded points")
     grades: list[Grade] = []
     notes = list(ASSUMED)
+    if any(not isinstance(root, str) and root.winding > WOUND for root in roots):
+        notes[-1] = "root stress of teeth that wind around the pinion not checked, up to 15 % low; friction neglected"
     inside = loaded["at_edge"] < 0.5
     pressure = np.where(inside, loaded["pressure_hertz"], 0.0)
     worst = int(np.argmax(pressure))

@@ -6,6 +6,7 @@ principal stress at the free surface, from the strain in the surface, and only n
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +54,7 @@ class RootTooth:
     chord: FloatArray
     fillet: str  # origin of the fillets, in words
     unknowns: int  # number of unknowns of one pitch
+    winding: float  # angle by which the tooth winds around its axis [rad]
 
     def shares(self, face: FloatArray, height: FloatArray) -> FloatArray:
         """Weights (m, n) of the load points for forces at distances from the toe and above the root cone (m,) [m].
@@ -96,6 +98,10 @@ class RootStress:
     fillet: str  # origin of the fillet, in words
 
 
+WOUND = 5.0
+"""Angle by which a tooth winds around its axis above which it has more elements, and its stress was not checked."""
+
+
 def root_tooth(
     flanks: GearFlanks, member: Member, tooth: SolidTooth, module: float, counts: Counts | None = None
 ) -> RootTooth:
@@ -104,7 +110,9 @@ def root_tooth(
     `tooth` contains the flanks, the body and the loaded side; `module` is the mean normal module for the default edge
     radius of a cutter [m].
     """
-    body, grid, counts = tooth.body, tooth.grid, counts or Counts()
+    body, grid = tooth.body, tooth.grid
+    usual = Counts()
+    counts = counts or replace(usual, along=int(np.ceil(usual.along * max(1.0, grid.winding / WOUND))))
     mesh = root_mesh(flanks, member, grid, body.rim_thickness, module, counts)
     side = int(tooth.side)
     modulus = np.where(mesh.rim, body.moduli["foot"], body.moduli["tooth"])
@@ -149,6 +157,7 @@ def root_tooth(
         np.interp(station, mesh.columns, mesh.chord),
         mesh.fillet,
         3 * int((~held).sum()),
+        grid.winding,
     )
 
 

@@ -54,7 +54,7 @@ PLAN: list[Change] = [
     ('"fast"', '"quick"', "model.accuracy"),
 ]
 TARGETS: list[Change] = [
-    ("teeth_pinion = 13", "teeth_pinion = 1", "blank.teeth_pinion"),
+    ("teeth_pinion = 13", "teeth_pinion = 0", "blank.teeth_pinion"),
     ("teeth_pinion = 13", "teeth_pinion = 50", "blank.teeth_gear"),
     ("teeth_pinion", "teeth_pinon", "blank.teeth_pinon"),
     ('"170 mm"', '"170"', "blank.outer_pitch_diameter_gear"),
@@ -245,7 +245,7 @@ OPTIONS: dict[str, tuple[tuple[Any, ...], dict[str, str], list[tuple[str, str]]]
     "new others": (("new",), {}, [
         ("oil --base", "minral"), ("oil --vg", "221"), ("oil --vg", "thick"), ("plan --size", "many"),
         ("plan --oil", "75w91"), ("design --like", "fm_bevel"), ("design --torque", "300 mm"),
-        ("targets --offset", "5"), ("targets --process", "milling"), ("targets --teeth-pinion", "1"),
+        ("targets --offset", "5"), ("targets --process", "milling"), ("targets --teeth-pinion", "0"),
         ("targets --finish", "groud"), ("duty --torque", "300"), ("duty --speed", "0 rpm"),
     ]),
     "compare": (("compare", PAIR), {}, [

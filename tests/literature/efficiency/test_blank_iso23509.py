@@ -8,7 +8,7 @@ import json
 import math
 from collections.abc import Callable
 from decimal import Decimal
-from math import asin, cos, degrees, pi, radians, sin, sqrt
+from math import asin, cos, degrees, pi, radians, sin, sqrt, tan
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from refusals import refuses
 
 import efficiency
 from efficiency.blanks.dimensions import FaceAndRoot, Placement
-from efficiency.blanks.inputs import DepthTypeOne, load_blank
+from efficiency.blanks.inputs import DepthTypeOne, PairBlankInput, load_blank
 from efficiency.blanks.iso_10300 import FlankRating, RatingInput, rate_flank
 from efficiency.blanks.lengthwise import Trace
 from efficiency.blanks.pair import pair_blank
@@ -473,3 +473,53 @@ def test_damage_of_a_spectrum_by_hand() -> None:
     assert rated().spectrum is None
     with refuses("torque"):
         validate(RatingInput, {"torque": -1.0, "speed": 1.0, "edge_radius_pinion": 1e-3, "edge_radius_gear": 1e-3})
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("name", list(REFERENCE["high_reduction"]))
+def test_measured_parts_of_high_reductions(name: str) -> None:
+    part = REFERENCE["high_reduction"][name]
+    given, angle = part["inputs"], {symbol: radians(float(part[symbol])) for symbol in part if symbol[:5] == "delta"}
+    inputs: dict[str, Any] = {
+        "name": name,
+        "method": 1,
+        "process": "face_milling",
+        "teeth_pinion": given["teeth"][0],
+        "teeth_gear": given["teeth"][1],
+        "hand_pinion": part["hand_pinion"],
+        "hypoid_offset": f"{given['offset']} mm",
+        "outer_pitch_diameter_gear": f"{given['outer_diameter']} mm",
+        "face_width_gear": f"{given['face_width']} mm",
+        "mean_spiral_angle_pinion": f"{given['spiral_pinion']} deg",
+        "cutter_radius": f"{given['cutter_radius']} mm",
+        "taper": {
+            "type": "given",
+            "addendum_angle_gear": angle["delta_a2"] - angle["delta2"],
+            "dedendum_angle_gear": angle["delta2"] - angle["delta_f2"],
+        },
+    }
+
+    def mean_height(kind: str, cone: str, member: int, outside: float) -> float:
+        """Height at the calculation point from the one at the heel [mm]."""
+        slope = tan(abs(angle[f"delta_{cone}{member}"] - angle[f"delta{member}"]))
+        return float(part[f"h{kind}e{member}"]) - MM * outside * slope
+
+    pair = pair_blank(validate(PairBlankInput, inputs))
+    module, outside = MM * pair.module_normal, (pair.pinion.face_width_outside, pair.gear.face_width_outside)
+    addendum, dedendum = ([mean_height(kind, kind, i, outside[i - 1]) / module for i in (1, 2)] for kind in ("a", "f"))
+    inputs["depth"] = {
+        "data_type": "I",
+        "profile_shift": 0.5 * (addendum[0] - addendum[1]),
+        "addendum_factor": 0.5 * sum(addendum),
+        "dedendum_factor": 0.5 * sum(dedendum),
+    }
+    pair = pair_blank(validate(PairBlankInput, inputs))
+    for i, member in ((1, pair.pinion), (2, pair.gear)):
+        assert degrees(abs(member.pitch_angle - angle[f"delta{i}"])) < 0.03
+        # the measured face and root angle of the 5x75 pinion do not belong to those of its gear: 0.3 and 0.4 deg
+        loose = 0.45 if (name, i) == ("5x75", 1) else 0.06
+        assert degrees(abs(member.face_angle - angle[f"delta_a{i}"])) < loose
+        assert degrees(abs(member.root_angle - angle[f"delta_f{i}"])) < loose
+        assert MM * member.outer_tip_diameter == pytest.approx(float(part[f"dae{i}"]), rel=7e-3)
+    assert MM * pair.pinion.face_width == pytest.approx(float(part["b1"]), rel=0.02)
+    assert degrees(pair.gear.mean_spiral_angle) == pytest.approx(float(part["beta_m2"]), abs=0.6)
