@@ -500,7 +500,9 @@ class LoadedMesh:
         cones = pitch.pitch_angle_pinion, pitch.pitch_angle_gear
         distances = pitch.radius_pinion / math.sin(cones[0]), pitch.radius_gear / math.sin(cones[1])
         limit = limit_pressure_angle(*cones, *distances, *spirals, spirals[0] - spirals[1])
-        effective = pitch.pressure_angle - (limit if self.mesh.side == "drive" else -limit)
+        # the drive side of ISO 23509 is the concave flank of the pinion
+        concave = (self.mesh.bevel.assembly.drive_flank_pinion == "concave") == (self.mesh.side == "drive")
+        effective = pitch.pressure_angle - (limit if concave else -limit)
         return hypoid_factor(*spirals, pitch.pressure_angle, effective)
 
     def write_load(self, path: Path | str, result: EfficiencyResult | None = None) -> None:

@@ -31,6 +31,7 @@ from efficiency.cutting.limits import flank_limits
 from efficiency.design.design import load_design
 from efficiency.geometry.design_rating import rated_pair
 from efficiency.machine_settings.gear import cut_gear, pair_dimensions
+from efficiency.machine_settings.inputs import load_targets
 from ehl.common.data import data_path
 from ehl.common.validation import validate
 
@@ -423,6 +424,18 @@ def test_load_capacity_of_a_design_is_that_of_its_blank(design: str, name: str) 
     for quantity, printed in RATED[name].items():
         value = np.atleast_1d(getattr(rate_flank(geometry, inputs, "drive"), quantity))
         assert value == pytest.approx(printed, rel=1.3e-2), quantity
+
+
+@pytest.mark.parametrize("offset", [0.01, -0.01])
+def test_load_capacity_of_a_new_design_is_that_of_its_blank(offset: float) -> None:
+    targets = load_targets("fh_hypoid_9x34_offset_10")
+    targets = targets.model_copy(update={"blank": targets.blank.model_copy(update={"hypoid_offset": offset})})
+    pair = efficiency.GearPair(efficiency.settings(targets).design)
+    rated, blank = pair.rating(), pair_blank(targets.blank)
+    for side in ("drive", "coast"):
+        own, expected = getattr(rated, side), rate_flank(blank, rated.inputs, side)
+        assert own.safety_pitting == pytest.approx(expected.safety_pitting, rel=5e-3)
+        assert own.safety_root == pytest.approx(expected.safety_root, rel=5e-3)
 
 
 def test_rating_of_a_design_with_a_duty_cycle() -> None:

@@ -111,6 +111,22 @@ def test_hypoid_factor_of_the_pair_of_sample_2() -> None:
     assert strength.factors["Z_Hyp"] == pytest.approx(0.952, abs=2e-3)
 
 
+def test_hypoid_factor_is_that_of_the_loaded_flank() -> None:
+    """The concave pinion flank is the drive side of the standard, whichever side of the design drives."""
+    design = efficiency.load("fm_hypoid_13x42").design
+    turned = design.assembly.model_copy(update={"drive_flank_pinion": "convex"})
+    factors = [
+        efficiency.GearPair(design.model_copy(update={"assembly": assembly}))
+        .mesh(side, positions=4, points_per_line=9)
+        .load()
+        .efficiency("constant:0.05")
+        .strength.factors["Z_Hyp"]
+        for assembly, side in ((design.assembly, "drive"), (turned, "coast"), (design.assembly, "coast"))
+    ]
+    assert factors[0] == pytest.approx(factors[1], rel=1e-9)
+    assert factors[2] > factors[0] + 0.005
+
+
 def test_root_stress_grows_with_torque_and_stays_below_the_permissible(loaded: LoadedMesh) -> None:
     """300 N m: two thirds of the stress of the standard's sample with its load factors, 680 and 700 MPa."""
     low = loaded.efficiency().strength
