@@ -76,6 +76,8 @@ def settings(
     written in all cases.
     """
     sizing = None
+    if not sized:
+        shared.refuse("settings without --sized", {"torque": torque, "coast_torque": coast_torque, **box})
     if sized:
         with console.working("load sizing", "nothing is kept"):
             sizing = efficiency.sized_for_load(targets, torque, box, coast_torque)

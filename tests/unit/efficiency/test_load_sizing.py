@@ -1,6 +1,8 @@
 """Crowning and relief sized for a torque."""
 
 import tomllib
+from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -49,6 +51,13 @@ def test_a_search_starts_from_the_sized_pair() -> None:
     assert found.start.figures["edge_load_share"] < EDGE_LIMIT
     assert found.allowed["pressure_flank"] == found.start.figures["pressure_flank"]
     assert 0.5e9 < found.start.figures["pressure_flank"] <= found.start.figures["pressure_hertz_max"]
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("option", ["--torque", "--coast-torque", "--E"])
+def test_options_of_the_sizing_need_it(option: str, mixed_ehl: Callable[..., Any]) -> None:
+    outcome = mixed_ehl("settings", "fh_hypoid_9x34", option, "0.1 mm" if option == "--E" else "100 N m")
+    assert (outcome.code, option in outcome.err) == (2, True)
 
 
 def test_relief_grows_where_an_edge_carries() -> None:
