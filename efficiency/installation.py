@@ -40,7 +40,7 @@ def check_one_installation() -> Check:
     if passed:
         return Check("one installation", True, f"version {versions['ehl']} in {homes['ehl']}")
     found = ", ".join(f"{name} {versions[name]} in {homes[name]}" for name in PACKAGES)
-    return Check("one installation", False, f"the packages are of different installations: {found}")
+    return Check("one installation", False, f"the packages come from different installations: {found}")
 
 
 def _python() -> Check:
@@ -54,7 +54,7 @@ def _dependencies() -> list[Check]:
     try:
         lines = importlib.metadata.requires("mixed-ehl") or []
     except importlib.metadata.PackageNotFoundError:
-        return [Check("dependencies", False, "mixed-ehl is not installed, only its files exist: pip install it")]
+        return [Check("dependencies", False, "mixed-ehl is not installed: run pip install")]
     for line in lines:
         requirement = Requirement(line)
         if requirement.marker is not None and not requirement.marker.evaluate({"extra": ""}):
@@ -110,7 +110,7 @@ def _solver() -> Check:
     return Check(
         "solver",
         result.status == "converged" and deviation < 5e-3,
-        f"central film {result.film_central * 1e9:.2f} nm against the reference {expected * 1e9:.2f} nm",
+        f"central film {result.film_central * 1e9:.2f} nm, reference {expected * 1e9:.2f} nm",
     )
 
 

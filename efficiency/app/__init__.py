@@ -42,7 +42,7 @@ def serve_app(design: str | PathLike[str] | None = None, *, port: int = 8642, br
         raise InputError("port", port, "1024 to 65535")
     with socket.socket() as trial:
         if trial.connect_ex(("127.0.0.1", port)) == 0:
-            raise InputError("port", port, "a port nobody listens on", "Choose another one: --port 8643.")
+            raise InputError("port", port, "a free port", "Choose another one: --port 8643.")
     from efficiency.app.page import serve
     from efficiency.app.scene import Bench
 

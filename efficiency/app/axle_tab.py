@@ -61,7 +61,7 @@ class AxleTab:
         return {name: str(element.value or "") for name, element in self.inputs.items()}
 
     async def refresh(self) -> None:
-        """Result of the inputs as they are now; inputs changed meanwhile are computed next."""
+        """Compute the result of the current inputs, repeatedly if they change meanwhile."""
         if self.busy:
             return
         self.busy, texts = True, dict[str, str]()

@@ -8,7 +8,7 @@ from urllib.parse import parse_qs
 _Message = MutableMapping[str, Any]
 _Send = Callable[[_Message], Awaitable[None]]
 
-FOREIGN = "This page is served to 127.0.0.1 and localhost alone."
+FOREIGN = "This page is served only to 127.0.0.1 and localhost."
 NO_TOKEN = "Open the page with the whole address that `mixed-ehl app` printed: the token at its end belongs to it."
 
 

@@ -92,7 +92,7 @@ def rate_design(
     The rows of a duty cycle are the load spectrum, each of the flank that it loads, in place of that of the design.
     """
     if not isinstance(design, Design):
-        raise InputError("design", design.name, "a bevel or hypoid pair", "ISO 10300 rates no cylindrical pair.")
+        raise InputError("design", design.name, "a bevel or hypoid pair", "ISO 10300 does not apply to it.")
     own, notes = design.operation, []
     materials = {member: getattr(design, member).elastic_material() for member in MEMBERS}
     limits = {}
@@ -100,7 +100,7 @@ def rate_design(
         for member, material in materials.items():
             if getattr(material, name) is None:
                 allowed = f"a material with {name}"
-                raise InputError(f"{member}.material", material.name, allowed, "The rating compares with it.")
+                raise InputError(f"{member}.material", material.name, allowed, "It limits the stress of the rating.")
         limits[name] = min(getattr(material, name) for material in materials.values())
     rq = 0.5 * (design.pinion.roughness_rms + design.gear.roughness_rms)
     if rq > 0.0:

@@ -178,7 +178,7 @@ def spiral_bevel_loss_factor(pair: PitchGeometry, path_before: float, path_after
     if pair.lengthwise_measure > 0.02:
         raise InputError(
             "spiral angles",
-            f"tangents apart by {pair.lengthwise_measure:.3g}",
+            f"tangents that differ by {pair.lengthwise_measure:.3g}",
             "equal spiral angles, a pair without offset",
             "The formula is for cylindrical gears without lengthwise sliding.",
         )

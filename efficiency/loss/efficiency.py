@@ -53,7 +53,7 @@ T = TypeVar("T")
 SHAFTS = "shafts, bearings and gear-body deformation outside the tooth model"
 SKIPPED = (SHAFTS, "churning, windage and bearing losses")
 FRICTIONLESS = "friction in the torque balance"
-AS_WARM_AS_THE_OIL = "tooth temperature: the teeth are as warm as the oil"
+AS_WARM_AS_THE_OIL = "tooth temperature: taken as the oil temperature"
 # the change on halving a grid can be small by chance, as line ends and the edge of the loaded area move past points
 SAFETY = 2.0
 # results that are nan after a failure

@@ -155,7 +155,7 @@ def dask_executor(address: str) -> Iterator[Executor]:
         dask, distributed = import_module("dask"), import_module("distributed")
     except ImportError:
         hint = 'Install it by pip install "mixed-ehl[dask]".'
-        raise InputError("dask", address, "nothing, unless dask is installed", hint) from None
+        raise InputError("dask", address, "no value unless dask is installed", hint) from None
 
     kind, colon, count = address.partition(":")
     if kind == "local":

@@ -189,4 +189,4 @@ def with_point(cell: str, decimals: str, where: str) -> str:
 def _ambiguous(where: str, cell: str, text: str) -> InputError:
     small, large = text.replace(",", "."), re.sub("[.,]", "", text)
     hint = f"{small} or {large}? Write {small}0 or {large}, without a separator of thousands."
-    return InputError(where, cell, "numbers whose decimal sign is certain", hint)
+    return InputError(where, cell, "numbers with an unambiguous decimal sign", hint)

@@ -37,7 +37,7 @@ def private_folder(folder: Path) -> Path:
     for part in folder.parents:
         found = part.lstat()
         if found.st_uid not in trusted or (found.st_mode & 0o022 and not found.st_mode & stat.S_ISVTX):
-            raise PermissionError(f"others can replace what is in {part}")
+            raise PermissionError(f"other users can modify {part}")
     found = folder.lstat()
     if not stat.S_ISDIR(found.st_mode):
         raise PermissionError(f"{folder} is a symbolic link or a file")

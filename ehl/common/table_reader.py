@@ -184,7 +184,9 @@ def numbered_table(
     if not numbers:
         raise InputError(path.name, "a header without rows", "at least one row below the header")
     if left_out > len(numbers):
-        raise InputError(path.name, f"{left_out} rows with missing values", f"fewer than the {len(numbers)} whole ones")
+        raise InputError(
+            path.name, f"{left_out} rows with missing values", f"fewer than the {len(numbers)} complete ones"
+        )
     if foreign or left_out or other:
         _tell(path, heads[0], left_out, other)
     return whole, tuple(numbers)
@@ -266,9 +268,9 @@ def _tell(path: Path, head: _Head, left_out: int, others: Sequence[int]) -> None
     other = [name for name, mine in pairs if not mine]
     parts = [", ".join(named)] if named else []
     parts += [f"not used: {', '.join(other)}"] if other else []
-    parts += [f"{left_out} rows with missing values left out"] if left_out else []
+    parts += [f"{left_out} rows with missing values omitted"] if left_out else []
     if others:
-        parts.append(f"row {', '.join(map(str, others))}: statistics or another table, left out")
+        parts.append(f"row {', '.join(map(str, others))}: statistics or another table, omitted")
     if parts:
         _LOG.info("%s: %s", path.name, "; ".join(parts))
 
@@ -451,7 +453,7 @@ def _number(cell: Cell, unit: str | None, quantity: ValueRange, where: str, bare
     if value is None or value == "":
         raise InputError(where, None, quantity.expected, "The cell is empty.")
     if _CODES.fullmatch(str(value)) and quantity.unit:
-        hint = "It may be a code of a missing value. Leave the row out, or write the value with its unit in the cell."
+        hint = "It may be a code of a missing value. Omit the row, or write the value with its unit in the cell."
         raise InputError(where, cell, "a number other than -999 or -9999", hint)
     if unit and unit != "1" and unit != "-":
         try:

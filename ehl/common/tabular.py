@@ -21,7 +21,7 @@ def _units(frame: pd.DataFrame) -> dict[str, str]:
 
 
 def _required(error: ImportError) -> InputError:
-    hint = "Install it with: pip install 'mixed-ehl[tables]'. CSV and XLSX need nothing more."
+    hint = "Install it with: pip install 'mixed-ehl[tables]'. CSV and XLSX require no extra."
     return InputError("package", error.name, "an installed package", hint)
 
 

@@ -411,7 +411,7 @@ class ValueRange:
         match = _RANGE.fullmatch(text)
         count = int(match[3]) if match else 0
         if match is None or not 2 <= count <= _MAX_VALUES:
-            hint = f"The number counts the values, both ends among them: at least 2 and at most {_MAX_VALUES}."
+            hint = f"The number of values includes both ends: at least 2 and at most {_MAX_VALUES}."
             raise InputError(field, text, f"'from:to:number unit' such as {self._range_example!r}", hint)
         first, last = (self.check(f"{match[k].strip()} {match[4]}", field, bare=False) for k in (1, 2))
         # values that are zero but for the last binary digit are zero

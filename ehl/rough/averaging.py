@@ -145,7 +145,7 @@ class Window:
         self.steps += len(records)
         self.iterations += float(records[:, ITERATIONS].sum())
         if self.work > LIMIT * self.bound:
-            detail = f"{self.work:.2g} node-iterations; smoother surfaces or thicker films take less"
+            detail = f"{self.work:.2g} node-iterations; smoother surfaces or thicker films require less"
             raise ConvergenceError("work_limit", detail)
         return records, profiles
 

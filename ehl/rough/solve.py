@@ -197,13 +197,13 @@ def _friction_factor(begun: TransientRun, problem: RunProblem, reference: Window
 
 def _check(contact: LineContact, film: float, friction: float, peklenik: float, hardness: float) -> None:
     if not contact.speed_entrainment > 0.0:
-        raise InputError("speed_entrainment", contact.speed_entrainment, "> 0 m/s", "Swap the surfaces' numbers.")
+        raise InputError("speed_entrainment", contact.speed_entrainment, "> 0 m/s", "Swap surfaces 1 and 2.")
     if not 1e-9 <= film <= 20e-6:
         raise InputError("boundary_film", film, "1 nm to 20 um")
     if not 0.0 <= friction <= 1.0:
         raise InputError("boundary_friction", friction, "0 to 1")
     if not peklenik >= 1.0 / 3.0 - 1e-12:
-        raise InputError("peklenik_number", peklenik, ">= 1/3", "The side-flow model is not tested below that.")
+        raise InputError("peklenik_number", peklenik, ">= 1/3", "The side-flow model is not validated below it.")
     if not hardness > contact.pressure_hertz:
         raise InputError("hardness", hardness, f"> {contact.pressure_hertz:.3g} Pa, the Hertz pressure")
 
@@ -215,10 +215,12 @@ def _notes(
     if problem.settings.nodes == plan.nodes_max:
         notes.append("the mesh has the maximum number of nodes of this accuracy")
     if plan.reduced:
-        notes.append("work bounded: shorter start-up and window, looser step tolerance; drift of mu counts as error")
+        notes.append(
+            "work limited: shorter start-up and averaging window, larger step tolerance; the error includes the drift of mu"
+        )
     elif plan.exchange_window < EXCHANGE_WINDOW:
         warm = ", surfaces preheated by the mean heat flux" if plan.preheating else ""
-        notes.append(f"fine roughness: shorter start-up and window{warm}")
+        notes.append(f"fine roughness: shorter start-up and averaging window{warm}")
     if problem.settings.boundary_film < 10e-9 and problem.model.surfaces.profile_1.size:
         notes.append("boundary film below 10 nm: the mesh may not resolve it")
     if problem.settings.thermal:

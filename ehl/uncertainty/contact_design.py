@@ -180,7 +180,7 @@ def contact_uncertainty(
         ]
 
     ends = friction([entry.moved(problem, z) for entry in inputs for z in (-score, score)])
-    notes = [] if oil else ["the lubricant is given by numbers: its properties count as exact"]
+    notes = [] if oil else ["the lubricant has no oil card: its properties are treated as exact"]
     notes.append(f"error of the solution {100.0 * error:.2g} %: smaller changes are not resolved")
     changes, lost = [], []
     for entry, below, above in zip(inputs, ends[::2], ends[1::2], strict=True):

@@ -138,7 +138,7 @@ def _last_filling(axes: Axes, run: TransientResult, b: float) -> None:
     x = run.snapshot.x / b
     axes.fill_between(x, run.snapshot.filling, color=BLUE, alpha=0.25, lw=0.0)
     axes.plot(x, run.snapshot.filling, color=BLUE, lw=1.0)
-    axes.set(ylabel="filling of the gap [-]", ylim=(0.0, 1.05))
+    axes.set(ylabel="filled fraction of the gap [-]", ylim=(0.0, 1.05))
 
 
 def running_mean(run: TransientResult) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -144,7 +144,7 @@ class Calibration(Reportable):
         """The misfit compared with the noise, as text."""
         if not math.isnan(self.noise_stated) and self.misfit_share <= NO_MODEL:
             ratio = math.sqrt(self.chi_square)
-            return f"the residuals are {ratio:.2g} times the stated noise, which is not by chance (p < 0.01)"
+            return f"the residuals are {ratio:.2g} times the stated noise, a significant difference (p < 0.01)"
         limit = NO_MODEL if self.misfit_share > NO_MODEL else MAX_MISFIT
         most = f"the limit is {100.0 * limit:g} %{'' if limit == NO_MODEL else ' without stated noise'}"
         return f"the misfit (RMS) is {100.0 * self.misfit_share:.2g} % of the mean friction; {most}"

@@ -147,7 +147,7 @@ def assignments(program: Program, printer: Printer) -> list[tuple[str, str, Valu
     ]
 
 
-_NO_GUARD = ("Without the guard: points within the range, but far from all cases of the fit, are not flagged.",)
+_NO_GUARD = ("Points within the range, but far from all fitted cases, are not flagged.",)
 
 
 def description(program: Program) -> list[str]:
@@ -176,8 +176,8 @@ def description(program: Program) -> list[str]:
             for a in program.arguments
         ),
         "Results:",
-        "  mu: friction coefficient, without rolling traction; no number where the formula has no value",
-        f"  lower, upper: interval that held {wide:g} % of the held-out cases; outside the range the worst error",
+        "  mu: friction coefficient, without rolling traction; NaN where the formula has no value",
+        f"  lower, upper: interval with {wide:g} % of the held-out cases; outside the range with the largest error",
         f"  flag: {flag_meanings(program)}",
         *(_NO_GUARD if formula.cloud is not None and "guard" not in program.operations else ()),
         *((f"Range also: {', '.join(others)}.",) if others else ()),

@@ -436,11 +436,11 @@ class FittedFormula(FrictionModel, InputModel):
             return f"the card of {oil.name} has been changed since the data of {self.name} were computed"
         if flag == FrictionFlag.OK:
             return ""
-        names = ", ".join(str(identity.name or "a lubricant by numbers") for identity in self.oils)
+        names = ", ".join(str(identity.name or "a lubricant without an oil card") for identity in self.oils)
         if self.interval.other_oil is None:
-            width = f"its largest error, and the effect of the difference to {oil.name} is unknown"
+            width = f"its largest error; the effect of the other oil is unknown"
         else:
-            width = f"{100.0 * math.expm1(self.interval.other_oil):.0f} %, the error for oils that were held out"
+            width = f"{100.0 * math.expm1(self.interval.other_oil):.0f} %, the error for held-out oils"
         return (
             f"friction model {self.name} was fitted to {names}, not to {oil.name}: its interval is at least {width}; "
             "fit a formula to this oil, or use the friction model ehl"

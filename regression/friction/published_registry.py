@@ -198,7 +198,7 @@ _ENTRIES = (
             "slide_to_roll_total": (0.0, 1.0),
             "viscosity_inlet": (1e-3, 0.2),
         },
-        "from memory; the smallest viscosity is that of a meaningful equation",
+        "from memory; below the smallest viscosity the equation is meaningless",
         applied="|SR| is the length of the sliding vector over the entrainment speed",
     ),
     PublishedFriction(

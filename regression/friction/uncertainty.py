@@ -254,7 +254,7 @@ def _formula_error(model: FrictionModel, state: ContactState, oil: Oil, score: f
     below, above = (scale * _log_ratio(end, given.mu) for end in (given.lower, given.upper))
     if not (np.any(below) or np.any(above)):
         return []
-    return [Change(FORMULA, "formula", math.nan, below, above, "error of the formula on contacts it has not seen")]
+    return [Change(FORMULA, "formula", math.nan, below, above, "error of the formula on held-out contacts")]
 
 
 def _lateral_error(spreads: UncertaintyInput, film_ratio: Array, score: float, resolved: bool) -> list[Change]:

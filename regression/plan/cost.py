@@ -63,7 +63,7 @@ class CostEstimate:
         longest = duration(self.longest) if self.longest >= 1.0 else "under 1 s"
         lines.append(
             f"about {duration(self.seconds)} of CPU time, {duration(self.wall(jobs))} with {workers}, longest "
-            f"case {longest}; the estimate of a single case is good to a factor of two, rarely of five"
+            f"case {longest}; the estimate for a single case is accurate within a factor of two, rarely five"
         )
         return "\n".join(lines)
 

@@ -164,11 +164,11 @@ def _summary(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterabl
     best = formulas[0]
     errors = best.validation
     known = [
-        (_percent(errors.p95), "not exceeded by 95 % of them"),
+        (_percent(errors.p95), "95th percentile of the error"),
         (_percent(abs(errors.largest)), f"largest, {_conditions(errors.worst.conditions)}"),
     ]
     if errors.coverage is not None:
-        known.append((_percent(errors.coverage), f"of them in their interval of {100 * best.interval.level:g} %"))
+        known.append((_percent(errors.coverage), f"of the cases inside their {100 * best.interval.level:g} % interval"))
     # a formula fitted to several datasets has more cases than the dataset of this page
     own = best.data.used <= len(dataset.frame)
     fitted = (f"{best.data.used} of {len(dataset.frame)}", "cases fitted")
@@ -180,8 +180,8 @@ def _summary(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterabl
     ]
     if best.noise is not None:
         tiles.append((_percent(best.noise.single), "scatter between roughness realisations: the noise floor"))
-    answer = MainResult(_percent(errors.mape), "mean error of the formula on contacts it has not seen", known)
-    oils = ", ".join(dataset.oils) or "a lubricant given by numbers"
+    answer = MainResult(_percent(errors.mape), "mean error of the formula on held-out contacts", known)
+    oils = ", ".join(dataset.oils) or "a lubricant without an oil card"
     footer = (
         "Errors are deviations from the results of the solver. They do not include the error of the solver against "
         "measurements."
@@ -202,20 +202,20 @@ def _notes(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterable[
     """Notes on the best formula, warnings first."""
     best, level, found = formulas[0], formulas[0].interval.level, []
     if best.validation.p95 > _LARGE:
-        text = f"the error of 5 % of the held-out contacts exceeds {_percent(best.validation.p95)}: use its interval"
+        text = f"5 % of the held-out contacts have errors above {_percent(best.validation.p95)}: use the interval"
         found.append(Note("warning", text))
     many = [band for band in best.bands if band.count >= _FEW]
     worst = max(many, key=lambda band: band.p95, default=None)
     if worst is not None and worst.p95 > 2.0 * best.validation.p95:
         where = region_text(worst.variable, worst.low, worst.high)
-        text = f"largest errors at {where}: that of 5 % of the cases exceeds {_percent(worst.p95)}"
+        text = f"largest errors at {where}: 5 % of the cases have errors above {_percent(worst.p95)}"
         found.append(Note("warning", text))
     narrow = [(band.coverage, band) for band in many if band.coverage is not None]
     share, band = min(narrow, key=lambda pair: pair[0], default=(1.0, None))
     if band is not None and share < level - 2.0 * math.sqrt(level * (1.0 - level) / band.count):
         where = region_text(band.variable, band.low, band.high)
         held = f"it contains {_percent(share)} of {band.count} cases"
-        found.append(Note("warning", f"its interval of {100 * level:g} % is too narrow at {where}: {held}"))
+        found.append(Note("warning", f"the {100 * level:g} % interval is too narrow at {where}: {held}"))
     counts = dataset.frame["status"].value_counts()
     if failed := int(counts.get("failed", 0)):
         found.append(
@@ -346,7 +346,7 @@ def _curves(dataset: Dataset, formulas: Sequence[FittedFormula], oil: str) -> Se
     best = formulas[0]
     drawn = "Thick: fitted formulas, the best with its interval. Thin: published formulas, (M) from memory. "
     near = "Dots: computed cases whose other variables deviate by at most 22 % of their range from these conditions."
-    blocks: list[Item] = [Text(f"The middle of the data, unless stated otherwise: {middle.description()}.")]
+    blocks: list[Item] = [Text(f"Centre of the data, unless stated otherwise: {middle.description()}.")]
     if middle.ranges["roughness_rms"][0] > 0.0 and (
         plots.varies(middle, "roughness_rms") or plots.varies(middle, "speed_entrainment")
     ):
@@ -401,7 +401,7 @@ def _formula(best: FittedFormula) -> Section:
 
 def _sensitivity(dataset: Dataset, best: FittedFormula) -> Section:
     if not dataset.oils:
-        return Section("Sensitivity", [Text("Not computed: the lubricant was given by numbers, without an oil card.")])
+        return Section("Sensitivity", [Text("Not computed: the lubricant has no oil card.")])
     try:
         found = [(oil, formula_sensitivity(best, Oil.load(oil))) for oil in dataset.oils[:_OILS_SHOWN]]
     except InputError as error:

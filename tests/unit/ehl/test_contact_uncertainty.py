@@ -46,7 +46,7 @@ def test_thick_films_do_not_ask_for_roughness_and_nothing_uncertain_leaves_nothi
     exact = contact_uncertainty(CONTACT.problem(), product, UncertaintyInput.none(), OIL, jobs=1)
     assert exact.low == exact.high == exact.value
     by_numbers = contact_uncertainty(CONTACT.problem(), smooth, UncertaintyInput.none(), None, jobs=1)
-    assert "given by numbers" in by_numbers.notes[0]
+    assert "no oil card" in by_numbers.notes[0]
 
 
 def test_every_input_is_moved_by_its_own_spread() -> None:

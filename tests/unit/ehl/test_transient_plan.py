@@ -208,8 +208,8 @@ def test_a_contact_beyond_its_bound_is_shortened_and_its_interval_holds_the_long
     monkeypatch.setattr(accuracy, "BOUND", 1.0)
     shorter = bounded().solve()
     assert [levels.plan.reduced for levels in found] == [False, True]
-    assert any("work bounded" in note for note in shorter.notes)
-    assert not any("work bounded" in note for note in longer.notes)
+    assert any("work limited" in note for note in shorter.notes)
+    assert not any("work limited" in note for note in longer.notes)
     assert found[1].windows[0].rolled < 0.5 * found[0].windows[0].rolled
     assert found[1].work < 0.75 * found[0].work
     assert math.isfinite(shorter.friction_error)

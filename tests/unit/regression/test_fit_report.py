@@ -161,7 +161,7 @@ def test_page(dataset: Dataset, formulas: list[FittedFormula], tmp_path: Path) -
     # errors first, by band, range and cost; the equation stands last but the versions, folded
     errors = formulas[0].validation
     assert f"{100.0 * errors.mape:.1f} %" in seen.sections[0]
-    assert "not exceeded by 95 % of them" in seen.sections[0]
+    assert "95th percentile of the error" in seen.sections[0]
     assert "2 of 128 contacts have no result" in seen.sections[0]
     assert seen.sections[1].startswith("1. Errors by region")
     assert seen.sections[2].startswith("2. Range and cost")
