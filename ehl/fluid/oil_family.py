@@ -285,7 +285,7 @@ def generic_card(
         "description": f"generic {base} oil" + (f" ISO VG {iso_vg:g}" if iso_vg is not None else ""),
         "source": f"ours: ln(eta/eta0) has the mean shape of {len(family.oils)} FVA 400 oils ({', '.join(family.oils)})"
         f" and their secant at 0.2 GPa, {scale:g} nu^{exponent:g} = {secant:.2f} 1/GPa at 80 degC; "
-        + f"{second}; heat data typical, from memory",
+        + f"{second}; heat data typical, unverified",
         "certainty": "mixed",
         "base": base,
         "viscosity_kinematic_40": viscosity_40,

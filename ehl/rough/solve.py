@@ -216,7 +216,7 @@ def _notes(
         notes.append("the mesh has the maximum number of nodes of this accuracy")
     if plan.reduced:
         notes.append(
-            "work limited: shorter start-up and averaging window, larger step tolerance; the error includes the drift of mu"
+            "work limited: shorter start-up and averaging window, larger step tolerance; the error includes the drift"
         )
     elif plan.exchange_window < EXCHANGE_WINDOW:
         warm = ", surfaces preheated by the mean heat flux" if plan.preheating else ""

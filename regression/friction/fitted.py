@@ -438,7 +438,7 @@ class FittedFormula(FrictionModel, InputModel):
             return ""
         names = ", ".join(str(identity.name or "a lubricant without an oil card") for identity in self.oils)
         if self.interval.other_oil is None:
-            width = f"its largest error; the effect of the other oil is unknown"
+            width = "its largest error; the effect of the other oil is unknown"
         else:
             width = f"{100.0 * math.expm1(self.interval.other_oil):.0f} %, the error for held-out oils"
         return (

@@ -58,14 +58,14 @@ class PublishedFriction(FrictionModel):
 
     @property
     def mark(self) -> str:
-        """Suffix of the name in reports: " (M)" if a coefficient of the equation is from memory."""
+        """Suffix of the name in reports: " (M)" if a coefficient of the equation is unverified."""
         return "" if self.certainty == "found" else " (M)"
 
     @property
     def certainty_words(self) -> str:
         """Explanation of `mark`; empty if all coefficients were found."""
         which = {"found": "", "mixed": "in part ", "from memory": ""}[self.certainty]
-        return "" if self.certainty == "found" else f"(M): the equation is {which}from memory, to be checked in print"
+        return "" if self.certainty == "found" else f"(M): the equation is {which}unverified, compare it with the publication"
 
     def references(self) -> set[str]:
         """The publication of the formula."""
@@ -198,7 +198,7 @@ _ENTRIES = (
             "slide_to_roll_total": (0.0, 1.0),
             "viscosity_inlet": (1e-3, 0.2),
         },
-        "from memory; below the smallest viscosity the equation is meaningless",
+        "unverified; below the smallest viscosity the equation is meaningless",
         applied="|SR| is the length of the sliding vector over the entrainment speed",
     ),
     PublishedFriction(
@@ -207,7 +207,7 @@ _ENTRIES = (
         "mixed",
         p.benedict_kelley_1961,
         {"roughness_rms": (0.0, 30.0 * p.MICROINCH)},
-        applied="roughness factor (from memory) with the composite Rq",
+        applied="roughness factor (unverified) with the composite Rq",
         diverges=True,
     ),
     PublishedFriction(
@@ -217,7 +217,7 @@ _ENTRIES = (
         p.schlenk_1994,
         {"load_per_length": (150e3, np.inf)},
         local=_schlenk,
-        applied=_LOCAL_LOAD + "; XL of the standard (from memory) by base oil",
+        applied=_LOCAL_LOAD + "; XL of the standard (unverified) by base oil",
     ),
     PublishedFriction(
         "iso_tr_14179_1",

@@ -278,7 +278,7 @@ def _data(dataset: Dataset) -> Section:
 def _comparison(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterable[str]) -> Section:
     shares = (Column("inside", of="share", label="in its range"), Column("no value", of="share", label="no value"))
     heads = ("published formula", "mape", "p95", "bias", *shares)
-    caption = "Published formulas for the same cases, not fitted. (M): constants partly or wholly from memory."
+    caption = "Published formulas for the same cases, not fitted. (M): constants partly or wholly unverified."
     return Section("All formulas", [family_table(formulas, tried), Table(heads, _published_rows(dataset), caption)])
 
 
@@ -344,7 +344,7 @@ def _residuals(dataset: Dataset, formulas: Sequence[FittedFormula]) -> Section:
 def _curves(dataset: Dataset, formulas: Sequence[FittedFormula], oil: str) -> Section:
     middle = plots.middle_conditions(dataset, oil)
     best = formulas[0]
-    drawn = "Thick: fitted formulas, the best with its interval. Thin: published formulas, (M) from memory. "
+    drawn = "Thick: fitted formulas, the best with its interval. Thin: published formulas, (M) unverified. "
     near = "Dots: computed cases whose other variables deviate by at most 22 % of their range from these conditions."
     blocks: list[Item] = [Text(f"Centre of the data, unless stated otherwise: {middle.description()}.")]
     if middle.ranges["roughness_rms"][0] > 0.0 and (
