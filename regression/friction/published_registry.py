@@ -65,7 +65,11 @@ class PublishedFriction(FrictionModel):
     def certainty_words(self) -> str:
         """Explanation of `mark`; empty if all coefficients were found."""
         which = {"found": "", "mixed": "in part ", "from memory": ""}[self.certainty]
-        return "" if self.certainty == "found" else f"(M): the equation is {which}unverified, compare it with the publication"
+        return (
+            ""
+            if self.certainty == "found"
+            else f"(M): the equation is {which}unverified, compare it with the publication"
+        )
 
     def references(self) -> set[str]:
         """The publication of the formula."""
