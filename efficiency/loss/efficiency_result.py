@@ -475,7 +475,7 @@ GEAR_NOTES: tuple[NoteKind, ...] = (
     NoteKind("of the whole depth above the root cone", "for information"),
     NoteKind("the contact pattern runs into", "warning"),
     NoteKind("unloaded contact runs over an edge", "warning"),
-    NoteKind("unverified, compare it with the publication", "warning"),
+    NoteKind("unverified: compare it with the source", "warning"),
     # with the lay of ground flanks the loss of the 14x39 is a third smaller
     NoteKind("the Peklenik number has no effect", "warning"),
     NoteKind("mesh loss only", "for information"),
