@@ -21,7 +21,6 @@ from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact
 from ehl.material import Material
 from ehl.rough._kernels.march import (
-    CAPPED_NODES,
     FILM_MEAN,
     FILM_MIN,
     FLASH_MAX,
@@ -248,7 +247,7 @@ def _status(levels: MeshLevels) -> tuple[str, str]:
     if fine.records[:, MACRO_LOAD].mean() > MACRO_LOAD_ALLOWED:
         return "unsettled", "macroscopic_pressure"
     allowed = ERROR_ALLOWED * plan.tolerance
-    if exchange_error(levels, net_exchange(levels.longest)[0]) > allowed:
+    if exchange_error(levels, net_exchange(levels.longest)) > allowed:
         return "unsettled", "net_exchange"
     if half_width > allowed * abs(mean):
         return "unsettled", "statistical_interval"
@@ -279,7 +278,6 @@ def _result(
     fine, longest = levels.fine, levels.longest
     run, problem = fine.run, fine.run.problem
     units, model = problem.units, problem.model
-    records = fine.records
     everything = _everything(fine)
     mu, half_width = levels.interval()
     scale = abs(mu) if mu != 0.0 else math.inf
@@ -288,7 +286,7 @@ def _result(
     inlet = lubricant.temperature
     profiles = fine.profiles
     x = problem.x * units.half_width
-    exchanged, threshold = net_exchange(longest)
+    exchanged = net_exchange(longest)
     stages = np.bincount(everything[:, STAGE].astype(int), minlength=UNCONVERGED + 1)
     share = min(max(levels.share(), 0.0), 1.0)
     rubbing = float(model.contact.friction * share)
@@ -323,8 +321,6 @@ def _result(
         friction_boundary_double=mu * factors[1],
         boundary_film=problem.settings.boundary_film,
         net_exchange=exchanged,
-        net_exchange_threshold=threshold,
-        capped_share=float(records[:, CAPPED_NODES].mean()) / problem.x.size,
         fallbacks=Fallbacks(*(int(n) for n in stages)),
         iterations_per_step=float(everything[:, ITERATIONS].mean()),
         nodes=problem.x.size,

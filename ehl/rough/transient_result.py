@@ -108,9 +108,6 @@ class TransientResult:
     # largest running sum of the mean side flow along x over the throughput [-]; small for a settled macroscopic
     # pressure
     net_exchange: float
-    # its statistical threshold in a window of this length (1 % level) [-]; nan without enough batches
-    net_exchange_threshold: float
-    capped_share: float  # mean share of the nodes whose pressure is at the hardness [-]
     fallbacks: Fallbacks  # steps by solution method, start-up included
     iterations_per_step: float  # Newton or Picard iterations
     # of the fine run
