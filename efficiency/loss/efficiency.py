@@ -9,8 +9,10 @@ distribution is used for all, and the loss is linear in a constant friction coef
 
 import math
 import time
+import tomllib
 from collections.abc import Sequence
 from dataclasses import asdict, astuple, replace
+from functools import cache
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -40,11 +42,12 @@ from efficiency.ltca.mesh_grids import MeshGrids as MeshGrids
 from efficiency.ltca.mesh_grids import load_grids as load_grids
 from efficiency.ltca.tangent_load import TangentLoad
 from ehl.common.arrays import FloatArray, IntArray
-from ehl.common.data import reason_text
+from ehl.common.data import data_path, reason_text
 from ehl.common.errors import ConvergenceError
 from ehl.common.quantities import quantity
 from ehl.fluid.oil import Oil
 from regression.formula import Formula
+from regression.friction.conditions import Conditions
 from regression.friction.joint import Request, Run, solve_together
 from regression.friction.models import ConstantFriction, FrictionEstimate, FrictionFlag, FrictionModel
 from regression.friction.published_registry import PUBLISHED, model_label
@@ -189,6 +192,7 @@ def _mesh_efficiency(
             ranges={name: (float(table[name].min()), float(table[name].max())) for name in RANGES},
             flags={flag.name.lower(): int(np.count_nonzero(estimate.flag == flag)) for flag in FrictionFlag},
             flag_shares=_flag_shares(fine, estimate),
+            measured_share=_measured_share(fine, table),
         ),
         solution=SolutionSize(
             positions=count,
@@ -362,6 +366,24 @@ def _outside_range(points: LoadedPoints, estimate: FrictionEstimate) -> float:
     power = points.force * points.speed_sliding
     total = float(power.sum())
     return float(power[outside].sum()) / total if total > 0.0 else 0.0
+
+
+@cache
+def measured_states() -> dict[str, Any]:
+    """Measured gear states of the validation: their number, deviation of computed friction, and local conditions."""
+    content = data_path("reference/measured", "gears.toml").read_text(encoding="utf-8")
+    return dict(tomllib.loads(content)["fzg_states"])
+
+
+def _measured_share(points: LoadedPoints, table: Conditions) -> float:
+    """Share of the sliding power at points within the local conditions of the measured gears [-]."""
+    power = points.force * points.speed_sliding
+    within = np.full(power.shape, power > 0.0)
+    for name, limits in measured_states().items():
+        if isinstance(limits, list):
+            within &= (table[name] >= limits[0]) & (table[name] <= limits[1])
+    total = float(power.sum())
+    return float(power[within].sum()) / total if total > 0.0 else 0.0
 
 
 def _values_on_lines(

@@ -149,11 +149,14 @@ class FrictionRange:
 
     ranges: smallest and largest value of each local variable of the friction formula.
     flags, flag_shares: number of points by the flag of the friction model, and their share of the loss [-].
+    measured_share: share of the sliding power at points whose pressure, entrainment speed, slide-to-roll ratio and
+        film ratio lie within those of the measured gears (`measured_states`) [-].
     """
 
-    ranges: dict[str, tuple[float, float]]
-    flags: dict[str, int]
-    flag_shares: dict[str, float]
+    ranges: dict[str, tuple[float, float]] = field(repr=False)
+    flags: dict[str, int] = field(repr=False)
+    flag_shares: dict[str, float] = field(repr=False)
+    measured_share: float
 
 
 @dataclass(frozen=True)
@@ -440,6 +443,7 @@ _RECORDS = {
     "errors": EfficiencyErrors,
     "edges": EdgeContact,
     "cycle": MeshCycle,
+    "friction_range": FrictionRange,
     "solution": SolutionSize,
 }
 # attribute of each value by its name in tables; the arrays of a record are without repr

@@ -12,6 +12,7 @@ import numpy as np
 
 from efficiency.design.design import Design
 from efficiency.geometry.pair_geometry import geometry_notes
+from efficiency.loss.efficiency import measured_states
 from efficiency.loss.efficiency_result import pair_notes
 from efficiency.output import plots_flank as flank_plots
 from efficiency.output import tables
@@ -307,7 +308,14 @@ def _strength_items(result: EfficiencyResult, flank: FlankMap) -> list[Item]:
 def _input_items(result: EfficiencyResult) -> list[Item]:
     caption = "Change of the efficiency by each single input; the numerical error is not included."
     bars = Picture(partial(plot_sources, result.inputs), caption)
-    return [bars, Folded("Sources of the spreads", [result.inputs.table()])]
+    known, share = measured_states(), result.friction_range.measured_share
+    text = (
+        f"{tables.percent(share, 0)} % of the sliding power lies within the local conditions of measured gears "
+        f"({known['name']}; {known['states']} states), whose computed friction deviates by "
+        f"{100 * known['bias']:+.0f} % with a standard deviation of {100 * known['deviation']:.0f} %. "
+        "The rest is not validated by measured gears."
+    )
+    return [bars, Text(text), Folded("Sources of the spreads", [result.inputs.table()])]
 
 
 def _finish(member: MemberInput, texture: FlankSurfaceInput) -> tuple[str, ...]:

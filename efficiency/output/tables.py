@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 
 _SUMMARY = (
     *("efficiency", "efficiency_error", "efficiency_lower", "efficiency_upper", "efficiency_with_rolling"),
-    *("power_loss", "power_loss_rolling", "power_input", "friction_coefficient_mean", "outside_range_share"),
+    *("power_loss", "power_loss_rolling", "power_input", "friction_coefficient_mean"),
+    *("outside_range_share", "measured_share"),
     *("temperature_bulk_pinion", "pressure_hertz_max", "transmission_error_loaded", "transmission_error_unloaded"),
     "torque_residual",
 )

@@ -1,0 +1,61 @@
+"""Range of the measured gear states, and the share of a gear inside it."""
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import efficiency
+from efficiency.loss.efficiency import measured_states
+from regression.friction.conditions import conditions_of
+
+ROOT = Path(__file__).resolve().parents[3]
+LIMITED = ("pressure_hertz", "speed_entrainment", "slide_to_roll_total", "film_ratio_formula")
+OILS = ("minr", "paor", "estr", "pagd", "p150")
+
+
+def test_range_holds_the_points_of_the_measured_states() -> None:
+    known = measured_states()
+    found: dict[str, list[float]] = {name: [] for name in LIMITED}
+    for name in ("fzg_c14", "fzg_c40"):
+        mesh = efficiency.load(name).mesh(positions=12, points_per_line=5)
+        for torque in (94.1, 302.0):
+            loaded = mesh.load(torque)
+            for oil in OILS:
+                for wheel in (200.0, 1200.0):
+                    speed = 1.5 * wheel * math.pi / 30.0
+                    result = loaded.efficiency("constant:0.05", oil=oil, speed=speed, temperature=353.15)
+                    assert result.friction_range.measured_share == 1.0
+                    local = conditions_of(result.points.state, result.case.card)
+                    for variable, values in found.items():
+                        values += [float(np.min(local[variable])), float(np.max(local[variable]))]
+    for variable, values in found.items():
+        low, high = known[variable]
+        assert low <= min(values)
+        assert high >= max(values)
+        if low:
+            assert low > 0.8 * min(values)
+        assert high < 1.15 * max(values)
+
+
+@pytest.mark.fast
+def test_gear_at_high_speed_is_outside() -> None:
+    loaded = efficiency.load("fm_spiral_bevel_14x39_relieved").mesh().load("200 N m")
+    inside, outside = (loaded.efficiency("constant:0.05", speed=speed) for speed in ("1200 rpm", "16000 rpm"))
+    assert inside.friction_range.measured_share > 0.9
+    assert outside.friction_range.measured_share == 0.0
+    assert outside.to_dict()["friction_range"]["measured_share"] == 0.0
+    assert loaded.efficiency("constant:0", speed="1200 rpm").friction_range.measured_share > 0.9
+
+
+@pytest.mark.fast
+def test_deviation_is_that_of_the_page() -> None:
+    page = (ROOT / "docs" / "validation_truth.md").read_text(encoding="utf-8")
+    row = re.search(r"\| mean mesh friction \| (\d+) \| \+(\d+) % \| (\d+) %", page)
+    assert row is not None
+    known = measured_states()
+    assert [known["states"], round(100 * known["bias"]), round(100 * known["deviation"])] == [
+        int(n) for n in row.groups()
+    ]
