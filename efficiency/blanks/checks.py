@@ -150,7 +150,9 @@ def _cutter_and_face(pair: PairBlank) -> Iterator[BlankWarning]:
 def _mesh(pair: PairBlank) -> Iterator[BlankWarning]:
     limit = CLEARANCE * pair.module_normal * 1e3
     remedy = "Raise the clearance factor: the edge radius of the mating blade needs space."
-    yield from _at_least("clearance", "c", pair.clearance * 1e3, limit, "mm", remedy, slack=1e-9 * limit)
+    yield from _at_least(
+        "clearance", "c", 1e3 * min(pair.clearance, pair.clearance_pinion), limit, "mm", remedy, slack=1e-9 * limit
+    )
     remedy = "One tooth pair leaves the mesh before the next one enters: raise spiral angle, face width or depth."
     for side, virtual in (("drive", pair.virtual_drive), ("coast", pair.virtual_coast)):
         total = virtual.contact_ratio_total

@@ -36,6 +36,7 @@ class DepthFactors:
     dedendum: float
     thickness: float  # x_smn, theoretical thickness modification of the pinion
     defaults: tuple[str, ...] = ()  # recommended values that were taken
+    clearance_pinion: float | None = None  # between pinion root and gear tips, where it differs from the other
 
 
 def factors(inputs: PairBlankInput, cones: PitchCones) -> DepthFactors:
@@ -63,7 +64,9 @@ def factors(inputs: PairBlankInput, cones: PitchCones) -> DepthFactors:
     k_d = chosen("depth_factor", depth.depth_factor, recommended_depth_factor(inputs))
     c_ham = chosen("gear_addendum_factor", depth.gear_addendum_factor, recommended_addendum_factor(inputs, cones))
     k_t = chosen("thickness_factor", depth.thickness_factor, recommended_thickness_factor(inputs))
-    return DepthFactors(k_d * (0.5 - c_ham), 0.5 * k_d, k_d * (depth.clearance_factor + 0.5), 0.5 * k_t, tuple(taken))
+    under = None if depth.clearance_factor_pinion is None else k_d * depth.clearance_factor_pinion
+    dedendum = k_d * (depth.clearance_factor + 0.5)
+    return DepthFactors(k_d * (0.5 - c_ham), 0.5 * k_d, dedendum, 0.5 * k_t, tuple(taken), under)
 
 
 def recommended_depth_factor(inputs: PairBlankInput) -> float:
@@ -206,13 +209,13 @@ def face_and_root(
     place: Placement,
     taper: tuple[float, float],
     heights_2: tuple[float, float],
-    clearance: float,
+    clearance: tuple[float, float],
 ) -> FaceAndRoot:
     """Face and root cones: those of the pinion keep the clearance from the root and face cone of the gear.
 
     taper: theta_a2, theta_f2.
     heights_2: h_am2, h_fm2 [m].
-    clearance: c [m].
+    clearance: c at the root of the pinion and of the gear [m].
     """
     excess, offset = inputs.shaft_angle - 0.5 * pi, inputs.hypoid_offset
     cone, apex = cones.cone_distance_2, place.pitch_apex[1]
@@ -233,8 +236,8 @@ def face_and_root(
     face_1, root_1 = opposite(root, zeta_root), opposite(face, zeta_face)
     face_apex_2 = apex - (cone * sin(theta_a) - heights_2[0] * cos(theta_a)) / sin(face)
     root_apex_2 = apex + (cone * sin(theta_f) - heights_2[1] * cos(theta_f)) / sin(root)
-    face_apex_1 = (offset * sin(zeta_root) * cos(root) - root_apex_2 * sin(root) - clearance) / sin(face_1)
-    root_apex_1 = (offset * sin(zeta_face) * cos(face) - face_apex_2 * sin(face) - clearance) / sin(root_1)
+    face_apex_1 = (offset * sin(zeta_root) * cos(root) - root_apex_2 * sin(root) - clearance[1]) / sin(face_1)
+    root_apex_1 = (offset * sin(zeta_face) * cos(face) - face_apex_2 * sin(face) - clearance[0]) / sin(root_1)
     return FaceAndRoot(
         zeta_root,
         zeta_face,

@@ -74,6 +74,8 @@ class DepthTypeTwo(InputModel):
     clearance_factor: Annotated[
         float, ValueRange("", ge=0.0, le=0.5, hint="A negative clearance makes tip and root collide.")
     ] = 0.125
+    # clearance between pinion root and gear tips; default: that of the gear root
+    clearance_factor_pinion: Annotated[float, ValueRange("", ge=0.0, le=0.5)] | None = None
     thickness_factor: Annotated[float, ValueRange("", ge=-0.6, le=0.6)] | None = None
 
 

@@ -82,6 +82,9 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
     addendums = module * (factor.addendum + factor.profile_shift), module * (factor.addendum - factor.profile_shift)
     dedendums = module * (factor.dedendum - factor.profile_shift), module * (factor.dedendum + factor.profile_shift)
     clearance = module * (factor.dedendum - factor.addendum)
+    under = clearance if factor.clearance_pinion is None else module * factor.clearance_pinion
+    dedendums = dedendums[0] + (under - clearance), dedendums[1]
+    clearances = under, clearance
     working_depth = 2.0 * module * factor.addendum
     if min(*addendums, *dedendums) < 0.0:
         raise InputError("depth", f"addenda {addendums[0] * 1e3:.4g}, {addendums[1] * 1e3:.4g} mm", "none below 0")
@@ -89,7 +92,9 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
     outer_2 = cones.cone_distance_2 + cones.face_width_factor * inputs.face_width_gear
     module_outer = 2.0 * outer_2 * sin(cones.pitch_angle_2) / inputs.teeth_gear
     theta_a, theta_f, taper = taper_angles(inputs, cones, alpha_n, module_outer, addendums[1], dedendums, working_depth)
-    angles = dimensions.face_and_root(inputs, cones, place, (theta_a, theta_f), (addendums[1], dedendums[1]), clearance)
+    angles = dimensions.face_and_root(
+        inputs, cones, place, (theta_a, theta_f), (addendums[1], dedendums[1]), clearances
+    )
     faces = dimensions.face_widths(
         inputs, cones, place, angles, module, working_depth, dedendums[1] - clearance, addendums[0]
     )
@@ -108,7 +113,7 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
         ends=ends,
         module=module,
         dedendums=dedendums,
-        clearance=clearance,
+        clearance=clearances,
         thickness_gear=thick.normal[1],
         backlash_in_plane=thick.backlash_normal / cos(alpha_n),
         pressure_angles=alphas,
@@ -167,6 +172,7 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
         thickness_modification=factor.thickness,
         working_depth=working_depth,
         clearance=clearance,
+        clearance_pinion=under,
         whole_depth_pinion=_whole_depth(pinion),
         face_width_factor=cones.face_width_factor,
         face_width_pinion_pitch_plane=faces.in_pitch_plane,

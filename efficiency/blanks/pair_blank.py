@@ -166,7 +166,8 @@ class PairBlank(Reportable):
     thickness_modification: float
     # h_mw, c
     working_depth: float
-    clearance: float
+    clearance: float  # of the gear root from the pinion tips
+    clearance_pinion: float  # of the pinion root from the gear tips
     whole_depth_pinion: float  # h_t1, outer whole depth of the pinion square to its root cone
     face_width_factor: float  # c_be2
     face_width_pinion_pitch_plane: float  # b_p1

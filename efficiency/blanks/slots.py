@@ -47,7 +47,7 @@ class SlotGeometry:
     ends: tuple[tuple[float, float], tuple[float, float]]
     module: float
     dedendums: tuple[float, float]
-    clearance: float
+    clearance: tuple[float, float]
     thickness_gear: float
     backlash_in_plane: float
     pressure_angles: tuple[float, float]
@@ -134,7 +134,7 @@ class SlotGeometry:
     def land_pinion(self, cone_1: float) -> float:
         """s_an1 at R_1 [m], Equations (179) and (180); 0 for a pointed tooth."""
         cone_2 = self.gear_cone(cone_1)
-        addendum = self.dedendum_gear(cone_2) - self.clearance
+        addendum = self.dedendum_gear(cone_2) - self.clearance[1]
         radius = cone_1 * tan(self.cones.pitch_angle_1) / cos(self.spiral_pinion(cone_2)) ** 2
         if addendum <= -0.2 * radius:
             return 0.0
@@ -146,7 +146,7 @@ class SlotGeometry:
 
     def land_gear(self, cone_2: float) -> float:
         """s_an2 at R_2 [m], Equations (181) and (182); 0 for a pointed tooth."""
-        addendum = self.dedendum_pinion(self.pinion_cone(cone_2)) - self.clearance
+        addendum = self.dedendum_pinion(self.pinion_cone(cone_2)) - self.clearance[0]
         tooth, radius = self.tooth_gear(cone_2), self.radius_gear(cone_2)
         if addendum <= -0.2 * radius:
             return 0.0

@@ -319,7 +319,7 @@ def _warnings(blank: PairBlank, reports: dict[FlankSide, FlankFit], transmission
                 f"{side}: residual {report.fitted.rms * 1e6:.2f} um rms, above {RESIDUAL_LIMIT * 1e6:g}; {_WAYS_OUT}"
             )
         error = report.fitted.root_error
-        clearance = blank.clearance
+        clearance = blank.clearance_pinion
         if error.size and np.abs(error).max() > 0.5 * clearance:
             out.append(
                 f"{side}: root error {np.abs(error).max() * 1e3:.2f} mm, more than half the clearance of "
