@@ -143,6 +143,34 @@ def command(*arguments: str) -> Callable[[], Callable[[], float]]:
     return lambda: task
 
 
+C_POINTS = 200_000
+_LOOP = """
+int main(void) {
+  volatile double sum = 0.0;
+  for (int i = 0; i < %d; i++)
+    sum += f(0.5e9 + 5e3 * i, 0.015, 2.26e11, 5.0, 0.02 + 4e-6 * i, 0.1, 363.15, 1.6e-5, 5.0, 4e-7).upper;
+  return sum > 0.0 ? 0 : 1;
+}
+"""
+
+
+def exported() -> Callable[[], float]:
+    """Microseconds of processor time of the exported C at one point, with interval and guard."""
+    folder = tempfile.TemporaryDirectory()
+    source, program = f"{folder.name}/f.c", f"{folder.name}/f"
+    regression.Formula.load("75w90").export(source)
+    with open(source, "a", encoding="utf-8") as file:
+        file.write(_LOOP % C_POINTS)
+    subprocess.run(["cc", "-O3", "-march=native", "-fno-math-errno", "-o", program, source, "-lm"], check=True)
+
+    def task() -> float:
+        before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+        subprocess.run([f"{folder.name}/f"], check=True)
+        return 1e6 * (resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before) / C_POINTS
+
+    return task
+
+
 TIMED = {
     "smooth_contact": smooth("off"),
     "smooth_heat": smooth("on"),
@@ -155,6 +183,11 @@ TIMED = {
         f"formula 75w90 at {POINTS} points; half the stated interval over mu",
         lambda: points_of("75w90"),
         half_interval,
+    ),
+    "formula_c": Timed(
+        f"formula 75w90 as native C at {C_POINTS} points; its microseconds a point in place of the error",
+        exported,
+        float,
     ),
     "gear_pair": Timed(
         "hypoid pair from the design file to the efficiency; change of the loss on twice the mesh",
