@@ -55,7 +55,11 @@ def gear(
     spectrum: Annotated[Path | None, advanced(help="With --rating: duty cycle (CSV, XLSX) as load spectrum.")] = None,
     tolerance: Annotated[
         int | None,
-        advanced(help="Number of random states; --E, --P, --G and --shaft-angle-error are then standard deviations."),
+        advanced(
+            min=2,
+            max=10_000,
+            help="Number of random states; --E, --P, --G and --shaft-angle-error are then standard deviations.",
+        ),
     ] = None,
     accuracy_grade: shared.GradeOption = None,
     load_from: LoadFromOption = None,
