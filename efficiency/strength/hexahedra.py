@@ -137,12 +137,13 @@ class Factors:
         count = np.bincount(where, np.concatenate([part.count for part in parts])).astype(np.int64)
         nodes, count, leave = self._ordered(nodes, count)
         matrix = np.zeros((3 * nodes.size,) * 2)
+        flat = matrix.reshape(-1)
         self._at[nodes] = np.arange(nodes.size)
         for part in parts:
             unknowns = degrees_of_freedom(self._at[part.nodes])
-            wide = np.zeros((unknowns.size, 3 * nodes.size))
-            wide[:, unknowns] = part.stiffness
-            matrix[unknowns] += wide
+            # one index is faster than two, and the first part meets zeros
+            place = len(matrix) * unknowns[:, None] + unknowns
+            flat[place] = part.stiffness if part is parts[0] else flat.take(place) + part.stiffness
         return self._eliminated(_Front(nodes, count, matrix), leave)
 
     def _ordered(self, nodes: IntArray, count: IntArray) -> tuple[IntArray, IntArray, int]:
