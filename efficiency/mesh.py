@@ -616,7 +616,10 @@ class _UnderTorque:
         return self._found[torque]
 
     def _deflected(self, torque: float) -> MeshGrids:
-        placed, stiffness = self.design.under_torque(torque).without_deflection(), self.design.assembly.stiffness
+        placed, stiffness = (
+            self.design.under_torque(torque, self.side).without_deflection(),
+            self.design.assembly.stiffness,
+        )
 
         def mesh_of(design: Design, positions: int = self.positions, points: int = self.points) -> MeshGrids:
             return Mesh.of(design, self.side, positions, points, self.bodies).grids

@@ -13,16 +13,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
 import numpy as np
-from pydantic import AliasChoices, Field, model_validator
+from pydantic import Field, model_validator
 
 from efficiency.blanks.iso_10300 import RatingFactors
 from efficiency.contact.assembly import Assembly, DisplacedAxes
 from efficiency.contact.flank_deviation import FlankDeviation
-from efficiency.contact.gear_flanks import MEMBERS, GearFlanks, Member
+from efficiency.contact.gear_flanks import MEMBERS, GearFlanks, Member, Side
 from efficiency.contact.relief import MemberRelief, PairRelief
 from efficiency.cutting.blank import Blank, Depth, Length
 from efficiency.cutting.cutter import FLANK_SIDES, FlankSide
 from efficiency.cutting.flank import Flank
+from efficiency.design.deflection import MISALIGNMENTS as MISALIGNMENTS
+from efficiency.design.deflection import Deflection as Deflection
+from efficiency.design.deflection import Misalignment as Misalignment
 from efficiency.design.flank_input import (
     BlankInput,
     ConjugateFlankInput,
@@ -95,12 +98,8 @@ class FlankSurfaceInput(InputModel):
     peklenik_number: PeklenikNumber | None = None
 
 
-Error = Annotated[float, ValueRange("m", ge=-2e-3, le=2e-3)]
 EdgeRounding = Annotated[
     float, ValueRange("m", ge=1e-6, le=5e-3, hint="Radius at the tip, toe and heel edges of the teeth, as in '0.2 mm'.")
-]
-ShaftAngleError = Annotated[
-    float, ValueRange("rad", ge=-0.01, le=0.01), Field(validation_alias=AliasChoices("shaft_angle_error", "alpha"))
 ]
 
 
@@ -261,36 +260,6 @@ def _flank(given: FlankTable, side: FlankSide, blank: BlankInput, _version: int)
     return given.flank(side, blank)
 
 
-class Misalignment(InputModel):
-    """Displacement of the members from their nominal position."""
-
-    E: Error = 0.0  # displacement along the offset [m]
-    P: Error = 0.0  # displacement along the pinion axis [m]
-    G: Error = 0.0  # displacement along the gear axis [m]
-    shaft_angle_error: ShaftAngleError = 0.0  # added to the shaft angle [rad]; alias in files: `alpha`
-
-
-MISALIGNMENTS = tuple(Misalignment.model_fields)
-
-
-class Deflection(Misalignment):
-    """Displacements of shafts, bearings and housing under load, in the axes of the misalignment."""
-
-    # pinion torque of these displacements, which are proportional to the torque [N m]
-    torque: Annotated[float, ValueRange("N*m", gt=0.0, le=1e6)] | None = None
-
-    @model_validator(mode="after")
-    def _at_a_torque(self) -> Self:
-        if self.moves and self.torque is None:
-            raise InputError("torque", None, "the pinion torque of these displacements, such as '300 N m'")
-        return self
-
-    @property
-    def moves(self) -> bool:
-        """Whether any displacement is nonzero."""
-        return any((self.E, self.P, self.G, self.shaft_angle_error))
-
-
 class AssemblyInput(InputModel):
     """Position of the axes and which flanks drive."""
 
@@ -353,15 +322,13 @@ class Design(PairDesign):
         """The pair with a deviation of its flanks in place of its own."""
         return self.model_copy(update={"assembly": self.assembly.model_copy(update={"flank_deviation": deviation})})
 
-    def under_torque(self, torque: float) -> Design:
-        """The pair with the deflections at a pinion torque [N m] added to its misalignment."""
+    def under_torque(self, torque: float, side: Side = "drive") -> Design:
+        """The pair with the deflections at a pinion torque [N m] on flanks of a side added to its misalignment."""
         given, start = self.assembly.deflection, self.assembly.misalignment
-        if given.torque is None or not given.moves:
+        if not given.moves:
             return self
-        share = torque / given.torque
-        return self.with_misalignment(
-            **{name: getattr(start, name) + share * getattr(given, name) for name in Misalignment.model_fields}
-        )
+        moved = given.at(torque if side == "drive" else -torque)
+        return self.with_misalignment(**{name: getattr(start, name) + more for name, more in moved.items()})
 
     def without_deflection(self) -> Design:
         """The pair with rigid shafts and bearings."""

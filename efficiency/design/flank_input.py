@@ -177,10 +177,12 @@ FlankInput = Annotated[
 
 
 def from_folder(content: Any, folder: Path) -> Any:
-    """Content of a file with the paths of point files, keys `grid` and `map`, relative to its folder."""
+    """Content of a file with the paths of files, keys `grid`, `map` and `table`, relative to its folder."""
     if not isinstance(content, dict):
         return content
     return {
-        key: str(folder / value) if key in ("grid", "map") and isinstance(value, str) else from_folder(value, folder)
+        key: str(folder / value)
+        if key in ("grid", "map", "table") and isinstance(value, str)
+        else from_folder(value, folder)
         for key, value in content.items()
     }
