@@ -239,7 +239,7 @@ class Mesh:
 
     @one_thread
     def load_from(self, path: Path | str, torque: Value | None = None) -> LoadedMesh:
-        """Load distribution of another program (CSV, `efficiency.ltca.external_load`) in place of the computed one.
+        """Load distribution of another program (CSV, `efficiency.ltca.external_load`) instead of the computed one.
 
         Parameters
         ----------

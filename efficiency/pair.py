@@ -130,7 +130,7 @@ class GearPair:
         positions, points_per_line : int
             Pinion angles in a pitch (even) and points on each contact line; results state the numerical error.
         **misalignment : float or str
-            `E`, `P`, `G` [m] and `shaft_angle_error` [rad] in place of those of the design.
+            `E`, `P`, `G` [m] and `shaft_angle_error` [rad] instead of those of the design.
 
         Returns
         -------
@@ -154,7 +154,7 @@ class GearPair:
         return replace(mesh, roots=self._roots[side])
 
     def _placed(self, given: Mapping[str, Value]) -> dict[str, float]:
-        """Misalignments of the design, with the given ones in place of its own."""
+        """Misalignments of the design, with the given ones instead of its own."""
         for name in given:
             if name not in MISALIGNMENTS:
                 raise InputError("misalignment", name, "one of " + ", ".join(MISALIGNMENTS))
@@ -180,7 +180,7 @@ class GearPair:
         return [resolve_friction(friction, self.design, conditions.get("oil")) for friction in frictions]
 
     def misaligned(self, **misalignment: Value) -> GearPair:
-        """The pair with `E`, `P`, `G` [m] and `shaft_angle_error` [rad] in place of those of the design."""
+        """The pair with `E`, `P`, `G` [m] and `shaft_angle_error` [rad] instead of those of the design."""
         return GearPair(self.design.with_misalignment(**self._placed(misalignment)), keep=self._keep)
 
     def finished(self, finish: str, state: State = "run_in") -> GearPair:
@@ -346,7 +346,7 @@ class GearPair:
         torque, speed : float or str, optional
             At the pinion [N m], [rad/s]; default: operating point of the design.
         duty : Path, str or sequence of DutyRow, optional
-            Duty cycle as load spectrum in place of `rating.loads`; each row loads the flank of the sign of its torque.
+            Duty cycle as load spectrum instead of `rating.loads`; each row loads the flank of the sign of its torque.
 
         Returns
         -------

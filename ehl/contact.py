@@ -183,7 +183,7 @@ class Contact(InputModel):
     correlation_length, skewness, kurtosis, peklenik_number, seed : float, str or int
         Parameters of generated roughness; the default of the correlation length [m] is 40 Rq.
     rsm, rdq, sal : float or str
-        Profilometer parameters of each surface in place of the correlation length: mean spacing [m], RMS slope [-] and
+        Profilometer parameters of each surface instead of the correlation length: mean spacing [m], RMS slope [-] and
         autocorrelation length at 0.2 [m]. Several of them are checked for consistency.
     running_in : "none", float or str
         Rq of each surface after running-in [m]: the peaks of its profile are worn to plateaus, the valleys remain.
@@ -194,7 +194,7 @@ class Contact(InputModel):
     additive : {"EP", "base", "ZDDP"}
         Additive class of the oil, which gives the default boundary film and boundary friction.
     boundary_film : float or str
-        Gap at which asperities touch [m]; default: from the additive.
+        Gap below which asperities are in contact [m]; default: from the additive.
     boundary_friction : float
         Friction coefficient of asperity contact [-]; default: from the additive.
     thermal : {"auto", "off", "on"}

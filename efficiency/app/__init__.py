@@ -1,4 +1,4 @@
-"""The pair in a browser, on this machine alone (`mixed-ehl app`): start of the page and its address."""
+"""The pair in a local browser (`mixed-ehl app`): start of the page and its address."""
 
 import importlib.util
 import secrets
@@ -11,9 +11,9 @@ from ehl.common.errors import InputError
 
 
 def serve_app(design: str | PathLike[str] | None = None, *, port: int = 8642, browser: bool = True) -> None:
-    """Serve a page to play with a pair, on the loopback address of this machine alone, until Ctrl-C.
+    """Serve an interactive page of a pair on the loopback address until Ctrl-C.
 
-    The address holds a random token, new at each start; without it the page does not open.
+    The address contains a random token, new at each start; without it the page does not open.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def serve_app(design: str | PathLike[str] | None = None, *, port: int = 8642, br
     Raises
     ------
     InputError
-        The extra `app` is not installed, the design file cannot be used, or the port is taken.
+        The extra `app` is not installed, the design file cannot be used, or the port is in use.
 
     Examples
     --------

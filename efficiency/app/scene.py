@@ -350,9 +350,9 @@ class Bench:
         return SceneAnswer(loaded, loaded.efficiency(friction, **scene.conditions), friction)
 
     def problems(self, scene: Scene, error: InputError) -> dict[str, str]:
-        """All that is wrong with a scene: the field, or nothing where none is named, and a sentence by its label.
+        """Problems of a scene: the field, or an empty text, and a sentence with its label.
 
-        A refused field is set to the design's value and the scene evaluated again, until it has an answer.
+        An invalid field is set to the value of the design and the scene is evaluated again, until there is a result.
         """
         found: dict[str, str] = {}
         try:
@@ -476,7 +476,7 @@ class Bench:
         return toml_text(content)
 
     def contact(self, scene: Scene) -> Contact:
-        """The contact with the greatest loss, smooth: its film and pressure take a second to solve."""
+        """Film and pressure of the contact with the largest loss, solved smooth, which takes a second."""
         answer = self.answer(scene)
         state, result = answer.result.points.state, answer.result
         at = int(np.argmax(result.friction.mu * state.load_per_length * result.points.speed_sliding))
@@ -531,7 +531,7 @@ def _in_unit(found: re.Match[str], unit: str) -> str:
 
 
 def changed(scene: Scene, **values: str) -> Scene:
-    """A scene with other texts; unknown names and texts longer than a field are refused."""
+    """A scene with other texts; unknown names and texts longer than a field are rejected."""
     known = {one.name for one in fields(Scene)}
     for name in values:
         if name not in known:

@@ -36,7 +36,7 @@ def axle(
     axle: _AxleArgument,
     point: shared.PointOptions,
     friction: shared.FrictionOption = None,
-    duty: Annotated[Path | None, typer.Option(help="Duty cycle, CSV or XLSX, in place of torque and speed.")] = None,
+    duty: Annotated[Path | None, typer.Option(help="Duty cycle, CSV or XLSX, instead of torque and speed.")] = None,
     model: shared.MapFileOption = None,
     test: Annotated[str | None, typer.Option(help="Test points of 40 CFR 1037.560: single or tandem.")] = None,
     methods: _MethodOptions,

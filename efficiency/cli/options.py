@@ -37,7 +37,7 @@ class OptionGroup:
 
 
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:
-    """The command with the options of a group in place of each parameter that is annotated with one.
+    """The command with the options of a group instead of each parameter that is annotated with one.
 
     The parameter receives the options that were given, by keyword.
     """

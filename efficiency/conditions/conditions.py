@@ -112,7 +112,7 @@ class Conditions:
 
     operation: speed, oil temperature, roughness and texture of the flanks, driving member.
     oil: oil card.
-    load_balance: forces in the torque balance: normal and friction forces, or the normal forces alone.
+    load_balance: forces in the torque balance: normal and friction forces, or only the normal forces.
     bulk: bulk temperature of the teeth: estimated from the loss, or the oil temperature.
     """
 
@@ -232,7 +232,7 @@ def resolve_friction(friction: Friction | None, design: PairDesign, oil: Any = N
     friction: solved contacts (``ehl``, ``ehl:smooth``...) or any name of `regression.friction_model`; default:
         `default_friction` of the oil.
     design: design with the materials of both members and the oil.
-    oil: oil in place of that of the design; the first one of a list.
+    oil: oil instead of that of the design; the first one of a list.
     """
     if friction is None:
         first = design.operation.oil if oil is None else oil

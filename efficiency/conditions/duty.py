@@ -88,8 +88,8 @@ def read_duty(
 ) -> tuple[DutyRow, ...]:
     """Read a duty cycle: CSV or XLSX with the columns torque, speed, temperature and hours, each with its unit.
 
-    Recorded vehicle data are read as well: `time` of each row in place of hours, `vehicle_speed` in place of the pinion
-    speed, `wheel_torque` (both wheels) in place of the pinion torque. Rows without torque, speed or duration are
+    Recorded vehicle data are read as well: `time` of each row instead of hours, `vehicle_speed` instead of the pinion
+    speed, `wheel_torque` (both wheels) instead of the pinion torque. Rows without torque, speed or duration are
     ignored.
 
     tyre_radius: rolling radius of the tyres, for `vehicle_speed` [m].

@@ -255,7 +255,7 @@ class Grid(Tabular, PointsResult):
 
     @property
     def interpolation(self) -> str:
-        """Number of interpolated points and their error in words; empty if all are solved."""
+        """Number of interpolated points and their error as text; empty if all are solved."""
         count = sum(bool(point.interpolated) for point in self.points)
         if not count:
             return ""

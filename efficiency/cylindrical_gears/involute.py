@@ -48,7 +48,7 @@ class InvolutePair:
     # of the basic rack over the module [-]
     addendum: tuple[float, float] = (1.0, 1.0)
     dedendum: tuple[float, float] = (1.25, 1.25)
-    # in place of that of addendum, profile shift and the tip shortening that keeps the clearance
+    # instead of that of addendum, profile shift and the tip shortening that keeps the clearance
     tip_diameter: tuple[float | None, float | None] = (None, None)
 
     @cached_property

@@ -264,7 +264,7 @@ class AssemblyInput(InputModel):
     """Position of the axes and which flanks drive."""
 
     shaft_angle: Annotated[float, ValueRange("rad", ge=0.5, le=2.6)]  # angle of the axes [rad]
-    # distance of the axes [m]; 0 for a spiral bevel pair, positive where it raises the spiral angle of the pinion
+    # distance of the axes [m]; 0 for a spiral bevel pair, positive if it increases the spiral angle of the pinion
     hypoid_offset: Annotated[float, ValueRange("m", ge=-0.5, le=0.5)] = 0.0
     drive_flank_pinion: FlankSide = "concave"  # loaded pinion flank on the drive side
     normal_backlash: Depth = 0.0  # backlash along the normal [m]
@@ -296,7 +296,7 @@ class Design(PairDesign):
     operation: OperatingPoint  # default operating point
     cooling: CoolingInput = CoolingInput()  # lubrication of the teeth
     surface: FlankSurfaceInput = FlankSurfaceInput()  # texture of the flanks
-    uncertainty: UncertaintyInput = UncertaintyInput()  # spreads in place of those of the oil card and the defaults
+    uncertainty: UncertaintyInput = UncertaintyInput()  # spreads instead of those of the oil card and the defaults
     rating: RatingFactors = RatingFactors()  # factors, life and load spectrum of the load capacity after ISO 10300
 
     @model_validator(mode="after")
@@ -319,7 +319,7 @@ class Design(PairDesign):
         return self.model_copy(update={"assembly": assembly})
 
     def with_deviation(self, deviation: FlankDeviation) -> Design:
-        """The pair with a deviation of its flanks in place of its own."""
+        """The pair with a deviation of its flanks instead of its own."""
         return self.model_copy(update={"assembly": self.assembly.model_copy(update={"flank_deviation": deviation})})
 
     def under_torque(self, torque: float, side: Side = "drive") -> Design:

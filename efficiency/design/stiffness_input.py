@@ -45,7 +45,7 @@ class MemberStiffnessInput(InputModel):
     reference_point: Place
     # force [N] and moment [N m] by displacement [m] and rotation [rad] along x, y, z, six rows of six: N/m, N, N m
     matrix: Annotated[tuple[Row, ...], Field(min_length=6, max_length=6)] | None = None
-    bearings: tuple[BearingInput, ...] = ()  # in place of the matrix: at least two at different positions
+    bearings: tuple[BearingInput, ...] = ()  # instead of the matrix: at least two at different positions
     # diameters of a shaft with bearings [m]
     shaft_diameter: Diameter | None = None
     shaft_bore: Annotated[float, ValueRange("m", ge=0.0, le=2.0)] = 0.0

@@ -89,7 +89,7 @@ def rate_design(
 ) -> DesignRating:
     """Load capacity of a design at a pinion torque [N m] and speed [rad/s], by default its operating point.
 
-    The rows of a duty cycle are the load spectrum, each of the flank that it loads, in place of that of the design.
+    The rows of a duty cycle are the load spectrum, each of the flank that it loads, instead of that of the design.
     """
     if not isinstance(design, Design):
         raise InputError("design", design.name, "a bevel or hypoid pair", "ISO 10300 does not apply to it.")

@@ -86,7 +86,7 @@ class MisalignmentPoint:
     deviation: FlankDeviation = field(default_factory=FlankDeviation)  # of the flanks from their design
 
     def to_dict(self, loaded: bool = False) -> dict[str, float | str]:
-        """Values by the names of the columns in files; those of a load where there is one."""
+        """Values by their column names in files, including those under load."""
         names = [f.name for f in fields(self) if f.name != "deviation" and (loaded or f.name not in LOADED)]
         own = self.deviation.model_dump() if self.deviation else {}
         return {_COLUMNS.get(name, name): getattr(self, name) for name in names} | own
@@ -109,7 +109,7 @@ class MisalignmentStudy:
     points: tuple[MisalignmentPoint, ...]  # results
     seconds: float  # wall time
     torque: float | None = None  # of the pinion [N m]; none without load
-    samples: int | None = None  # number of random states in place of the combinations
+    samples: int | None = None  # number of random states instead of the combinations
     accuracy_grade: int | None = None  # of the flanks of random states
     tolerances: FlankDeviation = field(default_factory=FlankDeviation)  # standard deviations of the flanks
     status: Literal["converged", "failed"] = field(init=False)
@@ -213,7 +213,7 @@ def misalignment_study(
     side: which flanks are in contact.
     marking: thickness of the marking compound [m].
     progress: called with a `Progress` after each point.
-    torque: of the pinion [N m], where there is a load.
+    torque: pinion torque [N m]; None without load.
     load: loaded contact of the design in a state.
     samples: number of states with independent normal misalignments whose standard deviations are the values.
     accuracy_grade: of the flanks, whose deviations are random as well (`flank_tolerances`).

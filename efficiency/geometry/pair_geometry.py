@@ -75,7 +75,7 @@ class FlankSummary:
     # spiral angle and normal pressure angle [rad]
     spiral_angle: float
     pressure_angle: float
-    # fraction of the whole depth from which on the flank spans the face, 0 where it reaches the root cone [-]
+    # fraction of the whole depth above which the flank spans the face, 0 if it reaches the root cone [-]
     lowest: float
     # share of the face over which a cut flank turns back on itself above the end of the blade profile [-]
     undercut: float
@@ -259,7 +259,7 @@ def _flank_notes(design: Design, name: str, flank: FlankSummary) -> list[str]:
 
 
 def marking_thickness(given: float | str | None) -> float:
-    """Thickness of the marking compound [m], the usual one where none is given."""
+    """Thickness of the marking compound [m]; default: the usual one."""
     return MARKING if given is None else MARKING_LIMITS.check(given, "marking", bare=not isinstance(given, str))
 
 

@@ -45,7 +45,7 @@ def coordinates(state: ContactState) -> FloatArray:
 
 
 def worth_solving(state: ContactState, power: FloatArray) -> IntArray:
-    """All points except the most lightly loaded ones, which hold `LIGHT_SHARE` of the sliding power.
+    """All points except the most lightly loaded ones, which have `LIGHT_SHARE` of the sliding power.
 
     The excluded ends of contact lines are narrower than the waves of the roughness: hard to solve and insignificant.
     """
@@ -118,7 +118,7 @@ class Prediction:
 
 
 def fewest(dimensions: int) -> int:
-    """Least number of contacts by which others are predicted, in so many coordinates."""
+    """Minimum number of contacts for a prediction with a number of coordinates."""
     return dimensions + 1 + _SPARE
 
 

@@ -227,7 +227,7 @@ def solve_balanced(
     *,
     many: bool = False,
 ) -> EfficiencyResult:
-    """Efficiency of a mesh with friction in the torque balance, or with the normal forces alone.
+    """Efficiency of a mesh with friction in the torque balance, or with only the normal forces.
 
     loaded: from `load_grids`.
     friction, oil, operation: as in `mesh_efficiency`.

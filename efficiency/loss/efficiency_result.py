@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 LoadBalance = Literal["frictional", "frictionless"]
-"""Forces in the torque balance: normal and friction forces, or normal forces alone."""
+"""Forces in the torque balance: normal and friction forces, or only normal forces."""
 Bulk = Literal["estimate", "oil"]
 Reason = Literal[
     "",
@@ -68,7 +68,7 @@ class OperatingConditions:
     torque, speed: torque [N m] and speed [rad/s] at the pinion shaft.
     temperature, temperature_inlet: temperature of the oil, and of the oil at the inlet of the contacts [K].
     oil: name of the oil card.
-    load_balance: forces in the torque balance: normal and friction forces, or normal forces alone.
+    load_balance: forces in the torque balance: normal and friction forces, or only normal forces.
     temperature_bulk_pinion, temperature_bulk_gear: bulk temperature of the teeth [K].
     roughness_rms_pinion, roughness_rms_gear: Rq of the flanks [m].
     correlation_length, peklenik_number: texture of the flanks across the contact line, median of the points [m], [-].
@@ -371,7 +371,7 @@ class EfficiencyResult(Reportable):
         return self.case.mesh.strength_of(self)
 
     def references(self) -> set[str]:
-        """Gear model, laws of the oil, friction model; strength where it was computed."""
+        """Gear model, laws of the oil, friction model; strength if it was computed."""
         kind, at = "bevel" if self.has_strength else "cylindrical", self.conditions
         found = {"gear", f"gear:{kind}", "film formula", *self.case.card.lubricant(at.temperature).references()}
         found |= self.case.model.references()

@@ -20,9 +20,9 @@ position:
 ``edge``, ``edge_distance``, ``edge_section``, ``edge_touching`` (optional, together)
     As in `efficiency.contact.contact_lines.EdgeProximity`; default: the nearest edge, without edge contact.
 ``radius_equivalent`` (optional)
-    Equivalent radius in place of that of the design, such as for edge contact.
+    Equivalent radius instead of that of the design, such as for edge contact.
 ``pressure_hertz`` (optional)
-    Pressure for friction, in place of that from force, length and radius: the final forces of a saved load were
+    Pressure for friction, instead of that from force, length and radius: the final forces of a saved load were
     balanced with friction at the previous ones.
 ``grid`` (optional)
     1 for points of the coarse grid without friction, from which the bulk temperature of the teeth is estimated; 0 for
@@ -113,7 +113,7 @@ def write_load(load: LoadDistribution, thermal: LoadDistribution, path: Path, fr
 
 
 def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: float | None = None) -> LoadedGrids:
-    """Load distribution of another program on the flanks of a pair, in place of the computed one.
+    """Load distribution of another program on the flanks of a pair, instead of the computed one.
 
     Materials and edges of the teeth are used, but not their compliance. A given torque must be that of the file [N m].
     Transmission error and compatibility of the result are unknown (nan).

@@ -104,7 +104,7 @@ class Peak:
     """Maximum Hertz pressure of the cycle."""
 
     pressure: float  # [Pa]
-    place: str  # position on the gear flank, in words and figures
+    place: str  # position on the gear flank, as text
     edge: str  # edge in contact there, such as ``gear tip``; empty inside the flank
 
 
@@ -135,7 +135,7 @@ def pressure_peak(load: LoadDistribution, teeth: TeethElasticity) -> Peak:
 
 
 def flank_place(load: LoadDistribution, teeth: TeethElasticity, number: int, point: int) -> str:
-    """Position of a point of a mesh position on the gear flank, in words and figures."""
+    """Position of a point of a mesh position on the gear flank, as text."""
     position = load.cycle[number]
     face, height = float(position.face_gear[point]), float(position.height_gear[point])
     width, depth = _extent(teeth.gear, face)

@@ -128,12 +128,12 @@ def setting_tables(rows: list[SummaryRow]) -> dict[str, list[tuple[str, ...]]]:
 
 
 def words(name: str) -> str:
-    """A field name in words."""
+    """A field name as text."""
     return name.replace("_", " ")
 
 
 def misalignment_text(design: Design) -> str:
-    """The misalignment in words, or ``aligned``."""
+    """The misalignment as text, or ``aligned``."""
     m = design.assembly.misalignment
     parts = [f"{name} {1e3 * getattr(m, name):+.4g} mm" for name in ("E", "P", "G") if getattr(m, name) != 0.0]
     if m.shaft_angle_error != 0.0:

@@ -48,7 +48,7 @@ def misalignment_table(study: MisalignmentStudy) -> Table:
 
 
 def distribution_table(study: MisalignmentStudy) -> Table:
-    """What random misalignments do: mean, standard deviation and quantiles of each result."""
+    """Mean, standard deviation and quantiles of each result over random misalignments."""
     spread = ", ".join(f"{name} {misalignment_quantity(name).text(getattr(study, name)[0])}" for name in study.varied)
     found = study.distribution()
     columns = ["statistic", *found]

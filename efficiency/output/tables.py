@@ -61,7 +61,7 @@ def operating_point(result: EfficiencyResult | Comparison) -> str:
 
 
 def operating_state(result: EfficiencyResult | Comparison) -> str:
-    """Torque, speed and oil temperature in words."""
+    """Torque, speed and oil temperature as text."""
     names = ("torque", "speed", "temperature")
     return ", ".join(quantity(name).text(getattr(result.conditions, name)) for name in names)
 

@@ -160,7 +160,7 @@ class StudyPoint:
 
     @property
     def label(self) -> str:
-        """Design and state in words, as the name of a failed point."""
+        """Design and state as text, as the name of a failed point."""
         levels = [level_quantity(name).text(getattr(self, name)) for name in OPERATING]
         shifts = [name for name in MISALIGNMENTS if getattr(self, name) != 0.0]
         levels += [f"{name} {level_quantity(name).text(getattr(self, name))}" for name in shifts]
@@ -319,7 +319,7 @@ def run_study(
     side : {"drive", "coast"}
         Loaded flanks.
     oil : str, optional
-        Oil card in place of that of the first design; all designs use the same card.
+        Oil card instead of that of the first design; all designs use the same card.
     grid : (int, int), optional
         Mesh positions and points per contact line.
     jobs : int, optional
@@ -330,11 +330,11 @@ def run_study(
     progress : callable, optional
         Called with a `Progress` after each task.
     load_balance : {"frictional", "frictionless"}
-        Forces in the torque balance: normal and friction forces, or the normal forces alone.
+        Forces in the torque balance: normal and friction forces, or only the normal forces.
     strength : bool
         Add the strength at each point: most severe grade, safety factors, integral temperature, specific film.
     **values : sequence
-        Levels of `torque`, `speed`, `temperature`, `roughness_rms_each`, `E`, `P`, `G`, `shaft_angle_error` in place of
+        Levels of `torque`, `speed`, `temperature`, `roughness_rms_each`, `E`, `P`, `G`, `shaft_angle_error` instead of
         the default levels, as in `GearPair.over`.
 
     Returns

@@ -41,7 +41,7 @@ _CROSSED = (
 
 
 def reference_text(study: Study, *without: str) -> str:
-    """The reference in words, without the parameters that a figure varies."""
+    """The reference as text, without the parameters that a figure varies."""
     levels = [level_quantity(name).text(value) for name, value in study.reference.items() if name not in without]
     return typeset_units(", ".join(levels))
 

@@ -16,7 +16,7 @@ BoolArray = NDArray[np.bool_]
 
 
 def finite_or_none(value: Any) -> Any:
-    """Copy of a value for JSON, with None in place of non-finite numbers.
+    """Copy of a value for JSON, with None instead of non-finite numbers.
 
     value: a scalar, or arrays, dicts, lists, tuples and records (dataclasses) of them; arrays and tuples become lists,
         records dicts.

@@ -1,4 +1,4 @@
-"""Tasks on a dask cluster: `client.map` distributes them, `as_completed` returns rows, the parent alone writes.
+"""Tasks on a dask cluster: `client.map` distributes them, `as_completed` returns rows, only the parent writes.
 
 joblib's dask backend is not used: it ignores n_jobs and hung when a task kept killing its worker.
 """

@@ -1,4 +1,4 @@
-"""Shipped data: `data/` of a checkout, or `ehl/_data/` of an installed wheel; reasons of a status in words."""
+"""Shipped data: `data/` of a checkout, or `ehl/_data/` of an installed wheel; reasons of a status as text."""
 
 import csv
 import os
@@ -90,11 +90,11 @@ def _sentences() -> Mapping[str, str]:
 
 
 def reason_text(reason: str) -> str:
-    """A reason in words, also one that is followed by a colon and its detail; any other text as it is."""
+    """A reason as text, also one that is followed by a colon and its detail; any other text as it is."""
     code, mark, detail = reason.partition(": ")
     return _sentences().get(code, code) + mark + detail
 
 
 def counted_reasons(counts: Mapping[str, int]) -> str:
-    """Reasons in words, each behind its number of cases."""
+    """Reasons as text, each after its number of cases."""
     return ", ".join(f"{count} {reason_text(reason)}" for reason, count in sorted(counts.items()))

@@ -111,7 +111,7 @@ def _reason(error: Exception) -> str:
 
 
 def _check_depth(content: Any, field: str, name: str, allowed: str) -> None:
-    """Refuse data that are nested too deep for recursive functions."""
+    """Raise an `InputError` for data nested too deep for recursive functions."""
     level = [content] if isinstance(content, (dict, list)) else []
     for _ in range(MAX_DEPTH):
         level = [

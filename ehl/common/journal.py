@@ -162,8 +162,8 @@ class Journal:
 class _Holder:
     """A file next to a journal that replaces a lock if the file system has none.
 
-    The writer touches it every few seconds. After `STALE` seconds without a touch the writer counts as killed. Ages are
-    differences of file system times, because the clocks of two machines may differ.
+    The writer touches it every few seconds. After `STALE` seconds without a touch the writer is regarded as killed.
+    Ages are differences of file system times, because the clocks of two machines may differ.
 
     Raises `InputError`: another process writes the journal.
     """

@@ -3,7 +3,7 @@
 A computation calls `report_progress`; the callback given to `progress_to` receives each `Progress`. Public functions
 take the callback as `progress=`; ``progress=print`` writes one line per step.
 
-Times in words.
+Times as text.
 """
 
 from collections.abc import Callable, Iterator

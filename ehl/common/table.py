@@ -41,12 +41,12 @@ class Column:
     name: str  # key of the column in CSV, JSON and data frames
     # name of the quantity if different from `name`; without a quantity the column has plain numbers or texts
     of: str = ""
-    label: str = ""  # label in the head, in place of that of the quantity
-    digits: int = 0  # significant digits, in place of those of the quantity
+    label: str = ""  # label in the head, instead of that of the quantity
+    digits: int = 0  # significant digits, instead of those of the quantity
 
     @property
     def quantity(self) -> Quantity:
-        """What it holds."""
+        """Quantity of the column."""
         known = quantities()
         return known[self.of] if self.of else known.get(self.name, Quantity(self.name, label=self.name))
 

@@ -1,12 +1,12 @@
 """Tables a user brings (CSV, XLSX): one reader for all, which finds dialect, header and units by content.
 
 A header cell is ``name [unit]``, ``name (unit)``, ``name / unit`` or a bare name; under a bare name numbers are SI and
-texts carry their unit. A second row that holds units alone (as `mixed-ehl sweep merge` writes it) serves too. Names are
+texts carry their unit. A second row with only units (as `mixed-ehl sweep merge` writes it) serves too. Names are
 those of docs/nomenclature.md in any spelling, or the usual ones of other programs and test rigs (`_OTHER_NAMES`).
 
 A table whose names are all exact is strict: each column, row and cell must be usable. A table of another program (names
 that stand for ours, or lines above the header) is not: other columns, lines between the rows and rows with missing
-values are left out, and a note says which column was taken for what.
+values are left out, and a note states the meaning of each column.
 """
 
 from __future__ import annotations
@@ -131,9 +131,9 @@ def read_table(
 
     path: text of any encoding, separator and decimal sign, or the first sheet of a workbook.
     quantities: unit and range of every column there may be; None for a column of text. Columns whose name begins with
-        ``#`` are notes and left out.
+        ``#`` are notes and omitted.
     required: columns there must be.
-    bare: whether a number without any unit counts as SI.
+    bare: whether a number without any unit is in SI units.
     missing: whether rows that hold ``nan``, ``Bad``, ``-999`` or the like are left out; in the table of another program
         also those with an empty cell.
     Raises `InputError`: the file cannot be read, lacks a column, has an unknown one, or a cell cannot be used; it is
@@ -262,7 +262,7 @@ def _is_missing(cell: Cell, unit: str | None, quantity: ValueRange, *, empty: bo
 
 
 def _tell(path: Path, head: _Head, left_out: int, others: Sequence[int]) -> None:
-    """Note which column was taken for what."""
+    """Note the meaning of each column."""
     pairs = [(name, mine) for name, mine in zip(head.names, head.quantities, strict=True) if name]
     named = [f"{name} -> {mine}" for name, mine in pairs if mine and name != mine]
     other = [name for name, mine in pairs if not mine]
@@ -345,7 +345,7 @@ def _plain_name(name: str) -> str:
 
 
 def _meant(name: str, quantities: Mapping[str, ValueRange | None]) -> str:
-    """The quantity that a name of another program stands for; empty where there is none."""
+    """The quantity denoted by a name of another program; empty if unknown."""
     plain = _plain_name(name)
     if plain in quantities:
         return plain
@@ -389,7 +389,7 @@ def _require(
 
 
 def _check_width(path: Path, cells: pd.DataFrame, width: int) -> None:
-    """Refuse rows of a CSV file with more cells than the header: most often a decimal comma cut a number in two."""
+    """Raise an `InputError` for CSV rows longer than the header, usually because of decimal commas."""
     for number, row in zip(cells.index[1:], cells.iloc[1:, width:].to_numpy(), strict=True):
         more = sum(bool(str(cell).strip()) for cell in row)
         if more:
@@ -416,7 +416,7 @@ def _check_names(path: Path, head: _Head, quantities: Mapping[str, ValueRange | 
 def _are_units(
     row: Sequence[Cell], names: Sequence[str], units: Sequence[str | None], quantities: Mapping[str, ValueRange | None]
 ) -> bool:
-    """Whether the second row holds units: a unit under every number column, and none in the header."""
+    """Whether the second row contains units: a unit under every number column, and none in the header."""
     found = False
     for position, name in enumerate(names):
         quantity = quantities.get(name)
@@ -466,7 +466,7 @@ def _number(cell: Cell, unit: str | None, quantity: ValueRange, where: str, bare
 
 
 def _read_cells(path: Path, quantities: Mapping[str, ValueRange | None]) -> pd.DataFrame:
-    """The cells of a file as they are, in rows numbered as in the file from 1; rows without content left out."""
+    """The cells of a file as they are, in rows numbered as in the file from 1; without empty rows."""
     allowed = "an existing CSV or XLSX file"
     if path.suffix.lower() in _WORKBOOKS:
         return _read_xlsx(path, read_bytes(path, "file", allowed))
@@ -474,7 +474,7 @@ def _read_cells(path: Path, quantities: Mapping[str, ValueRange | None]) -> pd.D
 
 
 def _check_size(path: Path, rows: int, columns: int) -> None:
-    """Refuse a table that memory has no room for; `columns` is the width of the widest row."""
+    """Raise an `InputError` for a table that is too large; `columns` is the width of the widest row."""
     for found, most, what in ((rows, MAX_ROWS, "rows"), (columns, MAX_COLUMNS, "columns")):
         if found > most:
             raise InputError(path.name, f"{found} {what}", f"at most {most} {what}")
@@ -483,7 +483,7 @@ def _check_size(path: Path, rows: int, columns: int) -> None:
 
 
 def _separator(lines: Sequence[str], quantities: Mapping[str, ValueRange | None]) -> str:
-    """The separator by which a line near the top names most quantities; else the most frequent of the first line."""
+    """Separator with which a line near the top names most quantities, or the most frequent one of the first line."""
     top = [line for line in lines if line][:_HEADER_LINES]
     scores = {
         mark: max(
@@ -603,7 +603,7 @@ def harmless(value: Cell) -> Cell:
 
 
 def read_columns(value: Any, quantities: Mapping[str, ValueRange | None]) -> dict[str, Column]:
-    """Columns a plan holds itself, as lists of equal length, or those of the file it names.
+    """Columns of a plan from lists of equal length or from a file.
 
     Raises `InputError`: as `read_table`; or the lists differ in length.
     """

@@ -1,4 +1,4 @@
-"""Units at the edge: strings such as ``"1.8 GPa"`` become SI numbers here and nowhere else."""
+"""Units of inputs: strings such as ``"1.8 GPa"`` become SI numbers only in this module."""
 
 import difflib
 import math
@@ -16,7 +16,7 @@ from ehl.common.records import dataclass
 
 @cache
 def _registry() -> Any:
-    # pint is imported late: it takes longer to load than everything else in `mixed-ehl --help`
+    # pint is imported late: its import takes longer than the rest of `mixed-ehl --help`
     import pint
 
     return pint.UnitRegistry()
@@ -28,7 +28,7 @@ _DEGREES = re.compile(
     r"([+-]?)(\d+) ?(?:°|deg) ?(\d+(?:\.\d+)?) ?(?:'|min|arcmin)(?: ?(\d+(?:\.\d+)?) ?(?:\"|s|arcsec))?"
 )
 _COMMA = re.compile(r"\d,\d")
-_THOUSANDS = re.compile(r"['’]?\d{3}\b")  # how what follows a number begins where it has a separator of thousands
+_THOUSANDS = re.compile(r"['’]?\d{3}\b")  # beginning of the text after a number with a separator of thousands
 _COMMA_HINT = (
     "A comma inside of a number is ambiguous. Write a decimal point, no separator of thousands, "
     "and separate the values of a list by a comma and a space, or by a semicolon."
@@ -169,7 +169,7 @@ _ANY_CASE = (
     "newton newtons microinches angstrom angstroms metre metres meter meters pound pounds per percent pct prozent "
     "second seconds minute minutes hr hour hours"
 )
-# fields whose unit is never left to pint: another spelling there may mean something else
+# fields whose unit is never parsed by pint, where another spelling may have another meaning
 _CLOSED = ("", "rad/s", "N*m", "rad")
 
 
@@ -199,7 +199,7 @@ def spellings(unit: str) -> dict[str, tuple[float, float]]:
 
 
 def _known(typed: str, unit: str) -> tuple[float, float] | None:
-    """Factor and zero of a spelling of an SI unit; None where it is not one of `spellings`."""
+    """Factor and zero of a spelling of an SI unit; None if it is not one of `spellings`."""
     text, known = _canonical(typed), spellings(unit)
     if text not in known and _in_any_case(text):
         text = next((name for name in known if name.casefold() == text.casefold() and _in_any_case(name)), text)
@@ -332,7 +332,7 @@ def _by_pint(number: float, typed: str, text: str, unit: str, field: str) -> flo
 
 
 def _refusal(typed: str, unit: str) -> str:
-    """Why a unit is refused that no table of the field has."""
+    """Reason why a unit is invalid for this quantity."""
     if _THOUSANDS.match(typed):
         return "Write the number without a separator of thousands."
     others = {common for common, _, _ in UNITS.values()} | _READ.keys()
@@ -363,11 +363,11 @@ class ValueRange:
     ge: float | None = None
     lt: float | None = None
     le: float | None = None
-    hint: str = ""  # what to do when the value is outside
+    hint: str = ""  # remedy for a value outside the range
 
     @property
     def allowed(self) -> str:
-        """The allowed range in words."""
+        """The allowed range as text."""
         ends = {"above": self.gt, "at least": self.ge, "below": self.lt, "at most": self.le}
         bounds = [f"{word} {f'{end:.6g} {self.unit}'.strip()}" for word, end in ends.items() if end is not None]
         return " and ".join(bounds) or "any finite value"
@@ -399,7 +399,7 @@ class ValueRange:
     def check_list(self, text: str, field: str) -> list[float]:
         """Values of a list ``"a, b, c unit"`` or a range ``"from:to:number unit"``.
 
-        Entries are separated by a comma and a space, or by a semicolon; the last unit holds for entries without one.
+        Entries are separated by a comma and a space, or by a semicolon; the last unit applies to entries without one.
         A range has `number` equally spaced values, both ends among them: ``"50:200:4 N m"`` is 50, 100, 150, 200 N m.
 
         Raises `InputError`: neither of them, or a value out of range.

@@ -324,7 +324,7 @@ def value_range_of(model: type[BaseModel], name: str) -> ValueRange:
 
 
 def expected_input(place: FieldLocation, table: str) -> str:
-    """Allowed values of the place in words; empty if unknown.
+    """Allowed values of the place as text; empty if unknown.
 
     place: result of `locate_field`.
     table: name of the place if it is a table.

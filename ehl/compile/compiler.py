@@ -69,7 +69,7 @@ _hash_of_folder = cache(source_hash)
 def kernel_folder() -> Path:
     """Folder from which compiled kernels are loaded and in which they are kept.
 
-    It is that of NUMBA_CACHE_DIR where that belongs to this user alone, else that of `user_folder`.
+    It is that of NUMBA_CACHE_DIR where that belongs to this user alone, otherwise that of `user_folder`.
 
     Raises `OSError`: there is none.
     """
@@ -347,7 +347,7 @@ class Kernel(CPUDispatcher):
 
     @property
     def _numba_type_(self) -> Any:
-        """What a kernel meets that calls this one."""
+        """Type of this kernel for a kernel that calls it."""
         return types.Dispatcher(self._twin)
 
     def enable_caching(self) -> None:

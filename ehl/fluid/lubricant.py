@@ -128,7 +128,7 @@ class Lubricant:
     limiting_shear : {"cut", "smooth"}
         "cut" limits the traction only; "smooth" approaches the limit smoothly and affects the pressure flow as well.
     absolute_law : AbsoluteLaw
-        A law of eta by its constants, in place of those above.
+        A law of eta by its constants, instead of those above.
     pressure_rise_factor : float
         Factor on ln(eta(p, T)/eta(0, T)) of any law [-], for its uncertainty.
     pressure_valid : float

@@ -183,7 +183,7 @@ class Oil(InputModel, Reportable):
         nu_40, nu_100 : float or str, optional
             Kinematic viscosity at 40 and 100 degC, m2/s or with unit.
         iso_vg : int, optional
-            ISO VG in place of both; nu100 then follows from the viscosity index or is typical of the family.
+            ISO VG instead of both; nu100 then follows from the viscosity index or is typical of the family.
         viscosity_index : float, optional
             Viscosity index, with one of the three above (`ehl.fluid.oil_family.astm_d2270`).
         density_15 : float or str, optional
@@ -351,7 +351,7 @@ class Oil(InputModel, Reportable):
         inlet = np.ravel(np.asarray(found.viscosity_inlet))
         if not np.all(np.isfinite(inlet) & (inlet > 0.0)):
             impossible = float(np.broadcast_to(values, inlet.shape)[~(np.isfinite(inlet) & (inlet > 0.0))][0])
-            allowed = f"a temperature at which the constants of the oil {self.name} give a viscosity"
+            allowed = f"a temperature with a finite viscosity by the constants of the oil {self.name}"
             raise InputError("temperature_oil", f"{impossible:.6g} K", allowed, "Correct [viscosity] of its card.")
         single = {name: value for name, value in vars(found).items() if isinstance(value, np.floating | np.ndarray)}
         numbers = {name: float(value) for name, value in single.items() if value.ndim == 0}

@@ -245,7 +245,7 @@ def generic_card(
 
     base: a key of `OIL_FAMILIES`.
     viscosity_40, viscosity_100: kinematic viscosity [m2/s].
-    iso_vg: in place of both viscosities.
+    iso_vg: instead of both viscosities.
     density_15: density at 15 degC [kg/m3]; default: typical of the family.
     name: of the card; default: base and viscosities.
     viscosity_index: with one of the viscosities or iso_vg.

@@ -163,7 +163,7 @@ class TemperatureFit:
 
 # up to which a piece is halved, and the length [K] below which it is not
 _FIT_ERROR, _SHORTEST_PIECE = 1e-6, 5.0
-# of ln of the function: last coefficients of Chebyshev polynomials that are left out, and digits of those of powers
+# of ln of the function: omitted last coefficients of Chebyshev polynomials, and digits of those of powers
 _NEGLIGIBLE, _DIGITS = 1e-14, 15
 
 

@@ -93,7 +93,7 @@ def estimate_thermal_effect(
         rise_flash,
         bulk_offset,
         viscosity_change,
-        # a law far above its measured pressures may have a viscosity that rises with temperature: heat is then left out
+        # far above the measured pressures of a law, its viscosity may increase with temperature: heat is then neglected
         abs(viscosity_change) * sensitivity,
         loss,
         max(viscosity_change, loss) > THERMAL_THRESHOLD,

@@ -1,4 +1,4 @@
-"""Dry contact in place of a negligible film, selected by an estimate of the load share of the film.
+"""Dry contact instead of a negligible film, selected by an estimate of the load share of the film.
 
 load share of the film <= D gamma^0.85 (25 h/h_boundary)^1.5 max(1, alpha p_h/15)^1.5
 

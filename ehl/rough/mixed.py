@@ -4,7 +4,7 @@ Running-in as wear of the peaks of both profiles to a given Rq (`worn`).
 
 Roughness finer than the mesh: long waves remain a profile, shorter waves are replaced by a subgrid film.
 
-Waves shorter than a cut-off are removed from the profiles; their RMS is sigma_sub. Solids count as touching where the
+Waves shorter than a cut-off are removed from the profiles; their RMS is sigma_sub. Solids are in contact where the
 gap of the filtered surfaces is c sigma_sub above the boundary film. This is the mean gap of the fine roughness under
 load. In dry contact it decreases with the logarithm of the pressure over the stiffness E* times the RMS slope (form of
 Persson 2007, Phys. Rev. Lett. 99, 125502, from memory; both constants are fitted to runs that resolve the roughness).

@@ -4,7 +4,7 @@ mu = mean on the coarsest mesh + mean difference of each mesh to the one before 
 the error of the finest mesh by Richardson extrapolation (`ehl.rough.averaging.richardson`). Both meshes of a
 difference move over the same part of the surfaces, so that it converges in a fraction of the travel of mu itself. The
 fine meshes therefore need short windows; the coarsest has a long one at a fraction of the cost (multilevel Monte Carlo,
-Giles 2008, Oper. Res. 56, 607, with time means in place of samples).
+Giles 2008, Oper. Res. 56, 607, with time means instead of samples).
 
 Start-up of the coarsest mesh until roughness, macroscopic pressure and heat are settled, with bounded work.
 
@@ -87,7 +87,7 @@ def least_work(plan: RunPlan, rate: float, left: float, levels: int) -> float:
 
 
 def warmed(window: Window, plan: RunPlan) -> FloatArray:
-    """Preheat the surfaces of a run by its mean heat flux, in place of a longer start-up; returns that flux."""
+    """Preheat the surfaces of a run by its mean heat flux, instead of a longer start-up; returns that flux."""
     for _ in range(WARMING_ROUNDS):
         flux = window.mean_flux(WARMING_TRAVEL)
         window.run.preheat(plan.preheating, flux)

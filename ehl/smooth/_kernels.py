@@ -561,7 +561,7 @@ def at_centre(x, y):
 
 @kernel(**KERNEL)
 def outputs(x, p, film, log_eta, flow, lam, far, rate, law, ambient, slope):
-    """Central and least film, friction, highest pressure, flow, exit and rolling traction.
+    """Central and minimum film, friction, maximum pressure, flow, exit and rolling traction.
 
     Parameters: state at the nodes; where the integrals of the shear begin upstream of the mesh; eta0 |v_s| R/(p_h b^2);
     the shear law and the limit ``ambient + slope p`` that cuts its stress off (slope infinite: none), in p_h.

@@ -71,7 +71,7 @@ class HeatModel:
         film = b * b / contact.radius_equivalent * level.film
         # d(l Q)/dx = q - Q with l = rho c u_r h* h/(12 k): the mean rise of a uniformly heated film is Q h/(12 k), and
         # the flow u_r h* is constant. Behind the pressure spike of a thick, fast film q arises within a hundredth of
-        # l: local conduction alone would heat the oil by thousands of kelvin, with convection it is a few kelvin
+        # l: with local conduction only the oil is heated by thousands of kelvin, with convection by a few kelvin
         k_film = lubricant.film_conductivity(pressure, lubricant.thermal_conductivity)
         speed = contact.speed_entrainment
         capacity = lubricant.density * lubricant.heat_capacity * speed * film[-1]

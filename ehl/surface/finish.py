@@ -183,7 +183,7 @@ class Finish:
     def from_profile(cls, path: str | Path | MeasuredSurface, state: State = "run_in", **reading: Any) -> Finish:
         """The finish of a measured profile or map.
 
-        A single profile does not show the lay: it counts as isotropic, with a range up to 5. The other ranges are own
+        A single profile does not show the lay: it is assumed isotropic, with a range up to 5. The other ranges are own
         estimates: 20 % of Rq, a factor of 1.25 of the correlation length, 0.3 of the skewness.
 
         Parameters
@@ -279,7 +279,7 @@ class Finish:
 class Additive(InputModel):
     """Boundary film of an additive class.
 
-    boundary_film: film thickness below which solids count as touching [m].
+    boundary_film: film thickness below which solids are in contact [m].
     boundary_friction: mu_b [-].
     """
 

@@ -351,7 +351,7 @@ def _unit_of(text: str) -> str:
 
 
 def _without_placeholders(values: FloatArray) -> FloatArray:
-    """Heights with nan in place of a number such as -9999, where it is far beyond all others."""
+    """Heights with nan instead of a number such as -9999, where it is far beyond all others."""
     size = np.abs(values)
     for number in _PLACEHOLDERS:
         meant = size == number

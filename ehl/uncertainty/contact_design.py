@@ -157,7 +157,7 @@ def contact_uncertainty(
     problem: the contact.
     solve: friction coefficient [-], its relative error [-] and the film ratio [-] of a problem.
     spreads: standard deviations of the inputs.
-    oil: data with its uncertainty; without it the oil properties count as exact.
+    oil: data with its uncertainty; without it the oil properties are treated as exact.
     level: coverage of the interval [-].
     jobs: worker processes; default: all available cores.
     Raises `InputError`: the level is not between 0 and 1.

@@ -271,10 +271,10 @@ def calibrate(
     setup : CalibrationSetup, str or path, or mapping
         Oil, parameters, specimens and common conditions: a TOML file, or its content.
     parameters : sequence of str, optional
-        Fitted parameters, in place of those of the setup: `eyring_stress`, `stress_low`, `stress_slope`,
+        Fitted parameters, instead of those of the setup: `eyring_stress`, `stress_low`, `stress_slope`,
         `limiting_shear_coefficient`, `pressure_viscosity`, `boundary_film`, `boundary_friction`.
     oil : str, optional
-        Initial oil card, in place of that of the setup.
+        Initial oil card, instead of that of the setup.
     jobs : int, optional
         Worker processes with one thread each; default: all available cores.
     profile : bool, optional

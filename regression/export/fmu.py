@@ -1,6 +1,6 @@
 """A function in C as a Functional Mock-up Unit (FMI 2.0.4, model exchange and co-simulation), without states or Python.
 
-The unit contains its C sources; a library for the machine that writes it is added where there is a C compiler.
+The unit contains its C sources; a library for the exporting machine is added if it has a C compiler.
 """
 
 import hashlib
@@ -170,7 +170,7 @@ def _model_description(
 
 
 def _library(name: str, text: str) -> dict[str, bytes]:
-    """The compiled library by its place in the unit; empty, with a warning, where none can be made."""
+    """The compiled library by its path in the unit; empty, with a warning, if compilation is impossible."""
     compiler = next(filter(None, map(shutil.which, ("gcc", "cc", "clang"))), None)
     place = _PLATFORMS.get((platform.system(), platform.machine()))
     if compiler is None or place is None:

@@ -16,9 +16,9 @@ _INFIX = {"add": (" + ", SUM), "subtract": (" - ", SUM), "multiply": (" * ", PRO
 
 
 class Printer:
-    """Expressions in one language. What is given here is Python's and C's common ground.
+    """Expressions in one language; this class contains the common syntax of Python and C.
 
-    A negative number or a sign stands in brackets everywhere but alone: spreadsheets bind it tighter than the power.
+    A negative number or a sign within an expression is in brackets: spreadsheets bind it tighter than the power.
     """
 
     functions: ClassVar[Mapping[str, str]] = {}
@@ -136,7 +136,7 @@ LIBRARY = {
 
 
 def assignments(program: Program, printer: Printer) -> list[tuple[str, str, Value]]:
-    """Name and expression of every coefficient and step, and what they are of."""
+    """Name, expression and owner of every coefficient and step."""
     return [
         (
             printer.variable(value.name),
@@ -151,7 +151,7 @@ _NO_GUARD = ("Points within the range, but far from all fitted cases, are not fl
 
 
 def description(program: Program) -> list[str]:
-    """What the head of every program says: where it comes from, what it takes and gives, what it is worth."""
+    """Head of every program: origin, arguments, results, errors."""
     formula = program.formula
     scores, data = formula.validation, formula.data
     wide = 100.0 * formula.interval.level
@@ -219,7 +219,7 @@ def broken(line: str, indent: str, end: str = "") -> str:
 
 
 def packed(statements: Sequence[str], indent: str, end: str = "", kind: str = "") -> list[str]:
-    """Statements that end with a semicolon, on as few lines as hold them.
+    """Statements that end with a semicolon, on as few lines as possible.
 
     statements: without line breaks.
     indent, end: before each line, and at the end of one that goes on.
@@ -239,7 +239,7 @@ def packed(statements: Sequence[str], indent: str, end: str = "", kind: str = ""
 
 
 def number_rows(rows: Sequence[Sequence[float]], indent: str, ends: str = "{}", kind: str = "") -> str:
-    """Rows of numbers, each between two brackets, as many numbers on a line as it holds; `kind` follows each."""
+    """Rows of numbers, each between two brackets, as many numbers per line as fit; `kind` follows each."""
     left, right = (ends[0], ends[1]) if ends else ("", "")
     parts = [part for row in rows for part in (left, *(f"{number!r}{kind}," for number in row), right)]
     text = "\0".join(parts).replace(f",\0{right}", right or ",").replace(f"{left}\0", left)

@@ -46,7 +46,7 @@ class DataFunction:
         return self.filled(f"\n{text}")
 
     def filled(self, text: str) -> str:
-        """The loop of a language with the numbers of this function in place of their words."""
+        """The loop of a language with the numbers of this function instead of their words."""
         for name, number in self.sizes.items():
             text = re.sub(rf"(?<![A-Za-z_]){name}", repr(number), text)
         return text
@@ -227,7 +227,7 @@ def _near_and_far(cloud: DataCloud, table: dict[str, Any]) -> tuple[Any, Any]:
 def _conditions(oil: Oil | None) -> tuple[dict[str, Any], Any]:
     """Every variable a family may use, and whether the laws of the oil hold at the temperature."""
     table = {name: record.argument(name) for name in STATE_UNITS}
-    # families know the composite only
+    # families use only the composite Rq
     table["roughness_rms_1"], table["roughness_rms_2"] = record.argument("roughness_rms"), record.constant(0.0)
     within_laws = record.constant(1.0)
     if oil is None:

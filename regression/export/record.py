@@ -1,7 +1,7 @@
 """Values that record what is computed with them: a function of arrays becomes a list of operations.
 
-A function written with numpy and scipy ufuncs and arithmetic is called once with `Value`s in place of arrays. What it
-returns then holds every operation, down to the arguments, and can be printed in any language.
+A function written with numpy and scipy ufuncs and arithmetic is called once with `Value`s instead of arrays. What it
+returns then contains every operation, down to the arguments, and can be printed in any language.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _naming: list[tuple[str, ...]] = []  # packages of `local_names`, while it is on
 
 COMPARISONS = {"less": "<", "less_equal": "<=", "greater": ">", "greater_equal": ">="}
 LOGICAL = ("and", "or", "not", "isfinite", *COMPARISONS)
-# what a printer must know: these and the four arithmetic operations, power, choose
+# operations of a printer: these and the four arithmetic operations, power, choose
 FUNCTIONS = (
     *("negative", "absolute", "exp", "log", "log10", "sqrt", "sin", "cos", "tan", "arctan", "sinh", "cosh", "tanh"),
     *("arcsinh", "arctanh", "maximum", "minimum"),
@@ -46,13 +46,13 @@ class NotRecordable(TypeError):
 
 
 class Value(np.lib.mixins.NDArrayOperatorsMixin):
-    """One number of a recorded computation, in place of an array of any shape.
+    """One number of a recorded computation, instead of an array of any shape.
 
     operation: ``argument``, ``coefficient``, ``constant``, a name of `FUNCTIONS` or `LOGICAL`, ``add``, ``subtract``,
         ``multiply``, ``divide``, ``power`` or ``choose`` (condition, value if true, value if not).
-    operands: what it is computed from.
+    operands: values from which it is computed.
     number: of a constant or a coefficient.
-    name: its name in the program; empty where it has none.
+    name: its name in the program, or empty.
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class Value(np.lib.mixins.NDArrayOperatorsMixin):
         if operands and _naming:
             _name_locals()
 
-    __hash__ = object.__hash__  # == is recorded, so that values are told apart by identity
+    __hash__ = object.__hash__  # == is recorded, so that values are distinguished by identity
 
     @property
     def logical(self) -> bool:
@@ -169,7 +169,7 @@ def record(operation: str, *inputs: Any) -> Value:
 
 
 def choose(condition: Any, yes: Any, no: Any) -> Any:
-    """`yes` where the condition holds, else `no`."""
+    """`yes` if the condition holds, otherwise `no`."""
     test = value_of(condition)
     if test.operation == "constant":
         return value_of(yes if test.number else no)

@@ -131,7 +131,7 @@ class FittedFormula(FrictionModel, InputModel):
         name : str or path
             One of ``ehl.shipped("formulas")``, or the path of a file.
         boundary_friction : float, optional
-            Friction coefficient of the asperities [-], in place of that of the data.
+            Friction coefficient of the asperities [-], instead of that of the data.
         refuse : bool
             Reject points outside the range or extrapolated points instead of flagging them.
 

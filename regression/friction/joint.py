@@ -20,7 +20,7 @@ from regression.friction.models import FrictionEstimate, FrictionModel
 
 @dataclass(frozen=True)
 class Request:
-    """Contact points whose friction is required; `whole`: with interval and flags, otherwise the coefficient alone."""
+    """Contact points whose friction is required; `whole`: with interval and flags, otherwise only the coefficient."""
 
     state: ContactState
     whole: bool = False
@@ -36,7 +36,7 @@ def solve_together(runs: Sequence[Run[T]], model: FrictionModel, oil: Oil, formu
     """Results of runs with the same oil.
 
     model: friction with interval and flags; contacts are solved for each run by itself.
-    formula: coefficients alone; the model itself, or the formula that represents its solved contacts.
+    formula: only coefficients; the model itself, or the formula that represents its solved contacts.
     """
     results: dict[int, T] = {}
     answers: dict[int, Answer | None] = dict.fromkeys(range(len(runs)))

@@ -284,7 +284,7 @@ _ENTRIES = (
         "found",
         p.share_doleschel_2002,
         local=_doleschel,
-        applied=_SHARE + "; film friction of Arana et al. in place of the measured reference values of the author",
+        applied=_SHARE + "; film friction of Arana et al. instead of the measured reference values of the author",
     ),
     PublishedFriction(
         "matsumoto_morikawa_2014",

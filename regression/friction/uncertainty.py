@@ -42,7 +42,7 @@ _NOTHING = 1e-9  # largest change of ln mu of a model that does not contain an i
 
 
 def boundary_friction_of(model: FrictionModel) -> float:
-    """mu_b of a friction model [-]; nan where it has none."""
+    """mu_b of a friction model [-]; nan if it has none."""
     return float(getattr(model, "boundary_friction", math.nan))
 
 

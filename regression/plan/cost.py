@@ -52,7 +52,7 @@ class CostEstimate:
         return max(self.seconds / jobs, self.longest)
 
     def to_text(self, jobs: int | None = None) -> str:
-        """The estimate in words, with the wall time for a number of workers (default: all processors)."""
+        """The estimate as text, with the wall time for a number of workers (default: all processors)."""
         jobs = granted_workers() if jobs is None else jobs
         check_count("jobs", jobs, 1, MAX_JOBS)
         rough = f", {self.rough} of them transient rough contacts" if self.rough else ""

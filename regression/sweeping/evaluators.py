@@ -235,7 +235,7 @@ def published_outputs(case: Contact, name: str) -> Outputs:
 
 
 def fallback_settings(case: Contact, step: int) -> tuple[Contact, str] | None:
-    """The case with the settings after `step` failures, and the changes in words; None if no settings are left.
+    """The case with the settings after `step` failures, and the changes as text; None if no settings are left.
 
     Each step uses the next finer accuracy; the last step switches the shortcuts off.
     """

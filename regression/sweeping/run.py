@@ -158,7 +158,7 @@ class Run(PathLike[str], TableResult):
         compress : bool
             Compress the result file, like the shipped datasets.
         complete : bool
-            Refuse a run with missing cases.
+            Raise an `InputError` for a run with missing cases.
 
         Returns
         -------
@@ -238,7 +238,7 @@ def sweep(
     Raises
     ------
     InputError
-        The folder holds another run or cannot be written, or an option is invalid.
+        The folder contains another run or cannot be written, or an option is invalid.
     AllWorkersCrashed, ClusterLost
         There are no workers left; every finished case is on disk.
     KeyboardInterrupt

@@ -107,7 +107,7 @@ class SweepReport:
         return self.seconds_cases / (self.workers * self.seconds)
 
     def to_text(self) -> str:
-        """The report in words."""
+        """The report as text."""
         unsettled = f"{self.unsettled} unsettled, " if self.unsettled else ""
         lines = [
             f"{self.path}: {self.total} cases, {self.resumed} found on disk, {self.converged} converged, "
@@ -216,7 +216,7 @@ def sweep_shard(plan: Plan, folder: Path, shard: tuple[int, int] = (1, 1), **opt
     shard: (i, n): every n-th case, beginning with the i-th. Each shard has its own file, so that shards may run
         simultaneously.
     **options: fields of `SweepOptions`.
-    Raises `InputError`: the folder holds another run, cannot be written, or the shard is not one of n;
+    Raises `InputError`: the folder contains another run, cannot be written, or the shard is not one of n;
     `AllWorkersCrashed, ClusterLost`: there are no workers left; `KeyboardInterrupt`: Ctrl-C or SIGTERM. In both cases
     every finished case is on disk.
     """

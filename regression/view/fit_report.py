@@ -191,7 +191,7 @@ def _summary(dataset: Dataset, formulas: Sequence[FittedFormula], tried: Iterabl
 
 
 def _conditions(values: Mapping[str, float]) -> str:
-    """The conditions of a case in words."""
+    """The conditions of a case as text."""
     known = quantities()
     return ", ".join(
         f"{known[name].label} {known[name].text(value, 3)}" for name, value in values.items() if name in known

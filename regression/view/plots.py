@@ -103,7 +103,7 @@ class CurveConditions:
         return frame["friction_coefficient"].to_numpy(dtype=float), table
 
     def description(self, *left_out: str) -> str:
-        """The constant values in words."""
+        """The constant values as text."""
         parts = []
         for name in (*_HELD, "roughness_rms"):
             if name not in left_out:

@@ -124,12 +124,12 @@ def interval_table(formula: FittedFormula, spread: Sequence[tuple[float, float, 
 
 
 def value_text(variable: str, value: float) -> str:
-    """A value of a variable in words, in its display unit."""
+    """A value of a variable as text, in its display unit."""
     entry = quantities().get(variable, Quantity(variable, label=variable))
     return f"{entry.label} {entry.text(value, 4)}"
 
 
 def region_text(variable: str, low: float, high: float) -> str:
-    """A band of a variable in words."""
+    """A band of a variable as text."""
     entry = quantities().get(variable, Quantity(variable, label=variable))
     return f"{entry.label} {entry.span(low, high)}"
