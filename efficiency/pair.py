@@ -330,6 +330,7 @@ class GearPair:
         evaluator, about = self._evaluator(friction, grid, conditions, progress)
         return duty_cycle(rows, evaluator.points([row.condition for row in rows]), **about)
 
+    @one_thread
     def rating(
         self,
         torque: Value | None = None,
