@@ -23,7 +23,9 @@ def data_path(*parts: str) -> Path:
 
 def data_names(folder: str, suffix: str = ".toml") -> tuple[str, ...]:
     """Names (without suffix) of the shipped files in one data folder, sorted."""
-    return tuple(sorted(path.name.removesuffix(suffix) for path in data_path(folder).glob(f"*{suffix}")))
+    place = data_path(folder)
+    every = os.listdir(place) if place.is_dir() else ()
+    return tuple(sorted(name.removesuffix(suffix) for name in every if name.endswith(suffix)))
 
 
 def shipped(kind: str) -> tuple[str, ...]:
