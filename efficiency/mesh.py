@@ -424,6 +424,17 @@ class LoadedMesh:
             Keywords of `efficiency`.
         many : bool
             As in `efficiency`.
+
+        Returns
+        -------
+        list of EfficiencyResult
+
+        Examples
+        --------
+        >>> import efficiency
+        >>> loaded = efficiency.load("fm_spiral_bevel_14x39").mesh(positions=4, points_per_line=9).load("300 N m")
+        >>> [r.status for r in loaded.efficiencies("constant:0.05", [{"speed": 100.0}, {"speed": 200.0}])]
+        ['converged', 'converged']
         """
         model = resolve_friction(friction, self.design, conditions[0].get("oil"))
         places = [self._conditions(here) for here in conditions]
