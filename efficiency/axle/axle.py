@@ -104,7 +104,7 @@ class Axle:
     grid : (int, int), optional
         Mesh positions and points per contact line.
     methods : mapping, optional
-        `bearings`, `seals`, `churning` in place of the methods of the file.
+        `bearings`, `seals`, `churning` instead of the methods of the file.
 
     Raises
     ------
@@ -187,13 +187,13 @@ class Axle:
         Parameters
         ----------
         torque : float or str, optional
-            Of the pinion, below zero on the coast flanks; the design's if not given [N m].
+            Pinion torque [N m], negative on the coast flanks; default: that of the design.
         speed : float or str, optional
-            Of the pinion, below zero in reverse [rad/s].
+            Pinion speed [rad/s], negative in reverse; default: that of the design.
         temperature : float or str, optional
-            Of the oil [K], or ``"balance"``: that at which housing and cooler remove the loss.
+            Oil temperature [K], or ``"balance"`` for the temperature at which housing and cooler remove the loss.
         friction : FrictionModel or str, optional
-            Friction model or its name; that of the oil if not given.
+            Friction model or its name; default: that of the oil.
 
         Raises
         ------
@@ -276,7 +276,7 @@ class Axle:
         friction : FrictionModel or str, optional
             As of `at`.
         tyre_radius, temperature : float or str, optional
-            As of `read_duty`; the temperature is that of the design where not given.
+            As of `read_duty`; default temperature: that of the design.
         """
         rows = duty_rows(duty, self.pair.design, tyre_radius=tyre_radius, temperature=temperature, unloaded=True)
         return self._result("duty", rows, [self._mesh_loss(row, friction, many=True) for row in rows])
@@ -347,7 +347,7 @@ class Axle:
         return [shaft.loads(of) for shaft, of in zip(self.shafts, self._wrench_at(row, nodes), strict=True)]
 
     def _alternatives(self, row: DutyRow, loads: _Loads) -> dict[tuple[str, str], float]:
-        """Losses by the methods that were not chosen [W], by source and method."""
+        """Losses by the other methods [W], by source and method."""
         found = {}
         for name, field in MethodsInput.model_fields.items():
             for method in set(get_args(field.annotation)) - {getattr(self.methods, name)}:
@@ -380,7 +380,7 @@ class Axle:
     def _balanced(self, torque: float, speed: float, friction: Friction | None) -> float:
         """Oil temperature at which the heat that leaves is the loss [K].
 
-        From the highest temperature of an oil downwards, by secant steps that are a little too long.
+        Secant method from the highest temperature of oils downwards, with slightly longer steps.
         """
         loads = self._loads_at(DutyRow(torque, speed, 0.0, 0.0))
 
@@ -397,7 +397,9 @@ class Axle:
         slope = (warm - cold) / (high - low)  # for a constant loss
         place, excess = high, left(high)
         if excess > 0.0:
-            detail = f"at {high - 273.15:.0f} degC, the most of an oil, {excess:.4g} W more are lost than removed"
+            detail = (
+                f"at {high - 273.15:.0f} degC, the limit of oils, the loss exceeds the removed heat by {excess:.4g} W"
+            )
             raise ConvergenceError("no_heat_balance", detail)
         while excess < 0.0 and place > low:
             above = place, excess
@@ -501,12 +503,12 @@ class _OtherLosses:
 
     @property
     def description(self) -> str:
-        """What it is, in one line."""
+        """Description for titles and notes."""
         methods = ", ".join(f"{name} {method}" for name, method in self.axle.methods)
         return f"bearings and drag: axle {self.axle.name} ({methods})"
 
     def torque_loss(self, torque: float, speed: float) -> float:
-        """At a signed pinion torque [N m] and a pinion speed above zero [rad/s], [N m]."""
+        """Torque loss [N m] at a signed pinion torque [N m] and a positive pinion speed [rad/s]."""
         row = DutyRow(float(torque), float(speed), self.temperature, 0.0)
         own = self.axle.pair.design.operation.torque
         power = math.floor(math.log(abs(torque) / own, 4.0)) if torque else 0
@@ -517,7 +519,7 @@ class _OtherLosses:
 def shaft_wrench(load: LoadDistribution, axis: Axis, sign: float) -> FloatArray:
     """Mean of the normal forces of a mesh cycle on a shaft [N], and their moment about the origin of its axis [N m].
 
-    (6,) along two directions square to the axis and along it; the normals point into the gear: sign -1 for the pinion.
+    (6,) along two directions normal to the axis and along it; the normals point into the gear: sign -1 for the pinion.
     """
     forces = np.concatenate([p.force[:, None] * p.position.normal for p in load.positions])
     points = np.concatenate([p.position.position for p in load.positions]) - axis.origin

@@ -42,7 +42,7 @@ class ShaftInput(InputModel):
             allowed = "one bearing with thrust = 'both', or one 'inwards' and one 'outwards'"
             raise InputError("bearings.thrust", ", ".join(thrusts) or None, allowed)
         if self.preload and thrusts == ["both"]:
-            raise InputError("preload", f"{self.preload:g} N", "0 N where one bearing takes both directions")
+            raise InputError("preload", f"{self.preload:g} N", "0 N if one bearing carries both directions")
         return self
 
     def loads(self, wrench: FloatArray) -> list[tuple[float, float]]:
@@ -68,7 +68,7 @@ class ShaftInput(InputModel):
 class SumpInput(InputModel):
     """Oil sump."""
 
-    oil_level: Place  # height of the oil at rest above the axis of the gear, below zero under it [m]
+    oil_level: Place  # height of the oil at rest above the axis of the gear, negative below it [m]
     volume: Annotated[float, ValueRange("m^3", gt=0.0, le=1.0)]  # of the oil [m^3]
 
 
@@ -93,7 +93,7 @@ class HousingInput(InputModel):
 
 
 class MethodsInput(InputModel):
-    """Which method gives each loss."""
+    """Method of each loss."""
 
     bearings: Literal["skf", "iso_14179_2"] = "skf"
     seals: Literal["iso_14179_2", "linke"] = "linke"
@@ -103,7 +103,7 @@ class MethodsInput(InputModel):
 class AxleInput(InputModel):
     """Content of an axle file."""
 
-    # what it is called and where its figures come from
+    # name and source of the values
     name: Name
     source: str = ""
     pair: str  # design of the gear pair: name of a shipped one, or path from the folder of the axle file
@@ -115,7 +115,7 @@ class AxleInput(InputModel):
 
 
 def load_axle(name: str | Path) -> AxleInput:
-    """Read and check an axle file, or a shipped axle by its name; the design's path is counted from its folder."""
+    """Read and check an axle file, or a shipped axle by its name; the path of the design is relative to its folder."""
     path = named_file("axle", "axles", name)
     content = read_toml(path, "axle")
     given = path.parent / str(content.get("pair", ""))

@@ -53,7 +53,7 @@ def skf_series() -> dict[str, dict[str, tuple[float, ...]]]:
 class BearingInput(InputModel):
     """A rolling bearing of the axle."""
 
-    name: Name  # what it is called
+    name: Name  # name of the bearing
     type: Literal["tapered_roller", "cylindrical_roller", "deep_groove_ball"]
     series: str  # of the SKF constants: 302, 322B...; "other" of a tapered roller bearing without a row of its own
     # where its load acts on the shaft (of a tapered roller bearing the pressure centre): from the crossing point of the
@@ -121,7 +121,7 @@ def skf_moment(bearing: BearingInput, at: BearingState) -> Moments:
 
     ``M = phi_ish phi_rs G_rr (nu n)^0.6 + G_sl mu_sl + M_seal + M_drag``; range: n >= 0, loads above the minimum load
     of the bearing, constant speed, shaft horizontal, large oil reservoir. Oil so thick that starvation and shear
-    heating would make the rolling moment fall with the viscosity is taken where they begin to (ours), with a note.
+    heating would reduce the rolling moment is replaced by the viscosity of the maximum moment (ours), with a note.
     """
     n, nu, dm = _rpm(at.speed), 1e6 * at.viscosity, 1e3 * bearing.mean_diameter
     rolling, sliding = skf_load_variables(bearing, at.radial, at.axial)
@@ -167,7 +167,7 @@ def skf_seal_moment(bearing: BearingInput) -> float:
 def skf_drag_moment(bearing: BearingInput, at: BearingState) -> float:
     """Moment of drag losses in an oil bath [N m]; range: nu <= 500 mm^2/s, 250 mm^2/s above half the bearing.
 
-    Thicker oil is taken at the end of the range (ours), with a note: the equation grows with nu^1.4.
+    For thicker oil the viscosity is that at the end of the range (ours), with a note: the equation grows with nu^1.4.
     """
     d, D, dm = 1e3 * bearing.bore, 1e3 * bearing.outside_diameter, 1e3 * bearing.mean_diameter
     n, depth = _rpm(at.speed), min(1e3 * at.oil_depth, 1.2 * dm)
@@ -193,7 +193,7 @@ def palmgren_moment(bearing: BearingInput, at: BearingState) -> Moments:
     """Moment with and without load of the Palmgren form of ISO/TR 14179-2 [N m].
 
     ``M_0 = 1e-7 f_0 (nu n)^(2/3) d_m^3``, below nu n = 2000: ``160e-7 f_0 d_m^3``; ``M_1 = f_1 P_1 d_m``, P_1 the
-    greater one of Fr and 2 Y Fa (tapered roller) or 3.3 Fa - 0.1 Fr (deep groove ball). Range: moderate speed and load.
+    larger one of Fr and 2 Y Fa (tapered roller) or 3.3 Fa - 0.1 Fr (deep groove ball). Range: moderate speed and load.
     """
     f0, f1 = PALMGREN[bearing.type]
     f0, f1 = bearing.f0 or f0, bearing.f1 or f1
@@ -211,7 +211,7 @@ BEARING_METHODS: dict[str, Callable[[BearingInput, BearingState], Moments]] = {
 
 
 def drag_range(bearing: BearingInput, oil_depth: float) -> float:
-    """Greatest viscosity of the SKF drag equation [m^2/s]."""
+    """Largest viscosity of the SKF drag equation [m^2/s]."""
     return 500e-6 if oil_depth <= 0.5 * bearing.outside_diameter else 250e-6
 
 
@@ -238,15 +238,15 @@ def _thick_oil(bearing: BearingInput, at: BearingState) -> tuple[float, float]:
 
 
 def bearing_limits(method: str, bearing: BearingInput, at: BearingState) -> list[str]:
-    """Notes where a bearing leaves the range of its method."""
+    """Notes on bearings outside the range of their method."""
     if method != "skf":
         return []
     ends = {"rolling moment": rolling_range(bearing, at)}
     if at.oil_depth > 0.0:
         ends["drag"] = drag_range(bearing, at.oil_depth)
-    seen = f"of bearing {bearing.name}: {1e6 * at.viscosity:.4g} cSt, taken at"
+    seen = f"of bearing {bearing.name}: {1e6 * at.viscosity:.4g} cSt, limited to"
     return [
-        f"{name} {seen} {1e6 * end:.3g} cSt where its range ends" for name, end in ends.items() if at.viscosity > end
+        f"{name} {seen} {1e6 * end:.3g} cSt, the end of the range" for name, end in ends.items() if at.viscosity > end
     ]
 
 

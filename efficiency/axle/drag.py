@@ -11,16 +11,16 @@ GRAVITY = 9.80665  # [m/s^2]
 AIR_DENSITY, AIR_VISCOSITY = 1.2, 1.5e-5  # at 20 degC [kg/m^3], [m^2/s]
 # Reynolds numbers between which both regimes of Changenet and Velex are mixed
 _VISCOUS, _INERTIAL = 6000.0, 9000.0
-SMALL_SUMP = 1.0  # least V/D^3 of their measurements
+SMALL_SUMP = 1.0  # smallest V/D^3 of their measurements
 
 
 @dataclass(frozen=True)
 class Wheel:
-    """A gear as the churning formulas take it; of a bevel gear the outer pitch diameter (ours)."""
+    """A gear for the churning formulas; a bevel gear has its outer pitch diameter (ours)."""
 
     teeth: int
     radius: float  # pitch radius, of a bevel gear at the heel [m]
-    radius_tip: float  # greatest radius [m]
+    radius_tip: float  # largest radius [m]
     face_width: float  # [m]
     tooth_height: float  # [m]
     pressure_angle: float  # [rad]
@@ -66,7 +66,7 @@ def changenet_velex_torque(
     160 mm, from memory), an axle has 0.1 to 0.5, for which both formulas differ by a factor 3 to 5 at the same Re.
 
     wheel: the gear.
-    depth: h, how far its tip circle dips [m].
+    depth: immersion depth h of the tip circle [m].
     speed: [rad/s].
     viscosity, density: kinematic [m^2/s]; [kg/m^3].
     volume: V of the oil [m^3].
@@ -106,9 +106,9 @@ def iso_14179_2_torque(depth: float, face_width: float, velocity: float) -> floa
 
 @dataclass(frozen=True)
 class OilBath:
-    """The oil that two gears turn in, pinion first."""
+    """Oil around two gears, pinion first."""
 
-    depths: tuple[float, float]  # how far the tip circles dip [m]
+    depths: tuple[float, float]  # immersion depths of the tip circles [m]
     speeds: tuple[float, float]  # [rad/s]
     viscosity: float  # kinematic [m^2/s]
     density: float  # [kg/m^3]
@@ -116,7 +116,7 @@ class OilBath:
 
 
 def changenet_velex_loss(wheels: tuple[Wheel, Wheel], bath: OilBath) -> float:
-    """Churning loss of both gears, each by itself [W]."""
+    """Churning loss of each of both gears [W]."""
     fluid = bath.viscosity, bath.density, bath.volume
     each = zip(wheels, bath.depths, bath.speeds, strict=True)
     return math.fsum(abs(w) * changenet_velex_torque(wheel, h, w, *fluid) for wheel, h, w in each)
@@ -134,11 +134,11 @@ def iso_14179_2_loss(wheels: tuple[Wheel, Wheel], bath: OilBath) -> float:
 
 
 def churning_limits(method: str, wheels: tuple[Wheel, Wheel], bath: OilBath) -> list[str]:
-    """A note where the sump is smaller than those of the measurements."""
+    """A note if the sump is smaller than those of the measurements."""
     filling = bath.volume / (2.0 * wheels[1].radius) ** 3
     if method != "changenet_velex" or bath.depths[1] <= 0.0 or filling >= SMALL_SUMP:
         return []
-    return [f"churning: oil volume {filling:.2g} D^3 of the gear, taken at {SMALL_SUMP:g} D^3 where its range ends"]
+    return [f"churning: oil volume {filling:.2g} D^3 of the gear, limited to {SMALL_SUMP:g} D^3, the end of the range"]
 
 
 CHURNING_METHODS: dict[str, Callable[[tuple[Wheel, Wheel], OilBath], float]] = {
@@ -150,8 +150,8 @@ CHURNING_METHODS: dict[str, Callable[[tuple[Wheel, Wheel], OilBath], float]] = {
 def windage_torque(radius: float, speed: float) -> float:
     """Torque of a smooth disc in air, both sides (von Karman 1921; Schlichting, Boundary-layer theory) [N m].
 
-    ``T = rho omega^2 R^5 C/2``, C = 3.87 Re^-0.5 or, where it is greater, 0.146 Re^-0.2, ``Re = omega R^2/nu``. Teeth
-    are left out: a lower bound.
+    ``T = rho omega^2 R^5 C/2``, C is the larger of 3.87 Re^-0.5 and 0.146 Re^-0.2, ``Re = omega R^2/nu``. Teeth
+    are neglected: a lower bound.
     """
     omega = abs(speed)
     if omega == 0.0:

@@ -22,8 +22,8 @@ from regression.friction.published_registry import model_label
 Ends = dict[str, tuple[float, float]]
 """Ends of the 90 % interval of a loss by its source, over the loss."""
 OUTSIDE = (
-    "Outside the model: differential, half shafts, wheel hubs and their bearings, splash from gear to gear and onto "
-    "bearings, squeezing of oil in the mesh, forces other than those of the mesh, the oil level in motion."
+    "Not included: differential, half shafts, wheel hubs and their bearings, splash from gear to gear and onto "
+    "bearings, oil displaced from the mesh, forces other than those of the mesh, the oil level in motion."
 )
 Kind = Literal["point", "map", "duty"]
 SOURCES = ("mesh", "bearings", "seals", "churning", "windage")
@@ -72,11 +72,11 @@ class AxlePoint:
     loss_windage: float
     loss_mesh_lower: float
     loss_mesh_upper: float
-    # the output is below zero where the losses exceed the power of the pinion
+    # the output is negative if the losses exceed the pinion power
     axle_power_input: float
     axle_power_output: float
     axle_efficiency: float
-    # what leaves the oil, and what warms the axle
+    # heat flow from the oil, and heat that warms the axle
     heat_housing: float
     heat_cooler: float
     heat_stored: float
@@ -110,7 +110,7 @@ class AxleResult(LossTable):
     oil: str
     methods: dict[str, str]  # method of bearings, seals, churning
     points: tuple[AxlePoint, ...] = field(repr=False)  # of a map by temperature, then speed, then torque
-    # of a single point; the latter by the methods that were not chosen [W]
+    # of a single point; the latter by the other methods [W]
     bearings: tuple[BearingLoss, ...] = field(default=(), repr=False)
     alternatives: dict[str, float] = field(default_factory=dict, repr=False)
     said: tuple[tuple[str, str], ...] = field(default=(), repr=False)  # point and note
@@ -118,7 +118,7 @@ class AxleResult(LossTable):
     uses: frozenset[str] = field(default=frozenset(), repr=False)  # cited by `references`
 
     def values(self, name: str = "loss_total") -> FloatArray:
-        """One figure of all points."""
+        """Values of one column for all points."""
         return np.array([getattr(point, name) for point in self.points])
 
     def energy(self, name: str = "loss_total") -> float:
@@ -157,7 +157,7 @@ class AxleResult(LossTable):
         kelvin = self.points[0].temperature if temperature is None else temperature
         points = [point for point in self.points if point.temperature == kelvin]
         if self.kind != "map" or not points:
-            raise InputError("loss_map", f"{self.kind}, {kelvin:g} K", "a map, and a temperature of it")
+            raise InputError("loss_map", f"{self.kind}, {kelvin:g} K", "a map and one of its temperatures")
         rows = []
         for p in points:
             total, mesh = p.loss_total / p.speed, p.loss_mesh / p.speed
@@ -176,7 +176,7 @@ class AxleResult(LossTable):
         return Table.from_records(rows, title=self._title, name="axle", vertical=self.kind == "point")
 
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
-        """Loss with its interval, its split by source, bearings, notes, what is outside."""
+        """Loss with its interval, its split by source, bearings, notes, effects not included."""
         tables = [self.table(), *([] if self.kind == "map" else [self._split_table()])]
         tables += [self._bearing_table()] if self.bearings else []
         if medium == "files":
@@ -187,14 +187,14 @@ class AxleResult(LossTable):
             head.append(
                 MainResult(value, f"{quantity(self._shown).label} of the axle", [(f"{low} to {high}", "90 % interval")])
             )
-        said = Notes(pair_notes(self.said), len(self.points))
+        notes = Notes(pair_notes(self.said), len(self.points))
         method = f"Methods: {self._methods}; the intervals of these methods are ours."
         if self.alternatives:
             others = ", ".join(
                 f"{name} {quantity('loss_total').text(loss)}" for name, loss in self.alternatives.items()
             )
             method += f" Other methods: {others}."
-        return [Section("", [*head, *tables, said, Text(method), Text(OUTSIDE)])]
+        return [Section("", [*head, *tables, notes, Text(method), Text(OUTSIDE)])]
 
     @property
     def _shown(self) -> str:
@@ -203,7 +203,7 @@ class AxleResult(LossTable):
     def _split_table(self) -> Table:
         names = (self._shown, f"{self._shown}_lower", f"{self._shown}_upper", "share")
         rows = [{"source": source} | dict(zip(names, row, strict=True)) for source, row in self.split().items()]
-        title = "By source, with 90 % intervals and shares in the width of the total's."
+        title = "By source, with 90 % intervals and shares of the squared width of the total."
         return Table.from_records(rows, title=title, name="sources")
 
     @property
@@ -223,7 +223,7 @@ class AxleResult(LossTable):
         return Table.from_records(rows, title="Bearings: loads [N], moments [N m], losses [W].", name="bearings")
 
     def to_dict(self) -> dict[str, Any]:
-        """For JSON; not-a-number becomes None."""
+        """Points, split and notes in SI units, for JSON; nan becomes None."""
         names = ("kind", "axle", "design", "friction_model", "oil", "methods", "status", "reason")
         about = {name: getattr(self, name) for name in names}
         if self.kind != "map":

@@ -97,7 +97,7 @@ def test_limits(name: str, least: float) -> None:
     assert dry.loss_total < point(0.0, name=name).loss_total
     cold = axle(name).at(0.0, 157.0, 233.15, MODEL)
     assert least < cold.points[0].loss_total / point(0.0, name=name).loss_total < 100.0
-    assert any("where its range ends" in note for note in cold.notes)
+    assert any("end of the range" in note for note in cold.notes)
 
 
 @pytest.mark.parametrize(("torque", "speed", "driving"), [(-100.0, 157.0, "gear"), (-100.0, -157.0, "pinion")])
