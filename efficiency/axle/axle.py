@@ -457,7 +457,7 @@ class Axle:
         model = next((mesh.model for mesh in meshes if mesh.model), "")
         about = self.name, self.input.source, self.pair.name, model, self._oil.name, dict(self.methods), tuple(points)
         uses = frozenset(self._oil.lubricant(rows[0].temperature).references()).union(*(mesh.uses for mesh in meshes))
-        more: dict[str, Any] = {"said": tuple(said), "ends": tuple(intervals), "uses": uses}
+        more: dict[str, Any] = {"case_notes": tuple(said), "ends": tuple(intervals), "uses": uses}
         if kind != "point" or points[0].reason:
             return AxleResult(kind, *about, **more)
         by_method = self._alternatives(rows[0], loads[rows[0].torque])

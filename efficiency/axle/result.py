@@ -113,7 +113,7 @@ class AxleResult(LossTable):
     # of a single point; the latter by the other methods [W]
     bearings: tuple[BearingLoss, ...] = field(default=(), repr=False)
     alternatives: dict[str, float] = field(default_factory=dict, repr=False)
-    said: tuple[tuple[str, str], ...] = field(default=(), repr=False)  # point and note
+    case_notes: tuple[tuple[str, str], ...] = field(default=(), repr=False)  # point and note
     ends: tuple[Ends, ...] = field(default=(), repr=False)  # of the losses outside the mesh, of each point
     uses: frozenset[str] = field(default=frozenset(), repr=False)  # cited by `references`
 
@@ -164,9 +164,9 @@ class AxleResult(LossTable):
             figures = (p.torque, p.speed, total, mesh, total - mesh, p.outside_range_share)
             ends = p.loss_total_lower / p.speed, p.loss_total_upper / p.speed
             rows.append(LossPoint(*figures, p.status, p.reason, *ends))
-        said = (("", f"bearings and drag: axle {self.axle}, {self._methods}"), *self.said)
+        first = (("", f"bearings and drag: axle {self.axle}, {self._methods}"), *self.case_notes)
         uses = frozenset(self.references())
-        return LossMap(self.design, self.friction_model, self.oil, kelvin, tuple(rows), said, uses)
+        return LossMap(self.design, self.friction_model, self.oil, kelvin, tuple(rows), first, uses)
 
     def table(self) -> Table:
         """One row per point."""
@@ -187,7 +187,7 @@ class AxleResult(LossTable):
             head.append(
                 MainResult(value, f"{quantity(self._shown).label} of the axle", [(f"{low} to {high}", "90 % interval")])
             )
-        notes = Notes(pair_notes(self.said), len(self.points))
+        notes = Notes(pair_notes(self.case_notes), len(self.points))
         method = f"Methods: {self._methods}; the intervals of these methods are ours."
         if self.alternatives:
             others = ", ".join(
