@@ -105,7 +105,7 @@ def export(
     what: Annotated[
         str,
         typer.Option(
-            help="Comma-separated: tooth (STL of a space), member (STL), step (member, STEP), grid, "
+            help="Comma-separated: tooth (STL of a space), member (STL), step (members and pair, STEP), grid, "
             "ease_off, summary (CSV)."
         ),
     ] = WHAT,

@@ -90,6 +90,8 @@ class ToothGrid:
     # whether the lower and the upper flank end in the fillet of the cutter; otherwise they are extended to the root
     # cone of the blank
     fillets: tuple[bool, bool]
+    # azimuth of the middle of the tooth in the work frame, 0 in this grid; both members mesh at zero rotation [rad]
+    middle: float = 0.0
 
     @property
     def pitch(self) -> float:
@@ -211,6 +213,7 @@ def tooth_grid(pair: GearFlanks, member: Member, rows: int = 15, columns: int = 
         azimuth[upper] - centre,
         (lower, upper),
         (roots[lower] is not None, roots[upper] is not None),
+        centre,
     )
     tip, root = "a smaller addendum or more tooth thickness", "less tooth thickness or a smaller dedendum"
     ends = ("tip", thickness[-1], "tooth", tip), ("root", pitch - thickness[0], "slot", root)

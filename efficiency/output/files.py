@@ -10,7 +10,7 @@ import numpy as np
 
 from efficiency.contact.conjugate import COLUMNS
 from efficiency.contact.flank_pair import flank_pair
-from efficiency.contact.gear_flanks import SIDES, Member
+from efficiency.contact.gear_flanks import MEMBERS, SIDES, Member
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from efficiency.output.inspection_grid import inspection_grid, write_inspection_grid
 from efficiency.output.machine_summary import Units, write_sheet, write_summary
@@ -52,13 +52,16 @@ def export_design(
     thickness = None if rim is None else length.check(rim, "rim", bare=not isinstance(rim, str))
     hole = None if bore is None else length.check(bore, "bore", bare=not isinstance(bore, str))
     written: list[str] = []
+    grids: dict[Member, ToothGrid] = {}
     for member in members:
         solids = [part for part in ("tooth", "member", "step") if part in chosen]
         if solids:
-            grid = tooth_grid(design.flanks(), member, rows, columns)
+            grid = grids[member] = tooth_grid(design.flanks(), member, rows, columns)
             written += [_export_solid(design, member, part, folder, grid, thickness, hole) for part in solids]
         if "grid" in chosen:
             written += export_grids(design, member, folder, rows, columns, margin)
+    if "step" in chosen and len(grids) == len(MEMBERS):
+        written.append(_export_pair(design, folder, grids))
     if "ease_off" in chosen:
         written += export_ease_off(design, folder)
     if "summary" in chosen:
@@ -85,6 +88,17 @@ def _export_solid(
     bare = [side for side, fillet in zip(grid.sides, grid.fillets, strict=True) if not fillet]
     note = f"; {' and '.join(bare)} flank extended to the root cone without fillet" if bare else ""
     return f"{path}: {len(solid.triangles)} triangles, closed, {1e9 * solid.volume:.6g} mm3{note}"
+
+
+def _export_pair(design: Design, folder: Path, grids: dict[Member, ToothGrid]) -> str:
+    """STEP of both members as mounted, from their files."""
+    from efficiency.output.step import placed_in_mesh, read_step, write_shapes
+
+    placement = design.placement()
+    shapes = [placed_in_mesh(read_step(folder / f"{m}.step"), grid, placement, m) for m, grid in grids.items()]
+    path = folder / "pair.step"
+    write_shapes(path, shapes, f"{design.name} pair")
+    return f"{path}: both members in the mesh frame, z along the gear axis"
 
 
 def export_grids(

@@ -5,12 +5,15 @@ rotated copies. Adjacent patches share points and parameters along their edge, a
 is Open CASCADE, the extra ``cad``.
 """
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
+from efficiency.contact.assembly import Assembly
+from efficiency.contact.gear_flanks import Member
 from efficiency.contact.tooth_grid import ToothGrid
 from efficiency.output.solid import body_section
 from ehl.common.arrays import FloatArray
@@ -104,6 +107,12 @@ def write_step(path: Path, grid: ToothGrid, title: str, rim: float | None = None
     `ConvergenceError` if the faces are not closed.
     """
     solid = member_shape(grid, rim, bore)
+    write_shapes(path, [solid], title)
+    return shape_volume(solid)
+
+
+def write_shapes(path: Path, shapes: Iterable[Any], title: str) -> None:
+    """Write shapes of Open CASCADE as the parts of one STEP file (mm)."""
     from OCP.IFSelect import IFSelect_RetDone
     from OCP.Interface import Interface_Static
     from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
@@ -112,10 +121,28 @@ def write_step(path: Path, grid: ToothGrid, title: str, rim: float | None = None
     writer = STEPControl_Writer()
     Interface_Static.SetCVal_s("write.step.unit", "MM")
     Interface_Static.SetCVal_s("write.step.product.name", title)
-    writer.Transfer(solid, STEPControl_AsIs)
+    for shape in shapes:
+        writer.Transfer(shape, STEPControl_AsIs)
     if writer.Write(str(path)) != IFSelect_RetDone:
         raise InputError("output", str(path), "a writable file")
-    return shape_volume(solid)
+
+
+def placed_in_mesh(shape: Any, grid: ToothGrid, assembly: Assembly, member: Member) -> Any:
+    """A member (mm) in the mesh frame at zero rotation, where a tooth of the pinion is in a slot of the gear."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+    from OCP.gp import gp_Trsf
+
+    origin = in_mesh(np.zeros((3, 1)), grid, assembly, member)
+    matrix = np.hstack([in_mesh(np.eye(3), grid, assembly, member) - origin, origin * _MM])
+    place = gp_Trsf()
+    place.SetValues(*(float(x) for x in matrix.ravel()))
+    return BRepBuilderAPI_Transform(shape, place, True).Shape()
+
+
+def in_mesh(points: FloatArray, grid: ToothGrid, assembly: Assembly, member: Member) -> FloatArray:
+    """Points (3, n) of a member, in the frame of its grid, in the mesh frame at zero rotation [m]."""
+    turned = np.full(points.shape[1], grid.middle)
+    return assembly.pinion_in_mesh(points, turned) if member == "pinion" else assembly.gear_in_mesh(points, turned)
 
 
 def read_step(path: Path) -> Any:

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from efficiency.contact.gear_flanks import MEMBERS
 from efficiency.contact.tooth_grid import tooth_grid
 from efficiency.design.design import load_design
 from efficiency.output.solid import member_solid
-from efficiency.output.step import read_step, shape_volume, write_step
+from efficiency.output.step import in_mesh, read_step, shape_volume, write_step
 
 DESIGN = "fm_spiral_bevel_14x39"
 
@@ -69,6 +70,32 @@ def test_step_of_a_member_is_read_back(tmp_path: Path) -> None:
             faces, key=lambda face: distance(face, grid.point(azimuth[10, 15], grid.u[10, 15], grid.height[10, 15]))
         )
         assert max(distance(face, point) for point in points) < 1e-6
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("name", [DESIGN, "fm_hypoid_13x42_relieved"])
+def test_mounted_members_mesh_without_penetration(name: str) -> None:
+    design = load_design(name)
+    grids = {member: tooth_grid(design.flanks(), member, 15, 31) for member in MEMBERS}
+    placed, gear, pinion = design.placement(), grids["gear"], grids["pinion"]
+    least = np.inf
+    for tooth in range(pinion.blank.teeth):
+        for azimuth in (pinion.lower, pinion.upper):
+            points = np.moveaxis(pinion.point(azimuth + tooth * pinion.pitch, pinion.u, pinion.height)[6:], -1, 0)
+            at = in_mesh(points.reshape(3, -1), pinion, placed, "pinion")
+            u, h = gear.blank.coordinates(np.hypot(at[0], at[1]), at[2])
+            inside = (np.abs(u) < 0.49 * gear.blank.face_width) & (h < gear.blank.tip(u)) & (h > gear.blank.root(u))
+            for k in np.flatnonzero(inside):
+                column = int(np.argmin(np.abs(gear.u[0] - u[k])))
+                sides = (np.interp(h[k], gear.height[:, column], edge[:, column]) for edge in (gear.lower, gear.upper))
+                low, high = (edge + gear.pitch * np.arange(gear.blank.teeth + 1) for edge in sides)
+                # the gear tooth slopes along the face: corrected to the place of the point
+                slope = np.gradient(gear.lower[10], gear.u[0])[column] * (u[k] - gear.u[0, column])
+                turn = (np.arctan2(at[1, k], at[0, k]) - gear.middle - slope) % (2.0 * np.pi)
+                off = np.maximum(low - turn, turn - high).min() * float(np.hypot(at[0, k], at[1, k]))
+                least = min(least, off)
+    # in contact within ease-off and the columns of the grid, and not in each other
+    assert -3e-5 < least < 1e-4
 
 
 def test_missing_kernel_is_named(
