@@ -649,8 +649,8 @@ class GearPair:
         folder : Path or str
             Output folder.
         what : iterable of {"tooth", "member", "step", "grid", "ease_off", "summary"}
-            Tooth space and whole member (STL), whole members and the mounted pair (STEP, extra ``cad``), flank points, maps of
-            the ease-off, machine summary.
+            Tooth space and whole member (STL), whole members and the mounted pair (STEP, extra ``cad``), flank points,
+            maps of the ease-off, machine summary.
         members : iterable of {"pinion", "gear"}
             Members to export.
         rows, columns : int
