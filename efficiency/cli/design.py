@@ -13,7 +13,7 @@ from efficiency.cli import options as shared
 from ehl import InputError, shipped
 from ehl.common import console
 
-PAIRS = ("fh_hypoid_9x34", "fh_hypoid_9x34_offset_10")
+PAIRS = ("fh_hypoid_9x34_relieved", "fh_hypoid_9x34_offset_10_relieved")
 
 
 def blank(

@@ -49,13 +49,13 @@ if TYPE_CHECKING:
 OPERATING = ("torque", "speed", "temperature", "roughness_rms_each")
 
 # fractions of the torque and speed of the design; K; m; ours, after the operating ranges of automotive axles
-_TORQUES, _SPEEDS = (0.1, 0.3, 0.6, 1.0, 1.5), (0.1, 0.25, 0.5, 1.0)
-_TEMPERATURES = (313.15, 333.15, 363.15, 393.15)
+_TORQUES, _SPEEDS = (0.1, 0.3, 0.6, 1.0), (0.1, 0.25, 0.5)
+_TEMPERATURES = (313.15, 333.15, 353.15, 363.15)
 _ROUGHNESSES = (1e-7, 2e-7, 4e-7, 8e-7)
 _SHIFTS = (-1e-4, -5e-5, 5e-5, 1e-4)
 _ARCMIN = radians(1.0 / 60.0)
 _TURNS = (-4.0 * _ARCMIN, -2.0 * _ARCMIN, 2.0 * _ARCMIN, 4.0 * _ARCMIN)
-DESIGNS = ("fh_hypoid_9x34", "fh_hypoid_9x34_offset_10")
+DESIGNS = ("fh_hypoid_9x34_relieved", "fh_hypoid_9x34_offset_10_relieved")
 
 
 @dataclass(frozen=True)
