@@ -104,13 +104,13 @@ PHRASES: dict[str, dict[str, Values]] = {
     "better": {
         r"±[\d.]+ mm": lambda: [1e3 * next(iter({*BOX.values()}))],
         r'--[EP] "\S+ mm"': OPTION,
-        r"five times the time": TIME,
+        r"five times as long": TIME,
     },
-    "calibrate": {r"about 1 where the model": RULE},
+    "calibrate": {r"about 1 if the model": RULE},
     "cluster": {
         r"(?s)\w+ dependent jobs.*?\w+ tasks": cluster,
-        r"of a task \(\d+\)": lambda: [DEFAULT_JOBS],
-        r"\(\d+ hours if not given\)": lambda: [float(DEFAULT_TIME.partition(":")[0])],
+        r"of a task \(default \d+\)": lambda: [DEFAULT_JOBS],
+        r"\(default \d+ hours\)": lambda: [float(DEFAULT_TIME.partition(":")[0])],
         r"--jobs \d|=\d+G|=[\d:]+|scheduler:\d+|two machines": OPTION,
         r"takes [\d.]+ to [\d.]+ GB|\d GB to \w+": "measured: docs/performance.md",
         r"exit code 1": "test_sweep",
