@@ -1,6 +1,6 @@
 """Search of `optimise` against random search: loss at fixed blank, ease-off and relief free, on five pairs.
 
-    python validation/optimise_search.py [--evaluations 48] [--times 10] [--jobs 2] [--pairs NAME ...]
+    python validation/optimise_search.py [--evaluations 120] [--times 10] [--jobs 2] [--pairs NAME ...]
 
 Start: shipped targets with relief. Objective: loss. Limits: pressure, loaded transmission error, edge load and root
 stresses of the start; aligned pair, mesh of the search. The random search draws points evenly between the same bounds.
@@ -67,7 +67,7 @@ def compare(name: str, evaluations: int, times: int, jobs: int) -> str:
 def main(argv: Sequence[str] | None = None) -> None:
     """Print a row for each pair."""
     parser = command_line(__doc__)
-    parser.add_argument("--evaluations", type=int, default=48)
+    parser.add_argument("--evaluations", type=int, default=120)
     parser.add_argument("--times", type=int, default=10)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--pairs", nargs="+", default=PAIRS)
