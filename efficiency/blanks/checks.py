@@ -65,7 +65,7 @@ def check_dimensions(pair: PairBlank) -> None:
             raise InputError(
                 "taper",
                 pair.taper,
-                f"a root cone off its axis; the {name} has a root angle of {degrees(member.root_angle):.4g} "
+                f"a root cone clear of its axis; the {name} has a root angle of {degrees(member.root_angle):.4g} "
                 f"deg and {member.inner_root_diameter * 1e3:.4g} mm root diameter at the toe",
             )
         if min(member.normal_thickness) <= 0.0:
@@ -122,7 +122,7 @@ def _teeth(pair: PairBlank) -> Iterator[BlankWarning]:
         remedy = "A blade for the wide end would cut the opposite flank at the narrow end: use another depth taper."
         yield from _at_most("slot_taper", what, ratio, process.widest_slot, "", remedy)
         theta = degrees(min(member.addendum_angle, member.dedendum_angle))
-        remedy = "The tooth grows towards the toe."
+        remedy = "The tooth depth increases towards the toe."
         yield from _at_least("depth_taper", f"{name}, theta", theta, 0.0, "deg", remedy, slack=0.05)
 
 
@@ -139,11 +139,11 @@ def _cutter_and_face(pair: PairBlank) -> Iterator[BlankWarning]:
         yield from check("cutter_radius", "r_c0", pair.cutter_radius * 1e3, cutter.limit, "mm", cutter.remedy)
     for name, member in (("pinion", pair.pinion), ("gear", gear)):
         mean, inner = degrees(member.mean_spiral_angle), degrees(member.inner_spiral_angle)
-        remedy = "Axial forces and sliding grow: lower the spiral angle or the offset."
+        remedy = "Axial forces and sliding increase: lower the spiral angle or the offset."
         yield from _at_most("spiral_angle", f"{name}, beta_m", mean, SPIRAL_PINION, "deg", remedy)
         remedy = "The spiral angle changes its sign at the toe: use a larger cutter or spiral angle."
         yield from _at_least("spiral_angle", f"{name}, beta_i", inner, 0.0, "deg", remedy)
-    limit, remedy = OFFSET * gear.outer_diameter * 1e3, "Sliding and heat grow with the offset."
+    limit, remedy = OFFSET * gear.outer_diameter * 1e3, "Sliding and heat increase with the offset."
     yield from _at_most("offset", "a", abs(pair.hypoid_offset) * 1e3, limit, "mm", remedy)
 
 

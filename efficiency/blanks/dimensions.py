@@ -48,7 +48,7 @@ def factors(inputs: PairBlankInput, cones: PitchCones) -> DepthFactors:
                 "depth.dedendum_factor",
                 depth.dedendum_factor,
                 f"at least the addendum factor {depth.addendum_factor:.4g}",
-                "A negative clearance makes tip and root collide.",
+                "With a negative clearance tip and root interfere.",
             )
         return DepthFactors(
             depth.profile_shift, depth.addendum_factor, depth.dedendum_factor, depth.thickness_modification
@@ -133,7 +133,7 @@ def taper_angles(
             "cutter_radius",
             f"{inputs.cutter_radius * 1e3:.6g} mm",
             f"above R_m2 sin beta_m2 = {uniform_radius * 1e3:.4g} mm for the taper {kind!r}",
-            "Below it the teeth would grow towards the toe: take a larger cutter, or taper.type = 'uniform'.",
+            "Below it the tooth depth would increase towards the toe: use a larger cutter, or taper.type = 'uniform'.",
         )
     outer_cone = cone + cones.face_width_factor * inputs.face_width_gear
     total = (

@@ -31,7 +31,7 @@ Offset = Annotated[
         "m",
         ge=-0.5,
         le=0.5,
-        hint="Sign as in ISO 23509: a positive offset raises the spiral angle of the pinion, a negative one lowers it.",
+        hint="Sign as in ISO 23509: a positive offset increases the spiral angle of the pinion.",
     ),
 ]
 SpiralAngle = Annotated[
@@ -72,7 +72,7 @@ class DepthTypeTwo(InputModel):
     gear_addendum_factor: Annotated[float, ValueRange("", gt=0.0, lt=1.0)] | None = None
     depth_factor: Annotated[float, ValueRange("", ge=1.0, le=3.0)] | None = None
     clearance_factor: Annotated[
-        float, ValueRange("", ge=0.0, le=0.5, hint="A negative clearance makes tip and root collide.")
+        float, ValueRange("", ge=0.0, le=0.5, hint="With a negative clearance tip and root interfere.")
     ] = 0.125
     # clearance between pinion root and gear tips; default: that of the gear root
     clearance_factor_pinion: Annotated[float, ValueRange("", ge=0.0, le=0.5)] | None = None
@@ -156,7 +156,7 @@ class PairBlankInput(InputModel):
         given = [name for name in ("outer_pitch_diameter_gear", "mean_pitch_diameter_gear") if getattr(self, name)]
         if len(given) != 1:
             missing = None if not given else "both diameters"
-            raise InputError("outer_pitch_diameter_gear", missing, "this or mean_pitch_diameter_gear, one of both")
+            raise InputError("outer_pitch_diameter_gear", missing, "exactly one of this and mean_pitch_diameter_gear")
         member, other = ("pinion", "gear") if self.method == 1 else ("gear", "pinion")
         if getattr(self, f"mean_spiral_angle_{member}") is None:
             raise InputError(f"mean_spiral_angle_{member}", None, f"an angle: Method {self.method} starts from it")

@@ -87,7 +87,7 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
     clearances = under, clearance
     working_depth = 2.0 * module * factor.addendum
     if min(*addendums, *dedendums) < 0.0:
-        raise InputError("depth", f"addenda {addendums[0] * 1e3:.4g}, {addendums[1] * 1e3:.4g} mm", "none below 0")
+        raise InputError("depth", f"addenda {addendums[0] * 1e3:.4g}, {addendums[1] * 1e3:.4g} mm", "at least 0")
 
     outer_2 = cones.cone_distance_2 + cones.face_width_factor * inputs.face_width_gear
     module_outer = 2.0 * outer_2 * sin(cones.pitch_angle_2) / inputs.teeth_gear

@@ -139,7 +139,7 @@ def ring_displacements(condensed: FloatArray, force: FloatArray, cells: int, cou
                 scipy.linalg.cho_factor(matrix, lower=True, check_finite=False), pull, check_finite=False
             )
         except scipy.linalg.LinAlgError as error:
-            raise ConvergenceError("tooth_not_held", "the body of the member is not held") from error
+            raise ConvergenceError("tooth_not_held", "the body of the member is not constrained") from error
         for j in range(count):
             moved[j] += share / cells * np.real(phase**j * found)
     return moved
@@ -293,7 +293,7 @@ def solid_tooth(
     Raises `ConvergenceError`: the tooth model is folded, or the body is not held.
     """
     if not body.held:
-        raise ConvergenceError("tooth_not_held", "no surface of the body is held")
+        raise ConvergenceError("tooth_not_held", "no surface of the body is fixed")
     cell, orders = tooth_cell(grid, body.rim_thickness), orders.longer(turns(grid))
     poisson = body.material.poisson_ratio
     try:

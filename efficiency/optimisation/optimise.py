@@ -360,7 +360,7 @@ def _with_data(
         if name in problem.objectives or not default:
             kind = "objective" if name in problem.objectives else "limit"
             remedy = "Give the tooth a root (larger edge radius or slot), or omit the figure."
-            raise InputError(kind, name, f"a figure that this pair has{reason}", remedy)
+            raise InputError(kind, name, f"a quantity available for this pair{reason}", remedy)
         notes.append(f"no limit on {name}, because the start has no such value{reason}")
     limits = {name: limit for name, limit in problem.limits.items() if name not in missing}
     return replace(problem, limits=limits), notes
