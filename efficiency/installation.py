@@ -5,12 +5,12 @@ from __future__ import annotations
 import importlib
 import importlib.metadata
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 
 if TYPE_CHECKING:
     from ehl.warmup import Warmup

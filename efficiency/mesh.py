@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, Unpack
 
@@ -47,7 +47,6 @@ from efficiency.ltca.shaft_deflection import solve_deflection
 from efficiency.ltca.solid_tooth import SolidTooth, elastic_teeth
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.progress import ProgressCallback
-from ehl.common.records import dataclass
 from ehl.common.table import Table
 from ehl.common.threads import one_thread
 from ehl.state import ContactState

@@ -9,12 +9,12 @@ import math
 import re
 import tomllib
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, near
-from ehl.common.records import dataclass
 from ehl.common.units import KELVIN
 
 _QUESTION = re.compile(r"#\? (\w+)(?: -> (\w+))? = (.*?) *\| (.*)")

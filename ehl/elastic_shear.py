@@ -11,11 +11,11 @@ the pressure flow is small. Most friction power becomes heat locally, as the ela
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 from ehl.fluid._kernels import march_stress
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact

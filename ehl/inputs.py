@@ -1,12 +1,12 @@
 """Inputs of a contact: the tables of its file with units and ranges, and the form for the solvers."""
 
 import math
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.common.units import ValueRange, parse_quantity
 from ehl.common.validation import InputModel, in_any_case
 from ehl.fluid.lubricant import Lubricant

@@ -7,12 +7,11 @@ H = (h/R)(2U)^-1/2.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-
-from ehl.common.records import dataclass
 
 if TYPE_CHECKING:
     from ehl.fluid.lubricant import Lubricant

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import field, fields
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
 from ehl.common.arrays import finite_or_none
 from ehl.common.data import reason_text
 from ehl.common.notes import group_notes
 from ehl.common.pages import Reportable
-from ehl.common.records import dataclass
 from ehl.common.table import Table
 from ehl.heat.traction import ThermalTraction
 from ehl.inputs import ContactProblem

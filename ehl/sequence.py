@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +13,6 @@ import numpy as np
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import InputError, MixedEhlError
 from ehl.common.pages import TableResult
-from ehl.common.records import dataclass
 from ehl.common.table import Table
 from ehl.common.tabular import Tabular
 from ehl.common.validation import validate

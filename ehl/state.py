@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 from ehl.line_contact import half_width_of_pressure, hertz_load
 from ehl.surface.finish import default_correlation_length
 

@@ -6,11 +6,10 @@ follows from their sum.
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ehl.common.records import dataclass
 from ehl.common.units import KELVIN
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.conduction import PECLET_FLOOR, peclet_number

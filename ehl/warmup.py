@@ -2,6 +2,7 @@
 
 import sys
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,6 @@ import numpy as np
 
 from ehl.common.errors import InputError
 from ehl.common.pages import TableResult
-from ehl.common.records import dataclass
 from ehl.common.table import Column, Table
 from ehl.compile.carried import write_carried
 from ehl.compile.compiler import ROUGH, SMOOTH, Kernel, compiled, missing_on_disk, stamped

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import dataclass
 from functools import cache
 from os import PathLike
 from pathlib import Path
@@ -17,7 +18,6 @@ from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, same_name
 from ehl.common.pages import Reportable
 from ehl.common.progress import report_progress
-from ehl.common.records import dataclass
 from ehl.common.sections import Medium, Section
 from ehl.common.table import Column, Table
 from ehl.common.threads import one_thread

@@ -10,7 +10,7 @@ import math
 import re
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -32,7 +32,6 @@ from efficiency.pair import GearPair
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, MixedEhlError
 from ehl.common.files import toml_text
-from ehl.common.records import dataclass
 from ehl.common.validation import read_toml
 from ehl.contact import Contact
 from regression.formula import shipped_formulas

@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from copy import copy
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -40,7 +41,6 @@ from efficiency.vehicle.axle_test import AxleTest
 from efficiency.vehicle.loss_map import signed_axes, uses_of
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
-from ehl.common.records import dataclass
 from ehl.common.roots import bracketed_root
 from ehl.common.threads import one_thread
 from ehl.common.validation import validate

@@ -9,6 +9,7 @@ loss factor, which differ by less than 25 %.
 import csv
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Literal, Self
 
@@ -17,7 +18,6 @@ from pydantic import model_validator
 
 from ehl.common.data import data_path
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.common.roots import bracketed_root
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, Name

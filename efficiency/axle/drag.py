@@ -2,8 +2,8 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
-from ehl.common.records import dataclass
 from ehl.common.units import KELVIN
 from ehl.fluid.oil import Oil
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, field
+from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -13,7 +13,6 @@ from efficiency.vehicle.loss_map import LossMap, LossPoint, LossTable
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import InputError
 from ehl.common.quantities import quantity
-from ehl.common.records import dataclass
 from ehl.common.sections import Head, Item, MainResult, Medium, Notes, Section, Text
 from ehl.common.table import Table
 from ehl.uncertainty.result import score_of

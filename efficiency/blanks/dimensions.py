@@ -9,6 +9,7 @@ gear's limit (258) as a lower bound of x_hm1 too; as the gear has -x_hm1 it is a
 Tooth proportions: factors of depth and thickness, and the taper of the depth along the face (ISO 23509 Annex C).
 """
 
+from dataclasses import dataclass
 from math import asin, atan, cos, degrees, floor, pi, sin, sqrt, tan
 from typing import Literal
 
@@ -17,7 +18,6 @@ from efficiency.blanks.lengthwise import Trace
 from efficiency.blanks.tangency import PitchCones, limit_pressure_angle, too_large
 from efficiency.cutting.process import PROCESSES
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 
 # Annex C, from memory of it and of AGMA 2005; teeth of the pinion: factor. 12 (hypoid: 11) and more: 2. Hypoids with 5
 # teeth: continued in equal steps; three measured pairs with 5 to 7 teeth have 1.69, 1.72, 1.78 and 0.091, 0.111, 0.132

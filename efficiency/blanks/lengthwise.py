@@ -5,12 +5,12 @@ cos q = (R^2 + rho_P0^2 - r_c0^2)/(2 R rho_P0), tan beta = (R - rho_b cos q)/(rh
 rho_b = rho_P0 (Formulae (176) to (194) of ISO 23509:2016; that the circle is the case z_0 = 0 is derived here).
 """
 
+from dataclasses import dataclass
 from math import acos, asin, atan2, cos, degrees, radians, sin
 
 from efficiency.blanks.inputs import PairBlankInput
 from efficiency.blanks.tangency import PitchCones, crown_gear
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 
 # steepest spiral angle anywhere on the faces; for steeper pinions, of 1 to 3 teeth, that far above their mean, and most
 SPIRAL_AT_THE_ENDS, STEEPER, STEEPEST = radians(75.0), radians(8.0), radians(85.0)

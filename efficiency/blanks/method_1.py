@@ -4,7 +4,7 @@ The unknown is eta, the offset angle of the gear in the axial plane. Equation nu
 public secondary source (docs/blank.md).
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import asin, atan, atan2, cos, degrees, pi, sin, tan
 
 import scipy
@@ -20,7 +20,6 @@ from efficiency.blanks.tangency import (
     too_large,
 )
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.records import dataclass
 
 TOLERANCE = 0.01
 # share of the gear radius below which rounding hides the limit curvature: cones of a bevel pair

@@ -3,13 +3,12 @@
 Equation numbers: ISO 23509:2016 as read in a public secondary source (docs/blank.md).
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import asin, atan, atan2, cos, pi, sin, tan
 
 from efficiency.blanks.inputs import PairBlankInput
 from efficiency.blanks.tangency import PitchCones, bevel_cones, crown_gear, gear_cone_method, gear_mean_diameter
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.records import dataclass
 
 TOLERANCE = 0.01
 

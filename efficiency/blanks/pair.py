@@ -4,7 +4,7 @@ The chain reads as the standard: pitch cones (clause 6), proportions (Table 4, A
 (clause 8); to it come slot widths and top lands (AGMA 929) and virtual gears with contact ratios (ISO 10300-1 Annex A).
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import asin, cos, sin, sqrt, tan
 from pathlib import Path
 
@@ -23,7 +23,6 @@ from efficiency.blanks.virtual_gears import virtual_gears
 from efficiency.cutting.blank import Hand
 from efficiency.cutting.process import PROCESSES
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.common.threads import one_thread
 
 

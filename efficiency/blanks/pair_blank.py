@@ -1,7 +1,7 @@
 """What the blank of a pair consists of: every dimension of both members, and what a designer should look at."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, fields
+from dataclasses import asdict, dataclass, fields
 from math import tan
 from typing import Any
 
@@ -13,7 +13,6 @@ from efficiency.cutting.blank import Blank, Hand
 from ehl.common.arrays import finite_or_none
 from ehl.common.pages import Reportable
 from ehl.common.quantities import quantity
-from ehl.common.records import dataclass
 from ehl.common.sections import Head, Item, Medium, Section
 from ehl.common.table import Column, Table
 

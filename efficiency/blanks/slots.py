@@ -10,12 +10,12 @@ straight gear tooth departs from the involute one at the depth where the pinion'
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from math import acos, asin, cos, pi, sin, sqrt, tan
 
 from efficiency.blanks.dimensions import FaceAndRoot, Placement
 from efficiency.blanks.lengthwise import Trace
 from efficiency.blanks.tangency import PitchCones
-from ehl.common.records import dataclass
 
 Three = tuple[float, float, float]
 

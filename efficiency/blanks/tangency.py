@@ -5,14 +5,13 @@ was not seen. Index 1 is the pinion, 2 the gear (the standard's wheel). SI units
 """
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import asin, atan, copysign, cos, degrees, hypot, pi, radians, sin, tan
 
 import scipy
 
 from efficiency.blanks.inputs import PairBlankInput
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 
 # beyond these a bevel member cannot be cut; the pair is refused
 SPIRAL_LIMIT = radians(82.0)

@@ -3,12 +3,12 @@
 Formula numbers as read in the public repository afuentesaz/AGMAStandards; the standard itself was not seen.
 """
 
+from dataclasses import dataclass
 from math import asin, atan, cos, pi, sin, sqrt, tan
 
 from efficiency.blanks.dimensions import Placement
 from efficiency.blanks.tangency import PitchCones
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 
 # share of the face width that carries, where it is not known better (ISO 10300-1)
 EFFECTIVE_FACE = 0.85

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence, Sized
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, TypedDict, get_args
 
 from pydantic import BaseModel
@@ -14,7 +14,6 @@ from efficiency.design.design import MISALIGNMENTS, MemberInput, Misalignment, P
 from efficiency.loss.efficiency_result import Bulk, LoadBalance
 from efficiency.loss.kinematics import OPERATION_LIMITS, TEXTURE, Driver, Operation
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.common.units import ValueRange
 from ehl.common.validation import value_range_of
 from ehl.fluid.oil import Oil

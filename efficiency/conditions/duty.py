@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, field
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,7 +18,6 @@ from efficiency.loss.efficiency_result import EfficiencyResult
 from efficiency.loss.kinematics import OPERATION_LIMITS, Driver
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.common.table_reader import read_table
 from ehl.common.units import ValueRange
 from ehl.uncertainty.result import LEVEL, Change, InputUncertainty, combined

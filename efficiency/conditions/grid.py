@@ -13,7 +13,7 @@ import itertools
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -27,7 +27,6 @@ from ehl.common.data import reason_text
 from ehl.common.errors import ConvergenceError
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
-from ehl.common.records import dataclass
 from ehl.common.tabular import Tabular
 
 if TYPE_CHECKING:

@@ -7,14 +7,13 @@ pinion axis, G along the gear axis, shaft_angle_error added to the shaft angle.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from efficiency.cutting.machine import AnyArray, cross, dot, spin, turn
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 
 
 @dataclass(frozen=True)

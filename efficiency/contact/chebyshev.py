@@ -12,7 +12,7 @@ pair.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -21,7 +21,6 @@ from numpy.polynomial import chebyshev
 
 from efficiency.cutting.newton import Array
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 
 # relative size of pivots below which the points do not determine a direction
 _RANK = 1e-13

@@ -11,6 +11,7 @@ squares; its degree minimises the leave-one-out error.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Self
 
@@ -32,7 +33,6 @@ from efficiency.cutting.newton import Array
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import read_text
-from ehl.common.records import dataclass
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 

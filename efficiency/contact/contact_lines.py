@@ -7,7 +7,7 @@ Frame: the fixed mesh frame, z along the gear axis from the crossing point towar
 from __future__ import annotations
 
 import math
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -20,7 +20,6 @@ from efficiency.contact.relief import relief_section
 from efficiency.cutting.machine import cross, dot, turn
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError, check_count
-from ehl.common.records import dataclass
 
 # tuned: gear rotation to which edges are followed by default, as a fraction of the gear pitch (ours); may be changed
 # freely, larger loads extend it

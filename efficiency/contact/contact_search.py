@@ -18,6 +18,7 @@ envelope of the curve of one pair, shifted by whole pitches.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -29,7 +30,6 @@ from efficiency.cutting.blank import Blank
 from efficiency.cutting.newton import Array
 from ehl.common.arrays import BoolArray, FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
-from ehl.common.records import dataclass
 
 ORDERS = 10
 # number of angles per pitch for the path of one pair, and for the curve of the mesh

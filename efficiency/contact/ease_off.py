@@ -5,6 +5,8 @@ to the real pinion flank along the common normal, positive if material is missin
 drives the gear at constant ratio.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,7 +16,6 @@ from efficiency.cutting.flank import Flank, FlankPoints
 from efficiency.cutting.machine import turn
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
-from ehl.common.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,14 @@ in space. Root edges are not edges of a tooth; lines end there without edge cont
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from efficiency.contact.contact_search import point_contact
 from efficiency.contact.mesh_surface import EDGES, POSITION, MeshSurface, line_frame
 from ehl.common.arrays import BoolArray, FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
-from ehl.common.records import dataclass
 
 # free edges of a tooth
 FREE = tuple(k for k, name in enumerate(EDGES) if name.split()[1] in ("toe", "heel", "tip"))

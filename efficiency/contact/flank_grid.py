@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from efficiency.contact.assembly import Assembly
@@ -11,7 +13,6 @@ from efficiency.cutting.flank import Flank, FlankPoints
 from efficiency.cutting.machine import turn
 from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.errors import ConvergenceError
-from ehl.common.records import dataclass
 
 # tuned: coefficients along face and depth, by the error of the map (docs/gear_geometry.md); may be changed after
 # repeating that page

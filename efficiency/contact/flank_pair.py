@@ -6,7 +6,7 @@ ease-off less the lag of the gear by its transmission error. The change of the l
 ``(lever dTE/dphi)^2/(2 bend)``, about 0.02 um, which is neglected.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from efficiency.contact.measured_flank import MeasuredFlank
 from efficiency.contact.mesh_surface import EDGES, MeshSurface, mesh_surface
 from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.quantities import to_display
-from ehl.common.records import dataclass
 
 # 0.00025 inch, the usual thickness of marking compound
 MARKING = 6.35e-6

@@ -1,7 +1,7 @@
 """The four flanks of a gear pair and the position of its members: input of all contact computations."""
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
@@ -15,7 +15,6 @@ from efficiency.cutting.blank import Blank
 from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank
 from ehl.common.errors import ConvergenceError
-from ehl.common.records import dataclass
 
 Member = Literal["pinion", "gear"]
 Side = Literal["drive", "coast"]

@@ -12,7 +12,7 @@ normals if this reduces the error. The degree minimises the leave-one-out error,
 """
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -29,7 +29,6 @@ from ehl.common.arrays import FloatArray
 from ehl.common.dialect import Dialect
 from ehl.common.errors import InputError
 from ehl.common.files import read_text
-from ehl.common.records import dataclass
 
 Hand = Literal["left", "right"]
 

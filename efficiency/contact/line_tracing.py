@@ -1,5 +1,7 @@
 """Lines of constant roll angle on the gear flank: their extent inside both blanks, and points on them."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -7,7 +9,6 @@ from efficiency.contact.mesh_surface import POSITION, MeshSurface
 from efficiency.cutting.machine import dot
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
-from ehl.common.records import dataclass
 
 # ends of lines: relative error of the distance from the boundary, or of the position within a step between samples
 _END_ERROR, _END_STEPS = 1e-11, 60

@@ -16,6 +16,7 @@ Source: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), 
 Gelman, Bayesian Analysis 1 (2006), 515. Kernel and scales are ours.
 """
 
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -30,7 +31,6 @@ from efficiency.cutting.cutter import FlankSide
 from efficiency.cutting.flank import Flank, FlankPoints
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.records import dataclass
 
 # coefficients of the azimuth over face and depth, and extension of the fit beyond the blank
 _SHAPE = (20, 14)

@@ -7,7 +7,7 @@ points, and the map contains the limit of undercut.
 """
 
 from collections.abc import Callable
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -23,7 +23,6 @@ from efficiency.cutting.flank import CutFlank, Flank
 from efficiency.cutting.machine import cross, dot, turn, unit
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
-from ehl.common.records import dataclass
 
 POSITION = ("x", "y", "z")
 

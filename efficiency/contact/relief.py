@@ -8,7 +8,7 @@ it is not in contact first.
 """
 
 from collections.abc import Callable
-from dataclasses import field
+from dataclasses import dataclass, field
 from math import pi, sin, tan
 from typing import Annotated, Literal, Self
 
@@ -18,7 +18,6 @@ from pydantic import model_validator
 from efficiency.cutting.blank import Blank
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 

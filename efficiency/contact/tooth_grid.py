@@ -7,6 +7,7 @@ the cutter.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +17,6 @@ from efficiency.cutting.flank import CutFlank, Flank, FlankPoints
 from efficiency.cutting.limits import flank_limits
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.records import dataclass
 
 if TYPE_CHECKING:
     from efficiency.cutting.blank import Blank

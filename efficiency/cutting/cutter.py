@@ -14,6 +14,7 @@ holomorphic in s and in the parameters of the edge.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 from math import acos
 from typing import Annotated, Any, Literal, Self
@@ -25,7 +26,6 @@ from efficiency.cutting.blank import Length
 from efficiency.cutting.machine import cross, spin, turn, unit
 from efficiency.cutting.newton import Array
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 

@@ -1,7 +1,7 @@
 """Flanks: the common interface, and the flank cut on a blank by a blade."""
 
 from abc import ABC, abstractmethod
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +14,6 @@ from efficiency.cutting.machine import MachineSettings, cross, dot, spin, turn, 
 from efficiency.cutting.newton import Array
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
-from ehl.common.records import dataclass
 
 # levels of the depth at which the existence of a flank is checked
 _PROBES = 81

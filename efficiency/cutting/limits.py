@@ -9,7 +9,7 @@ roll follow from the station and the equation of meshing. In contrast to the sea
 regular at the edge of regression (undercut).
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from efficiency.cutting import newton
 from efficiency.cutting.flank import CutFlank
 from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.errors import ConvergenceError
-from ehl.common.records import dataclass
 
 # every n-th row is followed step by step
 _STRIDE = 4

@@ -8,7 +8,7 @@ z < 0; work frame with z along its axis from apex to heel. Properties that depen
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Annotated, Literal, TypeVar
 
@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from efficiency.cutting.blank import Length, Shift
 from efficiency.cutting.newton import Array
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 

@@ -22,6 +22,7 @@ Tilt and swivel are kept as written: i about y, then j about z of the cradle fra
 import math
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +33,6 @@ from efficiency.cutting.machine import GENERATIONS, MACHINE_INPUTS
 from efficiency.cutting.process import PROCESSES
 from ehl.common.errors import InputError
 from ehl.common.files import read_text, toml_text
-from ehl.common.records import dataclass
 from ehl.common.units import ValueRange, parse_quantity
 from ehl.common.validation import locate_field
 

@@ -5,10 +5,10 @@ towards the tip of the pinion: A (root of the pinion) is negative, E (its tip) p
 """
 
 import math
+from dataclasses import dataclass
 from functools import cached_property
 
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 
 
 def involute(angle: float) -> float:

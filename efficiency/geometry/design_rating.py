@@ -6,7 +6,7 @@ those of the flanks there; cones, depths and offset are those of the design.
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -32,7 +32,6 @@ from efficiency.strength.root_mesh import EDGE_RADIUS
 from ehl.common.arrays import finite_or_none
 from ehl.common.errors import InputError
 from ehl.common.pages import Reportable
-from ehl.common.records import dataclass
 from ehl.common.sections import Head, Medium, Section
 from ehl.fluid.oil import Oil
 

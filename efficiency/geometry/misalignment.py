@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from itertools import product
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -25,7 +25,6 @@ from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
-from ehl.common.records import dataclass
 
 if TYPE_CHECKING:
     import pandas

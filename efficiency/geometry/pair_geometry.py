@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,6 @@ from efficiency.design.design import Design
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.pages import Reportable
-from ehl.common.records import dataclass
 from ehl.common.units import ValueRange
 
 MARKING_LIMITS = ValueRange("m", gt=0.0, le=1e-3)

@@ -7,11 +7,11 @@ same two ideas: sliding averaged over the line of action, and worm-type loss plu
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from efficiency.cutting.blank import Blank
 from efficiency.loss.kinematics import Driver
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 
 
 @dataclass(frozen=True)

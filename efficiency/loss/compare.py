@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from typing import TYPE_CHECKING, Any, Literal
 
 from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type
@@ -15,7 +15,6 @@ from efficiency.loss.power_loss import loss_by_region
 from ehl.common.arrays import finite_or_none
 from ehl.common.data import reason_text
 from ehl.common.pages import Reportable
-from ehl.common.records import dataclass
 from ehl.fluid.oil import Oil
 from regression.friction.models import ConstantFriction, FrictionModel
 from regression.friction.published_registry import PUBLISHED, model_label

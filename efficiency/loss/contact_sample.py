@@ -4,10 +4,11 @@ Friction over a mesh is a smooth function of few local conditions. Contacts are 
 these conditions. A thin-plate spline predicts all points; leave-one-out prediction of each contact gives its error.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ehl.common.arrays import FloatArray, IntArray
-from ehl.common.records import dataclass
 from ehl.state import ContactState
 
 # share of the sliding power of the most lightly loaded points, which are not solved

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from html import escape
 from operator import attrgetter
@@ -18,7 +18,6 @@ from ehl.common.data import reason_text
 from ehl.common.errors import InputError
 from ehl.common.notes import Note, NoteKind, group_notes
 from ehl.common.pages import Reportable
-from ehl.common.records import dataclass
 from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil
 from ehl.uncertainty.result import InputUncertainty, score_of

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -28,7 +28,6 @@ from efficiency.loss.lubrication import SolvedFriction
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.progress import report_progress
-from ehl.common.records import dataclass
 from ehl.common.runner import checked_jobs, run_tasks
 from ehl.common.units import ValueRange
 from ehl.fluid.lubricant import Lubricant

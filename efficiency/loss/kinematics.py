@@ -1,5 +1,6 @@
 """Local conditions of lubrication at the loaded contact points."""
 
+from dataclasses import dataclass
 from typing import Annotated, Literal, Self, get_args
 
 import numpy as np
@@ -9,7 +10,6 @@ from efficiency.contact.assembly import Axis as Axis
 from efficiency.ltca.load_distribution import LoadDistribution
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, in_any_case, value_range_of
 from ehl.fluid.oil import Oil

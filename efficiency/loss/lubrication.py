@@ -10,14 +10,13 @@ The loss at the resulting temperature deviates by less than the scatter of the e
 
 import math
 from collections.abc import Callable, Generator
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
 from efficiency.loss.kinematics import LoadedPoints, Operation
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 from ehl.common.validation import InputModel
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from ehl.line_contact import blok_1937

@@ -8,7 +8,7 @@ again with the friction there, at the same load and sliding. The numerical error
 from __future__ import annotations
 
 import math
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,6 @@ from efficiency.loss.kinematics import LoadedPoints, Operation
 from efficiency.loss.lubrication import bulk_spread
 from efficiency.loss.power_loss import efficiency_of
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 from ehl.common.runner import run_tasks
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState

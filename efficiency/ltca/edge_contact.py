@@ -18,11 +18,12 @@ logarithm of l; its derivative is that of a flat punch of the same half-width.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 
 _ANGLES = 121
 # tuned: distance from a side face, in depths over 6, within which a body is a corner: finite elements of the end of a

@@ -10,13 +10,13 @@ complementarity problem. If that cycles, an active set with single changes is us
 """
 
 from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 
 BoolArray = NDArray[np.bool_]
 Local = Callable[[FloatArray], tuple[FloatArray, FloatArray]]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,6 @@ from efficiency.ltca.edge_contact import EdgeSection
 from efficiency.ltca.load_distribution import LoadDistribution, TeethElasticity
 from efficiency.ltca.solid_tooth import SolidTooth
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 from ehl.common.units import ARCSEC
 from ehl.line_contact import half_width_of_pressure
 

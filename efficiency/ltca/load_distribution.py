@@ -8,6 +8,7 @@ The local compliance of the flanks is after Weber, with the tooth edges near the
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
@@ -21,7 +22,6 @@ from efficiency.ltca.equilibrium import Equilibrium, EquilibriumProblem, solve_e
 from efficiency.ltca.solid_tooth import SolidTooth
 from ehl.common.arrays import BoolArray, FloatArray, IntArray
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.line_contact import hertz_half_width, hertz_pressure
 from ehl.material import Material, effective_modulus
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -29,7 +29,6 @@ from efficiency.ltca.load_distribution import (
 from efficiency.ltca.tangent_load import TangentLoad, TangentLoads
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import InputError, check_count
-from ehl.common.records import dataclass
 
 # tuned: share of loaded points on the most loaded line below which the lines are shortened (ours); may be changed after
 # running `test_error_estimate_covers_a_finer_grid`

@@ -15,6 +15,7 @@ geometry and displacements on [0, 1] come first.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
 
@@ -25,7 +26,6 @@ from efficiency.contact.chebyshev import cubic_spline
 from efficiency.contact.tooth_grid import ToothGrid
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
-from ehl.common.records import dataclass
 
 Part = Literal["foot", "tooth", "slot"]
 Pair = tuple[FloatArray, FloatArray]

@@ -9,7 +9,7 @@ changes the displacements by 6 % and the loss by 0.5 % at a friction coefficient
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from efficiency.ltca.load_distribution import LoadDistribution
 from efficiency.ltca.mesh_grids import MeshGrids, ShaftDeflection, load_grids
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
-from ehl.common.records import dataclass
 
 # tuned: last change of E, P, G [m] and of the shaft angle [rad], a tenth of a visible change of a transmission error
 # (ours); may be lowered freely

@@ -14,6 +14,7 @@ sides. The ring of sides has a block-circulant stiffness, solved by the discrete
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -35,7 +36,6 @@ from efficiency.ltca.ritz_solid import (
 )
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
-from ehl.common.records import dataclass
 from ehl.material import Material
 
 REACH = 3

@@ -15,7 +15,7 @@ settings are fitted again.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -39,7 +39,6 @@ from efficiency.machine_settings.gear import GearCut, PairDimensions
 from efficiency.machine_settings.inputs import FlankTarget
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
-from ehl.common.records import dataclass
 
 
 def cradle_shares(pair: PairDimensions, screw: generating.GeneratingScrew, steps: int) -> FloatArray:

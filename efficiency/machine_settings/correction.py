@@ -10,7 +10,7 @@ First-order settings correct pressure and spiral angle, second-order settings al
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import nan
 from pathlib import Path
 from typing import Any, Literal
@@ -29,7 +29,6 @@ from efficiency.machine_settings.fit import FitParameter, RootLine, motion, with
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.pages import Reportable
-from ehl.common.records import dataclass
 from ehl.common.threads import one_thread
 from ehl.common.units import parse_quantity
 

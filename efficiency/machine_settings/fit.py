@@ -13,7 +13,7 @@ times the change of u.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -24,7 +24,6 @@ from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import dot, spin, turn
 from efficiency.cutting.newton import Array
 from ehl.common.arrays import BoolArray, FloatArray
-from ehl.common.records import dataclass
 
 _DELTA = 1e-5
 

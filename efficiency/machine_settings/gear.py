@@ -10,6 +10,7 @@ angle for a generated one.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -29,7 +30,6 @@ from efficiency.machine_settings.generating import (
 )
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.records import dataclass
 
 
 @dataclass(frozen=True)

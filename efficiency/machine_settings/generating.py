@@ -11,7 +11,7 @@ the same, because the index motions of gear and pinion also differ by a multiple
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,7 +22,6 @@ from efficiency.cutting.flank import CutFlank
 from efficiency.cutting.machine import MachineSettings
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """Result of the search for machine settings."""
 
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -14,7 +15,6 @@ from efficiency.machine_settings.conjugate import FitGrid
 from efficiency.machine_settings.fit import FittedFlank
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.pages import Reportable
-from ehl.common.records import dataclass
 
 RESIDUAL_LIMIT = 3e-6
 

@@ -1,5 +1,6 @@
 """Machine settings from targets: blank, gear settings, conjugate start, fit, design file."""
 
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from time import perf_counter
@@ -47,7 +48,6 @@ from efficiency.machine_settings.settings_result import (
     undercut_findings,
 )
 from ehl.common.errors import ConvergenceError
-from ehl.common.records import dataclass
 from ehl.common.threads import one_thread
 
 _DRIVE: dict[FlankSide, Side] = {"concave": "drive", "convex": "coast"}

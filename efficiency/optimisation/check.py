@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -20,7 +20,6 @@ from ehl.common.arrays import FloatArray
 from ehl.common.data import reason_text
 from ehl.common.journal import Journal
 from ehl.common.quantities import quantities
-from ehl.common.records import dataclass
 from ehl.common.runner import ThisProcess
 
 Evaluate = Callable[[list[EvaluationTask]], list[Evaluation]]

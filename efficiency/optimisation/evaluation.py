@@ -4,7 +4,7 @@ import hashlib
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,6 @@ from ehl import __version__
 from ehl.common.data import data_path
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.journal import Journal
-from ehl.common.records import dataclass
 from ehl.common.runner import Executor, run_tasks
 
 _ROOT = ("root_stress_pinion", "root_stress_gear")

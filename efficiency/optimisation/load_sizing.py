@@ -9,6 +9,7 @@ The elastic bodies are those of the first step.
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 
@@ -25,7 +26,6 @@ from efficiency.pair import GearPair
 from ehl.common.errors import ConvergenceError
 from ehl.common.files import write_file
 from ehl.common.progress import report_progress
-from ehl.common.records import dataclass
 from ehl.common.threads import one_thread
 from ehl.common.units import parse_quantity
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import reduce
 from itertools import product
 from operator import mul
@@ -16,7 +17,6 @@ from efficiency.machine_settings.inputs import FlankTarget, MemberTargets, Setti
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.quantities import Quantity, quantities
-from ehl.common.records import dataclass
 from ehl.common.units import ValueRange
 from ehl.common.validation import value_range_of
 

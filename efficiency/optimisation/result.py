@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -15,7 +16,6 @@ from efficiency.optimisation.evaluation import Evaluation, settings_of
 from efficiency.optimisation.problem import SearchProblem
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.pages import Reportable
-from ehl.common.records import dataclass
 from ehl.uncertainty.result import Change, combined
 
 if TYPE_CHECKING:

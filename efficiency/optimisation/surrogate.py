@@ -13,7 +13,7 @@ feasibility (least-squares classification, Rasmussen & Williams 2006, section 6.
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 from scipy.stats import norm, qmc
 
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 
 _AUGMENTED = 0.05
 _DRAWS = 64

@@ -6,13 +6,13 @@ during its engagement. They form a grid of lines (rows) and of points along each
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ehl.common.arrays import BoolArray, FloatArray, IntArray
-from ehl.common.records import dataclass
 
 if TYPE_CHECKING:
     from efficiency.contact.contact_lines import MeshPosition

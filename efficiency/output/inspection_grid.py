@@ -7,6 +7,7 @@ in the work frame of the member: z along its axis from the apex to the heel, ori
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,6 @@ import numpy as np
 
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.records import dataclass
 
 if TYPE_CHECKING:
     from efficiency.contact.gear_flanks import Member

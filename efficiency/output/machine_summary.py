@@ -11,6 +11,7 @@ import io
 import math
 import os
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -23,7 +24,6 @@ from efficiency.design.design import Design, load_design
 from ehl.common.data import data_path
 from ehl.common.errors import InputError
 from ehl.common.files import write_file
-from ehl.common.records import dataclass
 from ehl.common.units import ValueRange
 from ehl.common.validation import locate_field, read_toml, validate
 

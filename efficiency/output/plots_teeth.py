@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -11,7 +12,6 @@ from matplotlib.colors import to_rgb
 from efficiency.contact.tooth_grid import ToothGrid, tooth_grid
 from ehl.common.arrays import FloatArray
 from ehl.common.figures import BLUE, ORANGE, new_figure
-from ehl.common.records import dataclass
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -5,6 +5,7 @@ and the face cone. The end faces are the back cones at toe and heel. Below the r
 plane faces and a bore close the body.
 """
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,6 @@ from efficiency.contact.tooth_grid import ToothGrid
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import read_bytes, write_file
-from ehl.common.records import dataclass
 
 _ACROSS = 5  # points across a top land and a root
 

@@ -6,6 +6,7 @@ is Open CASCADE, the extra ``cad``.
 """
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,6 @@ from efficiency.output.solid import body_section
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import make_folder
-from ehl.common.records import dataclass
 
 TOLERANCE = 1e-4  # largest distance of joined edges [mm]
 _ACROSS = 7  # points across a top land, a root, a part of the body

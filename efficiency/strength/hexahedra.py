@@ -4,6 +4,7 @@ The elements are bisected recursively. Each part is condensed onto the nodes tha
 are then joined and condensed again (multifrontal method; George 1973). All operations are on dense blocks.
 """
 
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
 
@@ -12,7 +13,6 @@ import scipy
 
 from ehl.common.arrays import BoolArray, FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
-from ehl.common.records import dataclass
 
 CORNERS_AND_EDGES = np.array([p for p in product((-1, 0, 1), repeat=3) if p.count(0) <= 1])
 """Positions of the nodes in the cube from -1 to 1, (20, 3): corners and middles of edges."""

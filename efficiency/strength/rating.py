@@ -16,6 +16,7 @@ Residual stresses of a rolling line contact cannot balance tau_zx. Where it exce
 """
 
 import math
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -39,7 +40,6 @@ from efficiency.strength.result import Grade, Strength
 from efficiency.strength.root_stress import WOUND, RootStress, RootTooth, root_stress
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.common.units import KELVIN
 
 YIELD_RATIO = 1.79

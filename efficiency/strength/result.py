@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -11,7 +11,6 @@ import numpy as np
 from efficiency.strength.root_stress import RootStress
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.pages import TableResult
-from ehl.common.records import dataclass
 from ehl.common.table import Table
 
 if TYPE_CHECKING:

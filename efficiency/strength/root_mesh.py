@@ -7,7 +7,7 @@ slots fill the rest. The pitch is cut at the middle of the slots, so that both c
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -20,7 +20,6 @@ from efficiency.cutting.flank import CutFlank
 from efficiency.strength.hexahedra import CORNERS_AND_EDGES
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.records import dataclass
 
 # tuned: default edge radius of a cutter, in mean normal modules (ours; basic racks have 0.2 to 0.4); may be changed
 # freely, the value of a design has priority

@@ -6,7 +6,7 @@ principal stress at the free surface, from the strain in the surface, and only n
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,6 @@ from efficiency.strength.hexahedra import (
 from efficiency.strength.root_mesh import Counts, RootMesh, root_mesh
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 
 # teeth in the ring; more teeth change the stress by less than 0.1 %
 _RING = 3

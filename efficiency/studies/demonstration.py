@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,6 @@ from ehl.common.files import make_folder
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from ehl.common.quantities import quantity
-from ehl.common.records import dataclass
 from ehl.common.runner import checked_jobs
 from ehl.common.sections import Code, Folded, Head, KeyFigures, Medium, Notes, Picture, Row, Section, Text
 from ehl.common.table import Table

@@ -12,7 +12,7 @@ import hashlib
 import math
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, field, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import lru_cache
 from itertools import groupby, product
 from math import radians
@@ -36,7 +36,6 @@ from ehl.common.errors import InputError
 from ehl.common.journal import Journal
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
 from ehl.common.quantities import Quantity, quantities
-from ehl.common.records import dataclass
 from ehl.common.runner import checked_jobs, run_tasks
 from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil

@@ -6,7 +6,7 @@ with input torque, wheel speed, axle ratio k_a and output torque; T_out = 0 is t
 of the file follow the regulation. Its test points are not verified: compare them with the regulation in force.
 """
 
-from dataclasses import asdict, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -18,7 +18,6 @@ from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file
 from ehl.common.quantities import quantity
-from ehl.common.records import dataclass
 from ehl.common.table import Column, Table
 from ehl.common.units import ValueRange
 from regression.friction.published_registry import model_label

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -29,7 +29,6 @@ from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.files import write_file
 from ehl.common.pages import TableResult
 from ehl.common.quantities import quantity
-from ehl.common.records import dataclass
 from ehl.common.sections import Head, Medium, Notes, Section
 from ehl.common.table import Table
 from ehl.common.table_reader import read_table

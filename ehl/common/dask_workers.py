@@ -9,12 +9,12 @@ import time
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from importlib import import_module
 from itertools import islice
 from typing import Any
 
 from ehl.common.errors import InputError, MixedEhlError
-from ehl.common.records import dataclass
 from ehl.common.runner import MAX_CRASHES, Executor, Numbered, WorkersCrashed, cpu_limit
 from ehl.common.threads import keep_one_thread
 from ehl.common.version import __version__

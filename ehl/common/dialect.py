@@ -4,10 +4,9 @@ import csv
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 
 # words for a value that is missing; numbers such as -999 are values unless a quantity excludes them
 MISSING = frozenset(

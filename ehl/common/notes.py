@@ -6,11 +6,10 @@ places into one row with the number of cases, the worst sentence, and its case.
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from operator import itemgetter
 from typing import Literal
 
-from ehl.common.records import dataclass
 from ehl.common.table import Table
 from ehl.common.terminal import print_text
 

@@ -9,8 +9,7 @@ Times as text.
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-
-from ehl.common.records import dataclass
+from dataclasses import dataclass
 
 
 def duration(seconds: float) -> str:

@@ -7,11 +7,11 @@ import csv
 import math
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 from ehl.common.data import data_path
-from ehl.common.records import dataclass
 from ehl.common.units import UNITS
 
 _TYPOGRAPHY = {"degC": "°C", "um": "µm", "*": " ", "^2": "²", "^3": "³"}

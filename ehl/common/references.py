@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 from ehl.common.data import data_path
-from ehl.common.records import dataclass
 
 _NOT_BIBTEX = ("type", "uses")
 # types without a BibTeX type of their own

@@ -17,12 +17,12 @@ import time
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 from ehl.common.errors import MixedEhlError, check_count
-from ehl.common.records import dataclass
 from ehl.common.threads import single_thread
 
 if TYPE_CHECKING:

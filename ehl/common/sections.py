@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from ehl.common.figures import figure_of, own_style
 from ehl.common.notes import Note
-from ehl.common.records import dataclass
 from ehl.common.table import Table
 
 if TYPE_CHECKING:

@@ -12,12 +12,11 @@ import io
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from ehl.common.data import reason_text
 from ehl.common.quantities import Quantity, format_number, printed_unit, quantities, typeset_unit, typeset_units
-from ehl.common.records import dataclass
 from ehl.common.table_reader import harmless
 from ehl.common.terminal import plain, terminal, wrapped
 

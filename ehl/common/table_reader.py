@@ -19,14 +19,13 @@ import warnings
 import zipfile
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ehl.common.dialect import MISSING, decimals_of, with_point
 from ehl.common.errors import InputError, near
 from ehl.common.files import read_bytes, read_text
-from ehl.common.records import dataclass
 from ehl.common.units import ValueRange, parse_quantity
 
 if TYPE_CHECKING:

@@ -4,6 +4,7 @@ import difflib
 import math
 import re
 import unicodedata
+from dataclasses import dataclass
 from functools import cache
 from typing import Any, get_args
 
@@ -11,7 +12,6 @@ from pydantic import GetCoreSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
 
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 
 
 @cache

@@ -6,6 +6,7 @@ Kinds of input files, recognised by their keys, so that errors can name the kind
 import tomllib
 import types
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, NoReturn, TypeVar, Union, get_args, get_origin
@@ -16,7 +17,6 @@ from pydantic.fields import FieldInfo
 from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, near, same_name
 from ehl.common.files import parse_toml, read_text
-from ehl.common.records import dataclass
 from ehl.common.units import ValueRange
 
 

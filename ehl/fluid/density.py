@@ -4,12 +4,12 @@ Each law is the input table of an oil card; its method `at` gives the law at one
 `ratio` and `slope`, from which the solvers compute their tables. `ehl.fluid.oil_laws` lists the laws.
 """
 
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.common.records import dataclass
 from ehl.common.units import KELVIN, ValueRange
 from ehl.common.validation import InputModel
 

@@ -7,7 +7,7 @@ It combines the laws of `ehl.fluid.viscosity`, `ehl.fluid.density` and `ehl.flui
 from __future__ import annotations
 
 import math
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
@@ -16,7 +16,6 @@ from pydantic import model_validator
 
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 from ehl.fluid.density import DOWSON_HIGGINSON_LAW, Compression

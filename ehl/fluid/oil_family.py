@@ -9,12 +9,12 @@ Viscosity index after ASTM D2270 (ISO 2909), and the second viscosity from it.
 
 import math
 import re
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ehl.common.errors import InputError, near, same_name
-from ehl.common.records import dataclass
 from ehl.common.units import KELVIN
 from ehl.fluid.density import density_at
 from ehl.fluid.rheology import LinearStress

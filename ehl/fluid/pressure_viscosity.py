@@ -11,6 +11,7 @@ tends to a limit. The part beyond 3 GPa is below 1e-3 of the integral for the oi
 import itertools
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -18,7 +19,6 @@ from numpy.typing import ArrayLike
 
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.fluid.viscosity import ROELANDS_LOG_VISCOSITY, ROELANDS_PRESSURE, PressureLaw
 
 AlphaDefinition = Literal["slope", "secant_200", "star", "film"]

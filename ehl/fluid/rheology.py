@@ -13,6 +13,7 @@ approached smoothly, tau_L (1 - exp(-tau/tau_L)) (Bair & Winer 1979), and then t
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
@@ -20,7 +21,6 @@ from numpy.typing import NDArray
 from pydantic import model_validator
 
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 

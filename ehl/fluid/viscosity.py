@@ -7,12 +7,12 @@ of the laws have their constants and uncertainty; `ehl.fluid.oil_laws` lists the
 """
 
 import math
+from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.common.records import dataclass
 from ehl.common.units import KELVIN, ValueRange
 from ehl.common.validation import InputModel
 

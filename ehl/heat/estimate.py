@@ -1,11 +1,10 @@
 """Closed-form estimates of the thermal effect on friction (``thermal = "auto"``) and of convection in the film."""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ehl.common.records import dataclass
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.conduction import bounded_rate
 from ehl.line_contact import LineContact, wilson_gupta_1992

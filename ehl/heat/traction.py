@@ -1,13 +1,13 @@
 """Thermal traction of a lubricated line contact: friction, film and surface temperatures at given p and h."""
 
 import math
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from scipy.linalg.lapack import dgesv, dgetrf, dgetrs
 
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat import _kernels
 from ehl.heat._kernels import Film, Walls

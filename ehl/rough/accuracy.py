@@ -1,11 +1,10 @@
 """Mesh, start-up and averaging window of a transient run for a required accuracy."""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.records import dataclass
 from ehl.line_contact import LineContact
 from ehl.rough.scaling import EXCHANGE_WINDOW, Settings, solved_length
 from ehl.rough.surfaces import RoughSurfaces

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.special import stdtrit
 
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
-from ehl.common.records import dataclass
 from ehl.line_contact import LineContact
 from ehl.rough._kernels.march import FILM_MEAN, ITERATIONS, MU_FLUID, SHARE
 from ehl.rough.accuracy import BATCH, FRONT_STARTUP

@@ -9,6 +9,7 @@ up to a constant: only differences of V (or h0 + V) are meaningful.
 """
 
 import math
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -16,7 +17,6 @@ from scipy import fft
 
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.line_contact import LineContact
 
 

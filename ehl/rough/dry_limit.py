@@ -7,11 +7,11 @@ work) exceeds the share of all of 18 solved contacts (`validation/mixed_shortcut
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 from ehl.heat.conduction import surface_matrices
 from ehl.heat.traction import flux_to_surface_1
 from ehl.inputs import ContactProblem

@@ -10,6 +10,7 @@ quasi-separable. One mode has ``phi = 0``, which makes ``K_0`` exact.
 
 import json
 import math
+from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib.resources import files
 
@@ -18,7 +19,6 @@ from scipy.optimize import least_squares, nnls
 from scipy.special import iti0k0
 
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 
 
 @dataclass(frozen=True)

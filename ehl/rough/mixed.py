@@ -13,7 +13,7 @@ error: see docs/roughness.md.
 """
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,6 @@ import numpy as np
 
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.records import dataclass
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.traction import ThermalTraction
 from ehl.inputs import ContactProblem, ModelInput, SurfaceInput

@@ -15,14 +15,13 @@ so that results do not depend on the machine.
 
 import math
 from collections.abc import Callable
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.special import stdtrit
 
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
-from ehl.common.records import dataclass
 from ehl.rough._kernels.march import FILM_MEAN, SHARE
 from ehl.rough.accuracy import FRONT_STARTUP, PER_SWEEP, SETTLING, RunPlan, reduced_plan
 from ehl.rough.averaging import ONE_DRAW, Window, batch_means, interval_of_means, richardson

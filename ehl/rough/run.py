@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 from ehl.rough._kernels.fluid import temperature_place
 from ehl.rough._kernels.heat import preheat
 from ehl.rough._kernels.march import COLUMNS, march

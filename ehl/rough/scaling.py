@@ -1,13 +1,12 @@
 """Dimensionless constants and initial state of a transient run, from the contact in SI units."""
 
 import math
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
-from ehl.common.records import dataclass
 from ehl.elastic_shear import body_compliance, counted, elastic_share, isothermal_stress
 from ehl.fluid.lookup import law_table
 from ehl.fluid.lubricant import Lubricant

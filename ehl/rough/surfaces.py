@@ -1,12 +1,12 @@
 """The two rough surfaces of a run, sampled for its mesh."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.surface.roughness import RoughProfile
 
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 
 if TYPE_CHECKING:
     from ehl.rough.run import TransientRun

@@ -1,11 +1,11 @@
 """First solution of a contact: by continuation from an easy contact, or from a neighbouring result."""
 
 import math
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
-from ehl.common.records import dataclass
 from ehl.fluid.rheology import NEWTONIAN
 from ehl.smooth import _kernels
 from ehl.smooth.mesh import Features, features_of, grade

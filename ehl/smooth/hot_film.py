@@ -7,13 +7,12 @@ film with this change. A finer grid starts from the results of the coarser ones.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg.lapack import dgelss
 
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat._kernels import flow_heat
 from ehl.heat.conduction import Matrices, surface_matrices

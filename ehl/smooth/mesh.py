@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 
 TIP = 1e-3  # smallest resolved spike length, in half-widths
 LADDER_RATIO = 2.5  # widths of neighbouring rungs

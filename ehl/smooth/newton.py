@@ -6,13 +6,13 @@ Dimensionless outputs of one converged level: films, pressures, friction.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 from ehl.fluid.rheology import ShearLaw, ShearNumbers
 from ehl.smooth import _kernels
 from ehl.smooth.mesh import Features, Grading

@@ -1,13 +1,12 @@
 """Re-grading, nested grids and Richardson extrapolation with error estimates."""
 
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import Literal
 
 import numpy as np
 
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 from ehl.smooth.continuation import PathReport, features_of_level, grid_for, transfer
 from ehl.smooth.mesh import grade
 from ehl.smooth.newton import FilmShear, Level, NewtonFailure, NodeGrid, Numbers, Unknowns, numbers_of, solve_level

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 from ehl.fluid.lookup import LawTable, law_table
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.rheology import PLAIN, ShearNumbers

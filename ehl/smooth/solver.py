@@ -11,14 +11,13 @@ The exit condition at the onset of cavitation is that of Swift and Stieber (Swif
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.common.threads import single_thread
 from ehl.fluid.lubricant import Lubricant
 from ehl.line_contact import LineContact

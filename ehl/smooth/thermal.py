@@ -8,12 +8,11 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
-from ehl.common.records import dataclass
 from ehl.fluid.lubricant import Lubricant
 from ehl.heat.estimate import ThermalEstimate, estimate_thermal_effect
 from ehl.heat.traction import ThermalTraction, traction_of

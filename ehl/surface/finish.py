@@ -7,7 +7,7 @@ correlation length are independent variables with ranges of their own (docs/roug
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import NormalDist
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
@@ -19,7 +19,6 @@ from pydantic import model_validator
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import InputError
 from ehl.common.files import toml_text
-from ehl.common.records import dataclass
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel, load_shipped, read_toml, validate
 

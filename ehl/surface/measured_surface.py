@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,6 @@ from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import InputError
 from ehl.common.figures import BLUE, GREY, ORANGE, new_figure
 from ehl.common.pages import TableResult
-from ehl.common.records import dataclass
 from ehl.common.table import Column, Table
 from ehl.common.units import ValueRange
 from ehl.surface.measured_profile import detrended, gaussian_mean_line, require_plausible, typical_line

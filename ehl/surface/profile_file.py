@@ -12,7 +12,7 @@ import io
 import math
 import re
 import warnings
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,6 @@ from ehl.common.arrays import FloatArray
 from ehl.common.dialect import NumericBlock, numeric_block
 from ehl.common.errors import InputError
 from ehl.common.files import read_bytes, read_text
-from ehl.common.records import dataclass
 from ehl.common.units import parse_quantity, spellings
 
 MIN_POINTS = 64

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,9 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
-from ehl.common.records import dataclass
 from ehl.common.runner import run_tasks
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil

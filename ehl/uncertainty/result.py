@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from statistics import NormalDist
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,6 @@ from ehl.common.errors import InputError
 from ehl.common.figures import BLUE, GREY, axes_or_new
 from ehl.common.pages import TableResult
 from ehl.common.quantities import Quantity, quantities, typeset_unit
-from ehl.common.records import dataclass
 from ehl.common.sections import Head, Medium, Picture, Section
 from ehl.common.table import Column, Table
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, Literal, Self
 
@@ -19,7 +20,6 @@ from pydantic import PrivateAttr
 from ehl.common.arrays import FloatArray
 from ehl.common.data import data_path
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.common.units import ValueRange
 from ehl.common.validation import InputModel
 from ehl.fluid.oil import Oil

@@ -10,7 +10,7 @@ import datetime
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, fields, replace
+from dataclasses import asdict, dataclass, fields, replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,7 +22,6 @@ from ehl.common.errors import InputError, MixedEhlError
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to
 from ehl.common.quantities import quantity, si_unit
-from ehl.common.records import dataclass
 from ehl.common.runner import checked_jobs
 from ehl.common.threads import one_thread
 from ehl.common.units import KELVIN

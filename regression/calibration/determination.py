@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from ehl.common.arrays import FloatArray
 from ehl.common.quantities import quantity
-from ehl.common.records import dataclass
 from regression.calibration import robust
 from regression.calibration.prediction import FrictionSolver
 from regression.calibration.robust import Noise

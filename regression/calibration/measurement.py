@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,6 @@ from ehl import inputs
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import InputError
 from ehl.common.files import read_bytes
-from ehl.common.records import dataclass
 from ehl.common.table_reader import numbered_table
 from ehl.common.units import ValueRange, value_range
 from ehl.fluid.viscosity import Temperature

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from itertools import compress
 from typing import Any
 
@@ -23,7 +23,6 @@ from scipy.special import ellipe, ellipk
 
 from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.common.runner import run_tasks
 from ehl.fluid.lubricant import Lubricant
 from ehl.fluid.oil import Oil

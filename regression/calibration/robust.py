@@ -4,12 +4,12 @@ Huber (1981), Robust Statistics: psi(r) = clip(r, -c, c); covariance of an M-est
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import special, stats
 
 from ehl.common.arrays import FloatArray
-from ehl.common.records import dataclass
 
 TUNING = 1.5  # c over the standard deviation: 96 % efficiency for Gaussian noise
 FAR = 4.0  # standard deviations above which a residual is listed as an outlier

@@ -1,5 +1,7 @@
 """Bounded, robust least squares on the solver, with steps from the surrogate."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import qmc
@@ -7,7 +9,6 @@ from scipy.stats import qmc
 from ehl.common.arrays import BoolArray, FloatArray
 from ehl.common.errors import ConvergenceError
 from ehl.common.progress import report_progress
-from ehl.common.records import dataclass
 from regression.calibration import robust
 from regression.calibration.prediction import FrictionSolver, Surrogate
 from regression.calibration.setup import PARAMETERS

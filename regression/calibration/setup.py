@@ -5,7 +5,7 @@ Parameters of a calibration: meaning, bounds, and the oil card with new values.
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -13,7 +13,6 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from ehl import inputs
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.common.units import KELVIN, ValueRange
 from ehl.common.validation import InputModel, in_any_case, read_toml, validate
 from ehl.fluid.lubricant import Lubricant

@@ -6,7 +6,7 @@ Shipped datasets are selected by name; their plans are in the same folder.
 import hashlib
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,6 @@ from ehl.common.errors import InputError
 from ehl.common.files import replacing
 from ehl.common.pages import TableResult
 from ehl.common.progress import duration
-from ehl.common.records import dataclass
 from ehl.common.sections import Head, Medium, Section
 from ehl.common.table import Column, Table
 from ehl.common.table_reader import harmless

@@ -12,11 +12,11 @@ import subprocess
 import tempfile
 import zipfile
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree as Xml
 
 from ehl import __version__
-from ehl.common.records import dataclass
 from regression.export.c_text import c_text
 from regression.export.printer import flag_meanings
 from regression.export.program import OUTPUTS, Program

@@ -10,6 +10,7 @@ import itertools
 import re
 from collections import Counter
 from collections.abc import Callable, Hashable, Iterator, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,6 @@ from typing import Any
 import numpy as np
 
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.fluid.oil import Oil
 from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from regression.export import record

@@ -10,7 +10,7 @@ Each network of the ensemble starts from different random weights.
 
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import cast
 
 import numpy as np
@@ -18,7 +18,6 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.records import dataclass
 from ehl.common.threads import one_thread
 from regression.data.dataset import columns
 from regression.fitting.rows import boundary_friction_of, computed_friction

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from ehl.common.errors import ConvergenceError, InputError
-from ehl.common.records import dataclass
 from regression.data.dataset import Dataset, columns
 from regression.fitting.coefficients import FittedForm, fit_form
 from regression.fitting.rows import box_of, computed_friction, fitted_rows

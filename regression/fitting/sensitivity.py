@@ -7,11 +7,11 @@ percentile intervals are used here.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.fluid.oil import Oil
 from ehl.material import Material, effective_modulus
 from ehl.state import ContactState

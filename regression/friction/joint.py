@@ -6,12 +6,11 @@ points of one step are evaluated together.
 """
 
 from collections.abc import Generator, Sequence
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import TypeVar
 
 import numpy as np
 
-from ehl.common.records import dataclass
 from ehl.fluid.oil import Oil
 from ehl.state import ContactState
 from regression.friction.conditions import Conditions, conditions_of

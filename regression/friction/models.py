@@ -6,6 +6,7 @@ Published formulas are in `published_registry`, fitted ones in `formula`, solved
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -16,7 +17,6 @@ from ehl.common.arrays import finite_or_none
 from ehl.common.data import data_names
 from ehl.common.errors import InputError
 from ehl.common.pages import TableResult
-from ehl.common.records import dataclass
 from ehl.common.table import Table
 from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil

@@ -5,7 +5,7 @@ stated in `applied` (own choice).
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from inspect import signature
 from pathlib import PurePath
 from typing import Literal
@@ -13,7 +13,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ehl.common.records import dataclass
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_family import FAMILIES
 from regression.friction import published as p

@@ -7,12 +7,11 @@ The model is evaluated at both ends of the interval of each input. Inputs that a
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from ehl.common.records import dataclass
 from ehl.fluid.oil import Oil
 from ehl.fluid.oil_uncertainty import VARIABLES
 from ehl.fluid.viscosity import TEMPERATURE_RANGE

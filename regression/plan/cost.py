@@ -8,6 +8,7 @@ coefficients are a least squares fit of ln(seconds) to the rough contacts of the
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,6 @@ from numpy.typing import NDArray
 from ehl.common.arrays import FloatArray
 from ehl.common.errors import check_count
 from ehl.common.progress import duration
-from ehl.common.records import dataclass
 from ehl.common.runner import MAX_JOBS, granted_workers
 from ehl.inputs import ModelInput
 from ehl.rough.accuracy import BOUND, WORK

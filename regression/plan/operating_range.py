@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +20,6 @@ from ehl.common.errors import InputError
 from ehl.common.files import toml_text
 from ehl.common.pages import TableResult
 from ehl.common.quantities import quantity, si_unit, to_display
-from ehl.common.records import dataclass
 from ehl.common.table import Table
 from ehl.common.threads import one_thread
 from ehl.fluid.oil import Oil

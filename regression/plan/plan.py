@@ -11,6 +11,7 @@ import hashlib
 import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
@@ -25,7 +26,6 @@ from ehl.common.data import data_names, data_path
 from ehl.common.errors import InputError, same_name
 from ehl.common.files import parse_json, parse_toml
 from ehl.common.pages import Reportable
-from ehl.common.records import dataclass
 from ehl.common.sections import Head, Medium, Section
 from ehl.common.table import Table
 from ehl.common.table_reader import Column, read_columns

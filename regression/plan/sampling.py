@@ -7,6 +7,7 @@ Each is a window on one quantity that follows from a point by a closed formula.
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,7 +18,6 @@ from scipy.stats import qmc
 
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.common.units import ValueRange, value_range
 from ehl.common.validation import InputModel
 from ehl.fluid.viscosity import TEMPERATURE_RANGE

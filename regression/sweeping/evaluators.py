@@ -12,6 +12,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from types import FrameType
 from typing import Any, get_args
 
@@ -19,7 +20,6 @@ import numpy as np
 from pydantic import BaseModel
 
 from ehl.common.errors import ConvergenceError
-from ehl.common.records import dataclass
 from ehl.contact import Contact
 from ehl.fluid.lubricant_inputs import OilLubricant
 from ehl.inputs import Accuracy

@@ -1,12 +1,12 @@
 """Repeated computation of cases of a dataset, to compare the present solver with the stored results."""
 
 from collections.abc import Hashable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ehl.common.errors import InputError
-from ehl.common.records import dataclass
 from ehl.contact import Contact
 from regression.data.dataset import Dataset
 from regression.friction.conditions import STATE_UNITS

@@ -15,7 +15,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -29,7 +29,6 @@ from ehl.common.errors import InputError
 from ehl.common.files import make_folder
 from ehl.common.journal import Journal
 from ehl.common.progress import ProgressCallback, duration, progress_to, report_progress
-from ehl.common.records import dataclass
 from ehl.common.runner import Executor, TaskRun, checked_jobs, local_executor
 from ehl.fluid.oil import Oil
 from regression.data.result_files import JOURNAL, SAME_RUN, TEXT_WIDTHS, CaseStatus, case_status, cases_of_other_files

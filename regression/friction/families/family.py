@@ -1,8 +1,8 @@
 """`Family`: equation, coefficients and bounds of a family of friction formulas."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
-from ehl.common.records import dataclass
 from regression.friction.conditions import Array, Conditions
 
 
