@@ -455,6 +455,9 @@ class Contact(InputModel):
             unused.append(("surface.hurst_exponent", "the spectrum is gaussian"))
         if "lay_angle" in given and self.surface.finish is None:
             unused.append(("surface.lay_angle", "it requires a finish"))
+        worn, surface = self.surface.running_in, self.surface
+        if worn != "none" and not surface.measured and worn >= max(surface.roughness_rms_1, surface.roughness_rms_2):
+            unused.append(("surface.running_in", "Rq of both surfaces is not larger"))
         return tuple(f"{name} has no effect: {why}" for name, why in unused)
 
     def __repr__(self) -> str:

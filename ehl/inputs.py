@@ -109,6 +109,7 @@ PRINTED = {
 }
 
 
+LEAST_WORN = 0.3  # least Rq over that before running-in: with less hardly a valley is left (ours)
 WORN_RMS = ValueRange("m", ge=1e-8, le=2e-5, hint="Rq of each surface after running-in, or none.")
 
 
@@ -148,10 +149,11 @@ class SurfaceInput(InputModel):
     @model_validator(mode="before")
     @classmethod
     def _worn_rms(cls, values: Any) -> Any:
-        given = values.get("running_in") if isinstance(values, dict) else None
-        if given is None or (isinstance(given, str) and given.strip().lower() == "none"):
+        if not isinstance(values, dict) or "running_in" not in values:
             return values
-        return values | {"running_in": WORN_RMS.check(given, "running_in")}
+        given = values["running_in"]
+        none = given is None or (isinstance(given, str) and given.strip().lower() == "none")
+        return values | {"running_in": "none" if none else WORN_RMS.check(given, "running_in")}
 
     # "before" validators run in reverse order: Rq of each surface is available here
     @model_validator(mode="before")
@@ -199,6 +201,10 @@ class SurfaceInput(InputModel):
         for name, value in self._unsaid().items():
             if name not in self.model_fields_set:
                 self.__dict__[name] = value
+        rough = max(self.roughness_rms_1, self.roughness_rms_2)
+        if self.running_in != "none" and self.running_in < LEAST_WORN * rough:
+            allowed = f"at least {LEAST_WORN * rough * 1e6:.3g} um, {100 * LEAST_WORN:.0f} % of Rq before running-in"
+            raise InputError("running_in", f"{self.running_in * 1e6:.3g} um", allowed)
         return self
 
     def _unsaid(self) -> dict[str, Any]:

@@ -148,7 +148,6 @@ REACH, STEP = 2.0, 1.0
 MOST_NODES = 4096
 _GAP_TOLERANCE = 1e-4  # of the gap, over b^2/R: about a nanometre
 RUNNING_IN = "running-in"  # prefix of its notes
-LEAST_WORN = 0.3  # least Rq over that before running-in: with less hardly a valley is left
 
 
 def worn(profile: RoughProfile, rms: float) -> RoughProfile:
@@ -161,13 +160,9 @@ def worn(profile: RoughProfile, rms: float) -> RoughProfile:
     profile: heights before running-in [m].
     rms: Rq after running-in [m]; the profile is unchanged if its Rq is not larger.
     Returns: profile with a note on the removed height.
-    Raises `InputError`: Rq below `LEAST_WORN` of that before running-in.
     """
     if rms >= profile.rms:
         return profile
-    if rms < LEAST_WORN * profile.rms:
-        least = f"at least {LEAST_WORN * profile.rms * 1e6:.3g} um"
-        raise InputError("running_in", f"{rms * 1e6:.3g} um", f"{least}, {100 * LEAST_WORN:.0f} % of Rq of a surface")
     from scipy.optimize import brentq
 
     low, high = float(profile.heights.min()), float(profile.heights.max())

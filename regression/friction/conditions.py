@@ -150,6 +150,8 @@ def contact_points(**conditions: Unpack[PointConditions]) -> ContactState:
     """
     finish, finish_state = conditions.pop("finish", None), conditions.pop("finish_state", "run_in")
     if finish is not None:
+        if not isinstance(finish, str):
+            raise InputError("finish", finish, "one name for all points, such as 'ground', or a FILE.toml")
         named = Finish.load(finish, finish_state)
         length, gamma = lay_seen(named.correlation_length.value, named.lay_ratio.value, 0.0)
         defaults: PointConditions = {

@@ -255,7 +255,8 @@ class FrictionModel(ABC):
         state, card = self._points(state, oil, conditions)
         if state.size != 1:
             raise InputError("state", f"{state.size} points", "one contact point")
-        if spreads is None and (finish := conditions.get("finish")) is not None:
+        rough = float(np.ravel(state.roughness_rms)[0]) > 0.0
+        if spreads is None and rough and (finish := conditions.get("finish")) is not None:
             given = float(np.ravel(state.roughness_rms_1)[0]) if "roughness_rms" in conditions else None
             surface = {"finish_state": conditions.get("finish_state", "run_in"), "roughness_rms": given}
             spreads = DEFAULT.of_surface(finish=finish, **surface)

@@ -299,9 +299,12 @@ def test_a_finish_gives_the_roughness_of_a_contact(mixed_ehl: Callable[..., Any]
         formula.uncertainty(**point, **given, finish="ground").high
         < 1.01 * formula.uncertainty(**point, **given, **texture).high
     )
-    with pytest.raises(InputError) as refused:
-        formula.mu(**point, **given, finish="grond")
-    assert refused.value.field == "finish"
+    smooth = formula.uncertainty(**point, temperature=363.15, roughness_rms=0.0, finish="ground")
+    assert smooth.low < smooth.value < smooth.high
+    for wrong in ("grond", 5, ["ground"]):
+        with pytest.raises(InputError) as refused:
+            formula.mu(**point, **given, finish=wrong)  # type: ignore[typeddict-item]
+        assert refused.value.field == "finish"
     options = ["--pressure", "1 GPa", "--radius", "15 mm", "--speed", "5 m/s", "--slide-to-roll", "0.2"]
     answer = mixed_ehl(
         "mu", "75w90", *options, "--temperature", "90 degC", "--roughness-rms", "0.4 um", "--finish", "ground", "--json"

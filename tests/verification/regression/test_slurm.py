@@ -48,9 +48,11 @@ if [ -z "$script" ]; then
     echo "$id;cluster"
     exit 0
 fi
-# a job of dask: runs on after the command
+# a job of dask: runs on after the command; as of Slurm itself from a copy, since dask removes the script at once
 export SLURM_CPUS_PER_TASK=1 SLURM_JOB_ID=4711
-nohup bash "$script" > "$script.log" 2>&1 &
+copy=$(mktemp "$here/dask.XXXX")
+cp "$script" "$copy"
+nohup bash "$copy" > "$copy.log" 2>&1 &
 echo "Submitted batch job $!"
 """
 SCANCEL = '#!/bin/bash\nkill "$@" 2> /dev/null\n'
