@@ -186,14 +186,14 @@ def case_key(case: Contact, version: str) -> str:
 
 
 def input_row(case: Contact) -> dict[str, float | str]:
-    """Inputs of a case as stored in a dataset, and the name of its oil card."""
+    """Inputs of a case as stored in a dataset, Rq after running-in, and the name of its oil card."""
     contact = case.line_contact()
     lubricant = case.lubricant.lubricant()
     return {
         **{name: getattr(contact, name) for name in MOTION},
         "temperature_oil": case.lubricant.temperature_oil,
-        "roughness_rms_1": case.surface.roughness_rms_1,
-        "roughness_rms_2": case.surface.roughness_rms_2,
+        "roughness_rms_1": case.surface.rms_in_contact(case.surface.roughness_rms_1),
+        "roughness_rms_2": case.surface.rms_in_contact(case.surface.roughness_rms_2),
         **{name: float(getattr(case.surface, name)) for name in SURFACE_UNITS},
         **lubricant_row(lubricant, contact.pressure_hertz),
         "oil": case.lubricant.oil if isinstance(case.lubricant, OilLubricant) else "",

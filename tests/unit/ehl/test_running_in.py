@@ -11,6 +11,7 @@ from ehl.rough.mixed import rough_surfaces, worn
 from ehl.surface.roughness import RoughProfile, generate_profile
 from ehl.uncertainty.contact_design import uncertain_contact_inputs
 from ehl.uncertainty.spread import DEFAULT
+from regression.sweeping.evaluators import input_row
 
 GIVEN: dict[str, Any] = {
     "oil": "75w90", "temperature": "80 degC", "pressure_hertz": "1 GPa", "radius_equivalent": "15 mm",
@@ -72,5 +73,7 @@ def test_run_in_flanks_have_less_friction_and_their_own_film_ratio() -> None:
     assert run_in.friction_coefficient < new.friction_coefficient
     assert run_in.film_ratio > 1.4 * new.film_ratio
     assert any("worn" in note for note in run_in.notes)
+    row = input_row(contact)
+    assert row["roughness_rms_1"] == row["roughness_rms_2"] == 0.3e-6
     causes = uncertain_contact_inputs(contact.problem(), DEFAULT, None, run_in.film_ratio)
     assert {cause.name for cause in causes if cause.input == "roughness_rms"} == {"running_in"}
