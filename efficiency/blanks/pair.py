@@ -235,15 +235,7 @@ def _pressure_angles(
     inputs: PairBlankInput, cones: tangency.PitchCones, place: dimensions.Placement
 ) -> tuple[float, tuple[float, float]]:
     """Limit pressure angle, and the generated ones of drive and coast side; Formulae (117) to (119)."""
-    limit = tangency.limit_pressure_angle(
-        cones.pitch_angle_1,
-        cones.pitch_angle_2,
-        cones.cone_distance_1,
-        cones.cone_distance_2,
-        cones.spiral_1,
-        cones.spiral_2,
-        place.zeta_mp,
-    )
+    limit = cones.limit_pressure_angle(place.zeta_mp)
     shift = inputs.pressure_angle.limit_influence * limit
     generated = inputs.pressure_angle.drive + shift, inputs.pressure_angle.coast - shift
     check_pressure_angles(inputs, generated, limit)

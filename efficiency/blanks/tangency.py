@@ -48,6 +48,13 @@ class PitchCones:
         """d_m2 [m], Formula (111)."""
         return 2.0 * self.cone_distance_2 * sin(self.pitch_angle_2)
 
+    def limit_pressure_angle(self, zeta_mp: float) -> float:
+        """alpha_lim of these cones [rad] (`limit_pressure_angle`)."""
+        return limit_pressure_angle(
+            self.pitch_angle_1, self.pitch_angle_2, self.cone_distance_1, self.cone_distance_2,
+            self.spiral_1, self.spiral_2, zeta_mp,
+        )  # fmt: skip
+
 
 def too_large(offset: float, largest: float | None = None) -> InputError:
     """The error of an offset that leaves no pair of cones."""

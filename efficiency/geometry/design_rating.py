@@ -22,7 +22,7 @@ from efficiency.blanks.iso_10300 import (
     rate_flank,
 )
 from efficiency.blanks.pair_blank import rating_tables
-from efficiency.blanks.tangency import PitchCones, limit_pressure_angle
+from efficiency.blanks.tangency import PitchCones
 from efficiency.blanks.virtual_gears import virtual_gears
 from efficiency.contact.gear_flanks import MEMBERS, SIDES, Member
 from efficiency.contact.tooth_grid import gear_thickness, pinion_thickness
@@ -156,15 +156,7 @@ def rated_pair(design: Design) -> RatedPair:
     )
     diameters = cones.mean_diameter_1, cones.mean_diameter_2
     place = placement(design.assembly.shaft_angle, design.assembly.hypoid_offset, cones)
-    limit = limit_pressure_angle(
-        cones.pitch_angle_1,
-        cones.pitch_angle_2,
-        cones.cone_distance_1,
-        cones.cone_distance_2,
-        cones.spiral_1,
-        cones.spiral_2,
-        place.zeta_mp,
-    )
+    limit = cones.limit_pressure_angle(place.zeta_mp)
     if flanks.loaded_side("pinion", "drive") == "convex":
         limit = -limit
     module = diameters[1] * math.cos(cones.spiral_2) / two.teeth
