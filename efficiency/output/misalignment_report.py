@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from efficiency.design.design import MISALIGNMENTS
@@ -10,7 +11,7 @@ from efficiency.ltca.limits import EDGE_LIMIT
 from efficiency.output.plots_misalignment import misalignment_figures, misalignment_quantity, plot_misalignment
 from ehl.common.data import reason_text
 from ehl.common.quantities import quantity
-from ehl.common.sections import Head, Medium, Row, Section
+from ehl.common.sections import Folded, Head, Item, Medium, Row, Section
 from ehl.common.table import Column, Table
 
 if TYPE_CHECKING:
@@ -88,7 +89,8 @@ def _notes(study: MisalignmentStudy) -> list[str]:
 def misalignment_sections(grid: MisalignmentGrid, medium: Medium) -> list[Section]:
     """Contact in all states: a table for each side and figures; files hold all states in one table."""
     first = grid.studies[0]
-    head = Head(f"Misalignment study: {first.design}", f"marking {1e6 * first.marking:.4g} µm")
+    kind = "Tolerance analysis" if first.samples else "Misalignment study"
+    head = Head(f"{kind}: {first.design}", f"marking {1e6 * first.marking:.4g} µm")
     if medium == "files":
         records = grid.to_frame().to_dict("list")
         known = {name: misalignment_quantity(name).name for name in MISALIGNMENTS} | {
@@ -99,11 +101,12 @@ def misalignment_sections(grid: MisalignmentGrid, medium: Medium) -> list[Sectio
         return [Section("", [head, Table.from_columns(columns, name="misalignment")])]
     tables = [misalignment_table(study) for study in grid.studies]
     if first.samples:
-        # a page lists the states as well
-        tables = [distribution_table(study) for study in grid.studies] + (tables if medium == "page" else [])
+        found: list[Item] = [head, *(distribution_table(study) for study in grid.studies)]
+        if medium == "page":
+            states = Folded("Random states", [replace(table, notes=()) for table in tables])
+            found += [*misalignment_figures(grid.pair, grid.studies), states]
+        return [Section("", found)]
     if medium == "terminal":
         return [Section("", [head, *tables])]
-    if first.samples:
-        return [Section("", [head, *misalignment_figures(grid.pair, grid.studies), *tables])]
     wide, *others = misalignment_figures(grid.pair, grid.studies)
     return [Section("", [head]), Section("Contact", [wide, Row(others)]), Section("Numerical results", tables)]
