@@ -212,6 +212,14 @@ TIMED = {
         ),
         float,
     ),
+    "axle_point": Timed(
+        "`mixed-ehl axle NAME --json`, one point, in a process of its own; its CPU seconds in place of the error",
+        command(
+            *("-c", "from efficiency.cli import main; main()", "axle", "truck_hypoid", "--json"),
+            *("--torque", "250 N m", "--speed", "1500 rpm", "--temperature", "80 degC"),
+        ),
+        float,
+    ),
     "machine_settings": Timed(
         "machine settings of a hypoid pair from targets; none",
         lambda: lambda: efficiency.settings("fh_hypoid_9x34_offset_10"),
