@@ -148,10 +148,7 @@ class Mesh:
             fine, coarse = both_cycles(_CycleMaker(found), positions, points_per_line)
             return found, elastic_cycle(fine, teeth), elastic_cycle(coarse, teeth)
 
-        def kept(what: object, make: Callable[[], T]) -> T:
-            size = side, positions, points_per_line
-            return kept_of_design("mesh", design, size if what is None else (*size, what), make)
-
+        kept = _KeptMesh(design, (side, positions, points_per_line))
         pair, fine, coarse = kept(None, geometry) if keep else geometry()
         placement = design.placement()
         grids = MeshGrids(
@@ -605,6 +602,17 @@ class _CycleMaker:
         if self._lines is None or self._lines[0] != count:
             self._lines = count, cycle_lines(self.pair.surface, count)
         return mesh_cycle(self.pair.surface, count, points, reach, edges=True, lines=self._lines[1])
+
+
+@dataclass(frozen=True)
+class _KeptMesh:
+    """Results of a mesh of one size on disk; a class, so that meshes can be sent to other processes."""
+
+    design: Design
+    size: tuple[object, ...]
+
+    def __call__(self, what: object, make: Callable[[], T]) -> T:
+        return kept_of_design("mesh", self.design, self.size if what is None else (*self.size, what), make)
 
 
 @dataclass(eq=False)

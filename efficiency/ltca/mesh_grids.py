@@ -212,6 +212,17 @@ class FrictionBalance:
     rounds: int  # corrections of the forces
 
 
+@dataclass(frozen=True)
+class _FromCoarse:
+    """Starting values of the fine grid; a class, so that meshes can be sent to other processes."""
+
+    mesh: MeshGrids
+    coarse: TangentLoads
+
+    def __call__(self, step: int) -> Sequence[FloatArray]:
+        return self.mesh.on_fine(self.coarse.node(step))
+
+
 class LoadedGrids:
     """A mesh under one torque: the load on both of its grids.
 
@@ -249,10 +260,7 @@ class LoadedGrids:
             loads = zip(self.coarse.positions, arms_coarse, strict=True)
             ratio = np.array([float(p.force @ arm) / p.torque for p, arm in loads])
             coarse = TangentLoads(mesh.elastic_coarse, mesh.teeth, torque, arms_coarse, ratio, way, self.coarse)
-
-            def start(step: int) -> Sequence[FloatArray]:
-                return mesh.on_fine(coarse.node(step))
-
+            start = _FromCoarse(mesh, coarse)
             fine = TangentLoads(mesh.elastic_fine, mesh.teeth, torque, arms, ratio, way, start)
             self._tangents[way] = fine, coarse
         return self._tangents[way]
