@@ -102,7 +102,7 @@ def page(oil: ehl.Oil) -> str:
     low, high = (end - 273.15 for end in oil.temperature_valid)
     lines += [
         "",
-        f"- **Base**: {oil.base}; viscosity law `{oil.viscosity.law}`; certainty: {oil.certainty}.",
+        f"- **Base**: {oil.base}; viscosity law `{oil.viscosity.law}`.",
         f"- **Range**: {low:.0f} to {high:.0f} °C; pressure measured up to {valid}.",
         f"- **Shear**: {'figures of the card' if own else 'of its base oil'}; limit of the base oil "
         f"{family.limit_slope:g}, published {family.limit_range[0]:g} to {family.limit_range[1]:g} ({family.source}).",

@@ -236,7 +236,7 @@ def _targets(text: str, name: str, answers: Mapping[str, str], given: Mapping[st
     module = 0.85 * diameter * math.cos(spiral) / float(answers["teeth_gear"])
     values = {**answers, **process.usual, **given} | {
         "method": "2" if offset else "0",
-        # ours: 40 um for a face width of 26 to 30 mm, in proportion to it; profile crowning is a third of it
+        # own choice: 40 um for a face width of 26 to 30 mm, in proportion to it; profile crowning is a third of it
         "crowning": f"{min(max(40.0 * width / 0.028, 5.0), 200.0):.0f} um",
         "relief": f"{min(max(12.0 * width / 0.028, 2.0), 60.0):.0f} um",
         "tip_amount": f"{1e6 * TIP[0] * module:.0f} um",
@@ -249,7 +249,7 @@ def _targets(text: str, name: str, answers: Mapping[str, str], given: Mapping[st
     return text
 
 
-# fractions of the time, of the torque and of the speed; ours, to be replaced by measured data
+# fractions of the time, of the torque and of the speed; this work, to be replaced by measured data
 _CYCLE = (
     (0.30, 0.10, 0.35), (0.25, 0.20, 0.50), (0.20, 0.30, 0.65), (0.10, 0.45, 0.50),
     (0.05, 0.70, 0.35), (0.02, 1.00, 0.20), (0.08, -0.10, 0.60),

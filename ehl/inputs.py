@@ -109,7 +109,7 @@ PRINTED = {
 }
 
 
-LEAST_WORN = 0.3  # least Rq over that before running-in: with less hardly a valley is left (ours)
+LEAST_WORN = 0.3  # least Rq over that before running-in: with less hardly a valley is left (this work)
 WORN_RMS = ValueRange("m", ge=1e-8, le=2e-5, hint="Rq of each surface after running-in, or none.")
 
 

@@ -147,7 +147,7 @@ def _print_friction(content: dict[str, Any], label: str) -> None:
         line += f"  ({content['friction_lower']:.5f} to {content['friction_upper']:.5f})"
     if "in_convex_hull" in content:
         line += f"  {'inside' if content['in_convex_hull'] else 'outside'} the convex hull of its data"
-    mark = "" if content.get("certainty", "found") == "found" else " (M: equation unverified, at least in part)"
+    mark = "" if content.get("certainty", "published") == "published" else " (M: equation unverified, at least in part)"
     typer.echo(f"{line}  {label}{mark}, {content['oil']}")
 
 

@@ -386,8 +386,8 @@ def published() -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        One row per formula: `name` (for `friction_model`), `source`, `certainty` of its coefficients ("found", "mixed",
-        "from memory"), `range` in SI units, `range_certainty`, and its application at a contact point (`applied`).
+        One row per formula: `name` (for `friction_model`), `source`, `certainty` of its coefficients ("published",
+        "mixed", "unverified"), `range` in SI units, `range_certainty`, and its application at a point (`applied`).
 
     Examples
     --------

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 import efficiency
 
 REFERENCE = Path(__file__).resolve().parents[1] / "data" / "reference" / "axle_maps.csv"
-TEMPERATURES = {"vecto_tractor": 70.0, "ro440": 80.0, "ro440_loaded": 80.0}  # [degC], the first ours
+TEMPERATURES = {"vecto_tractor": 70.0, "ro440": 80.0, "ro440_loaded": 80.0}  # [degC], the first assumed
 
 
 @dataclass(frozen=True)

@@ -342,7 +342,7 @@ def viscosity() -> list[Row]:
         Row("pressure", "alpha of PAO 100 at 25 degC", "1/GPa", *[pao["pao100_per_GPa"]] * 2,
             *secant_and_slope(ehl.Oil.load("pao100"), 25.0), pao["mark"], f"card pao100, {unsaid}")
     ]  # fmt: skip
-    # density 980 kg/m3, 4 %/K and nu100 from memory: the family sets ln(eta/eta0) by nu
+    # density 980 kg/m3, 4 %/K and nu100 unverified: the family sets ln(eta/eta0) by nu
     nu_40 = 1e6 * ester["viscosity_Pa_s"] / 980.0 * math.exp(-0.04 * (40.0 - ester["temperature_degC"]))
     generic = ehl.Oil.generic("ester", nu_40=f"{nu_40} cSt", nu_100="5.1 cSt")
     rows.append(
@@ -353,7 +353,7 @@ def viscosity() -> list[Row]:
     value = 1e3 * float(oil.viscosity(np.array([1e6 * squalane["pressure_MPa"]]))[0])
     rows.append(
         Row("pressure", "squalane at 200 degC and 200 MPa", "mPa s", *squalane["viscosity_mPa_s"], value, value,
-            squalane["mark"], "one digit; card squalane, constants from memory and stated for 20 to 60 degC only")
+            squalane["mark"], "one digit; card squalane, constants unverified and stated for 20 to 60 degC only")
     )  # fmt: skip
     for temperature in (40.0, 100.0):
         other, card = (

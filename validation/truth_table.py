@@ -78,7 +78,7 @@ def schlenk_feup(pair: Any, oil: str, torque: float, speed: float, celsius: floa
 def rigid_loss_factor(pair: Any) -> float:
     """H_V of spur gears: loss over power and a constant friction coefficient, the load shared in equal parts [-].
 
-    pi (u + 1)/(z_1 u) (1 - eps + eps_1^2 + eps_2^2) (Ohlendorf 1958, from memory; exact for contact ratios of 1 to 2).
+    pi (u + 1)/(z_1 u) (1 - eps + eps_1^2 + eps_2^2) (Ohlendorf 1958, unverified; exact for contact ratios of 1 to 2).
     """
     involute = pair.design.involute
     ends = [

@@ -49,7 +49,7 @@ from ehl.fluid.viscosity import TEMPERATURE_RANGE
 from regression.friction.published_registry import model_label
 
 BALANCE = "balance"
-_LONGER = 1.05  # length of the steps of the heat balance over that of the secant (ours)
+_LONGER = 1.05  # length of the steps of the heat balance over that of the secant (this work)
 BALANCED = 1e-4  # tolerance of the oil temperature [K]
 _Nodes = Mapping[Side, Sequence[float]]  # torques of a side whose loads are known
 _Loads = list[list[tuple[float, float]]]  # radial and axial load of the bearings of both shafts [N]

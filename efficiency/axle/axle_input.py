@@ -48,8 +48,8 @@ class ShaftInput(InputModel):
     def loads(self, wrench: FloatArray) -> list[tuple[float, float]]:
         """Radial and axial load of each bearing [N] under a force and moment (6,) at the origin of the axis.
 
-        Radial: statics of the shaft; with more than two bearings that of a rigid shaft on equal springs (ours). Axial:
-        ``F_out - F_in = K``; neither below the force that the radial load of a tapered roller bearing needs,
+        Radial: statics of the shaft; with more than two bearings that of a rigid shaft on equal springs (this work).
+        Axial: ``F_out - F_in = K``; neither below the force that the radial load of a tapered roller bearing needs,
         ``0.5 Fr/Y`` (SKF catalogue), nor below the preload of equal springs, ``F_0 +- K/2``.
         """
         statics = np.linalg.pinv(np.array([[1.0, bearing.position] for bearing in self.bearings]).T)

@@ -121,7 +121,7 @@ def skf_moment(bearing: BearingInput, at: BearingState) -> Moments:
 
     ``M = phi_ish phi_rs G_rr (nu n)^0.6 + G_sl mu_sl + M_seal + M_drag``; range: n >= 0, loads above the minimum load
     of the bearing, constant speed, shaft horizontal, large oil reservoir. Oil so thick that starvation and shear
-    heating would reduce the rolling moment is replaced by the viscosity of the maximum moment (ours), with a note.
+    heating would reduce the rolling moment is replaced by the viscosity of the maximum moment (this work), with a note.
     """
     n, nu, dm = _rpm(at.speed), 1e6 * at.viscosity, 1e3 * bearing.mean_diameter
     rolling, sliding = skf_load_variables(bearing, at.radial, at.axial)
@@ -167,7 +167,8 @@ def skf_seal_moment(bearing: BearingInput) -> float:
 def skf_drag_moment(bearing: BearingInput, at: BearingState) -> float:
     """Moment of drag losses in an oil bath [N m]; range: nu <= 500 mm^2/s, 250 mm^2/s above half the bearing.
 
-    For thicker oil the viscosity is that at the end of the range (ours), with a note: the equation grows with nu^1.4.
+    For thicker oil the viscosity is that at the end of the range (this work), with a note: the equation grows with
+    nu^1.4.
     """
     d, D, dm = 1e3 * bearing.bore, 1e3 * bearing.outside_diameter, 1e3 * bearing.mean_diameter
     n, depth = _rpm(at.speed), min(1e3 * at.oil_depth, 1.2 * dm)

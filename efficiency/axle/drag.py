@@ -16,7 +16,7 @@ SMALL_SUMP = 1.0  # smallest V/D^3 of their measurements
 
 @dataclass(frozen=True)
 class Wheel:
-    """A gear for the churning formulas; a bevel gear has its outer pitch diameter (ours)."""
+    """A gear for the churning formulas; a bevel gear has its outer pitch diameter (this work)."""
 
     teeth: int
     radius: float  # pitch radius, of a bevel gear at the heel [m]
@@ -39,7 +39,7 @@ def linke_seal(diameter: float, speed: float, oil: Oil, temperature: float) -> f
     """Loss of a radial shaft seal after Linke [W]: ``(145 - 1.6 T + 350 lg lg(nu_40 + 0.8)) d^2 n 1e-7``.
 
     T in degC, nu_40 in mm^2/s, d in mm, n in rpm (Linke, Stirnradverzahnung; the three coefficients also in a public
-    transcription, the power of ten from memory); range: mineral and synthetic gear oils up to about 120 degC, beyond
+    transcription, the power of ten unverified); range: mineral and synthetic gear oils up to about 120 degC, beyond
     which the formula falls to zero.
     """
     nu40 = 1e6 * float(oil.viscosity_kinematic(40.0 + KELVIN))
@@ -62,8 +62,8 @@ def changenet_velex_torque(
     below Re = 6000 ``C = 1.366 (h/D)^0.45 (V/D^3)^0.1 Fr^-0.6 Re^-0.21``, above 9000 ``C = 3.644 (h/D)^0.1
     (V/D^3)^-0.35 Fr^-0.88 (b/D)^0.85``, linear between. Fitted to single spur and helical gears at low and medium
     speed; the two formulas for high speed are not in it, nor the direction of the flow from one gear onto the other.
-    V/D^3 below `SMALL_SUMP` is taken there (ours): the rig had V/D^3 of 1 to 7 (box of 365 x 185 mm, gears of 96 to
-    160 mm, from memory), an axle has 0.1 to 0.5, for which both formulas differ by a factor 3 to 5 at the same Re.
+    V/D^3 below `SMALL_SUMP` is taken there (this work): the rig had V/D^3 of 1 to 7 (box of 365 x 185 mm, gears of 96
+    to 160 mm, unverified), an axle has 0.1 to 0.5, for which both formulas differ by a factor 3 to 5 at the same Re.
 
     wheel: the gear.
     depth: immersion depth h of the tip circle [m].
@@ -92,8 +92,8 @@ def iso_14179_2_torque(depth: float, face_width: float, velocity: float) -> floa
 
     ``T = C_Sp C_1 exp(C_2 v/v_0)``, ``C_1 = 0.063 h/h_0 + 0.0128 (b/b_0)^3``, ``C_2 = h/(80 h_0) + 0.2``, with
     h_0 = b_0 = 10 mm and v_0 = 10 m/s; h is the sum of both immersion depths. The factor C_Sp of oil splashed onto the
-    mesh is taken as 1 (ours). Neither viscosity nor diameter is in it: for mineral oils at running temperature and
-    gears of the sizes that were measured. Without oil, and at rest, it is taken as zero (ours).
+    mesh is taken as 1 (this work). Neither viscosity nor diameter is in it: for mineral oils at running temperature and
+    gears of the sizes that were measured. Without oil, and at rest, it is taken as zero (this work).
 
     depth, face_width: h, b [m].
     velocity: at the pitch circle [m/s].
@@ -123,7 +123,7 @@ def changenet_velex_loss(wheels: tuple[Wheel, Wheel], bath: OilBath) -> float:
 
 
 def iso_14179_2_loss(wheels: tuple[Wheel, Wheel], bath: OilBath) -> float:
-    """Churning loss of the stage [W]: one torque, on the shaft of the gear or, where it runs dry, of the pinion (ours).
+    """Churning loss of the stage [W]: one torque on the shaft of the gear, or of the pinion if the gear runs dry.
 
     At each gear by itself, b^3 would count twice, and a small pinion that turns fast would lose most of it.
     """

@@ -26,9 +26,10 @@ OUTSIDE = (
 )
 Kind = Literal["point", "map", "duty"]
 SOURCES = ("mesh", "bearings", "seals", "churning", "windage")
-# standard deviation of ln(loss) of the methods (ours)
+# standard deviation of ln(loss) of the methods (this work)
 SCATTER = {"skf": 0.25, "iso_14179_2": 0.35, "seals": 0.3, "churning": 0.8, "windage": 0.7}
-# kinematic viscosity from which an interval begins to reach to the other method, and from which it does [m^2/s] (ours)
+# kinematic viscosity from which an interval begins to reach to the other method, and from which it does [m^2/s] (this
+# work)
 THICK_OIL = 500e-6, 5000e-6
 
 
@@ -187,7 +188,7 @@ class AxleResult(LossTable):
                 MainResult(value, f"{quantity(self._shown).label} of the axle", [(f"{low} to {high}", "90 % interval")])
             )
         notes = Notes(pair_notes(self.case_notes), len(self.points))
-        method = f"Methods: {self._methods}; the intervals of these methods are ours."
+        method = f"Methods: {self._methods}; the intervals of these methods are estimated."
         if self.alternatives:
             others = ", ".join(
                 f"{name} {quantity('loss_total').text(loss)}" for name, loss in self.alternatives.items()

@@ -1,6 +1,7 @@
 """Refusals and warnings for a blank, with value, limit and remedy.
 
-Limits marked M are recommendations of ISO 23509 or AGMA 2005 from memory, D follow from the geometry, O are ours.
+Limits marked M are recommendations of ISO 23509 or AGMA 2005 (unverified), D follow from the geometry, O are own
+choices.
 """
 
 from collections.abc import Iterator

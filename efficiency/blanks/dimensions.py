@@ -1,10 +1,10 @@
 """Gear dimensions of both members (ISO 23509 clause 7), from pitch cones and tooth proportions.
 
-Equation numbers: ISO 23509:2016 as read in a public secondary source (docs/blank.md). Index 1 is the pinion, 2 the
+Equation numbers: ISO 23509:2016 as given in a public secondary source (docs/blank.md). Index 1 is the pinion, 2 the
 gear.
 
-Undercut check (clause 8): limits of the profile shift at toe and heel, Formulae (227) to (258). The source takes the
-gear's limit (258) as a lower bound of x_hm1 too; as the gear has -x_hm1 it is an upper bound, which is used here.
+Undercut check (clause 8): limits of the profile shift at toe and heel, Formulae (227) to (258). The source also uses
+the gear's limit (258) as a lower bound of x_hm1; because the gear has -x_hm1, it is an upper bound here.
 
 Tooth proportions: factors of depth and thickness, and the taper of the depth along the face (ISO 23509 Annex C).
 """
@@ -19,7 +19,7 @@ from efficiency.blanks.tangency import PitchCones, limit_pressure_angle, too_lar
 from efficiency.cutting.process import PROCESSES
 from ehl.common.errors import InputError
 
-# Annex C, from memory of it and of AGMA 2005; teeth of the pinion: factor. 12 (hypoid: 11) and more: 2. Hypoids with 5
+# Annex C and AGMA 2005, unverified; teeth of the pinion: factor. 12 (hypoid: 11) and more: 2. Hypoids with 5
 # teeth: continued in equal steps; three measured pairs with 5 to 7 teeth have 1.69, 1.72, 1.78 and 0.091, 0.111, 0.132
 DEPTH_FACTOR_BEVEL = {6: 1.765, 7: 1.835, 8: 1.895, 9: 1.940, 10: 1.975, 11: 1.995}
 DEPTH_FACTOR_HYPOID = {5: 1.70, 6: 1.75, 7: 1.80, 8: 1.85, 9: 1.90, 10: 1.95}
@@ -35,8 +35,8 @@ class DepthFactors:
     addendum: float
     dedendum: float
     thickness: float  # x_smn, theoretical thickness modification of the pinion
-    defaults: tuple[str, ...] = ()  # recommended values that were taken
-    clearance_pinion: float | None = None  # between pinion root and gear tips, where it differs from the other
+    defaults: tuple[str, ...] = ()  # recommended values used as defaults
+    clearance_pinion: float | None = None  # between pinion root and gear tips, if different from the other clearance
 
 
 def factors(inputs: PairBlankInput, cones: PitchCones) -> DepthFactors:
@@ -70,13 +70,13 @@ def factors(inputs: PairBlankInput, cones: PitchCones) -> DepthFactors:
 
 
 def recommended_depth_factor(inputs: PairBlankInput) -> float:
-    """k_d, Table C.1 (from memory)."""
+    """k_d, Table C.1 (unverified)."""
     table = DEPTH_FACTOR_HYPOID if inputs.hypoid_offset else DEPTH_FACTOR_BEVEL
     return table.get(max(min(table), inputs.teeth_pinion), 2.0)
 
 
 def recommended_addendum_factor(inputs: PairBlankInput, cones: PitchCones) -> float:
-    """c_ham, Table C.2 (from memory; it gives the input of sample F.2 to its last digit)."""
+    """c_ham, Table C.2 (unverified; it reproduces the input of sample F.2 to the last digit)."""
     if inputs.hypoid_offset and inputs.teeth_pinion < 21:
         return ADDENDUM_FACTOR_HYPOID.get(max(5, inputs.teeth_pinion), 0.170)
     ratio = inputs.teeth_gear / inputs.teeth_pinion
@@ -85,9 +85,9 @@ def recommended_addendum_factor(inputs: PairBlankInput, cones: PitchCones) -> fl
 
 
 def recommended_thickness_factor(inputs: PairBlankInput) -> float:
-    """k_t, the curve of Figure C.1 (AGMA 2005 form, from memory; gives the input of sample F.2 to its last digit).
+    """k_t, the curve of Figure C.1 (AGMA 2005 form, unverified; reproduces the input of sample F.2 to the last digit).
 
-    Above a ratio of 10 its value there is used (ours): the parabola has its highest point at 11.5.
+    Above a ratio of 10 the value at 10 is used (this work), because the parabola has its maximum at 11.5.
     """
     u = min(inputs.teeth_gear / inputs.teeth_pinion, 10.0)
     return -0.088 + 0.092 * u - 0.004 * u**2 + 0.0016 * (inputs.teeth_pinion - 30) * (u - 1.0)
@@ -102,7 +102,7 @@ def taper_angles(
     dedendums: tuple[float, float],
     working_depth: float,
 ) -> tuple[float, float, str]:
-    """theta_a2, theta_f2 and the taper that was used, Annex C.5.
+    """theta_a2, theta_f2 and the taper used, Annex C.5.
 
     alpha_n: mean normal pressure angle.
     outer_module: m_et2 [m].
@@ -155,7 +155,7 @@ def taper_angles(
 
 @dataclass(frozen=True)
 class Placement:
-    """Where cones and calculation point lie, Formulae (113) to (115), (129) to (131)."""
+    """Positions of cones and calculation point, Formulae (113) to (115), (129) to (131)."""
 
     # offset angle of the pinion in the axial plane and in the pitch plane
     zeta_m: float
@@ -345,7 +345,7 @@ class Thickness:
     # s_mnc, h_amc [m]
     chordal: tuple[float, float]
     chordal_addendum: tuple[float, float]
-    backlash_normal: float  # j_mn [m], mean normal backlash, measured square to the flanks
+    backlash_normal: float  # j_mn [m], mean normal backlash, measured normal to the flanks
 
 
 def thickness(

@@ -1,6 +1,6 @@
 """The blank file of a bevel or hypoid pair: inputs in the terms of ISO 23509.
 
-Where the standard recommends a value it is the default; `PairBlank.defaults` names what was taken.
+Where the standard recommends a value it is the default; `PairBlank.defaults` lists the values used.
 """
 
 from collections.abc import Iterator
@@ -48,7 +48,7 @@ Teeth = Annotated[int, Field(ge=1, le=300)]
 
 
 class PressureAngles(InputModel):
-    """Design pressure angles of both sides and how far the limit pressure angle shifts the generated ones."""
+    """Design pressure angles of both sides, and the influence of the limit pressure angle on the generated ones."""
 
     drive: PressureAngle = radians(20.0)
     coast: PressureAngle = radians(20.0)
@@ -66,7 +66,7 @@ class DepthTypeOne(InputModel):
 
 
 class DepthTypeTwo(InputModel):
-    """Data type II: addendum, depth, clearance and thickness factors; missing ones as the standard recommends."""
+    """Data type II: addendum, depth, clearance and thickness factors; defaults as recommended by the standard."""
 
     data_type: Literal["II"] = "II"
     gear_addendum_factor: Annotated[float, ValueRange("", gt=0.0, lt=1.0)] | None = None
@@ -80,7 +80,7 @@ class DepthTypeTwo(InputModel):
 
 
 class DepthTaper(InputModel):
-    """How the tooth depth changes along the face: by a rule, or by the two angles of the gear."""
+    """Change of the tooth depth along the face: by a rule, or by the two angles of the gear."""
 
     type: Literal["uniform", "standard", "duplex", "tilted_root", "given"] = "tilted_root"
     addendum_angle_gear: TaperAngle | None = None
@@ -112,12 +112,12 @@ class Backlash(InputModel):
 class PairBlankInput(InputModel):
     """Blank of a pair: the content of a blank file.
 
-    `pitch_cones` selects the end of the iteration of Methods 1 to 3: "converged", to rounding, exact contact of the
-    cones; "tangent", at the tolerance of the standard, then exact contact of the cones; "standard", as printed there.
+    `pitch_cones` selects the end of the iteration of Methods 1 to 3: "converged", to rounding error, with cones
+    in exact contact; "tangent", to the tolerance of the standard, then with cones in exact contact; "standard", as there.
 
     `gear_cutting`: the gear tooth is generated (default) or Formate, with straight profile;
     `inside_blade_angle_gear` is the blade angle that cuts the convex flank of a Formate gear, by default its pressure
-    angle: the cutter axis then stands square to the root cone.
+    angle: the cutter axis is then normal to the root cone.
     """
 
     name: Name

@@ -5,7 +5,7 @@ torque  ->  forces of the virtual gears  ->  K factors  ->  contact and root str
 Formula numbers and values from public sources: the repository github.com/afuentesaz/AGMAStandards (ISO10300Calc). Its
 self test against ISO/TR 10300-30:2024, samples 1 to 3, provides the values of the tests. The standard itself was not
 available: this is not a certified calculation. Life factors of case-hardened steel and damage as in ISO 6336-2, -3 and
--6, from memory.
+-6, unverified.
 """
 
 from __future__ import annotations
@@ -57,8 +57,8 @@ def speed_factor(endurance: float, speed: float) -> float:
 def roughness_factor(endurance: float, mean_rz: float, radius: float) -> float:
     """Z_R (59): contact endurance [Pa], mean Rz of both flanks [m], radius of relative curvature [m].
 
-    Surfaces smoother than the test gears have the value 1 (ours), because the formula has no upper limit and would give
-    1.3 for superfinished flanks.
+    Surfaces smoother than the test gears have the value 1 (this work), because the formula has no upper limit and would
+    give 1.3 for superfinished flanks.
     """
     relative = float(1e6 * mean_rz * (10.0 / (1e3 * radius)) ** (1.0 / 3.0))
     if relative <= 3.0:
@@ -132,7 +132,7 @@ class RatingLoad(InputModel):
 
 
 class RatingFactors(InputModel):
-    """Table `rating` of a design file: what the load capacity after ISO 10300 needs besides the design.
+    """Table `rating` of a design file: additional inputs of the load capacity after ISO 10300.
 
     `cantilevered`: members without bearings on both sides. `pattern_verified`: how the contact pattern is checked, of
     each pair under full or light load, or of a sample. With `pitch_deviation_gear` the dynamic and transverse load
@@ -166,7 +166,7 @@ class RatingInput(RatingFactors):
 
 @dataclass(frozen=True)
 class RatedMember:
-    """What the rating needs of one member; names and units of `MemberBlank`."""
+    """Data of one member for the rating; names and units of `MemberBlank`."""
 
     teeth: int
     pitch_angle: float
@@ -181,7 +181,7 @@ class RatedMember:
 
 @dataclass(frozen=True)
 class RatedPair:
-    """What the rating needs of a pair; names and units of `PairBlank`, which has it as well."""
+    """Data of a pair for the rating, a subset of `PairBlank` with its names and units."""
 
     pinion: RatedMember
     gear: RatedMember
@@ -266,7 +266,7 @@ def _cycles(curve: Curve, ratio: float) -> float:
 def rate_flank(pair: PairBlank | RatedPair, inputs: RatingInput, side: Side) -> FlankRating:
     """Load capacity of the flanks of one side at the torque of the inputs, and over their spectrum.
 
-    The same torque is taken for both sides; for the coast side it turns the other way.
+    The same torque is taken for both sides; for the coast side its direction is reversed.
     """
     flank = _Flank(pair, inputs, side)
     now, speeds = flank.at(inputs.torque, inputs.speed), np.array([1.0, 1.0 / pair.ratio])
@@ -343,7 +343,7 @@ class _Loaded:
 
 
 class _Flank:
-    """What of the rating of one flank does not depend on the torque, and the stresses of a torque."""
+    """Quantities of the rating of one flank that do not depend on the torque, and the stresses at a torque."""
 
     def __init__(self, pair: PairBlank | RatedPair, inputs: RatingInput, side: Side) -> None:
         self.pair, self.inputs = pair, inputs
@@ -439,7 +439,7 @@ class _Flank:
         return float(np.interp(ratio, (1.25, 1.5), (main, above)))
 
     def _pitch_error(self) -> float:
-        """Single pitch deviation of the gear less its running-in allowance (51) [m]."""
+        """Single pitch deviation of the gear minus its running-in allowance (51) [m]."""
         deviation = self.inputs.pitch_deviation_gear or 0.0
         return deviation - min(0.075 * deviation, 3e-6)
 
@@ -457,8 +457,8 @@ class _Flank:
     def _contact_lines(self) -> tuple[float, float, float]:
         """Contact lines near the tip, in the middle and near the root (A.26 to A.36); sets Z_LS (7 to 10).
 
-        Lines end at the edges of the zone of action, 0 <= x <= b_v,eff; C_lb is the product of two roots. The three
-        samples of the report confirm both, which the public source leaves open.
+        Lines end at the edges of the zone of action, 0 <= x <= b_v,eff; C_lb is the product of two roots. Both
+        are undefined in the public source and confirmed by the three samples of the report.
         """
         pair, virtual = self.pair, self.virtual
         half_offset = 0.5 * pair.offset_angle_pitch_plane

@@ -12,7 +12,8 @@ from efficiency.blanks.inputs import PairBlankInput
 from efficiency.blanks.tangency import PitchCones, crown_gear
 from ehl.common.errors import InputError
 
-# steepest spiral angle anywhere on the faces; for steeper pinions, of 1 to 3 teeth, that far above their mean, and most
+# largest spiral angle on the faces; for steeper pinions, of 1 to 3 teeth, the increase above their mean, and the
+# maximum
 SPIRAL_AT_THE_ENDS, STEEPER, STEEPEST = radians(75.0), radians(8.0), radians(85.0)
 
 
@@ -31,7 +32,7 @@ class Trace:
     base_radius: float  # rho_b [m], base circle of the epicycloid; rho_P0 for a face mill
 
     def reaches(self, cone: float) -> bool:
-        """Whether the cutter cuts through cone distance R [m] at all."""
+        """Whether the cutter reaches cone distance R [m]."""
         return abs(cone - self.centre_distance) < self.cutter_radius < cone + self.centre_distance
 
     def generating_angle(self, cone: float) -> float:

@@ -1,6 +1,6 @@
-"""Method 1 of ISO 23509 (Gleason): the tooth is curved lengthwise as the limit curvature asks for.
+"""Method 1 of ISO 23509 (Gleason): the lengthwise curvature of the tooth equals the limit curvature.
 
-The unknown is eta, the offset angle of the gear in the axial plane. Equation numbers: ISO 23509:2016 as read in a
+The unknown is eta, the offset angle of the gear in the axial plane. Equation numbers: ISO 23509:2016 as given in a
 public secondary source (docs/blank.md).
 """
 
@@ -27,9 +27,9 @@ NO_OFFSET = 1e-7
 
 
 def method_1(inputs: PairBlankInput) -> PitchCones:
-    """Gleason cones. As printed: second trial with eta a tenth larger, then linear interpolation.
+    """Gleason cones. As in the standard: second trial with eta increased by a tenth, then linear interpolation.
 
-    The step of a tenth is not in the source read; it is what gives the printed numbers of Annex F.3.
+    The step of a tenth is not stated in the source; it reproduces the printed numbers of Annex F.3.
     """
     start = _start(inputs)
     if abs(inputs.hypoid_offset) <= NO_OFFSET * start.radius_2:
@@ -126,7 +126,7 @@ def lengthwise_radius(inputs: PairBlankInput, cones: PitchCones) -> float:
     """rho_mbeta, lengthwise radius of curvature of the tooth [m]: r_c0 or the epicycloid's, Formulae (34) to (40)."""
     spiral, cone = cones.spiral_2, cones.cone_distance_2
     crown = crown_gear(inputs, cone, cones.pitch_angle_2, spiral)
-    # from the gear apex square to the flank: tan of the angle to the cutter centre, Formulae (38) and (52)
+    # from the gear apex, normal to the flank: tan of the angle to the cutter centre, Formulae (38) and (52)
     eta = atan2(
         crown.radius * cos(crown.lead) - cone * sin(spiral), crown.radius * sin(crown.lead) + cone * cos(spiral)
     )
@@ -135,7 +135,7 @@ def lengthwise_radius(inputs: PairBlankInput, cones: PitchCones) -> float:
 
 
 def _face_width_factor(inputs: PairBlankInput, cones: PitchCones) -> float:
-    """c_be2, Formula (41); one half where the mean diameter is given."""
+    """c_be2, Formula (41); one half if the mean diameter is given."""
     outer = inputs.outer_pitch_diameter_gear
     if outer is None:
         return 0.5
@@ -143,7 +143,7 @@ def _face_width_factor(inputs: PairBlankInput, cones: PitchCones) -> float:
 
 
 def _converged(inputs: PairBlankInput, start: _Start) -> PitchCones:
-    """The root of the closure nearest to the start, by Brent's method in a bracket that grows to both sides."""
+    """The root of the closure nearest to the start, by Brent's method in a bracket that is extended on both sides."""
     count = 0
 
     def closure(eta: float) -> float:

@@ -1,6 +1,6 @@
 """Method 2 of ISO 23509 (Oerlikon): the pinion apex lies on the line from the gear apex to the cutter centre.
 
-Equation numbers: ISO 23509:2016 as read in a public secondary source (docs/blank.md).
+Equation numbers: ISO 23509:2016 as given in a public secondary source (docs/blank.md).
 """
 
 from dataclasses import dataclass, replace
@@ -14,7 +14,7 @@ TOLERANCE = 0.01
 
 
 def method_2(inputs: PairBlankInput) -> PitchCones:
-    """Oerlikon cones; an outer diameter of the gear is met by repeating the method with the mean one it belongs to."""
+    """Oerlikon cones; a given outer diameter of the gear is obtained by repetition with its mean diameter."""
     spiral = inputs.mean_spiral_angle_gear
     assert spiral is not None
 
@@ -53,7 +53,7 @@ def apex_on_cutter_line(inputs: PairBlankInput, cones: PitchCones, zeta_mp: floa
 
 @dataclass(frozen=True)
 class _Start:
-    """Formulae (42) to (56), all that stays through the trials; delta_2 is the first trial value."""
+    """Formulae (42) to (56), quantities that are constant during the trials; delta_2 is the first trial value."""
 
     zeta: float
     factor: float
@@ -83,7 +83,7 @@ def _start(inputs: PairBlankInput, spiral: float, diameter: float) -> _Start:
 
 
 def _start_angle(inputs: PairBlankInput, spiral: float) -> float:
-    """First trial of delta_2, or that of the bevel pair where the approximations of the standard fail."""
+    """First trial of delta_2, or that of the bevel pair if the approximations of the standard fail."""
     bevel = bevel_cones(inputs, spiral, inputs.mean_pitch_diameter_gear)
     try:
         start = _start(inputs, spiral, bevel.mean_diameter_2).delta_2
@@ -95,8 +95,8 @@ def _start_angle(inputs: PairBlankInput, spiral: float) -> float:
 def _as_printed(inputs: PairBlankInput, spiral: float) -> PitchCones:
     """Trials until |R_m1/R_mcheck - 1| <= 0.01, Formula (82).
 
-    The source leaves open how delta_2,imp changes after the first trial; here by linear interpolation, the second trial
-    0.1 deg away. The printed sample F.4 stops at the first.
+    The source does not state how delta_2,imp changes after the first trial. Here the second trial differs by 0.1 deg,
+    and linear interpolation follows. The printed sample F.4 stops at the first.
     """
     diameter = inputs.mean_pitch_diameter_gear
     assert diameter is not None

@@ -1,6 +1,6 @@
 """Method 3 of ISO 23509 (Klingelnberg): the mean cone distance of the pinion follows from the cutter.
 
-Equation numbers: ISO 23509:2016 as read in a public secondary source (docs/blank.md).
+Equation numbers: ISO 23509:2016 as given in a public secondary source (docs/blank.md).
 """
 
 from dataclasses import replace
@@ -14,7 +14,7 @@ TOLERANCE = 1e-4
 
 
 def method_3(inputs: PairBlankInput) -> PitchCones:
-    """Klingelnberg cones. As printed: the formulas repeated until |R_mint - R_m1| <= 0.0001 R_m1."""
+    """Klingelnberg cones. As in the standard: the formulas repeated until |R_mint - R_m1| <= 0.0001 R_m1."""
     spiral = inputs.mean_spiral_angle_gear
     assert spiral is not None
     bevel = bevel_cones(inputs, spiral, inputs.mean_pitch_diameter_gear)

@@ -1,7 +1,8 @@
-"""The blank of a pair: every dimension of both members from what the designer typed (ISO 23509).
+"""The blank of a pair: every dimension of both members from the inputs (ISO 23509).
 
-The chain reads as the standard: pitch cones (clause 6), proportions (Table 4, Annex C), dimensions (clause 7), undercut
-(clause 8); to it come slot widths and top lands (AGMA 929) and virtual gears with contact ratios (ISO 10300-1 Annex A).
+The order is that of the standard: pitch cones (clause 6), proportions (Table 4, Annex C), dimensions (clause 7),
+undercut (clause 8); then slot widths and top lands (AGMA 929) and virtual gears with contact ratios (ISO 10300-1 Annex
+A).
 """
 
 from dataclasses import dataclass, replace
@@ -28,7 +29,7 @@ from ehl.common.threads import one_thread
 
 @dataclass(frozen=True)
 class _Parts:
-    """What the stages leave for the dimensions of the members."""
+    """Results of the stages for the dimensions of the members."""
 
     cones: tangency.PitchCones
     place: dimensions.Placement
@@ -49,7 +50,7 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
     Parameters
     ----------
     inputs : PairBlankInput, Path or str
-        What the designer typed, a blank file, or the name of a shipped one.
+        Inputs, a blank file, or the name of a shipped blank.
 
     Returns
     -------
@@ -58,7 +59,7 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
     Raises
     ------
     InputError
-        The combination has no geometry; it names field, value and what would be allowed.
+        The combination has no geometry; it states field, value and allowed range.
     ConvergenceError
         The iteration as printed ("standard", "tangent") does not reach its tolerance.
 
@@ -138,7 +139,7 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
         alphas,
     )
     if not inputs.gear_generation.rolls:
-        # a straight slot that is not generated has no undercut
+        # a straight-sided slot that is not generated has no undercut
         undercut = tuple(point for point in undercut if point.member == "pinion")
     touching = tangency.tangent_cones(inputs, cones.pitch_angle_2, cones.mean_diameter_2, cones.spiral_2)
     pair = PairBlank(
@@ -198,9 +199,9 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
 def pitch_cones(inputs: PairBlankInput) -> tangency.PitchCones:
     """Pitch cones by the method of the input.
 
-    Method 1 (Gleason) curves the tooth lengthwise as the limit curvature asks for; Method 2 (Oerlikon) puts the pinion
-    apex on the line from the gear apex to the cutter centre; Method 3 (Klingelnberg) takes the mean cone distance of
-    the pinion from the cutter. Without offset all of them are Method 0.
+    Method 1 (Gleason): the lengthwise curvature equals the limit curvature. Method 2 (Oerlikon): the pinion apex lies
+    on the line from the gear apex to the cutter centre; Method 3 (Klingelnberg): the mean cone
+    distance of the pinion follows from the cutter. Without offset all of them are Method 0.
     """
     try:
         cones = (method_0, method_1, method_2, method_3)[inputs.method](inputs)
@@ -224,7 +225,7 @@ def method_0(inputs: PairBlankInput) -> tangency.PitchCones:
 
 
 def _cutter_tilt(inputs: PairBlankInput, pressure_convex: float) -> float | None:
-    """Normal tilt of the cutter of a Formate gear, Equation (48) of AGMA 929; None where the gear is generated."""
+    """Normal tilt of the cutter of a Formate gear, Equation (48) of AGMA 929; None for a generated gear."""
     if inputs.gear_generation.rolls:
         return None
     blade = inputs.inside_blade_angle_gear
@@ -320,7 +321,7 @@ def _member(inputs: PairBlankInput, parts: _Parts, i: int) -> MemberBlank:
 
 
 def _whole_depth(pinion: MemberBlank) -> float:
-    """h_t1, outer whole depth square to the root cone [m], Formula (226)."""
+    """h_t1, outer whole depth normal to the root cone [m], Formula (226)."""
     crown = pinion.face_apex_beyond_crossing + pinion.crossing_to_crown
     apexes = pinion.root_apex_beyond_crossing - pinion.face_apex_beyond_crossing
     between = sin(pinion.addendum_angle + pinion.dedendum_angle)

@@ -1,4 +1,4 @@
-"""What the blank of a pair consists of: every dimension of both members, and what a designer should look at."""
+"""Blank of a pair: every dimension of both members, and design warnings."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
@@ -19,10 +19,10 @@ from ehl.common.table import Column, Table
 
 @dataclass(frozen=True)
 class BlankWarning:
-    """Something a designer should look at."""
+    """A design warning."""
 
     kind: str  # one of `efficiency.blanks.checks.KINDS`
-    place: str  # member and place, or what is measured
+    place: str  # member and place, or the measured quantity
     # in `unit`; the warning says on which side of the limit the value should be
     value: float
     limit: float
@@ -77,7 +77,7 @@ class MemberBlank:
     outer_dedendum: float
     mean_dedendum: float
     inner_dedendum: float
-    # h_e, h_m, h_i, square to the pitch cone
+    # h_e, h_m, h_i, normal to the pitch cone
     outer_whole_depth: float
     mean_whole_depth: float
     inner_whole_depth: float
@@ -113,7 +113,7 @@ class MemberBlank:
 
     @property
     def cones(self) -> Blank:
-        """The member as flanks need it: its mean point is the middle of the face, not the calculation point."""
+        """The member for the flanks: its mean point is the middle of the face, not the calculation point."""
         shift = self.middle_shift
         own: dict[str, Any] = {name: getattr(self, name) for name in Blank.model_fields}
         own["mean_cone_distance"] += shift
@@ -167,7 +167,7 @@ class PairBlank(Reportable):
     working_depth: float
     clearance: float  # of the gear root from the pinion tips
     clearance_pinion: float  # of the pinion root from the gear tips
-    whole_depth_pinion: float  # h_t1, outer whole depth of the pinion square to its root cone
+    whole_depth_pinion: float  # h_t1, outer whole depth of the pinion normal to its root cone
     face_width_factor: float  # c_be2
     face_width_pinion_pitch_plane: float  # b_p1
     cutter_lead_angle: float  # nu; 0 for a face mill
@@ -175,18 +175,18 @@ class PairBlank(Reportable):
     crown_to_cutter: float
     epicycloid_base_radius: float
     backlash_normal: float  # j_mn, mean normal backlash
-    taper: str  # depth taper that was used
+    taper: str  # depth taper used
     # virtual cylindrical gears of both flanks
     virtual_drive: VirtualGears
     virtual_coast: VirtualGears
     undercut: tuple[UndercutLimit, ...]  # limits of x_hm1
-    # trials of the method; what its condition leaves; by how much the spiral angle of the pinion misses that of exactly
+    # trials of the method; residual of its condition; deviation of the spiral angle of the pinion from that of exactly
     # touching cones
     trials: int
     closure: float
     tangency_error: float
-    defaults: tuple[str, ...]  # recommended values that were taken
-    warnings: tuple[BlankWarning, ...] = ()  # what a designer should look at
+    defaults: tuple[str, ...]  # recommended values used as defaults
+    warnings: tuple[BlankWarning, ...] = ()  # design warnings
     # load capacity of both flanks, if the file has a table `rating`
     rating_drive: FlankRating | None = None
     rating_coast: FlankRating | None = None
@@ -217,7 +217,7 @@ class PairBlank(Reportable):
         return plain
 
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
-        """Tables of the pair, of both members, and of its virtual gears; defaults and warnings below the last."""
+        """Tables of the pair, of both members, and of its virtual gears; defaults and warnings below the last table."""
         places = [(name, i, place) for name in _AT_PLACES for i, place in enumerate(("toe", "mean", "heel"))]
         members = [
             (
@@ -268,7 +268,7 @@ class PairBlank(Reportable):
 
 
 def rating_tables(flanks: dict[str, FlankRating], notes: Sequence[str] = ()) -> list[Item]:
-    """The rating sheet: what both members have in common, and what each has."""
+    """The rating sheet: common values, and values of each member."""
     shared = [f.name for f in fields(FlankRating) if f.type == "float"]
     members = {
         side: {
@@ -309,7 +309,7 @@ _VIRTUAL = (
     "relative_radius",
 )
 _AT_PLACES = ("normal_thickness", "top_land", "slot_width")
-_DECIMALS = 12  # in SI; what is less is rounding error
+_DECIMALS = 12  # in SI; smaller values are rounding error
 
 
 def _columns(names: Sequence[str]) -> list[Column]:

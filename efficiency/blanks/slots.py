@@ -1,12 +1,13 @@
 """Slot widths and top lands along the face (AGMA 929-B22), for generated and non-generated (Formate) gears.
 
-Equations (16) to (81) and (164) to (182) as read in the public repository afuentesaz/AGMAStandards; the information
-sheet itself was not seen. They are written here in cone distances; that W_2 needs only the mean slot is derived.
+Equations (16) to (81) and (164) to (182) as given in the public repository afuentesaz/AGMAStandards; the information
+sheet itself was not available. They are written in cone distances; W_2 depends on the mean slot only (derived).
 
 A Formate gear is cut by a flat tip plane that touches the root cone along one line: next to it the slot is shallower,
-the tooth thicker at the pitch cone. Its profile is straight. The pinion's profile departs from the involute by what the
-straight gear tooth departs from the involute one at the depth where the pinion's tip works; this reading of Equation
-(180) is ours and gives the printed top lands of both samples, which the public source misses by up to 0.6 mm.
+the tooth thicker at the pitch cone. Its profile is straight. The pinion profile deviates
+from the involute by the deviation of the straight gear profile at the depth of the pinion tip. This interpretation of
+Equation (180) is a choice of this work. It reproduces the printed top lands of both samples; the public source deviates
+by up to 0.6 mm.
 """
 
 from collections.abc import Callable
@@ -24,8 +25,8 @@ Three = tuple[float, float, float]
 class SlotsAndLands:
     """Slot width at the root, tooth thickness at the pitch cone and top land, all normal [m].
 
-    Of pinion and gear, each at toe, mean point and heel. A top land of 0 stands for a tooth that ends in a point below
-    its face cone.
+    Of pinion and gear, each at toe, mean point and heel. A top land of 0 denotes a tooth pointed below its face
+    cone.
     """
 
     slot: tuple[Three, Three]
@@ -35,9 +36,9 @@ class SlotsAndLands:
 
 @dataclass(frozen=True)
 class SlotGeometry:
-    """What the slots follow from; fields as in `efficiency.blanks.pair`.
+    """Inputs of the slots; fields as in `efficiency.blanks.pair`.
 
-    `cutter_tilt` is the normal tilt of the cutter of a Formate gear, Equation (48); None where the gear is generated.
+    `cutter_tilt` is the normal tilt of the cutter of a Formate gear, Equation (48); None for a generated gear.
     """
 
     cones: PitchCones
@@ -55,7 +56,7 @@ class SlotGeometry:
     cutter_tilt: float | None = None
 
     def spiral_pinion(self, cone_2: float) -> float:
-        """Spiral angle of the pinion where the cone distance of the gear is R_2."""
+        """Spiral angle of the pinion at cone distance R_2 of the gear."""
         return self.trace.spiral(cone_2) + asin(self.place.offset_in_plane / cone_2)
 
     def gear_cone(self, cone_1: float) -> float:
@@ -100,13 +101,13 @@ class SlotGeometry:
         return tan(self.pressure_angles[0]) + tan(self.pressure_angles[1])
 
     def slot_gear(self, cone_2: float) -> float:
-        """W_2 [m]: constant for a face mill that cuts both flanks at once; a face hob's shrinks with half the pitch."""
+        """W_2 [m]: constant if a face mill cuts both flanks together; for a face hob it decreases by half a pitch."""
         pitch = pi * self.module
         mean = pitch - self.thickness_gear - self.dedendums[1] * self.flare
         return mean - 0.5 * self.pitch_share * pitch * (1.0 - self.pitch_ratio(cone_2))
 
     def slot_pinion(self, cone_2: float) -> float:
-        """W_1 [m] opposite to R_2, Equation (76): what pitch, gear tooth and backlash leave."""
+        """W_1 [m] opposite to R_2, Equation (76): pitch minus gear tooth and backlash."""
         ratio = self.pitch_ratio(cone_2)
         depth = self.dedendum_pinion(self.pinion_cone(cone_2)) + self.dedendum_gear(cone_2)
         return ratio * (pi * self.module + self.backlash_in_plane) - depth * self.flare - self.slot_gear(cone_2)
@@ -117,7 +118,7 @@ class SlotGeometry:
         return root - self.pitch_ratio(cone_2) * self.backlash_in_plane
 
     def tooth_pinion(self, cone_1: float) -> float:
-        """s_n1 at R_1 [m], Equation (177); the sign of the backlash as the printed example of Annex C needs it."""
+        """s_n1 at R_1 [m], Equation (177); sign of the backlash as in the printed example of Annex C."""
         cone_2 = self.gear_cone(cone_1)
         outer_1, outer_2 = self.ends[0][1], self.ends[1][1]
         outer_loss = self.backlash_in_plane * self.pitch_ratio(outer_2)

@@ -1,7 +1,7 @@
-"""Two pitch cones that touch at the calculation point: Method 0, exact tangency, and what Methods 1 to 3 share.
+"""Two pitch cones that touch at the calculation point: Method 0, exact tangency, and the common part of Methods 1 to 3.
 
-Equation numbers are those of ISO 23509:2016 as read in a public secondary source (docs/blank.md); the standard itself
-was not seen. Index 1 is the pinion, 2 the gear (the standard's wheel). SI units, rad.
+Equation numbers are those of ISO 23509:2016 as given in a public secondary source (docs/blank.md); the standard
+itself was not available. Index 1 is the pinion, 2 the gear (the standard's wheel). SI units, rad.
 """
 
 from collections.abc import Callable
@@ -21,7 +21,7 @@ PITCH_ANGLE_HIGHEST = radians(89.75)
 
 @dataclass(frozen=True)
 class PitchCones:
-    """What all methods have in common: the cones at the calculation point."""
+    """Result of all methods: the cones at the calculation point."""
 
     # delta_1, delta_2
     pitch_angle_1: float
@@ -33,8 +33,8 @@ class PitchCones:
     spiral_1: float
     spiral_2: float
     face_width_factor: float  # c_be2, the share of the gear's face width outside the calculation point
-    trials: int = 0  # trials of the method's iteration, 0 where there is none
-    # what the method's own condition leaves, relative: rho_mbeta/rho_lim - 1 (Method 1), R_m1/R_mcheck - 1 (2),
+    trials: int = 0  # trials of the method's iteration, 0 without iteration
+    # relative residual of the condition of the method: rho_mbeta/rho_lim - 1 (Method 1), R_m1/R_mcheck - 1 (2),
     # R_mint/R_m1 - 1 (3)
     closure: float = 0.0
 
@@ -57,7 +57,7 @@ class PitchCones:
 
 
 def too_large(offset: float, largest: float | None = None) -> InputError:
-    """The error of an offset that leaves no pair of cones."""
+    """The error for an offset without a pair of cones."""
     allowed = (
         "a smaller offset"
         if largest is None
@@ -74,7 +74,7 @@ def too_large(offset: float, largest: float | None = None) -> InputError:
 def bevel_cones(inputs: PairBlankInput, spiral: float, mean_diameter: float | None) -> PitchCones:
     """Method 0, Formulae (1) to (7): both cones share the apex.
 
-    `mean_diameter` d_m2 replaces the outer diameter where a method has its own calculation point.
+    `mean_diameter` d_m2 replaces the outer diameter for methods with their own calculation point.
     """
     ratio = inputs.teeth_gear / inputs.teeth_pinion
     denominator = cos(inputs.shaft_angle) + ratio
@@ -102,7 +102,7 @@ def face_too_wide(inputs: PairBlankInput, outer: float) -> InputError:
 
 
 def check_pitch_angles(delta_1: float, delta_2: float, inputs: PairBlankInput) -> None:
-    """Refuse cones that are no bevel members: needles, crown gears and internal gears."""
+    """Refuse cones that are not bevel members: needles, crown gears and internal gears."""
     if delta_2 >= PITCH_ANGLE_HIGHEST or min(delta_1, delta_2) <= PITCH_ANGLE_LOWEST:
         raise InputError(
             "shaft_angle",
@@ -207,9 +207,9 @@ def gear_mean_diameter(inputs: PairBlankInput, delta_2: float) -> float:
 
 
 def solve_gear_cone(inputs: PairBlankInput, closure: Callable[[float], float], start: float) -> tuple[float, int]:
-    """The gear pitch angle at which a method's closure vanishes, next to its start; and the evaluations it took.
+    """The gear pitch angle nearest to the start at which the closure of a method vanishes; number of evaluations.
 
-    The bracket grows from the start to both sides, so of several roots the nearest is taken.
+    The bracket is extended from the start on both sides, so that the nearest of several roots is found.
     """
     count, step = 0, radians(0.25)
 
@@ -255,8 +255,8 @@ def gear_cone_method(
     """Cones of Methods 2 and 3, whose unknown is the pitch angle of the gear.
 
     bevel: of the pair without offset.
-    closure: what the method's condition leaves, relative.
-    start: pitch angle of the gear where the root is searched.
+    closure: relative residual of the condition of the method.
+    start: pitch angle of the gear from which the root is searched.
     as_printed: cones by the trials of the standard; d_m2 of the touching cones, None where it follows from the pitch
         angle.
     """
@@ -279,11 +279,11 @@ def gear_cone_method(
 
 @dataclass(frozen=True)
 class CrownGear:
-    """Where the cutter stands over the developed pitch cone of the gear."""
+    """Position of the cutter on the developed pitch cone of the gear."""
 
     lead: float  # nu, lead angle of the cutter; 0 for a face mill
     radius: float  # r_c0 [m]
-    # cutter centre from the gear apex [m], along the element through the calculation point and square to it
+    # cutter centre from the gear apex [m], along the element through the calculation point and normal to it
     along: float
     across: float
 

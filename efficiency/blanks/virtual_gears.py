@@ -1,6 +1,6 @@
 """Virtual cylindrical gears and contact ratios (ISO 10300-1:2023 Annex A, Method B1).
 
-Formula numbers as read in the public repository afuentesaz/AGMAStandards; the standard itself was not seen.
+Formula numbers as given in the public repository afuentesaz/AGMAStandards; the standard itself was not available.
 """
 
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from efficiency.blanks.dimensions import Placement
 from efficiency.blanks.tangency import PitchCones
 from ehl.common.errors import InputError
 
-# share of the face width that carries, where it is not known better (ISO 10300-1)
+# default share of the face width that carries load (ISO 10300-1)
 EFFECTIVE_FACE = 0.85
 
 
@@ -61,7 +61,7 @@ def virtual_gears(
 
     heights: (h_am1, h_am2), (h_fm1, h_fm2) [m].
     alpha_generated, alpha_effective: alpha_n and alpha_e of the flank.
-    alpha_limit: alpha_lim as this flank sees it: of the other sign on the coast side.
+    alpha_limit: alpha_lim of this flank: with reversed sign on the coast side.
     """
     deltas = (cones.pitch_angle_1, cones.pitch_angle_2)
     d = (cones.mean_diameter_1 / cos(deltas[0]), cones.mean_diameter_2 / cos(deltas[1]))

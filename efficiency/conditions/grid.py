@@ -36,15 +36,15 @@ Rule = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 """Values (..., m) at places (m,) from nodes (n,) and values (..., n)."""
 
 _INTERPOLATED = ("torque", "speed", "temperature")
-# number of solved values of an axis, and the least number of values of an interpolated axis (ours)
+# number of solved values of an axis, and the least number of values of an interpolated axis (this work)
 NODES, FEWEST = 7, 10
-# stated error over the largest difference at the points of the comparison (ours; eight maps of 20 x 20 of four pairs:
-# it covers 97 % of the points)
+# stated error over the largest difference at the points of the comparison (this work; eight maps of 20 x 20 of four
+# pairs: it covers 97 % of the points)
 SAFETY = 3.0
 # largest difference of ln(loss) for which a map is interpolated, unless it is within the numerical error
 WORST = 2e-3
 _SMOOTH = ("power_loss", "power_loss_rolling")
-# points whose friction is evaluated together: more are not faster (ours)
+# points whose friction is evaluated together: more are not faster (this work)
 _TOGETHER = 12
 # piecewise linear figures; figures of edges, which begin to carry at some torque, are not interpolated
 _LINEAR = ("pressure_hertz_max", "outside_range_share", "transmission_error_loaded")

@@ -210,7 +210,7 @@ def cubic_spline(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
 def akima_curve(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
     """Modified Akima interpolation: slopes from the four secants around each point, so that kinks remain local.
 
-    Akima (1970), J. ACM 17, 589 (from memory); the weights ``|m4 - m3| + |m4 + m3|/2`` keep flat parts flat. The result
+    Akima (1970), J. ACM 17, 589 (unverified); the weights ``|m4 - m3| + |m4 + m3|/2`` keep flat parts flat. The result
     is nan outside the points.
     """
     secant = np.diff(y) / np.diff(x)

@@ -21,13 +21,13 @@ from efficiency.cutting.machine import cross, dot, turn
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError, check_count
 
-# tuned: gear rotation to which edges are followed by default, as a fraction of the gear pitch (ours); may be changed
-# freely, larger loads extend it
+# tuned: gear rotation to which edges are followed by default, as a fraction of the gear pitch (this work); may be
+# changed freely, larger loads extend it
 EDGE_REACH = 1.0 / 60.0
-# tuned: minimum cosine squared of the angle between an edge and the lines for the section normal to the edge (ours);
-# may be changed after running the tests of edges against direct tangency
+# tuned: minimum cosine squared of the angle between an edge and the lines for the section normal to the edge (this
+# work); may be changed after running the tests of edges against direct tangency
 _MIN_CROSSING = 0.1
-# tuned: largest relative radius of two flanks with a line of contact [m] (ours); may be changed freely
+# tuned: largest relative radius of two flanks with a line of contact [m] (this work); may be changed freely
 MAX_RADIUS = 10.0
 MAX_POSITIONS, MAX_POINTS_PER_LINE = 1000, 301  # of a cycle; work rises with the square of the points
 

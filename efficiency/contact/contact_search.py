@@ -38,7 +38,7 @@ _PER_PITCH, _FINE = 32, 1024
 _DRAWS = 400
 # limits of the transmission error: multiple of the first-order value from the ease-off, plus a fraction of the angular
 # pitch of the gear that is always allowed; and the largest fraction of the pitch
-# tuned: the three are ours; may be changed after solving the random blanks of the tests
+# tuned: the three are choices of this work; may be changed after solving the random blanks of the tests
 _PROPORTION, _SMALL, _LARGEST = 3.0, 5e-4, 0.1
 
 
@@ -277,14 +277,14 @@ def point_contact(surface: MeshSurface, angle: FloatArray, u: Array, v: Array) -
 
 _STEP = 1e-30
 # tuned: relative curvature of the gap below which a direction is neglected, because conjugate flanks contact along
-# lines (ours); may be changed after running the tests of tangency
+# lines (this work); may be changed after running the tests of tangency
 _LEVEL = 1e-8
 _ITERATIONS = 12
 _SETTLED = 1e-11
 # distance outside an edge within which a contact is accepted as inside [m]
 _OUTSIDE = 1e-9
-# tuned: edges within this fraction of the tooth depth from the sample are tried (ours); may be raised freely at the
-# cost of time
+# tuned: edges within this fraction of the tooth depth from the sample are tried (this work); may be raised freely at
+# the cost of time
 _NEAR = 0.08
 
 

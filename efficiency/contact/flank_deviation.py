@@ -41,7 +41,7 @@ class FlankDeviation(InputModel):
 def flank_tolerances(grade: int, module: float, pinion: Blank, gear: Blank) -> FlankDeviation:
     """Standard deviations of the flanks of a pair made to a grade of ISO 1328-1:2013 (1 to 11).
 
-    Slope and form tolerances of profile and helix (formulas from memory) of the mean normal module [m], the mean
+    Slope and form tolerances of profile and helix (formulas unverified) of the mean normal module [m], the mean
     diameter and the face width of each member; there are no flank tolerances of bevel gears in ISO 17485. Ours: a
     tolerance is two standard deviations, and form deviations are crowning (profile, helix) and twist (as of the helix).
     """

@@ -160,7 +160,7 @@ def _deepest_contact(gear: Flank, pinion: Flank, assembly: Assembly, u_range: tu
 
 # limit of the deviation of the relative regularity from linear extrapolation to the next node, for that number of nodes
 # over the depth; it is proportional to the square of their distance
-# tuned: discontinuities of undercut pinions (ours); may be changed after solving the random blanks of the tests
+# tuned: discontinuities of undercut pinions (this work); may be changed after solving the random blanks of the tests
 _LEAP, _LEAP_ROWS = 0.07, 21
 
 

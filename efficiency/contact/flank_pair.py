@@ -24,8 +24,8 @@ from ehl.common.quantities import to_display
 MARKING = 6.35e-6
 # samples along the face and over the depth
 _SAMPLES = 121, 61
-# tuned: fraction of the face width or depth within which a marked sample indicates contact with an edge (ours); may be
-# changed freely
+# tuned: fraction of the face width or depth within which a marked sample indicates contact with an edge (this work);
+# may be changed freely
 _RIM = 0.01
 
 

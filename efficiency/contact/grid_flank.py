@@ -86,10 +86,10 @@ _PLACEHOLDER = -999.0
 _PLACE, _NORMAL = ("row", "column", "x", "y", "z"), ("nx", "ny", "nz")
 _MIN_POINTS = 15
 # tuned: largest distance of a point beyond its blank (fractions of face width and depth); more indicates another blank
-# or another unit (ours); may be changed freely
+# or another unit (this work); may be changed freely
 _BEYOND = 0.35
 # tuned: largest deviation of a normal from that of the surrounding points; more indicates an invalid or inverted normal
-# [rad] (ours); may be changed freely
+# [rad] (this work); may be changed freely
 _NORMAL_OFF = 0.3
 
 

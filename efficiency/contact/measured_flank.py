@@ -13,7 +13,7 @@ zero field and a field of a third of the noise are nearly equally likely. The sc
 least the stated one.
 
 Source: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), 2.7 and 5.4.1; half-Cauchy sizes:
-Gelman, Bayesian Analysis 1 (2006), 515. Kernel and scales are ours.
+Gelman, Bayesian Analysis 1 (2006), 515. Kernel and scales are choices of this work.
 """
 
 from dataclasses import dataclass
@@ -41,15 +41,15 @@ _RAISED = (0.0, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2)
 _ORDER, _ORDER_ALONE = 1, 4
 # largest deviation of a cut or ground flank from its nominal one [m]
 _FARTHEST = 0.5e-3
-# tuned: ratio of scatter to stated uncertainty above which the scatter is reported (ours); may be changed freely
+# tuned: ratio of scatter to stated uncertainty above which the scatter is reported (this work); may be changed freely
 _SCATTER = 1.3
 
-# tuned: sizes [um], scales of their half-Cauchy priors, and lengths in half sides (ours); may be changed after running
-# `test_stated_uncertainty_covers`
+# tuned: sizes [um], scales of their half-Cauchy priors, and lengths in half sides (this work); may be changed after
+# running `test_stated_uncertainty_covers`
 _SIZES = np.geomspace(0.02, 300.0, 15)
 _SCALE_SECOND, _SCALE_FIELD = 3.0, 1.0
 _LENGTHS = (0.4, 0.8, 1.6, 5.0)
-# outliers by dirt (ours): deviation from neighbours in robust standard deviations or uncertainties; largest share
+# outliers by dirt (this work): deviation from neighbours in robust standard deviations or uncertainties; largest share
 _DIRTY, _MOST_DIRTY = 8.0, 0.05
 _HUBER, _ROBUST, _ROUNDS = 1.5, 1.4826, 10
 # number of sets of sizes and lengths for the integration, and prior size of the free terms [um]

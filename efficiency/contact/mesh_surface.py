@@ -92,9 +92,9 @@ EDGES = (
     *("gear toe", "gear heel", "gear tip", "gear root"),
     *("pinion toe", "pinion heel", "pinion tip", "pinion root", "pinion undercut"),
 )
-# tuned: largest undercut share of the mating flank (ours); may be changed freely
+# tuned: largest undercut share of the mating flank (this work); may be changed freely
 _MAX_UNDERCUT = 0.3
-# tuned: largest interpolation error of a map, as a fraction of the tooth depth (ours); may be lowered freely
+# tuned: largest interpolation error of a map, as a fraction of the tooth depth (this work); may be lowered freely
 _MAX_ERROR = 0.01
 
 

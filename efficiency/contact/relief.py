@@ -28,7 +28,8 @@ _COARSE, _FINE = 41, 21
 # tuned: distance to both sides for the curvature of relief [m], about the half-width of a loaded contact; may be
 # changed after running the tests of relieved edges
 _WIDTH = 1e-4
-# largest amount as a fraction of the mean transverse tooth thickness; relief of both flanks leaves half of it (ours)
+# largest amount as a fraction of the mean transverse tooth thickness; relief of both flanks leaves half of it (this
+# work)
 _MAX_SHARE = 0.25
 
 

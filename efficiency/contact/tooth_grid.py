@@ -228,8 +228,8 @@ def tooth_grid(pair: GearFlanks, member: Member, rows: int = 15, columns: int = 
 
 # the root may be undercut or fillet: the thickness there is extrapolated from these fractions of the whole depth
 _FRACTIONS = (0.2, 0.6, 1.0)
-# tuned: largest tooth thickness at the mean point as a fraction of the pitch, above which the flanks intersect (ours);
-# may be changed freely
+# tuned: largest tooth thickness at the mean point as a fraction of the pitch, above which the flanks intersect (this
+# work); may be changed freely
 _WIDEST = 0.9
 
 

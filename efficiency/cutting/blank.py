@@ -22,7 +22,7 @@ Depth = Annotated[float, ValueRange("m", ge=0.0, le=0.2)]
 TaperAngle = Annotated[float, ValueRange("rad", ge=-0.35, le=0.35)]
 Shift = Annotated[float, ValueRange("m", ge=-1.0, le=1.0)]
 
-# of the tooth depth: narrower teeth have no lines of contact along the face (ours)
+# of the tooth depth: narrower teeth have no lines of contact along the face (this work)
 NARROWEST_FACE = 0.5
 
 Array = NDArray[np.inexact[Any]]

@@ -30,8 +30,8 @@ PLAIN = ("axis_x", "axis_y", "radial_setting", "blank_offset", "sliding_base", "
 MODIFIED = ("modified_roll_2c", "modified_roll_6d")
 MOTIONS = (*MODIFIED, "helical_motion_1")
 
-CUTTER_TAPERED = 1.1  # smallest r_c0/(R_m2 sin beta_m2) of tapered face-milled teeth (AGMA 2005, from memory)
-CUTTER_UNIFORM = 1.5  # largest ratio for face-milled uniform depth (AGMA 2005, from memory)
+CUTTER_TAPERED = 1.1  # smallest r_c0/(R_m2 sin beta_m2) of tapered face-milled teeth (AGMA 2005, unverified)
+CUTTER_UNIFORM = 1.5  # largest ratio for face-milled uniform depth (AGMA 2005, unverified)
 
 
 class BladeInput(InputModel):

@@ -53,7 +53,7 @@ from ehl.uncertainty.spread import UncertaintyInput
 Surface = Literal["base", "toe", "heel"]
 Modulus = Annotated[float, ValueRange("Pa", gt=0.0, le=1e15)]
 
-# default rim thickness over whole depth: above this backup ratio AGMA 2001 (from memory) does not count a rim as thin
+# default rim thickness over whole depth: above this backup ratio AGMA 2001 (unverified) does not count a rim as thin
 BACKUP_RATIO = 1.2
 # largest fractions of the distance from the root to the axis, for the default rim and a given one
 _TO_AXIS, _MAX_TO_AXIS = 0.5, 0.9

@@ -167,7 +167,7 @@ def lengthwise_sliding(
 def spiral_bevel_loss_factor(pair: PitchGeometry, path_before: float, path_after: float) -> float:
     """Tooth loss factor H_v of the virtual cylindrical pair: loss = mu H_v times the power [-].
 
-    Ohlendorf's ``H_v = pi (1/z_v1 + 1/z_v2)/cos b_b (1 - e + e1^2 + e2^2)`` as in ISO/TR 14179-2 (from memory), with
+    Ohlendorf's ``H_v = pi (1/z_v1 + 1/z_v2)/cos b_b (1 - e + e1^2 + e2^2)`` as in ISO/TR 14179-2 (unverified), with
     the virtual tooth numbers ``z/cos d`` of the pair; e1, e2 are the parts of the profile contact ratio before and
     after the pitch point. The formula is for cylindrical gears without lengthwise sliding and applies without offset.
 
@@ -199,7 +199,7 @@ def spiral_bevel_loss_factor(pair: PitchGeometry, path_before: float, path_after
 def profile_contact_ratio(pinion: Blank, gear: Blank, spiral_angle: float, pressure_angle: float) -> float:
     """Profile contact ratio of the virtual cylindrical pair in the mean transverse section [-].
 
-    Virtual radii ``r/cos d`` and mean addenda as in ISO 10300-1 (from memory). The result for ISO/TR 10300-30 sample 1
+    Virtual radii ``r/cos d`` and mean addenda as in ISO 10300-1 (unverified). The result for ISO/TR 10300-30 sample 1
     is 1.165, as printed. With an offset the formula is approximate: for the blanks of samples 2 and 3 it differs from
     the printed 1.010 and 1.176; the shipped flanks give 0.96 and 1.10 (drive side), 0.87 and 0.92 (coast side).
 

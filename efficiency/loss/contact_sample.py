@@ -134,7 +134,7 @@ def predict(place: FloatArray, contacts: FloatArray, found: FloatArray, weight: 
     Notes
     -----
     With the matrix A of kernel and plane, and the smoothing on its diagonal, the coefficients of the kernel are
-    c = A^-1 f. The leave-one-out error of contact i is c_i/(A^-1)_ii (Rippa 1999, Adv. Comput. Math. 11, from memory,
+    c = A^-1 f. The leave-one-out error of contact i is c_i/(A^-1)_ii (Rippa 1999, Adv. Comput. Math. 11, unverified,
     without smoothing and plane; with them the same block elimination holds).
     """
     count, dimensions = contacts.shape

@@ -20,10 +20,11 @@ from regression.friction.models import COLEMAN_FRICTION
 ROUNDS = 40
 # stated error of the efficiency that requires another round, for one point and for one of many
 WORTH, WORTH_MANY = 1e-7, 2e-6
-# change of ln(mu) by ln(normal force): estimate for the next round, and bound in the stated error (ours; up to 0.52
-# measured along the mesh of a hypoid with a fitted formula)
+# change of ln(mu) by ln(normal force): estimate for the next round, and bound in the stated error (this work; up to
+# 0.52 measured along the mesh of a hypoid with a fitted formula)
 EXPECTED, BOUND = 0.1, 0.7
-# relative error of the loss over the square of the step of a tangent (ours; up to 0.15 measured with 6 x 15 points)
+# relative error of the loss over the square of the step of a tangent (this work; up to 0.15 measured with 6 x 15
+# points)
 TANGENT = 0.3
 
 

@@ -5,7 +5,7 @@ With solved contacts the values are those of the solution, otherwise those of pu
 Bulk temperature of the teeth as a function of the loss, by ISO/TR 15144-1 (after Oster 1982).
 
 The friction of the estimate is that of the normal forces alone on the coarse grid, with the form of a fitted formula.
-The loss at the resulting temperature deviates by less than the scatter of the estimate (ours: 30 % of the rise).
+The loss at the resulting temperature deviates by less than the scatter of the estimate (this work: 30 % of the rise).
 """
 
 import math
@@ -29,7 +29,7 @@ from regression.friction.models import FrictionEstimate
 Lubrication = Literal["dip", "spray", "submerged"]
 # X_S of the report
 LUBRICATION_FACTORS: dict[str, float] = {"dip": 1.0, "spray": 1.2, "submerged": 0.2}
-# scatter of the estimate, standard deviation of the rise, and that of the oil at the teeth [K] (ours)
+# scatter of the estimate, standard deviation of the rise, and that of the oil at the teeth [K] (this work)
 SCATTER, OIL = 0.30, 2.0
 _CLOSE, _ROUNDS = 0.01, 40  # last step [K]; the error is smaller, as its slope is known within a few per cent
 _SLOPE, _STEEPEST = -0.25, 0.5  # change of the rise by the loss over that of the rise: first estimate, upper limit
@@ -49,7 +49,7 @@ def iso_15144_bulk_rise(power_loss: float, centre_distance: float, face_width: f
 
     power_loss: sliding loss [W].
     centre_distance, face_width: [m]; for a bevel or hypoid pair the sum of the mean pitch radii and the smaller face
-        width (ours).
+        width (this work).
     factor: X_S [-].
     """
     density = 1e-3 * max(power_loss, 0.0) / (1e6 * centre_distance * face_width)
@@ -64,7 +64,9 @@ def warmed(operation: Operation, rise: float) -> Operation:
 
 def bulk_spread(rise: float) -> Spread:
     """Spread of a bulk temperature that was estimated as `rise` above the oil [K]."""
-    return Spread(float(np.hypot(SCATTER * rise, OIL)), "absolute", f"{SCATTER:.0%} of the rise, oil {OIL:g} K: ours")
+    return Spread(
+        float(np.hypot(SCATTER * rise, OIL)), "absolute", f"{SCATTER:.0%} of the rise, oil {OIL:g} K (estimated)"
+    )
 
 
 def warm_operation(

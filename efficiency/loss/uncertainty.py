@@ -31,7 +31,7 @@ from regression.friction.uncertainty import FORMULA, Case, FrictionChanges, fric
 POINTS = 400
 # number of contacts of a mesh that are solved at both ends of every input
 CONTACTS = 8
-# standard deviation of ln(rolling loss): its formula is 0.82 to 1.03 of the smooth solver, viscosity 5 % (ours)
+# standard deviation of ln(rolling loss): its formula is 0.82 to 1.03 of the smooth solver, viscosity 5 % (this work)
 ROLLING = 0.12
 
 

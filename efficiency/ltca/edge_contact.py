@@ -126,7 +126,7 @@ def free_edge_compliance(
 
     Close to the face the body is a quarter-plane loaded at its corner. The stress along its side face is
     pi/(pi^2/4 - 1) times load over distance (Michell's wedge), that on the axis of a half-plane 2/pi times. The
-    difference is the rate by ln(h/c); its limit depends on the other boundaries (ours):
+    difference is the rate by ln(h/c); its limit depends on the other boundaries (this work):
 
         (1 - nu^2)/(pi E) (pi^2 + 4)/(pi^2 - 4) ln(1 + (h/(6 c))^2).
 

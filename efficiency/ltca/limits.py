@@ -17,16 +17,18 @@ from ehl.line_contact import half_width_of_pressure
 
 # points within this fraction of the face width or tooth height from the middle belong to neither side
 _MIDDLE = 1.0 / 6.0
-# tuned: largest transmission error of matching flanks (ours); may be changed freely
+# tuned: largest transmission error of matching flanks (this work); may be changed freely
 _LARGE_ERROR = 100.0 * ARCSEC
-# tuned: elastic pressure at an edge over the hardness above which it certainly yields (ours); may be changed freely
+# tuned: elastic pressure at an edge over the hardness above which it certainly yields (this work); may be changed
+# freely
 _EDGE_YIELD = 2.0
-# tuned: share of the torque above which edge load is noted (ours); may be changed freely
+# tuned: share of the torque above which edge load is noted (this work); may be changed freely
 EDGE_NOTE = 1e-3
-# tuned: share of the torque above which edge load is a warning, and largest share of a design sized for a load (ours);
-# may be changed freely
+# tuned: share of the torque above which edge load is a warning, and largest share of a design sized for a load (this
+# work); may be changed freely
 EDGE_LIMIT = 5e-3
-# tuned: uncertainty factor of the radius of an edge (ours); may be changed freely, pressures of a result depend on it
+# tuned: uncertainty factor of the radius of an edge (this work); may be changed freely, pressures of a result depend on
+# it
 _RADIUS_FACTOR = 2.0
 
 

@@ -31,7 +31,7 @@ def weber_local(
 ) -> FloatArray:
     """Approach of a Hertz line contact of half-width b to a point at the depth h below it, for one body [m].
 
-    Plane strain of the Hertz stresses on the axis of symmetry, integrated from the surface to the depth (ours):
+    Plane strain of the Hertz stresses on the axis of symmetry, integrated from the surface to the depth (this work):
 
         d = 2 w'(1 - nu^2)/(pi E) [asinh(h/b) - nu/(1 - nu) (H sqrt(1 + H^2) - H^2)],  H = h/b.
 

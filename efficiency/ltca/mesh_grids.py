@@ -30,10 +30,10 @@ from efficiency.ltca.tangent_load import TangentLoad, TangentLoads
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import InputError, check_count
 
-# tuned: share of loaded points on the most loaded line below which the lines are shortened (ours); may be changed after
-# running `test_error_estimate_covers_a_finer_grid`
+# tuned: share of loaded points on the most loaded line below which the lines are shortened (this work); may be changed
+# after running `test_error_estimate_covers_a_finer_grid`
 _MIN_LOADED_SHARE = 0.4
-# tuned: length of lines and edges over the approach of the load (ours); may be raised freely
+# tuned: length of lines and edges over the approach of the load (this work); may be raised freely
 _MARGIN = 1.2
 
 

@@ -91,8 +91,8 @@ def _to_legendre(nodes: tuple[float, ...]) -> FloatArray:
 _ACROSS, _OVER, _ALONG = lobatto_nodes(7), lobatto_nodes(7), 9
 _DEEP = lobatto_nodes(4)
 _FINE = 41  # points of a fillet and of the root line before redistribution
-# tuned: slope of the fillet at which the tooth block begins, and largest fraction of the depth of this point (ours);
-# may be changed after running `test_deflection_at_nine_flank_points`
+# tuned: slope of the fillet at which the tooth block begins, and largest fraction of the depth of this point (this
+# work); may be changed after running `test_deflection_at_nine_flank_points`
 _STEEPNESS, _HIGHEST = 1.0, 0.25
 
 
@@ -424,6 +424,6 @@ def _hold_end(total: FloatArray, own: BlockFunctions, end: str, modulus: float) 
         total[i, :, i][np.ix_(own.number, own.number)] += spring
 
 
-# tuned: stiffness of a held end face over that of a body of its own size, practically rigid (ours); may be changed
+# tuned: stiffness of a held end face over that of a body of its own size, practically rigid (this work); may be changed
 # after running `test_body_and_how_it_is_held`
 _HOLD = 1e4

@@ -20,7 +20,7 @@ from ehl.common.arrays import FloatArray
 from ehl.common.errors import ConvergenceError
 
 # tuned: last change of E, P, G [m] and of the shaft angle [rad], a tenth of a visible change of a transmission error
-# (ours); may be lowered freely
+# (this work); may be lowered freely
 TOLERANCE, TOLERANCE_ANGLE = 1e-7, 1e-6
 ROUNDS = 12
 # number of earlier rounds for the response of the load to a displacement

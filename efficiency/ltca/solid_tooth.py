@@ -148,14 +148,14 @@ def ring_displacements(condensed: FloatArray, force: FloatArray, cells: int, cou
 Points = tuple[FloatArray, FloatArray, NDArray[np.int64]]
 """Face, height [m] and number of the tooth of each contact point."""
 
-# tuned: rows over the depth and columns along the face at which the flanks of the solid are computed (ours); may be
-# changed after running `test_cell_follows_the_flanks`
+# tuned: rows over the depth and columns along the face at which the flanks of the solid are computed (this work); may
+# be changed after running `test_cell_follows_the_flanks`
 ROWS, COLUMNS = 15, 7
 _MIDDLE = 0.5
 _NEWTON = 4
 # tuned: radius of the local deformation in half thicknesses (in a half-space the difference of displacement between the
-# surface and a depth vanishes at a distance of that depth; the factor is ours); may be changed after running
-# `test_deflection_at_nine_flank_points`
+# surface and a depth vanishes at a distance of that depth; the factor is a choice of this work); may be changed after
+# running `test_deflection_at_nine_flank_points`
 _REACH = 1.5
 
 

@@ -34,10 +34,10 @@ from ehl.common.arrays import FloatArray, IntArray
 from ehl.line_contact import half_width_of_pressure, hertz_pressure
 
 # friction coefficients at which the cycle is solved: the first, and their distance; change of torque between two
-# tuned: the three are ours; may be changed after checking the stated error of the torque balance
+# tuned: the three are choices of this work; may be changed after checking the stated error of the torque balance
 FRICTION, FRICTION_STEP, TORQUE_STEP = 0.06, 0.08, 0.10
-# tuned: largest step of the linear estimate over the torque, for one point and for one of many (ours); may be lowered
-# freely at the cost of time
+# tuned: largest step of the linear estimate over the torque, for one point and for one of many (this work); may be
+# lowered freely at the cost of time
 ONE, MANY = 0.01, 0.06
 _KEPT = 8
 

@@ -4,7 +4,7 @@ The machine is assumed to be repeatable: a part cut with settings ``p + c`` devi
 normal displacement ``J`` of the flank by each setting (exact derivatives of the cutting simulation). The corrections
 minimise this deviation by least squares, weighted by the measurement uncertainty, together with the root line of a
 generated member; rotation of the part about its axis is free. A setting that the points hardly determine stays near its
-value: ten natural steps have the weight of the measurement uncertainty of a point (ours).
+value: ten natural steps have the weight of the measurement uncertainty of a point (this work).
 
 First-order settings correct pressure and spiral angle, second-order settings also crowning and twist.
 """

@@ -105,17 +105,17 @@ def _map(flank: FlankFit) -> Table:
     residual, found = flank.fitted.residual.reshape(shape), flank.fitted.found.reshape(shape)
     u, depth = flank.grid.u.reshape(shape)[0], 0.5 * (flank.grid.y.reshape(shape)[:, 0] + 1.0)
     picked = range(0, along, 2)
-    at = [quantity("gear_u").text(float(u[k]), 3) for k in picked]
-    unit = quantity("residual_max").display
+    at = [f"{quantity('gear_u').to_display(float(u[k])):.1f}" for k in picked]
     return Table(
         [
-            Column("depth", of="pattern_depth", label="depth", digits=2),
-            *(Column(f"at {text}", of="residual_max", label=text, digits=3) for text in at),
+            Column("depth", of="pattern_depth", label="depth", decimals=2),
+            *(Column(f"at {text} mm", of="residual_max", label=f"{text} mm", decimals=1) for text in at),
         ],
         [
             (depth[row], *(residual[row, k] if found[row, k] else "undercut" for k in picked))
             for row in reversed(range(deep))
         ],
-        f"residual of the {flank.side} pinion flank, {unit}, over the gear: from toe to heel, and from root 0 to tip 1",
+        f"residual of the {flank.side} pinion flank over the gear flank; columns: distance from the mean point to the "
+        "heel; depth: 0 root, 1 tip",
         name=f"residual {flank.side}",
     )

@@ -103,7 +103,7 @@ class SettingsResult(Reportable):
         return plain | {"design": self.design.model_dump()}
 
 
-# largest undercut fraction of the points of a flank, or of the working depth of the gear, in a usable pair (ours)
+# largest undercut fraction of the points of a flank, or of the working depth of the gear, in a usable pair (this work)
 UNDERCUT_LIMIT = 0.05
 
 Flaw = Literal["pointed", "undercut"]

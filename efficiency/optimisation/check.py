@@ -26,7 +26,7 @@ Evaluate = Callable[[list[EvaluationTask]], list[Evaluation]]
 
 CHECK_GRID = (POSITIONS, POINTS_PER_LINE)
 """Positions and points per line of a check."""
-# relative margin of the search below the limits, before and after points were checked (ours)
+# relative margin of the search below the limits, before and after points were checked (this work)
 _MARGIN, _MARGIN_CHECKED = 0.015, 0.0075
 # maximum number of checks until a point is within the limits
 _ROUNDS = 3

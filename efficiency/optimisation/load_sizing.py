@@ -31,12 +31,12 @@ from ehl.common.units import parse_quantity
 
 BOX = {"E": "0.05 mm", "P": "0.05 mm", "G": "0.05 mm"}
 """Default half widths of the box of misalignments."""
-# relief of edges without one: amount and length in mean normal modules, length at the ends in face widths (ours)
+# relief of edges without one: amount and length in mean normal modules, length at the ends in face widths (this work)
 TIP, ENDS = (0.004, 0.5), (0.006, 0.12)
-# bounds of the growth of relief and exponent of the crowning in one step, maximum number of steps (ours)
+# bounds of the growth of relief and exponent of the crowning in one step, maximum number of steps (this work)
 _GROWTH, _CROWNING, _STEPS = (1.15, 1.8), 0.5, 14
 # trials of the bias; displacement of the contact position over that of the load; largest central displacement of the
-# load, in half face widths (ours)
+# load, in half face widths (this work)
 _BIAS, _CENTRING, CENTRAL = (-0.25, 0.0, 0.25), 0.6, 0.1
 # states of each flank that a step computes besides the aligned one
 _WORST = 2

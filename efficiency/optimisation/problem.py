@@ -74,11 +74,11 @@ PARTS: dict[str, tuple[str, ...]] = {
 _PACKAGE = ("hypoid_offset",)
 _DEFAULT = ("lengthwise_crowning", "profile_crowning", "bias", "twist", "contact_face", "contact_depth")
 
-# default bounds: amounts as multiples of the start with a minimum, slopes and positions about the start (ours)
+# default bounds: amounts as multiples of the start with a minimum, slopes and positions about the start (this work)
 _SHARES, _FLOOR, _RELIEF_SHARES = (0.25, 3.5), {"lengthwise_crowning": 20e-6, "profile_crowning": 6e-6}, (0.25, 3.0)
 _BIAS, _PLACE, _MAX_PLACE = 0.8, 0.35, 0.6
 
-# default bounds of the blank (ours): multiples of the start, or a distance to both sides of it
+# default bounds of the blank (this work): multiples of the start, or a distance to both sides of it
 _BLANK_SHARES = {"hypoid_offset": (0.5, 1.1), "cutter_radius": (0.8, 1.4), "depth_factor": (0.85, 1.05)}
 _BLANK_REACH = {
     "spiral_angle": math.radians(12.0),
@@ -88,7 +88,7 @@ _BLANK_REACH = {
 }
 
 BOX = {"E": 5e-5, "P": 5e-5}
-"""Half widths of the default misalignment box [m]: bearings and housings of an axle (ours)."""
+"""Half widths of the default misalignment box [m]: bearings and housings of an axle (this work)."""
 # most half widths of the fractional design of eight corners
 _MAX_WIDTHS = 7
 _SHIFTS = {name: value_range_of(Misalignment, name) for name in Misalignment.model_fields}

@@ -30,7 +30,7 @@ _FIRST_WIDTHS = 0.6, 0.25
 # candidates: anywhere, and near points of the front
 _ANYWHERE, _NEAR, _ROUNDS = 512, 512, 3
 _STEPS = (0.2, 0.06, 0.02)
-# standard deviation of the values 1 and -1 of the feasibility process (ours)
+# standard deviation of the values 1 and -1 of the feasibility process (this work)
 _MADE_SD = 0.3
 _NOISE, _SCALES = (1e-8, 1e-1), (0.05, 20.0)
 _MAX_ITERATIONS = 25

@@ -29,29 +29,29 @@ if TYPE_CHECKING:
 
 _MM = 1e3
 _EDGE = "0.25"
+COLOURS = "viridis"  # of all fields over a flank
 # share of the maximum load per length below which film and friction are replaced by those of neighbouring points,
 # because they diverge for vanishing load
 _CARRIES = 0.03
 
 
 class Field(NamedTuple):
-    """A field over the flank: name, title, label with unit, factor from SI, and colour map."""
+    """A field over the flank: name, title, label with unit, and factor from SI."""
 
     name: str
     title: str
     label: str
     factor: float
-    colours: str
 
 
-PRESSURE = Field("pressure_hertz", "Hertz pressure", "Hertz pressure [GPa]", 1e-9, "viridis")
-LOAD = Field("load_per_length", "load per length", "load per length [N/mm]", 1e-3, "viridis")
-FRICTION = Field("friction_coefficient", "friction coefficient", "friction coefficient [-]", 1.0, "cividis")
-FILM_RATIO = Field("film_ratio", "film ratio", "film ratio λ [-]", 1.0, "YlGnBu")
-FLASH = Field("temperature_flash", "contact temperature", "temperature [°C]", 1.0, "YlOrRd")
-FILM_SPECIFIC = Field("film_specific", "specific film (micropitting)", "film over mean Ra [-]", 1.0, "YlGnBu")
-LOSS = Field("loss_density", "loss density", "loss per area [W/mm²]", 1e-6, "inferno_r")
-SLIDE_TO_ROLL = Field("slide_to_roll_total", "slide-to-roll ratio", "slide-to-roll ratio [-]", 1.0, "PuBu")
+PRESSURE = Field("pressure_hertz", "Hertz pressure", "Hertz pressure [GPa]", 1e-9)
+LOAD = Field("load_per_length", "load per length", "load per length [N/mm]", 1e-3)
+FRICTION = Field("friction_coefficient", "friction coefficient", "friction coefficient [-]", 1.0)
+FILM_RATIO = Field("film_ratio", "film ratio", "film ratio λ [-]", 1.0)
+FLASH = Field("temperature_flash", "contact temperature", "temperature [°C]", 1.0)
+FILM_SPECIFIC = Field("film_specific", "specific film (micropitting)", "film over mean Ra [-]", 1.0)
+LOSS = Field("loss_density", "loss density", "loss per area [W/mm²]", 1e-6)
+SLIDE_TO_ROLL = Field("slide_to_roll_total", "slide-to-roll ratio", "slide-to-roll ratio [-]", 1.0)
 
 
 def field_values(flank: FlankMap, field: Field) -> FloatArray:
@@ -73,7 +73,7 @@ def field_figure(flank: FlankMap, field: Field, member: Member = "gear", top: fl
         x, y = _place(flank, member)
         clipping = _contact_region(axes, flank, member)
         beyond = "max" if float(finite.max()) > levels[-1] else "neither"
-        shades = axes.contourf(x, y, np.clip(shown, levels[0], None), levels=levels, cmap=field.colours, extend=beyond)
+        shades = axes.contourf(x, y, np.clip(shown, levels[0], None), levels=levels, cmap=COLOURS, extend=beyond)
         lines = axes.contour(x, y, shown, levels=levels[1:-1:2], colors="w", linewidths=0.5)
         for artist in (shades, lines):
             artist.set_clip_path(clipping, axes.transData)
@@ -95,7 +95,7 @@ def contact_figure(flank: FlankMap, member: Member = "gear", top: float | None =
     if pressure.max() > 0.0:
         levels = MaxNLocator(8).tick_values(0.0, top or float(pressure.max()))
         clipping = _contact_region(axes, flank, member)
-        shades = axes.contourf(x, y, _filled(np.where(flank.loaded, pressure, np.nan)), levels=levels, cmap="Blues")
+        shades = axes.contourf(x, y, _filled(np.where(flank.loaded, pressure, np.nan)), levels=levels, cmap=COLOURS)
         shades.set_clip_path(clipping, axes.transData)
         _colour_bar(figure, shades, axes, "Hertz pressure [GPa]")
     _one_position(axes, flank, member)
@@ -117,7 +117,7 @@ def sliding_figure(flank: FlankMap) -> Figure:
     keep = flank.loaded[chosen]
     if keep.any():
         parts = (values[chosen][keep] for values in (x, y, along, up, total))
-        arrows = axes.quiver(*parts, cmap="viridis", angles="xy", width=0.0035)
+        arrows = axes.quiver(*parts, cmap=COLOURS, angles="xy", width=0.0035)
         _colour_bar(figure, arrows, axes, "sliding speed [m/s]")
         largest = float(np.nanmax(np.hypot(along, up)[chosen][keep]))
         if largest > 0.0:

@@ -13,7 +13,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from efficiency.output.plots_flank import line_pieces, outline
+from efficiency.output.plots_flank import COLOURS, line_pieces, outline
 from ehl.common.arrays import FloatArray
 from ehl.common.figures import BLUE, GREY, ORANGE, figure_of, new_figure
 from ehl.common.units import ARCSEC
@@ -92,7 +92,7 @@ def ease_off_figure(pair: FlankPair, path: ContactPath | None = None, member: Me
     top = max(float(np.max(relief[margin >= 0.0], initial=0.0)), 0.01)
     levels = MaxNLocator(10).tick_values(0.0, top)
     x, y = projection(pair, member, u, v)
-    colours = axes.contourf(x, y, shown, levels=levels, cmap="viridis")
+    colours = axes.contourf(x, y, shown, levels=levels, cmap=COLOURS)
     lines = axes.contour(x, y, shown, levels=levels[1:], colors="w", linewidths=0.7)
     axes.clabel(lines, fmt="%g", fontsize=8)
     figure.colorbar(colours, ax=axes, label="ease-off, material\nmissing on pinion [µm]", shrink=0.85)
@@ -121,9 +121,9 @@ def contact_lines_figure(
             if position is cycle[0]:
                 label = "one position, all pairs" if own[0] == 0 else None
                 axes.plot(*line.T, color="k", lw=2.5, zorder=3, label=label)
-    shown = axes.add_collection(LineCollection(lines, array=np.concatenate(radii) * _MM, cmap="plasma", linewidths=1.3))
+    shown = axes.add_collection(LineCollection(lines, array=np.concatenate(radii) * _MM, cmap=COLOURS, linewidths=1.3))
     figure.colorbar(shown, ax=axes, label="equivalent radius\nnormal to the line [mm]", shrink=0.85)
-    draw_path(axes, pair, pair.path if path is None else path, member, BLUE)
+    draw_path(axes, pair, pair.path if path is None else path, member, ORANGE)
     flank_axes(axes, pair, member)
     axes.legend(loc="lower left", fontsize=8, frameon=False, ncols=2)
     return figure
@@ -153,7 +153,7 @@ def radius_figure(pair: FlankPair, cycle: tuple[MeshPosition, ...], lines: int =
     ]
     traces.sort(key=lambda trace: trace[0])
     chosen = np.unique(np.linspace(0, len(traces) - 1, lines + 2).astype(int)[1:-1])
-    for colour, number in zip(colormaps["viridis"](np.linspace(0.0, 0.9, chosen.size)), chosen, strict=True):
+    for colour, number in zip(colormaps[COLOURS](np.linspace(0.0, 0.9, chosen.size)), chosen, strict=True):
         roll, face, radius = traces[number]
         axes.plot(face * _MM, radius * _MM, color=colour, marker=".", ms=3, label=f"{roll:+.2f}")
     axes.set(
@@ -178,7 +178,7 @@ def contact_pattern_figure(
     u, height = (pattern.gear_u, pattern.gear_height) if member == "gear" else (pattern.pinion_u, pattern.pinion_height)
     gap = np.ma.masked_where(~pattern.inside, np.where(pattern.inside, pattern.separation, 0.0) * _UM)
     levels = np.linspace(0.0, thickness, 5)
-    shades = axes.contourf(u * _MM, height * _MM, gap, levels=levels, cmap="Blues_r", vmin=-0.3 * thickness)
+    shades = axes.contourf(u * _MM, height * _MM, gap, levels=levels, cmap=COLOURS)
     if pattern.marked.any():
         axes.contour(u * _MM, height * _MM, gap, levels=levels[-1:], colors=BLUE, linewidths=1.4)
     figure_of(axes).colorbar(shades, ax=axes, label="minimum distance\nof the flanks [µm]", shrink=0.85, format="%.3g")

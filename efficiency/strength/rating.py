@@ -12,7 +12,7 @@ k = Y/sqrt(3) in shear (von Mises):
     shakedown:             p = k/max |tau_zx/p|;  4 k at mu = 0, k/mu where the surface governs
 
 Residual stresses of a rolling line contact cannot balance tau_zx. Where it exceeds k, cyclic plasticity occurs
-(Johnson, Contact Mechanics; Johnson & Jefferis 1963, both from memory). The stresses are McEwen's.
+(Johnson, Contact Mechanics; Johnson & Jefferis 1963, both unverified). The stresses are McEwen's.
 """
 
 import math
@@ -89,9 +89,9 @@ def shakedown_pressure(stress: float, friction: ArrayLike = 0.0) -> FloatArray:
 
 
 INTEGRAL = 1.5
-"""C_2: weight of the mean flash in the integral temperature (ISO/TS 6336-21, from memory)."""
+"""C_2: weight of the mean flash in the integral temperature (ISO/TS 6336-21, unverified)."""
 LUBRICANT = {"pao": 0.8, "polyglycol": 0.7}
-"""X_L: lubricant factor of the scuffing temperature by base oil; others 1 (ISO/TS 6336-21, from memory)."""
+"""X_L: lubricant factor of the scuffing temperature by base oil; others 1 (ISO/TS 6336-21, unverified)."""
 RA_OF_RQ = math.sqrt(2.0 / math.pi)
 ASSUMED = (
     "torque as given at constant speed: application and dynamic factors are 1; load distribution from the loaded tooth "
@@ -106,7 +106,7 @@ NO_FILM = "the oil card has no permissible film: no safety factor against microp
 def scuffing_temperature(stage: int, viscosity_40: float, base: str) -> float:
     """Permissible integral temperature [K] from the failure load stage of the FZG test A/8.3/90.
 
-    Bulk temperature and mean flash of the test at 3.726 stage^2 N m, the flash 1.5-fold (ISO/TS 6336-21, from memory);
+    Bulk temperature and mean flash of the test at 3.726 stage^2 N m, the flash 1.5-fold (ISO/TS 6336-21, unverified);
     kinematic viscosity at 40 degC [m2/s], base of the oil.
     """
     torque, factor = 3.726 * stage**2, LUBRICANT.get(base, 1.0)

@@ -21,19 +21,20 @@ from efficiency.strength.hexahedra import CORNERS_AND_EDGES
 from ehl.common.arrays import FloatArray, IntArray
 from ehl.common.errors import ConvergenceError, InputError
 
-# tuned: default edge radius of a cutter, in mean normal modules (ours; basic racks have 0.2 to 0.4); may be changed
-# freely, the value of a design has priority
+# tuned: default edge radius of a cutter, in mean normal modules (this work; basic racks have 0.2 to 0.4); may be
+# changed freely, the value of a design has priority
 EDGE_RADIUS = 0.25
 # fractions of it that are tried in turn if the slot is too narrow
 _RADII = (1.0, 0.75, 0.5)
 _FINE = 400  # points of one side of the outline before redistribution
-# tuned: weight of curvature over length in the distribution of nodes along the outline (ours); may be changed after
-# running `test_root_stress_converges`
+# tuned: weight of curvature over length in the distribution of nodes along the outline (this work); may be changed
+# after running `test_root_stress_converges`
 _BEND = 1.5
 # tuned: thickness of the surface layers over the thickness of the tooth at the fillets and at the tip, and of the outer
-# layer over both (ours); may be changed after running `test_root_stress_converges`
+# layer over both (this work); may be changed after running `test_root_stress_converges`
 _LAYER, _LAYER_TIP, _OUTER = 0.16, 0.22, 0.4
-# tuned: weights across, up and along with the shortest factorisation for shipped designs (ours); may be changed freely
+# tuned: weights across, up and along with the shortest factorisation for shipped designs (this work); may be changed
+# freely
 _SPLIT = np.array([2.0, 1.0, 3.0])
 
 

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 OPERATING = ("torque", "speed", "temperature", "roughness_rms_each")
 
-# fractions of the torque and speed of the design; K; m; ours, after the operating ranges of automotive axles
+# fractions of the torque and speed of the design; K; m; this work, after the operating ranges of automotive axles
 _TORQUES, _SPEEDS = (0.1, 0.3, 0.6, 1.0), (0.1, 0.25, 0.5)
 _TEMPERATURES = (313.15, 333.15, 353.15, 363.15)
 _ROUGHNESSES = (1e-7, 2e-7, 4e-7, 8e-7)

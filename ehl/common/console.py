@@ -208,7 +208,7 @@ class App(typer.Typer):
 STOPPED = 130  # exit code after a stop by the user, as in shells
 SOFTWARE_FAULT = 70  # exit code of a program error, EX_SOFTWARE of sysexits.h
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EPIPE)
-_COLLECT = 50_000  # new objects between two garbage collections (ours)
+_COLLECT = 50_000  # new objects between two garbage collections (this work)
 OUTPUT_FAULT = 74  # exit code if standard output cannot be written, EX_IOERR
 
 

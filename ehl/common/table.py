@@ -42,6 +42,7 @@ class Column:
     of: str = ""
     label: str = ""  # label in the head, instead of that of the quantity
     digits: int = 0  # significant digits, instead of those of the quantity
+    decimals: int | None = None  # decimals in the display unit, instead of significant digits
 
     @property
     def quantity(self) -> Quantity:
@@ -63,6 +64,8 @@ class Column:
         if isinstance(value, str):
             return reason_text(value) if self.name == "reason" else value
         shown = self.quantity.to_display(value)
+        if self.decimals is not None and math.isfinite(shown):
+            return f"{round(shown, self.decimals) + 0.0:.{self.decimals}f}"
         return str(shown) if isinstance(shown, int) else format_number(shown, self.digits or self.quantity.digits)
 
     def shown(self, value: Cell) -> Cell:

@@ -5,8 +5,8 @@ texts carry their unit. A second row with only units (as `mixed-ehl sweep merge`
 those of docs/nomenclature.md in any spelling, or the usual ones of other programs and test rigs (`_OTHER_NAMES`).
 
 A table whose names are all exact is strict: each column, row and cell must be usable. A table of another program (names
-that stand for ours, or lines above the header) is not: other columns, lines between the rows and rows with missing
-values are left out, and a note states the meaning of each column.
+that correspond to those of the program, or lines above the header) is not: other columns, lines between the rows and
+rows with missing values are left out, and a note states the meaning of each column.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ MAX_UNPACKED = 1_000_000_000  # of a workbook [bytes]
 # what a spreadsheet takes for the beginning of a formula
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
-# what others call our columns; where several columns of a table stand for one of ours, the first of this list is taken
+# names of the columns in other programs; if several columns of a table match, the first of this list is taken
 _OTHER_NAMES = {
     "friction_coefficient": "mu cof friction traction_coefficient traction_coeff traction_coef friction_coeff "
     "friction_coef coefficient_of_friction reibungszahl reibwert reibkoeffizient traction",

@@ -92,7 +92,7 @@ class _ContentLocator:
 
     @classmethod
     def from_function(cls, py_func: Callable[..., Any], py_file: str) -> _ContentLocator | None:
-        """As of numba's locators; None for code that is not ours, and where there is no place."""
+        """As of numba's locators; None for code of other packages, and without a folder."""
         folder = Path(py_file).resolve().parent
         if not _OURS & set(folder.parents):
             return None

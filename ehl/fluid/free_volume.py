@@ -202,7 +202,7 @@ class Doolittle(InputModel):
 
 
 class McEwenPaluch(InputModel):
-    """eta = K exp(B/(T + C)) (1 + a0 p/q)^q exp(CF p/(pinf - p)), T in degC (hybrid of Bair; form from memory).
+    """eta = K exp(B/(T + C)) (1 + a0 p/q)^q exp(CF p/(pinf - p)), T in degC (hybrid of Bair; form unverified).
 
     The temperature dependence is own work: pinf = pinf40 + dpinf (T - 40) and a0 = a40 exp(-beta_a (T - 40)). Above
     0.9 pinf the exponent is continued by its tangent in p/pinf (own choice).

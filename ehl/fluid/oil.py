@@ -90,7 +90,7 @@ class Oil(InputModel, Reportable):
     name: str
     description: str = ""
     source: str
-    certainty: Literal["found", "mixed", "from memory"]
+    certainty: Literal["published", "mixed", "unverified"]
     viscosity_kinematic_40: KinematicViscosity
     viscosity_kinematic_100: KinematicViscosity
     base: Literal["mineral", "hydrocracked", "pao", "polyglycol", "ester"] = "mineral"

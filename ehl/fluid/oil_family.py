@@ -21,7 +21,7 @@ from ehl.fluid.rheology import LinearStress
 from ehl.fluid.viscosity import walther_1931
 
 # lowest kinematic viscosity at 100 degC of a row [cSt]; L = a Y^2 + b Y + c, H = d Y^2 + e Y + f of the reference oils
-# of VI 0 and 100 (equations of ASTM D2270, from memory; worked examples in the tests)
+# of VI 0 and 100 (equations of ASTM D2270, unverified; worked examples in the tests)
 _REFERENCE = (
     (2.0, 1.14673, 1.7576, -0.109, 0.84155, 1.5521, -0.077),
     (3.8, 3.38095, -15.4952, 33.196, 0.78571, 1.7929, -0.183),
@@ -172,7 +172,7 @@ class ShearFamily:
 
 
 # apparent modulus of the film without the compliance of the bodies: traction tests of 5P4E and Santotrac gave 0.3 to
-# 1 GPa (from memory); the lowest value is used for all oils (own choice, uncertain by a factor of 3)
+# 1 GPa (unverified); the lowest value is used for all oils (own choice, uncertain by a factor of 3)
 SHEAR_MODULUS = 0.3e9
 
 # Lambda: mineral is the mean of LVI 260 (.047, Arana et al. 2019) and Shell T9 (.083, Habchi 2018). The ratios of PAO
@@ -186,7 +186,7 @@ FAMILIES = {
     ),
     "hydrocracked": ShearFamily(
         5.05e6, 4.31e4, 8.46e-3, 0.041, 0.057, (0.044, 0.065),
-        "ratio and limit: mean of mineral oil and PAO (ours)",
+        "ratio and limit: mean of mineral oil and PAO (this work)",
     ),
     "pao": ShearFamily(
         4.26e6, 3.90e4, 7.10e-3, 0.035, 0.048, (0.044, 0.062),
@@ -283,9 +283,9 @@ def generic_card(
     return {
         "name": name or words,
         "description": f"generic {base} oil" + (f" ISO VG {iso_vg:g}" if iso_vg is not None else ""),
-        "source": f"ours: ln(eta/eta0) has the mean shape of {len(family.oils)} FVA 400 oils ({', '.join(family.oils)})"
-        f" and their secant at 0.2 GPa, {scale:g} nu^{exponent:g} = {secant:.2f} 1/GPa at 80 degC; "
-        + f"{second}; heat data typical, unverified",
+        "source": f"Estimated: ln(eta/eta0) has the mean shape of {len(family.oils)} FVA 400 oils "
+        f"({', '.join(family.oils)}) and their secant at 0.2 GPa, {scale:g} nu^{exponent:g} = {secant:.2f} 1/GPa at "
+        f"80 degC; {second}.  Typical values, not verified: conductivity and heat capacity.",
         "certainty": "mixed",
         "base": base,
         "viscosity_kinematic_40": viscosity_40,
@@ -298,9 +298,9 @@ def generic_card(
         "uncertainty": {
             "pressure_viscosity": family.spread,
             "viscosity": 0.05 if known else 0.10,
-            "source": "ours: spread of the FVA 400 oils of the family about this shape and level; viscosity "
-            + ("of a data sheet against the oil in the gear" if known else "of oils of one ISO VG")
-            + (", nu100 guessed" if viscosity_index is None and not known else ""),
+            "source": "Estimated: scatter of the FVA 400 oils of the family about this shape and level; viscosity: "
+            + ("data sheet compared with the oil in the gear" if known else "oils of one ISO VG")
+            + (", nu100 estimated" if viscosity_index is None and not known else ""),
         },
     }
 

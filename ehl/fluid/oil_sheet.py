@@ -142,7 +142,7 @@ def oil_sections(card: Oil, temperatures: Sequence[float], medium: Medium) -> li
     over = [[head, *values] for head, values in zip(heads, content["log_viscosity_ratio"], strict=True)]
     spread = [[name, f"{100.0 * value:.3g} %"] for name, value in known.items() if name != "source"]
     remarks = [f"note: {text}" for text in content["remarks"]]
-    remarks.append(f"data {card.certainty}; {card.source}.")
+    remarks.append(f"Source: {card.source}")
     tables = [
         Table(["state", *_STATE], rows, title=title, vertical=True),
         Table(["ln(eta/eta0) at", *columns], over, title="increase of viscosity with pressure"),

@@ -48,7 +48,7 @@ def standard_uncertainty(
     gold: base oil, if the pressure-viscosity coefficient is from Gold's formula without a measured value.
     certainty: of the card.
     """
-    memory, spread = certainty == "from memory", law.deviation
+    memory, spread = certainty == "unverified", law.deviation
     if isinstance(law, WaltherViscosity):
         spread = math.hypot(spread, 0.0 if gold is None else GOLD_DEVIATION.get(gold, 0.17))
     if memory:
@@ -61,5 +61,5 @@ def standard_uncertainty(
         "eyring_stress": 0.40,
         "limiting_shear": 0.25 if memory else 0.20,
         "thermal_conductivity": 0.10,
-        "source": f"ours, by the law of the card ({law.law}) and its certainty ({certainty})",
+        "source": f"Estimated from the viscosity law of the card ({law.law}) and the origin of its values.",
     }

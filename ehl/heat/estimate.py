@@ -26,7 +26,7 @@ def thermal_loading(contact: LineContact, lubricant: Lubricant) -> float:
 
 
 def murch_wilson_1975(loading: float) -> float:
-    """Film factor of inlet heating in pure rolling, 3.94/(3.94 + L^0.62) (Murch & Wilson 1975; from memory)."""
+    """Film factor of inlet heating in pure rolling, 3.94/(3.94 + L^0.62) (Murch & Wilson 1975; unverified)."""
     return float(3.94 / (3.94 + loading**0.62))
 
 

@@ -7,7 +7,7 @@ Roughness finer than the mesh: long waves remain a profile, shorter waves are re
 Waves shorter than a cut-off are removed from the profiles; their RMS is sigma_sub. Solids are in contact where the
 gap of the filtered surfaces is c sigma_sub above the boundary film. This is the mean gap of the fine roughness under
 load. In dry contact it decreases with the logarithm of the pressure over the stiffness E* times the RMS slope (form of
-Persson 2007, Phys. Rev. Lett. 99, 125502, from memory; both constants are fitted to runs that resolve the roughness).
+Persson 2007, Phys. Rev. Lett. 99, 125502, unverified; both constants are fitted to runs that resolve the roughness).
 c = 0 (no contact of the fine part) and 2 c + 0.5 (at most 2.5, its peaks) bound friction, and their difference is the
 error: see docs/roughness.md.
 """
@@ -154,7 +154,7 @@ def worn(profile: RoughProfile, rms: float) -> RoughProfile:
     """The profile with its peaks worn to plateaus at one height; the valleys remain.
 
     Heights become min(z, c), with the level c that gives the required Rq: the truncated heights of plateau surfaces
-    (King, Watson & Stout 1978, from memory). From Rq 0.5 to 0.3 um Gaussian heights get a skewness of -1.6; a hardened
+    (King, Watson & Stout 1978, unverified). From Rq 0.5 to 0.3 um Gaussian heights get a skewness of -1.6; a hardened
     disc that ran in by that much had -1.38 (Morales-Espejel & Brizmer 2011). Roughness of the plateaus is neglected.
 
     profile: heights before running-in [m].

@@ -46,7 +46,7 @@ class Figure(InputModel):
     """A value with its range.
 
     value, low, high: SI; 90 % of the surfaces or oils of that name lie between `low` and `high`.
-    source: source of the value; "ours" marks an own estimate.
+    source: source of the value; own estimates are marked as estimated.
     """
 
     value: float
@@ -214,8 +214,8 @@ class Finish:
         across, along = found.correlation_length, found.correlation_length_along
         if not math.isfinite(across):
             raise InputError("profile", found.name, "heights whose autocorrelation falls to 1/e within the length")
-        source = f"{Path(found.name).name}, {found.cutoff_short:.3g} m to {found.cutoff_long:.3g} m; range ours"
-        lay = Figure(value=1.0, low=1.0, high=5.0, source="not measurable by a single profile; range ours")
+        source = f"{Path(found.name).name}, {found.cutoff_short:.3g} m to {found.cutoff_long:.3g} m; range estimated"
+        lay = Figure(value=1.0, low=1.0, high=5.0, source="not measurable by a single profile; range estimated")
         if math.isfinite(along):
             ratio = max(along / across, 1.0 / 3.0)
             lay = Figure(value=ratio, low=ratio / 1.5, high=ratio * 1.5, source=source)
@@ -381,7 +381,7 @@ def lay_seen(correlation_length: float, lay_ratio: float, angle: ArrayLike) -> t
 
 def _given(name: str, value: float) -> Figure:
     factor = UNNAMED[name]
-    return Figure(value=value, low=value / factor, high=value * factor, source="given; range ours")
+    return Figure(value=value, low=value / factor, high=value * factor, source="given; range estimated")
 
 
 def surface_uncertainty(
@@ -429,8 +429,8 @@ def surface_uncertainty(
     else:
         rms = _given("roughness_rms", roughness_rms or 0.0)
         length = _given("correlation_length", float(default_correlation_length(rms.value)))
-        skewness = Figure(value=0.0, low=-1.0, high=0.4, source="ours")
-        lay = Figure(value=1.0, low=1.0, high=5.0, source="isotropic by default; range ours")
+        skewness = Figure(value=0.0, low=-1.0, high=0.4, source="Estimated.")
+        lay = Figure(value=1.0, low=1.0, high=5.0, source="isotropic by default; range estimated")
     if correlation_length is not None:
         length = _given("correlation_length", correlation_length)
     if peklenik_number is not None:

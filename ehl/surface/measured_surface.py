@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-# ISO 4288, ISO 3274 (from memory): upper limit of Ra, long cut-off and short cut-off [m]
+# ISO 4288, ISO 3274 (unverified): upper limit of Ra, long cut-off and short cut-off [m]
 STANDARD_CUTOFFS = (
     (2e-8, 8e-5, 2.5e-6),
     (1e-7, 2.5e-4, 2.5e-6),

@@ -113,8 +113,8 @@ class Spread:
 
 
 # difference between a bulk temperature that is not estimated from the loss, or given, and the true one
-TEMPERATURE_BULK = Spread(10.0, "absolute", "ours")
-# hardened steel, 30 +- 10 W/(m K); measured: 21 (through-hardened bearing steel) to 46 (annealed), from memory
+TEMPERATURE_BULK = Spread(10.0, "absolute", "estimated")
+# hardened steel, 30 +- 10 W/(m K); measured: 21 (through-hardened bearing steel) to 46 (annealed), unverified
 CONDUCTIVITY_SOLID = Spread(0.30, source="hardened steel, 21 to 46 W/(m K)")
 
 # standard deviation of ln mu of the lateral mode compared with solutions with two-dimensional roughness

@@ -2,8 +2,8 @@
 
 The units of the authors are converted inside each function. Definitions that differ between authors:
 `speed_entrainment` is the mean (u1 + u2)/2 and `speed_sum` is u1 + u2; Rq is the RMS and Ra the mean absolute
-roughness. "Found" means that the coefficients were read in a public secondary source. Coefficients "from memory" should
-be checked in the original. Ranges and these marks are in `regression.friction.published_registry`.
+roughness. "Published" coefficients are from a public secondary source; "unverified" ones should be checked in the
+original. Ranges and these marks are in `regression.friction.published_registry`.
 """
 
 import numpy as np
@@ -60,8 +60,8 @@ def benedict_kelley_1961(
     """Disc tests (Benedict & Kelley 1961, ASLE Trans. 4).
 
     mu = 0.0127 log10(29660 w/(eta Vs VS^2)) 50/(50 - S), w in N/mm, eta in mPa s, speeds in m/s, S in microinch.
-    The smooth part was found, the roughness factor is from memory. Values at or below zero mean conditions outside the
-    range of the tests.
+    The smooth part is published, the roughness factor is unverified. Values at or below zero mean conditions outside
+    the range of the tests.
 
     load_per_length: w [N/m].
     viscosity_inlet: eta [Pa s].
@@ -85,8 +85,9 @@ def schlenk_1994(
 ) -> Array:
     """Mean friction of a gear mesh (Schlenk; Niemann, Hoehn & Michaelis).
 
-    mu = 0.048 ((Fbt/b)/(vSum rho))^0.2 eta^-0.05 Ra^0.25 XL; N/mm, m/s, mm, mPa s, um. Found (the year is from memory).
-    It is a mean over the path of contact with quantities at the pitch point, applied here with local quantities.
+    mu = 0.048 ((Fbt/b)/(vSum rho))^0.2 eta^-0.05 Ra^0.25 XL; N/mm, m/s, mm, mPa s, um. Published (the year is
+    unverified). It is a mean over the path of contact with quantities at the pitch point, applied here with local
+    quantities.
 
     load_per_length: fbt/b [N/m].
     viscosity_inlet: dynamic viscosity at oil temperature [Pa s].
@@ -104,7 +105,7 @@ def schlenk_1994(
 
 
 def lubricant_factor_niemann(base: str, speed_sum: ArrayLike) -> Array:
-    """XL by base oil: mineral 1, PAO and ester 0.8, polyglycol 0.75 (6/vSum)^0.2 (from memory; vSum in m/s).
+    """XL by base oil: mineral 1, PAO and ester 0.8, polyglycol 0.75 (6/vSum)^0.2 (unverified; vSum in m/s).
 
     Hydrocracked oils count as mineral oils (own choice). Fits to measurements gave 0.846, 0.65 and 0.585 instead
     (found).
@@ -116,7 +117,7 @@ def lubricant_factor_niemann(base: str, speed_sum: ArrayLike) -> Array:
 
 
 def iso_tr_14179_1(viscosity_kinematic: ArrayLike, load_intensity: ArrayLike, speed_pitch_line: ArrayLike) -> Array:
-    """Mesh friction of ISO/TR 14179-1: nu^-0.223 K^-0.40/(3.239 V^0.70); from memory.
+    """Mesh friction of ISO/TR 14179-1: nu^-0.223 K^-0.40/(3.239 V^0.70); unverified.
 
     viscosity_kinematic: nu at oil temperature [m2/s] (in the formula cSt).
     load_intensity: K factor [Pa] (in the formula N/mm2).
@@ -135,7 +136,7 @@ def iso_tr_14179_2(
     roughness_ra: ArrayLike,
     pinion_diameter: ArrayLike,
 ) -> Array:
-    """Mesh friction of ISO/TR 14179-2, from memory.
+    """Mesh friction of ISO/TR 14179-2, unverified.
 
     mu = 0.045 ((KA Fbt/b)/(vSum rho))^0.2 eta^-0.05 XR, XR = 3.8 (Ra/d1)^0.25;
     N/mm, m/s, mm, mPa s, Ra in um, d1 in mm.
@@ -152,7 +153,7 @@ def iso_tr_14179_2(
 
 
 def misharin_1958(viscosity_kinematic: ArrayLike, speed_sliding: ArrayLike, speed_sum: ArrayLike) -> Array:
-    """Disc tests (Misharin 1958): 0.325 (Vs VS nu)^-0.25, limited to 0.02 to 0.08; m/s and cSt; from memory.
+    """Disc tests (Misharin 1958): 0.325 (Vs VS nu)^-0.25, limited to 0.02 to 0.08; m/s and cSt; unverified.
 
     viscosity_kinematic: nu [m2/s].
     speed_sliding: Vs [m/s].
@@ -166,7 +167,7 @@ def misharin_1958(viscosity_kinematic: ArrayLike, speed_sliding: ArrayLike, spee
 def drozdov_gavrikov_1967(
     pressure_hertz: ArrayLike, viscosity_kinematic: ArrayLike, speed_sliding: ArrayLike, speed_sum: ArrayLike
 ) -> Array:
-    """Disc tests (Drozdov & Gavrikov 1967), from memory.
+    """Disc tests (Drozdov & Gavrikov 1967), unverified.
 
     mu = 1/(0.8 sqrt(nu) Vs + VS phi + 13.4), phi = 0.47 - 0.13e-4 p - 0.4e-3 nu; p in kgf/cm2, nu in cSt, m/s.
 
@@ -187,7 +188,7 @@ def odonoghue_cameron_1966(
     radius_equivalent: ArrayLike,
     roughness_ra: ArrayLike,
 ) -> Array:
-    """Disc tests (O'Donoghue & Cameron 1966), from memory and uncertain.
+    """Disc tests (O'Donoghue & Cameron 1966), unverified and uncertain.
 
     mu = 0.6 ((S + 22)/35)/(nu^(1/8) Vs^(1/3) Ve^(1/6) R^(1/2)), S in microinch, R in inch, speeds in inch/s, nu in cSt.
     The unit of viscosity may be mPa s in the original, which would change mu by 2 %.
@@ -241,7 +242,7 @@ def share_doleschel_2002(film_ratio: ArrayLike) -> Array:
 
 
 def share_matsumoto_2014(severity: ArrayLike) -> Array:
-    """Asperity load share 0.5 log10 D, D = (Rz1 + Rz2)/h_min in 1..100 (Matsumoto & Morikawa; year from memory)."""
+    """Asperity load share 0.5 log10 D, D = (Rz1 + Rz2)/h_min in 1..100 (Matsumoto & Morikawa; year unverified)."""
     return np.asarray(0.5 * np.log10(np.clip(np.asarray(severity, dtype=float), 1.0, 100.0)))
 
 
@@ -252,7 +253,7 @@ def share_masjedi_khonsari_2012(
     roughness_over_radius: ArrayLike,
     hardness_over_modulus: ArrayLike,
 ) -> Array:
-    """Asperity load share of a rough line contact, from memory (Masjedi & Khonsari 2012, J. Tribol. 134).
+    """Asperity load share of a rough line contact, unverified (Masjedi & Khonsari 2012, J. Tribol. 134).
 
     La = 0.005 W^-0.408 U^-0.088 G^0.103 ln(1 + 4470 s^6.015 V^1.168 W^0.485 U^-3.741 G^-2.898) in per cent: a fit to a
     statistical model, whose asperity load is the load above the macroscopic pressure. Values above 1, at film ratios
@@ -270,5 +271,5 @@ def share_masjedi_khonsari_2012(
 
 
 def pan_hamrock_1989_minimum(speed: Array, load: Array, material: Array) -> Array:
-    """Minimum film h_min/R = 1.714 U^0.694 G^0.568 W^-0.128 (Pan & Hamrock 1989, J. Tribol. 111; from memory)."""
+    """Minimum film h_min/R = 1.714 U^0.694 G^0.568 W^-0.128 (Pan & Hamrock 1989, J. Tribol. 111; unverified)."""
     return np.asarray(1.714 * speed**0.694 * material**0.568 * load**-0.128)

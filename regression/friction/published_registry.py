@@ -20,7 +20,7 @@ from regression.friction.conditions import Array, Conditions, inlet_heating
 from regression.friction.models import FrictionEstimate, FrictionFlag, FrictionModel
 
 Mask = NDArray[np.bool_]
-Certainty = Literal["found", "mixed", "from memory"]
+Certainty = Literal["published", "mixed", "unverified"]
 
 RA_OVER_RQ = float(np.sqrt(2.0 / np.pi))  # Gaussian heights
 RZ_OVER_RQ = 5.0  # typical of ground and lapped flanks (own choice)
@@ -41,7 +41,7 @@ class PublishedFriction(FrictionModel):
     function: Callable[..., Array]  # the published formula
     # smallest and largest value of variables of `regression.friction.conditions.UNITS` in the original, SI units
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    range_certainty: str = "from memory"
+    range_certainty: str = "unverified"
     # friction coefficient from the local conditions and the base oil; by default arguments are conditions of their name
     local: Callable[[Conditions, str], Array] | None = None
     applied: str = ""  # additional assumptions at a contact point
@@ -58,15 +58,15 @@ class PublishedFriction(FrictionModel):
     @property
     def mark(self) -> str:
         """Suffix of the name in reports: " (M)" if a coefficient of the equation is unverified."""
-        return "" if self.certainty == "found" else " (M)"
+        return "" if self.certainty == "published" else " (M)"
 
     @property
     def certainty_words(self) -> str:
         """Explanation of `mark`; empty if all coefficients were found."""
-        which = {"found": "", "mixed": "in part ", "from memory": ""}[self.certainty]
+        which = {"published": "", "mixed": "in part ", "unverified": ""}[self.certainty]
         return (
             ""
-            if self.certainty == "found"
+            if self.certainty == "published"
             else f"(M): the equation is {which}unverified, compare it with the publication"
         )
 
@@ -186,13 +186,13 @@ def _masjedi(c: Conditions, base: str) -> Array:
 
 _LOCAL_LOAD = "a mesh mean with quantities at the pitch point, applied with local ones; Ra = 0.798 Rq, mean of both"
 _FILM = "film of Moes (1992) with the inlet-heating factor of Murch & Wilson"
-_SHARE = _FILM + "; mu_b = 0.10 (ours)"
+_SHARE = _FILM + "; mu_b = 0.10 (this work)"
 
 _ENTRIES = (
     PublishedFriction(
         "xu_kahraman_2007",
         "Xu, Kahraman, Anderson & Maddock 2007, J. Mech. Des. 129; regression of EHL results, 75W90",
-        "found",
+        "published",
         p.xu_kahraman_2007,
         {
             "pressure_hertz": (0.5e9, 2.5e9),
@@ -216,7 +216,7 @@ _ENTRIES = (
     PublishedFriction(
         "schlenk_1994",
         "Schlenk; Niemann, Hoehn & Michaelis; FZG gear tests",
-        "found",
+        "published",
         p.schlenk_1994,
         {"load_per_length": (150e3, np.inf)},
         local=_schlenk,
@@ -225,25 +225,25 @@ _ENTRIES = (
     PublishedFriction(
         "iso_tr_14179_1",
         "ISO/TR 14179-1, mesh coefficient of friction",
-        "from memory",
+        "unverified",
         p.iso_tr_14179_1,
         local=_iso_tr_14179_1,
-        applied="K and V from w', R and u_r at the pitch point of a pair with 20 deg pressure angle (ours)",
+        applied="K and V from w', R and u_r at the pitch point of a pair with 20 deg pressure angle (this work)",
     ),
     PublishedFriction(
         "iso_tr_14179_2",
         "ISO/TR 14179-2, mesh coefficient of friction",
-        "from memory",
+        "unverified",
         p.iso_tr_14179_2,
         {"load_per_length": (150e3, np.inf)},
         local=_iso_tr_14179_2,
         applied=_LOCAL_LOAD
-        + "; d1 = 2 R (1 + 1/3)/sin 20 deg, a pair of ratio 3 (ours; ratio 1 gives 10 % less, a rack 7 % more)",
+        + "; d1 = 2 R (1 + 1/3)/sin 20 deg, a pair of ratio 3 (this work; ratio 1 gives 10 % less, a rack 7 % more)",
     ),
     PublishedFriction(
         "misharin_1958",
         "Misharin 1958; disc tests",
-        "from memory",
+        "unverified",
         p.misharin_1958,
         {"pressure_hertz": (2500.0 * p.KGF_PER_CM2, np.inf), "slide_to_roll_total": (0.4, 1.3)},
         diverges=True,
@@ -251,7 +251,7 @@ _ENTRIES = (
     PublishedFriction(
         "drozdov_gavrikov_1967",
         "Drozdov & Gavrikov 1967; disc tests",
-        "from memory",
+        "unverified",
         p.drozdov_gavrikov_1967,
         {
             "pressure_hertz": (4000.0 * p.KGF_PER_CM2, 20000.0 * p.KGF_PER_CM2),
@@ -263,7 +263,7 @@ _ENTRIES = (
     PublishedFriction(
         "odonoghue_cameron_1966",
         "O'Donoghue & Cameron 1966; disc tests",
-        "from memory",
+        "unverified",
         p.odonoghue_cameron_1966,
         local=_odonoghue,
         applied="Ra = 0.798 Rq, mean of both; the unit of viscosity in the original is unknown, 2 % of mu",
@@ -272,7 +272,7 @@ _ENTRIES = (
     PublishedFriction(
         "arana_2019",
         "Arana, Larranaga & Ulacia 2019; load sharing 1 - erf(lambda), Eyring stress 2 Lam/alpha",
-        "found",
+        "published",
         p.arana_2019_fluid,
         local=_arana,
         applied=_FILM + "; mu_b = 0.065 of the authors",
@@ -280,7 +280,7 @@ _ENTRIES = (
     PublishedFriction(
         "doleschel_2002",
         "Doleschel; load sharing (1 - lambda/2)^2, lambda on the mean Ra",
-        "found",
+        "published",
         p.share_doleschel_2002,
         local=_doleschel,
         applied=_SHARE + "; film friction of Arana et al. instead of the measured reference values of the author",
@@ -288,21 +288,21 @@ _ENTRIES = (
     PublishedFriction(
         "matsumoto_morikawa_2014",
         "Matsumoto & Morikawa; load sharing 0.5 log10 D, D = (Rz1 + Rz2)/h_min",
-        "found",
+        "published",
         p.share_matsumoto_2014,
         local=_matsumoto,
-        applied=_SHARE + "; film friction of Arana et al., h_min of Pan & Hamrock, Rz = 5 Rq (ours)",
+        applied=_SHARE + "; film friction of Arana et al., h_min of Pan & Hamrock, Rz = 5 Rq (this work)",
     ),
     PublishedFriction(
         "masjedi_khonsari_2012",
         "Masjedi & Khonsari 2012, J. Tribol. 134; load share of rough line contacts, fit to a statistical model",
-        "from memory",
+        "unverified",
         p.share_masjedi_khonsari_2012,
         {"film_ratio_formula": (0.1, np.inf)},
-        "ours: the share exceeds 1 at lower values; the range of the original is unknown",
+        "estimated: the share exceeds 1 at lower values; the range of the original is unknown",
         local=_masjedi,
         applied="film friction of Arana et al. with the inlet-heating factor of Murch & Wilson; mu_b = 0.10 and "
-        "hardness 8 GPa (ours)",
+        "hardness 8 GPa (this work)",
     ),
 )
 

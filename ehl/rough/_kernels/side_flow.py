@@ -42,7 +42,7 @@ AVERAGED = 3.0  # windows: the gain of the long averages is (1 + 3)/(n + 3) and 
 TOTAL_GAIN, TOTAL_WINDOWS, TOTAL_MIN, TOTAL_COMPLIANCE = 0.5, 20.0, 1e-3, 0.1
 TOTAL_LOW = 0.1  # pressure below which that compliance grows as its inverse square [p_h]
 OUTFLOW_PRESSURE = 0.02  # excess over P from which a spot drains as it does along x [p_h]
-# limit of the factor on the mean-field exchange (ours): chosen among 20, 50, 200 and 2000 on six solutions with
+# limit of the factor on the mean-field exchange (this work): chosen among 20, 50, 200 and 2000 on six solutions with
 # two-dimensional roughness (docs/roughness.md); snapshots of such solutions show factors up to 16
 OUTFLOW_MAX = 50.0
 

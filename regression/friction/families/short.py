@@ -61,7 +61,7 @@ _EQUATION = (
 _START, _LOWER, _UPPER = zip(*_TERMS.values(), strict=True)
 SHORT = Family(
     "short",
-    "asperities and thermal film, fifteen coefficients (ours)",
+    "asperities and thermal film, fifteen coefficients (this work)",
     _EQUATION,
     tuple(_TERMS),
     ROUGH_BOX,

@@ -21,7 +21,7 @@ def dowson_higginson_1968(speed: float, load: float, material: float) -> float:
 
 
 def pan_hamrock_1989_central(speed: float, load: float, material: float) -> float:
-    """Central film h_c/R = 2.922 U^0.692 G^0.470 W^-0.166 (Pan & Hamrock 1989, J. Tribol. 111; from memory)."""
+    """Central film h_c/R = 2.922 U^0.692 G^0.470 W^-0.166 (Pan & Hamrock 1989, J. Tribol. 111; unverified)."""
     return 2.922 * speed**0.692 * material**0.470 * load**-0.166
 
 

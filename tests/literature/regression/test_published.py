@@ -31,7 +31,7 @@ def test_xu_2007_known_defect_growth_with_roughness() -> None:
 
 
 def test_benedict_kelley_constant_is_the_imperial_one() -> None:
-    # 3.17e8 with lb/in, cP and in/s (from memory) gives the 29660 of the metric form, printed to four digits
+    # 3.17e8 with lb/in, cP and in/s (unverified) gives the 29660 of the metric form, printed to four digits
     pound_per_inch, inch = 175.126835, 0.0254
     metric = 3.17e8 * 1e3 / pound_per_inch * inch**3
     assert metric == pytest.approx(29660.0, rel=1e-3)
@@ -103,8 +103,8 @@ def test_registry_states_source_range_and_certainty() -> None:
         assert entry.source
         assert entry.function.__doc__
         assert all(low < high for low, high in entry.ranges.values())
-    from_memory = {name for name, entry in PUBLISHED.items() if entry.certainty == "from memory"}
-    assert from_memory == {
+    unverified = {name for name, entry in PUBLISHED.items() if entry.certainty == "unverified"}
+    assert unverified == {
         "iso_tr_14179_1",
         "iso_tr_14179_2",
         "misharin_1958",
@@ -112,7 +112,7 @@ def test_registry_states_source_range_and_certainty() -> None:
         "odonoghue_cameron_1966",
         "masjedi_khonsari_2012",
     }
-    assert all((entry.mark == "") == (entry.certainty == "found") for entry in PUBLISHED.values())
+    assert all((entry.mark == "") == (entry.certainty == "published") for entry in PUBLISHED.values())
     assert "in part" in PUBLISHED["benedict_kelley_1961"].certainty_words
 
 

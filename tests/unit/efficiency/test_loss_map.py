@@ -160,7 +160,7 @@ def test_no_file_with_points_missing(tmp_path: Path) -> None:
 
 
 def test_equation_of_the_regulation() -> None:
-    """40 CFR 1037.560 prints 1603.9 W as the mean of three repeats (excerpt read); one of them from memory."""
+    """40 CFR 1037.560 prints 1603.9 W as the mean of three repeats (excerpt read); one of them unverified."""
     assert power_loss_40cfr1037(845.1, 3000.0, 10.472, 3.731) == pytest.approx(1603.9, abs=2.0)
 
 

@@ -208,7 +208,7 @@ def test_stiffness_rises_with_load() -> None:
 
 
 def test_single_tooth_stiffness_is_that_of_the_standard(load: LoadDistribution) -> None:
-    """ISO 6336-1, theoretical single stiffness of a pair of solid gears, x = 0 (series from memory).
+    """ISO 6336-1, theoretical single stiffness of a pair of solid gears, x = 0 (series unverified).
 
     The standard multiplies it by 0.8 to meet measurements; ours lies in between.
     """
