@@ -113,7 +113,7 @@ class PairBlankInput(InputModel):
     """Blank of a pair: the content of a blank file.
 
     `pitch_cones` selects the end of the iteration of Methods 1 to 3: "converged", to rounding error, with cones
-    in exact contact; "tangent", to the tolerance of the standard, then with cones in exact contact; "standard", as there.
+    in exact contact; "tangent", to the tolerance of the standard, then in exact contact; "standard", as there.
 
     `gear_cutting`: the gear tooth is generated (default) or Formate, with straight profile;
     `inside_blade_angle_gear` is the blade angle that cuts the convex flank of a Formate gear, by default its pressure
