@@ -44,6 +44,7 @@ from efficiency.ltca.limits import edge_load
 from efficiency.ltca.load_distribution import ElasticPosition, TeethElasticity, elastic_cycle
 from efficiency.ltca.mesh_grids import LoadedGrids, MeshGrids, both_cycles, load_grids
 from efficiency.ltca.shaft_deflection import solve_deflection
+from efficiency.ltca.shaft_forces import MeshForces, mesh_forces
 from efficiency.ltca.solid_tooth import SolidTooth, elastic_teeth
 from ehl.common.errors import ConvergenceError, InputError
 from ehl.common.progress import ProgressCallback
@@ -471,13 +472,48 @@ class LoadedMesh:
         return compare_models(self.grids, models, at.oil, operation, self.mesh.pitch, at.load_balance)
 
     @one_thread
+    def forces(self, result: EfficiencyResult | None = None) -> MeshForces:
+        """Mesh stiffness [N m/rad] and forces [N] on both shafts at the positions of a pinion pitch.
+
+        Parameters
+        ----------
+        result : EfficiencyResult, optional
+            Result whose forces are taken, with friction if it is in the torque balance; default: normal forces alone.
+
+        Returns
+        -------
+        MeshForces
+
+        Raises
+        ------
+        ConvergenceError
+            No load distribution.
+
+        Examples
+        --------
+        >>> import efficiency
+        >>> loaded = efficiency.load("fm_spiral_bevel_14x39").mesh(positions=4, points_per_line=9).load("300 N m")
+        >>> f"{loaded.forces().pinion.torque.mean():.4g} N m"
+        '300 N m'
+        """
+        grids, mu = self.grids, None
+        load = grids.fine if result is None else result.load
+        if load.reason:
+            raise ConvergenceError(load.reason, f"no forces at {self.torque:g} N m")
+        if result is not None and result.conditions.load_balance == "frictional":
+            mu = result.friction.mu if result.conditions.driver == "pinion" else -result.friction.mu
+        return mesh_forces(load, grids.mesh, mu)
+
+    @one_thread
     def strength_of(self, result: EfficiencyResult) -> Strength:
         """Strength of the teeth at the operating point of a result."""
-        from efficiency.strength.rating import LocalConditions, rate_strength, scuffing_temperature
+        from efficiency.strength.rating import LocalConditions, hypoid_factor_of, rate_strength, scuffing_temperature
 
         design, pitch = self.mesh.bevel, self.mesh.pitch
         operation = result.case.operation
         card = result.case.card
+        # the drive side of ISO 23509 is the concave flank of the pinion
+        concave = (design.assembly.drive_flank_pinion == "concave") == (self.mesh.side == "drive")
         local = LocalConditions(
             result.friction.mu,
             result.lubrication.film_central,
@@ -487,7 +523,7 @@ class LoadedMesh:
             card.viscosity_kinematic_40,
             operation.speed * design.ratio * pitch.radius_gear,
             pitch.module_normal,
-            self._hypoid_factor(),
+            hypoid_factor_of(pitch, concave=concave),
             math.nan
             if card.fzg_stage is None
             else scuffing_temperature(card.fzg_stage, card.viscosity_kinematic_40, card.base),
@@ -496,21 +532,6 @@ class LoadedMesh:
         teeth, pitch_angle = self.grids.mesh.teeth, 2.0 * math.pi / design.pinion.blank.teeth
         edges = edge_load(result.load, teeth)
         return rate_strength(result.load, teeth, edges, self.mesh.root_teeth(), local, pitch_angle)
-
-    def _hypoid_factor(self) -> float:
-        """Z_Hyp of the loaded flank."""
-        from efficiency.blanks.iso_10300 import hypoid_factor
-        from efficiency.blanks.tangency import limit_pressure_angle
-
-        pitch = self.mesh.pitch
-        spirals = pitch.spiral_angle_pinion, pitch.spiral_angle_gear
-        cones = pitch.pitch_angle_pinion, pitch.pitch_angle_gear
-        distances = pitch.radius_pinion / math.sin(cones[0]), pitch.radius_gear / math.sin(cones[1])
-        limit = limit_pressure_angle(*cones, *distances, *spirals, spirals[0] - spirals[1])
-        # the drive side of ISO 23509 is the concave flank of the pinion
-        concave = (self.mesh.bevel.assembly.drive_flank_pinion == "concave") == (self.mesh.side == "drive")
-        effective = pitch.pressure_angle - (limit if concave else -limit)
-        return hypoid_factor(*spirals, pitch.pressure_angle, effective)
 
     def write_load(self, path: Path | str, result: EfficiencyResult | None = None) -> None:
         """Write the load distribution as CSV in the format of `Mesh.load_from`.

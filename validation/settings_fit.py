@@ -1,6 +1,6 @@
 """Machine settings from targets for 100 varied blanks: residual, iterations, time.
 
-    python validation/settings_fit.py [--cases 100] [--seed 1] [--sized] [--csv settings_fit.csv]
+    python validation/settings_fit.py [--cases 100] [--first 0] [--seed 1] [--sized] [--csv settings_fit.csv]
 
 Each case is a random pair (ratio, teeth, size, offset, spiral angle, cutter, wanted ease-off, way of cutting) whose
 blank `pair_blank` accepts. Printed: every case; share of pairs with both residuals below 3 um rms by way of cutting.
@@ -162,6 +162,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     """Run the cases and print the table."""
     parser = command_line(__doc__)
     parser.add_argument("--cases", type=int, default=100)
+    parser.add_argument("--first", type=int, default=0, help="number of the first case that is sized")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--sized", action="store_true")
     parser.add_argument("--csv", type=Path, default=None)
@@ -169,8 +170,8 @@ def main(argv: Sequence[str] | None = None) -> None:
     rng = np.random.default_rng(arguments.seed)
     names, shares = list(WAYS), np.array([way[-1] for way in WAYS.values()], dtype=float)
     rows: list[Row] = []
-    refused, sized = 0, []
-    while max(len(rows), len(sized)) < arguments.cases:
+    refused, count, sized = 0, 0, []
+    while max(len(rows), count) < arguments.cases:
         way = str(rng.choice(names, p=shares / shares.sum()))
         try:
             inputs = validate(SettingsInput, pair(way, rng))
@@ -179,7 +180,9 @@ def main(argv: Sequence[str] | None = None) -> None:
             refused += 1
             continue
         if arguments.sized:
-            sized.append(size(len(sized), way, inputs))
+            if count >= arguments.first:
+                sized.append(size(count, way, inputs))
+            count += 1
             continue
         rows.append(solve(len(rows), way, inputs))
         row = rows[-1]

@@ -29,11 +29,10 @@ from efficiency.axle.result import (
 from efficiency.conditions.conditions import Friction, Value, Values, axis_values, checked
 from efficiency.conditions.duty import SIGNED, DutyRow, duty_rows
 from efficiency.conditions.grid import Condition, Evaluator, GridPoint
-from efficiency.contact.assembly import Axis
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design
 from efficiency.loss.efficiency_result import EfficiencyResult
-from efficiency.ltca.load_distribution import LoadDistribution
+from efficiency.ltca.shaft_forces import shaft_wrenches
 from efficiency.mesh import Mesh
 from efficiency.output.notes import outside_note
 from efficiency.pairs import load
@@ -415,10 +414,8 @@ class Axle:
             axes = loaded.grids.mesh.axes
             if axes is None or loaded.grids.coarse.reason:
                 raise ConvergenceError(loaded.grids.coarse.reason or "no_axes", f"{self.name} at {torque:g} N m")
-            on_both = [
-                shaft_wrench(loaded.grids.coarse, axis, sign) for axis, sign in zip(axes, (-1.0, 1.0), strict=True)
-            ]
-            self._wrenches[side, torque] = np.array(on_both)
+            on_both = [shaft_wrenches(loaded.grids.coarse, *on)[0] for on in zip(axes, (-1.0, 1.0), strict=True)]
+            self._wrenches[side, torque] = np.mean(on_both, axis=1)
         return self._wrenches[side, torque]
 
     def _wrench_at(self, row: DutyRow, nodes: Sequence[float]) -> FloatArray:
@@ -514,23 +511,6 @@ class _OtherLosses:
         power = math.floor(math.log(abs(torque) / own, 4.0)) if torque else 0
         loads = self.axle._loads_at(row, [own * 4.0**power, own * 4.0 ** (power + 1)])
         return math.fsum(self.axle._other_losses(row, loads)[0].values()) / float(speed)
-
-
-def shaft_wrench(load: LoadDistribution, axis: Axis, sign: float) -> FloatArray:
-    """Mean of the normal forces of a mesh cycle on a shaft [N], and their moment about the origin of its axis [N m].
-
-    (6,) along two directions normal to the axis and along it; the normals point into the gear: sign -1 for the pinion.
-    """
-    forces = np.concatenate([p.force[:, None] * p.position.normal for p in load.positions])
-    points = np.concatenate([p.position.position for p in load.positions]) - axis.origin
-    count = sign / len(load.positions)
-    force, moment = count * forces.sum(axis=0), count * np.cross(points, forces).sum(axis=0)
-    along = axis.direction
-    first = np.eye(3)[int(np.argmin(np.abs(along)))]
-    first = first - along * (first @ along)
-    first = first / np.linalg.norm(first)
-    frame = np.array([first, np.cross(along, first), along])
-    return np.concatenate([frame @ force, frame @ moment])
 
 
 def _signed(name: str, value: Value) -> float:

@@ -26,6 +26,7 @@ from regression.friction.models import FrictionEstimate, FrictionModel
 if TYPE_CHECKING:
     import pandas
 
+    from efficiency.ltca.shaft_forces import MeshForces
     from efficiency.strength.result import Strength
     from ehl.uncertainty.spread import UncertaintyInput
 
@@ -55,6 +56,9 @@ class ResultSource(Protocol):
     @property
     def has_strength(self) -> bool:
         """Whether the strength of the teeth can be rated."""
+
+    def forces(self, result: EfficiencyResult) -> MeshForces:
+        """Mesh stiffness and shaft forces over the mesh cycle."""
 
     def strength_of(self, result: EfficiencyResult) -> Strength:
         """Strength of the teeth."""
@@ -369,6 +373,14 @@ class EfficiencyResult(Reportable):
             raise InputError("strength", "a result without its mesh", "a result of `LoadedMesh.efficiency`")
         return self.case.mesh.strength_of(self)
 
+    @cached_property
+    def forces(self) -> MeshForces | None:
+        """Mesh stiffness and forces on both shafts over the mesh cycle, with friction; None without a result.
+
+        See `LoadedMesh.forces`; computed on first access.
+        """
+        return None if self.case.mesh is None or self.reason else self.case.mesh.forces(self)
+
     def references(self) -> set[str]:
         """Gear model, laws of the oil, friction model; strength if it was computed."""
         kind, at = "bevel" if self.has_strength else "cylindrical", self.conditions
@@ -400,6 +412,7 @@ class EfficiencyResult(Reportable):
         if self.reason:
             plain["notes"] = [reason_text(self.reason), *self.notes]
         graded = {"strength": self.strength.to_dict()} if strength else {}
+        graded |= {} if self.forces is None else {"forces": self.forces.to_dict()}
         return {**finite_or_none(plain | self._interval()), "uncertainty": self.inputs.to_dict(), **graded}
 
     def to_frame(self) -> pandas.DataFrame:

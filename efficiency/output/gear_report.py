@@ -22,6 +22,7 @@ from efficiency.output.machine_summary import FLANKS, Units, summary_rows
 from efficiency.output.notes import result_notes, said_of_grid
 from efficiency.output.plots_geometry import blank_figure
 from efficiency.output.plots_load import (
+    plot_forces,
     plot_friction_and_loss,
     plot_load_sharing,
     plot_pair_load,
@@ -135,6 +136,18 @@ def mesh_figures(result: EfficiencyResult) -> list[Picture]:
     ]
 
 
+def _force_items(result: EfficiencyResult) -> list[Item]:
+    """Mesh stiffness and shaft forces, folded."""
+    if result.forces is None:
+        return []
+    caption = (
+        "Mesh stiffness: derivative of the pinion torque by the pinion rotation. Forces of the mesh on the shafts: "
+        "axial positive away from the crossing point, radial away from the other member, tangential in the direction "
+        "of the torque; the values are in the table of the positions."
+    )
+    return [Folded("Mesh stiffness and shaft forces", [Picture(partial(plot_forces, result), caption, "forces")])]
+
+
 def strength_figures(flank: FlankMap) -> Iterator[Picture]:
     """Root stress and micropitting; empty for a result without its pair."""
     result = flank.result
@@ -177,7 +190,7 @@ def page_sections(result: EfficiencyResult, grid: Grid | None = None, units: Uni
         *on_tooth,
         *([Section("Uncertainty of the inputs", _input_items(result))] if result.inputs.sources else []),
         *([Section("Strength", _strength_items(result, flank))] if flank is not None and result.case.mesh else []),
-        Section("Mesh cycle", [Row(mesh_figures(result))]),
+        Section("Mesh cycle", [Row(mesh_figures(result)), *_force_items(result)]),
         Section(
             "Numerical results",
             [

@@ -105,6 +105,26 @@ def plot_transmission_error(result: EfficiencyResult, ax: Axes | None = None) ->
     return axes
 
 
+def plot_forces(result: EfficiencyResult) -> Figure:
+    """Mesh stiffness, and forces on both shafts, over one pinion pitch."""
+    figure = new_figure(9.0, 3.2)
+    axes = figure.subplots(1, 3)
+    if (forces := result.forces) is None:
+        return figure
+    angle = forces.pinion_angle / result.cycle.pitch
+    axes[0].plot(angle, 1e-3 * forces.stiffness, color=BLUE, marker=".", ms=4)
+    axes[0].set(ylabel="mesh stiffness [kN m/rad]", ylim=(0.0, None))
+    for own, name in zip(axes[1:], ("pinion", "gear"), strict=True):
+        for way, color in (("axial", BLUE), ("radial", ORANGE), ("tangential", GREY)):
+            values = to_display(f"force_{way}_{name}", getattr(getattr(forces, name), way))
+            own.plot(angle, values, color=color, marker=".", ms=4, label=way)
+        own.set(ylabel=f"force on the {name} shaft [kN]")
+    for own in axes:
+        own.set_xlabel("pinion roll [pinion pitches]")
+    axes[1].legend(frameon=False, fontsize=8)
+    return figure
+
+
 def plot_friction_and_loss(result: EfficiencyResult, ax: Axes | None = None) -> Axes:
     """Friction coefficient weighted with the sliding power, and power loss, along the mesh cycle."""
     axes = axes_or_new(ax)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, fields
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -159,7 +160,7 @@ def remarks_table(results: Sequence[EfficiencyResult]) -> Table:
 
 
 def position_table(result: EfficiencyResult) -> Table:
-    """One row per mesh position: load, pressure, transmission error, friction, loss, share of each tooth pair."""
+    """One row per mesh position: load, pressure, transmission error, friction, loss, shares of tooth pairs, forces."""
     loads, points = result.load.positions, result.points
     count = len(loads)
     work = np.bincount(points.position, points.force * points.speed_sliding, count)
@@ -180,6 +181,10 @@ def position_table(result: EfficiencyResult) -> Table:
         "points_loaded": [int(np.count_nonzero(load.force > 0.0)) for load in loads],
     }
     columns |= {f"share of pair {pair:+d}": [share.get(pair, 0.0) for share in shares] for pair in pairs}
+    if (forces := result.forces) is not None:
+        columns["stiffness_mesh"] = forces.stiffness
+        for member, way in product(("pinion", "gear"), ("axial", "radial", "tangential")):
+            columns[f"force_{way}_{member}"] = getattr(getattr(forces, member), way)
     return Table.from_columns(columns, title="Positions of a pinion pitch.", name="positions")
 
 

@@ -1,15 +1,18 @@
 """Quadratic hexahedra with 20 nodes, and the Cholesky factors of their stiffness by nested dissection.
 
 The elements are bisected recursively. Each part is condensed onto the nodes that it shares with the others; two parts
-are then joined and condensed again (multifrontal method; George 1973). All operations are on dense blocks.
+are then joined and condensed again (multifrontal method; George 1973). All operations are on dense blocks, in the
+precision of the stiffness.
 """
 
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
+from typing import Any
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from ehl.common.arrays import BoolArray, FloatArray, IntArray
 from ehl.common.errors import ConvergenceError
@@ -19,7 +22,7 @@ CORNERS_AND_EDGES = np.array([p for p in product((-1, 0, 1), repeat=3) if p.coun
 FACE = np.flatnonzero(CORNERS_AND_EDGES[:, 1] == -1)
 """Nodes of the face with the second coordinate -1."""
 # largest number of elements of a part that is not split
-_LEAF = 24
+_LEAF = 48
 
 
 def shape_functions(places: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -47,10 +50,19 @@ def _rule(count: int) -> tuple[FloatArray, FloatArray]:
     return places, np.einsum("i,j,k->ijk", weights, weights, weights).ravel()
 
 
-def element_stiffness(corners: FloatArray, youngs_modulus: FloatArray, poisson_ratio: float) -> FloatArray:
+Real = NDArray[np.floating[Any]]
+"""Array of numbers of single or double precision."""
+
+
+def element_stiffness(
+    corners: FloatArray,
+    youngs_modulus: FloatArray,
+    poisson_ratio: float,
+    precision: type[np.floating[Any]] = np.float64,
+) -> Real:
     """Stiffness (e, 60, 60) of elements from their nodes (e, 20, 3) [m] and Young's moduli (e,) [Pa].
 
-    The unknowns are ordered by node. Raises `ConvergenceError` if an element is folded.
+    The unknowns are ordered by node; `precision` is that of the result. Raises `ConvergenceError` for a folded element.
     """
     places, weights = _rule(3)
     _, slopes = shape_functions(places)
@@ -62,9 +74,9 @@ def element_stiffness(corners: FloatArray, youngs_modulus: FloatArray, poisson_r
         )
     gradient = np.matmul(np.linalg.inv(jacobian), slopes.transpose(0, 2, 1)[None])
     gradient *= np.sqrt(np.abs(volume) * weights)[..., None, None]
-    flat = gradient.reshape(*gradient.shape[:2], 60)
+    flat = gradient.reshape(*gradient.shape[:2], 60).astype(precision)
     gram = np.matmul(flat.transpose(0, 2, 1), flat).reshape(-1, 3, 20, 3, 20)
-    shear = (youngs_modulus / (2.0 * (1.0 + poisson_ratio)))[:, None, None, None, None]
+    shear = (youngs_modulus / (2.0 * (1.0 + poisson_ratio))).astype(precision)[:, None, None, None, None]
     lame = shear * 2.0 * poisson_ratio / (1.0 - 2.0 * poisson_ratio)
     matrix = lame * gram + shear * gram.transpose(0, 3, 2, 1, 4)
     trace = shear[:, 0, :, 0] * np.einsum("einim->enm", gram)
@@ -79,7 +91,7 @@ class _Front:
 
     nodes: IntArray  # nodes of the border
     count: IntArray  # number of elements of the part at each node
-    stiffness: FloatArray
+    stiffness: Real
 
 
 @dataclass(frozen=True)
@@ -88,8 +100,8 @@ class _Step:
 
     inner: IntArray
     outer: IntArray
-    factor: FloatArray  # lower Cholesky factor of the inner block
-    coupling: FloatArray  # factor^-1 times the block inner, outer
+    factor: Real  # lower Cholesky factor of the inner block
+    coupling: Real  # factor^-1 times the block inner, outer
 
 
 class Factors:
@@ -105,7 +117,7 @@ class Factors:
     """
 
     def __init__(
-        self, elements: IntArray, stiffness: FloatArray, places: FloatArray, kept: BoolArray, held: BoolArray
+        self, elements: IntArray, stiffness: Real, places: FloatArray, kept: BoolArray, held: BoolArray
     ) -> None:
         self._kept, self._held = kept, held
         self._total = np.bincount(elements.ravel(), minlength=kept.size)
@@ -114,12 +126,12 @@ class Factors:
         front = self._condensed(elements, stiffness, places)
         self.border, self.stiffness = front.nodes, front.stiffness
 
-    def _condensed(self, elements: IntArray, stiffness: FloatArray, places: FloatArray) -> _Front:
+    def _condensed(self, elements: IntArray, stiffness: Real, places: FloatArray) -> _Front:
         if len(elements) <= _LEAF:
             nodes, count = np.unique(elements, return_counts=True)
             free = ~self._held[nodes]
             nodes, count, leave = self._ordered(nodes[free], count[free])
-            matrix = np.zeros((3 * nodes.size + 1,) * 2)
+            matrix = np.zeros((3 * nodes.size + 1,) * 2, stiffness.dtype)
             self._at[:] = -1
             self._at[nodes] = np.arange(nodes.size)
             for element, own in zip(elements, stiffness, strict=True):
@@ -136,14 +148,13 @@ class Factors:
         nodes, where = np.unique(np.concatenate([part.nodes for part in parts]), return_inverse=True)
         count = np.bincount(where, np.concatenate([part.count for part in parts])).astype(np.int64)
         nodes, count, leave = self._ordered(nodes, count)
-        matrix = np.zeros((3 * nodes.size,) * 2)
-        flat = matrix.reshape(-1)
+        matrix = np.zeros((3 * nodes.size,) * 2, stiffness.dtype)
         self._at[nodes] = np.arange(nodes.size)
         for part in parts:
             unknowns = degrees_of_freedom(self._at[part.nodes])
-            # one index is faster than two, and the first part meets zeros
-            place = len(matrix) * unknowns[:, None] + unknowns
-            flat[place] = part.stiffness if part is parts[0] else flat.take(place) + part.stiffness
+            # row by row is faster than two indices of the whole
+            for row, own in zip(unknowns.tolist(), part.stiffness, strict=True):
+                matrix[row][unknowns] += own
         return self._eliminated(_Front(nodes, count, matrix), leave)
 
     def _ordered(self, nodes: IntArray, count: IntArray) -> tuple[IntArray, IntArray, int]:
@@ -168,7 +179,7 @@ class Factors:
         )
         return _Front(front.nodes[leave:], front.count[leave:], rest)
 
-    def condensed_load(self, force: FloatArray) -> FloatArray:
+    def condensed_load(self, force: Real) -> Real:
         """Forces (3 n, k), in place: condensed on the border, after forward substitution elsewhere."""
         for step in self._steps:
             part = force[step.inner]
@@ -179,7 +190,7 @@ class Factors:
             force[step.outer] -= step.coupling.T @ part
         return force
 
-    def displacement(self, reduced: FloatArray, wanted: BoolArray) -> FloatArray:
+    def displacement(self, reduced: Real, wanted: BoolArray) -> Real:
         """Displacement (3 n, k), in place, from forward-substituted forces and the displacement of the border.
 
         Only that of the wanted nodes (n,) is complete.

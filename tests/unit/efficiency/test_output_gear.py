@@ -222,7 +222,7 @@ def test_workbook_and_csv_hold_the_result(result: EfficiencyResult, tmp_path: Pa
     np.testing.assert_allclose([float(row[at]) for row in table[1:]], result.points.force, rtol=1e-14)
     stems = {path.stem for path in (tmp_path / "csv").iterdir()}
     assert stems > {"result", "uncertainty", "remarks", "positions", "points"}
-    assert len(list((tmp_path / "figures").glob("*.png"))) == 16
+    assert len(list((tmp_path / "figures").glob("*.png"))) == 17
 
 
 @pytest.mark.usefixtures("svg_figures")
@@ -230,7 +230,7 @@ def test_page_of_a_point_and_of_a_map(geared: Meshed, grid: Grid, tmp_path: Path
     grid.write(report=tmp_path / "map.html", xlsx=tmp_path / "map.xlsx")
     page = read_page(tmp_path / "map.html")
     text = page.text
-    assert page.source.count("<svg") == 4 + 14 + 2 + 1 + 1
+    assert page.source.count("<svg") == 4 + 15 + 2 + 1 + 1
     # undercut and roots are no matter of the loaded flanks: the page has to say them all the same
     told = geometry_notes(geared[0], "drive")
     assert any("the blade tips leave a root up to" in note for note in told)

@@ -1,0 +1,98 @@
+"""Forces on both shafts and mesh stiffness over the mesh cycle."""
+
+import json
+import math
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+
+import efficiency
+from efficiency.output.tables import position_table
+
+pytestmark = pytest.mark.fast
+
+
+def loaded(name: str, side: Any = "drive", torque: float | None = None, **state: str) -> efficiency.LoadedMesh:
+    """A pair under load on a small mesh."""
+    return efficiency.load(name).mesh(side, positions=4, points_per_line=9, **state).load(torque)
+
+
+def size(forces: Any) -> np.ndarray[Any, Any]:
+    """Magnitude of the force on a shaft."""
+    return np.sqrt(forces.axial**2 + forces.radial**2 + forces.tangential**2)
+
+
+@pytest.mark.parametrize(
+    ("name", "side", "driver", "state"),
+    [
+        ("fm_spiral_bevel_14x39", "drive", "pinion", {}),
+        ("fh_hypoid_9x34", "coast", "gear", {}),
+        ("fm_hypoid_13x42", "drive", "pinion", {"E": "0.1 mm", "P": "-0.1 mm", "shaft_angle_error": "2 arcmin"}),
+    ],
+)
+def test_forces_balance_torque_and_power(name: str, side: str, driver: str, state: dict[str, str]) -> None:
+    """The forces of the contacts carry the torque, and the power of both shafts is that of the loss."""
+    mesh = loaded(name, side, **state)
+    result = mesh.efficiency("constant:0.05", driver=driver)
+    forces = result.forces
+    assert forces is not None
+    np.testing.assert_allclose(forces.pinion.torque, mesh.torque, rtol=1e-12)
+    share = forces.gear.torque.mean() * mesh.mesh.bevel.ratio / mesh.torque
+    assert (share if driver == "pinion" else 1.0 / share) == pytest.approx(result.efficiency, rel=1e-9)
+    np.testing.assert_allclose(size(forces.pinion), size(forces.gear), rtol=1e-12)
+    for shaft in (forces.pinion, forces.gear):
+        # one radius for all positions
+        np.testing.assert_allclose(shaft.tangential * shaft.radius, shaft.torque, rtol=0.1)
+
+
+@pytest.mark.parametrize(("name", "side"), [("fm_spiral_bevel_14x39", "drive"), ("fh_spiral_bevel_12x37", "coast")])
+def test_forces_are_those_of_statics_at_the_mean_point(name: str, side: str) -> None:
+    """Axial and radial force of a spiral bevel pair by the closed form of textbooks, without friction."""
+    mesh = loaded(name, side)
+    pitch, forces = mesh.mesh.pitch, mesh.forces()
+    normal, spiral = pitch.pressure_angle, pitch.spiral_angle_pinion
+    way = 1.0 if side == "drive" else -1.0
+    ahead = math.tan(normal) / math.cos(spiral), way * math.tan(abs(spiral))
+    # the mean point of the force is above the pitch cone of the pinion and out of the plane of the axes, which turns
+    # radial and tangential force of the pinion
+    for shaft, angle, radius, sign, near in (
+        (forces.pinion, pitch.pitch_angle_pinion, pitch.radius_pinion, 1.0, 0.05),
+        (forces.gear, pitch.pitch_angle_gear, pitch.radius_gear, -1.0, 0.03),
+    ):
+        tangential = shaft.torque.mean() / radius
+        axial = tangential * (ahead[0] * math.sin(angle) + sign * ahead[1] * math.cos(angle))
+        radial = tangential * (ahead[0] * math.cos(angle) - sign * ahead[1] * math.sin(angle))
+        assert shaft.axial.mean() == pytest.approx(axial, abs=near * tangential)
+        if sign < 0.0:
+            assert shaft.radial.mean() == pytest.approx(radial, abs=near * tangential)
+
+
+def test_stiffness_is_the_derivative_of_the_torque() -> None:
+    """Central difference of the approach over two torques at each position."""
+    mesh = loaded("fm_spiral_bevel_14x39", torque=200.0).mesh
+    low, high = ([p.approach for p in mesh.load(torque).grids.fine.positions] for torque in (199.0, 201.0))
+    np.testing.assert_allclose(2.0 / np.subtract(high, low), mesh.load(200.0).forces().stiffness, rtol=2e-3)
+
+
+def test_parallel_axes() -> None:
+    """A helical pair has equal and opposite axial forces, T tan(beta)/r of the pitch circle at constant torque."""
+    forces = efficiency.load("eaxle_helical_23x75").mesh().load().forces()
+    np.testing.assert_allclose(forces.pinion.axial, -forces.gear.axial, rtol=1e-12)
+    assert np.ptp(forces.pinion.axial) < 1e-9 * abs(forces.pinion.axial[0])
+
+
+def test_forces_are_in_json_and_tables_of_a_result() -> None:
+    """Arrays over the positions, finite, also after pickling; a failed result has none."""
+    mesh = loaded("fm_spiral_bevel_14x39")
+    result = pickle.loads(pickle.dumps(mesh.efficiency("constant:0.05", load_balance="frictionless")))
+    content = json.loads(json.dumps(result.to_dict(), allow_nan=False))["forces"]
+    assert len(content["stiffness"]) == len(content["gear"]["radial"]) == 4
+    [first, *_] = position_table(result).records()
+    assert first["force_axial_pinion"] == content["pinion"]["axial"][0]
+    np.testing.assert_allclose(result.forces.pinion.torque, mesh.torque, rtol=1e-12)
+    failed = mesh.mesh.load("5000 N m").efficiency("constant:0.05")
+    assert failed.reason
+    assert failed.forces is None
+    assert "forces" not in failed.to_dict()
