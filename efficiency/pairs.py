@@ -158,6 +158,9 @@ class CylindricalPair(GearPair):
         self.design = design
         self._meshes = lru_cache(maxsize=8)(self._mesh)
 
+    def __reduce__(self) -> tuple[type[CylindricalPair], tuple[CylindricalDesign]]:
+        return CylindricalPair, (self.design,)
+
     @cached_property
     def _teeth(self) -> TeethElasticity:
         from efficiency.cylindrical_gears.contact_lines import elastic_pair

@@ -132,6 +132,10 @@ class Axle:
         self._wrenches: dict[tuple[Side, float], FloatArray] = {}
         self._fluids: dict[float, tuple[float, float, bool]] = {}
 
+    def __repr__(self) -> str:
+        methods = ", ".join(f"{name} {method}" for name, method in self.methods)
+        return f"Axle({self.name}: {self.pair.name}, {methods})"
+
     @property
     def name(self) -> str:
         """Name of the axle."""

@@ -1,7 +1,6 @@
 """Containers, clusters and settings of other programs: what the machine grants, and what it lacks."""
 
 import os
-import pickle
 import shutil
 import subprocess
 import sys
@@ -15,12 +14,11 @@ from joblib import Parallel, delayed
 from small_plans import sweep_plan
 
 from efficiency import load
-from ehl import Contact, Oil
+from ehl import Oil
 from ehl.common.figures import new_figure
 from ehl.common.files import toml_text
 from ehl.common.runner import _quotas, granted_workers
 from ehl.common.sections import Picture
-from regression import friction_model
 
 Cli = Callable[..., Any]
 TESTS = Path(__file__).parents[1]
@@ -75,22 +73,12 @@ def test_figures_do_not_depend_on_a_matplotlibrc(mixed_ehl: Cli, tmp_path: Path)
     assert (tmp_path / "own.png").read_bytes() == (tmp_path / "foreign.png").read_bytes()
 
 
-def test_pair_mesh_loaded_mesh_and_result_pickle() -> None:
-    """As joblib and dask send them to workers from a notebook."""
+def test_pair_mesh_loaded_mesh_and_result_go_to_workers() -> None:
+    """As joblib and dask send them from a notebook; `test_copies_are_the_same` has every public object."""
     pair = load("fm_spiral_bevel_14x39")
     mesh = pair.mesh(positions=4, points_per_line=9)
     loaded = mesh.load("200 N m")
     result = loaded.efficiency("constant:0.05")
-    again = [pickle.loads(pickle.dumps(thing)) for thing in (pair, mesh, loaded, result)]
-    assert again[0].name == pair.name
-    assert again[1].load("200 N m").efficiency("constant:0.05").power_loss == pytest.approx(result.power_loss)
-    assert again[2].efficiency("constant:0.1").power_loss == loaded.efficiency("constant:0.1").power_loss
-    assert again[3].power_loss == result.power_loss
     with Parallel(n_jobs=2) as parallel:
         names = parallel(delayed(type(one).__repr__)(one) for one in (pair, mesh, loaded, result))
     assert names == [repr(one) for one in (pair, mesh, loaded, result)]
-    contact = Contact(
-        pressure_hertz="1 GPa", radius_equivalent="10 mm", speed_entrainment=2.0, oil="fva3", temperature_oil="80 C"
-    )
-    for thing in (contact, contact.solve(), friction_model("75w90"), friction_model("constant:0.05")):
-        assert repr(pickle.loads(pickle.dumps(thing))) == repr(thing)

@@ -1,8 +1,12 @@
-"""What a notebook shows of every public object fits on a screen."""
+"""Every public object shows on a screen in a notebook, and is the same after pickle, copy and deepcopy."""
 
+import copy
+import json
+import pickle
+import tempfile
 import tomllib
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +17,21 @@ from small_plans import GEAR_VARIABLES
 import efficiency
 import ehl
 import regression
+from efficiency.conditions.duty import DutyRow
+from efficiency.contact.flank_deviation import FlankDeviation
+from efficiency.design.deflection import Deflection
+from efficiency.design.design import load_design
+from efficiency.design.stiffness_input import StiffnessInput
+from efficiency.studies.parameter_study import Levels
 from ehl.common.validation import validate
 
 LIMIT = 1500  # characters
+FOLDER = tempfile.TemporaryDirectory()  # removed at exit
+BEVEL = "fm_spiral_bevel_14x39"
+SHAFT = {"reference_point": 0.1, "shaft_diameter": 0.06, "bearings": [{"position": 0.15, "radial": 4e8, "axial": 2e8},
+         {"position": 0.23, "radial": 3e8}]}  # fmt: skip
+MOVED = ("deflection", "stiffness", "flank_deviation")
+ONE_POINT = ((200.0,), (100.0,), (360.0,), (4e-7,))
 
 
 @cache
@@ -52,6 +68,35 @@ def gear_result() -> efficiency.EfficiencyResult:
     return mesh().load("250 N m").efficiency("75w90")
 
 
+@cache
+def moved_mesh(kind: str) -> efficiency.Mesh:
+    """A mesh with displacements under load, of stated shafts, or with deviations of the flanks."""
+    design = load_design("fm_spiral_bevel_14x39_relieved")
+    tables: dict[str, Any] = {
+        "deflection": validate(Deflection, {"E": "-40 um", "P": "30 um", "torque": "300 N m"}),
+        "stiffness": validate(StiffnessInput, {"pinion": SHAFT, "gear": SHAFT}),
+        "flank_deviation": FlankDeviation(lengthwise_crowning=1e-5),
+    }
+    changed = design.assembly.model_copy(update={kind: tables[kind]})
+    pair = efficiency.GearPair(design.model_copy(update={"assembly": changed}))
+    return pair.mesh(positions=4, points_per_line=9)
+
+
+@cache
+def spur() -> efficiency.GearPair:
+    return efficiency.load("fzg_c14")
+
+
+@cache
+def axle() -> efficiency.Axle:
+    return efficiency.Axle("eaxle_helical", grid=(4, 9))
+
+
+@cache
+def run() -> regression.Run:
+    return regression.sweep(plan(), FOLDER.name, jobs=1, formula="xu_kahraman_2007")
+
+
 OBJECTS: dict[str, Callable[[], Any]] = {
     "ehl.Contact": contact,
     "ehl.ContactResult": result,
@@ -74,6 +119,22 @@ OBJECTS: dict[str, Callable[[], Any]] = {
     "efficiency.Grid": lambda: mesh().over("75w90", torque="250 N m", speed=["500 rpm", "1500 rpm"]),
     "efficiency.LoadedMesh.compare": lambda: mesh().load("250 N m").compare(["constant:0.05", "75w90"]),
     "efficiency.blank": lambda: efficiency.blank("iso23509_f4"),
+    "efficiency.EfficiencyResult.strength": lambda: gear_result().strength,
+    **{f"efficiency.LoadedMesh, {kind}": partial(lambda kind: moved_mesh(kind).load(), kind) for kind in MOVED},
+    "efficiency.GearPair.misalignment": lambda: efficiency.load(BEVEL).misalignment(E=["0 mm", "0.05 mm"]),
+    "efficiency.GearPair.loss_map": lambda: efficiency.load(BEVEL).loss_map([100.0, 200.0], [50.0, 90.0], grid=(4, 9)),
+    "efficiency.GearPair.duty": lambda: efficiency.load(BEVEL).duty([DutyRow(100.0, 90.0, 360.0, 1.0)], grid=(4, 9)),
+    "efficiency.study": lambda: efficiency.study(
+        [BEVEL], "75w90", Levels(*ONE_POINT, P=(0.0,), G=(0.0,), shaft_angle_error=(0.0,)), grid=(4, 9), jobs=1
+    ),
+    "efficiency.CylindricalPair": spur,
+    "efficiency.CylindricalPair.mesh": lambda: spur().mesh(positions=4, points_per_line=9).load(),
+    "efficiency.CylindricalPair.at": lambda: spur().at("75w90", grid=(4, 9)),
+    "efficiency.Axle": axle,
+    "efficiency.Axle.at": lambda: axle().at(50.0, 100.0, 350.0, "75w90"),
+    "regression.Run": run,
+    "regression.Dataset": lambda: run().dataset(),
+    "regression.fit": lambda: regression.fit(run(), "power_law"),
 }
 
 
@@ -82,6 +143,20 @@ def test_repr_is_short(name: str) -> None:
     text = repr(OBJECTS[name]())
     assert len(text) < LIMIT, f"{len(text)} characters: {text[:200]}"
     assert str(Path.cwd()) not in text
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+@pytest.mark.parametrize("name", OBJECTS)
+def test_copies_are_the_same(name: str, copied: Callable[[Any], Any]) -> None:
+    one = OBJECTS[name]()
+    other = copied(one)
+    assert type(other) is type(one)
+    assert repr(other) == repr(one)
+    if hasattr(one, "to_dict"):
+        assert json.dumps(other.to_dict(), default=str) == json.dumps(one.to_dict(), default=str)
+    if isinstance(one, efficiency.Mesh | efficiency.LoadedMesh):  # also compute the same
+        again, first = (x.load() if isinstance(x, efficiency.Mesh) else x for x in (other, one))
+        assert again.efficiency("constant:0.05").power_loss == first.efficiency("constant:0.05").power_loss
 
 
 RESULTS = (

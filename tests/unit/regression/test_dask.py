@@ -29,8 +29,16 @@ from regression.sweeping.sweep import sweep_shard
 XU = partial(published_outputs, name="xu_kahraman_2007")
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _untraced_workers() -> Iterator[None]:
+    """Coverage does not trace workers: two traced threads can wait for each other without end in CPython 3.11."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("COVERAGE_PROCESS_CONFIG", raising=False)
+        yield
+
+
 @pytest.fixture(scope="module")
-def cluster() -> Iterator[Executor]:
+def cluster(_untraced_workers: None) -> Iterator[Executor]:
     with dask_executor("local:2") as executor:
         yield executor
 
