@@ -43,6 +43,8 @@ NODES, FEWEST = 7, 10
 SAFETY = 3.0
 # largest difference of ln(loss) for which a map is interpolated, unless it is within the numerical error
 WORST = 2e-3
+# share of the points as nodes of a second attempt above which all points are solved (ours)
+MOST = 0.5
 _SMOOTH = ("power_loss", "power_loss_rolling")
 # points whose friction is evaluated together: more are not faster (this work)
 _TOGETHER = 12
@@ -60,7 +62,10 @@ def _nodes(values: Sequence[float]) -> Sequence[int]:
 
 
 def _between(nodes: Sequence[int], values: Sequence[Any]) -> list[int]:
-    """Indices of two values between nodes, in the first and the widest gap; of a fully solved axis the middle one."""
+    """Indices of up to three values between nodes; of a fully solved axis the middle one.
+
+    They are in the first gap, the widest one and, if any has several, the one with the most values.
+    """
     if len(nodes) == len(values):
         return [len(values) // 2]
     x = np.log(values)
@@ -68,6 +73,8 @@ def _between(nodes: Sequence[int], values: Sequence[Any]) -> list[int]:
     inside = [[k for k in range(len(values)) if low < x[k] < high] for low, high in gaps]
     filled = [k for k, among in enumerate(inside) if among]
     chosen = {filled[0], max(filled, key=lambda k: gaps[k][1] - gaps[k][0])}
+    if len(inside[fullest := max(filled, key=lambda k: len(inside[k]))]) > 1:
+        chosen.add(fullest)
     return [min(inside[k], key=lambda at: abs(float(x[at]) - 0.5 * sum(gaps[k]))) for k in sorted(chosen)]
 
 
@@ -360,22 +367,28 @@ class Evaluator:
     def _few(self, axes: Axes, count: int) -> tuple[dict[Place, GridPoint], dict[str, FloatArray], float]:
         """Points at the nodes and between them, figures interpolated at all points (empty: not possible), error."""
         nodes = [_nodes(values) if name in _INTERPOLATED else range(len(values)) for name, values in axes.items()]
-        if math.prod(map(len, nodes)) == count:
-            return {}, {}, 0.0
-        checks = list(itertools.product(*map(_between, nodes, axes.values())))
-        solved = self._places(axes, [*itertools.product(*nodes), *checks])
-        found = None if any(point.reason for point in solved.values()) else _interpolated(axes, nodes, solved)
-        if found is None:
-            return solved, {}, 0.0
-        differences = [
-            (abs(math.log(found["power_loss"][place] / solved[place].figure("power_loss"))), solved[place])
-            for place in checks
-        ]
-        if any(d > max(WORST, _own_error(point)) for d, point in differences):
-            return solved, {}, 0.0
-        error = SAFETY * max(d for d, _ in differences)
-        found["efficiency_error"] += error * (1.0 - found["efficiency"])
-        return solved, found, error
+        solved: dict[Place, GridPoint] = {}
+        while (share := math.prod(map(len, nodes)) / count) < 1.0 and (not solved or share <= MOST):
+            between = list(map(_between, nodes, axes.values()))
+            checks = list(itertools.product(*between))
+            wanted = [*itertools.product(*nodes), *checks]
+            solved |= self._places(axes, [place for place in wanted if place not in solved])
+            found = None if any(point.reason for point in solved.values()) else _interpolated(axes, nodes, solved)
+            if found is None:
+                break
+            differences = [
+                (abs(math.log(found["power_loss"][place] / solved[place].figure("power_loss"))), solved[place])
+                for place in checks
+            ]
+            if all(d <= max(WORST, _own_error(point)) for d, point in differences):
+                error = SAFETY * max(d for d, _ in differences)
+                found["efficiency_error"] += error * (1.0 - found["efficiency"])
+                return solved, found, error
+            nodes = [
+                sorted({*some, *more}, key=values.__getitem__) if name in _INTERPOLATED else some
+                for some, more, (name, values) in zip(nodes, between, axes.items(), strict=True)
+            ]
+        return solved, {}, 0.0
 
     def _places(self, axes: Axes, places: Sequence[Place]) -> dict[Place, GridPoint]:
         """Points at given combinations, sorted so that geometry and load are shared."""

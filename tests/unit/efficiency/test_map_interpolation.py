@@ -31,7 +31,7 @@ def test_interpolated_points_agree_with_solved_ones(maps: tuple[Any, Any]) -> No
     few, every = maps
     between = np.array([bool(point.interpolated) for point in few.points]).reshape(few.shape)
     assert len(every.results) == POINTS
-    assert len(few.results) == POINTS - between.sum() < 0.4 * POINTS
+    assert len(few.results) == POINTS - between.sum() <= 0.5 * POINTS
     # solved points are those of the whole map
     assert np.all(few.values()[~between] == every.values()[~between])
     wrong = np.abs(few.values() - every.values())[between]
@@ -134,3 +134,13 @@ def test_values_in_any_order() -> None:
         interpolated({"torque": TORQUE}, solve).values()[::-1],
         rtol=1e-12,
     )
+
+
+def test_a_kink_between_sparse_nodes_is_found() -> None:
+    """Several values lie between the last nodes of a long axis; the error there is stated, or every point is solved."""
+    torques = np.linspace(20.0, 400.0, 40).tolist()
+    solve, called = _solve(lambda torque: 0.01 + 4e-6 * max(torque - 250.0, 0.0))
+    grid = interpolated({"torque": torques}, solve)
+    exact = 1.0 - np.array([0.01 + 4e-6 * max(torque - 250.0, 0.0) for torque in torques])
+    assert np.mean(np.abs(grid.values() - exact) <= grid.values("efficiency_error")) >= 0.9
+    assert len(called) == len(set(called))
