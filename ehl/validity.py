@@ -17,7 +17,7 @@ from ehl.heat.estimate import carried_shear_heat
 from ehl.inputs import ContactProblem
 from ehl.result import ContactResult
 from ehl.rough.mixed import SHEAR_STRENGTH, TOLERANCE
-from ehl.rough.solve import ERROR_ALLOWED
+from ehl.rough.multilevel import ERROR_ALLOWED
 
 # reasons for which a result is rejected, independently of the residuals of the solver
 REASONS = ("not_finite", "negative", "shear_strength", "inaccurate", "film_above_radius")

@@ -27,7 +27,7 @@ from ehl.inputs import ContactProblem, ModelInput, SurfaceInput
 from ehl.line_contact import LineContact
 from ehl.rough import RoughSurfaces, TransientResult, solve_transient
 from ehl.rough.accuracy import BUDGET, NODES_MIN, level_of, mesh_length, min_nodes
-from ehl.rough.solve import ERROR_ALLOWED
+from ehl.rough.multilevel import ERROR_ALLOWED
 from ehl.surface.measured_profile import detrended, gaussian_mean_line, load_profile, profile_points
 from ehl.surface.roughness import CUTOFF_PER_CORRELATION_LENGTH, RoughProfile, SelfAffine, generate_profile
 
@@ -352,7 +352,10 @@ def solve_mixed(
         if needed > accurate:
             raise ConvergenceError("mesh_budget", "roughness too fine")
         surfaces = rough_surfaces(surface, contact)
-        return _with_profile_notes(solve_transient(contact, lubricant, surfaces, **resolved), surfaces)
+        run = solve_transient(contact, lubricant, surfaces, **resolved)
+        if run.reason in ("lagged_steps", "unconverged_steps") and window is None and 2 * run.nodes <= most:
+            run = _on_finer_mesh(run, contact, lubricant, surfaces, resolved)
+        return _with_profile_notes(run, surfaces)
     except ConvergenceError as error:
         if error.reason != "mesh_budget":
             raise
@@ -377,6 +380,18 @@ def solve_mixed(
             if error.reason not in ("mesh_budget", "work_limit"):
                 raise
     return coarse if coarse.status == "failed" else replace(coarse, status="unsettled", reason="mesh_budget")
+
+
+def _on_finer_mesh(
+    run: TransientResult, contact: LineContact, lubricant: Lubricant, surfaces: RoughSurfaces, common: dict[str, Any]
+) -> TransientResult:
+    """The result on twice the nodes, with smaller steps, if it converges."""
+    try:
+        finer = solve_transient(contact, lubricant, surfaces, nodes=2 * run.nodes, **common)
+    except ConvergenceError:
+        return run
+    note = "mesh and time step halved, as steps did not converge"
+    return replace(finer, notes=(*finer.notes, note)) if finer.status == "converged" else run
 
 
 def _with_profile_notes(result: TransientResult, surfaces: RoughSurfaces) -> TransientResult:

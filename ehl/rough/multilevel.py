@@ -95,6 +95,8 @@ def warmed(window: Window, plan: RunPlan) -> FloatArray:
 
 UNLIKELY = 1.5  # predicted interval at the end of the budget, over the tolerance, above which convergence is unlikely
 SHARE_WITHOUT_HOPE = 0.75  # share of the budget for such a contact
+ERROR_ALLOWED = 4.0  # error over the required tolerance above which a rough result is not converged
+LONGER = 8.0  # budgets for an interval above the allowed one that this work is expected to settle
 SMALL_PART = 0.05  # share of the squared error below which a level is not extended
 # difference of mu on two meshes above which a finer mesh than the budget permits is added, and the budgets for it
 DIFFERENCE_ALLOWED, BUDGETS = 0.1, 2.0
@@ -281,31 +283,39 @@ class MeshLevels:
                 window.block(min(plan.block, wanted - window.rolled) if fixed else plan.block)
         if fixed:
             return
-        if not self._can_settle(budget):
+        if not self._can_settle(budget, UNLIKELY, plan.window_max):
             budget = max(SHARE_WITHOUT_HOPE * plan.budget - self.reserved, 0.0)
-        while not self._settled():
-            level = self._worthiest()
-            if level < 0:
-                return
-            cost = plan.block * self.windows[level].rate
-            if self.work + cost > budget:
-                return
-            self.windows[level].block(plan.block)
+        self._extend(budget, 1.0, plan.window_max)
+        longest, longer = LONGER * plan.window_max, LONGER * plan.budget - self.reserved
+        if self._settled(ERROR_ALLOWED) or self.drift() > ERROR_ALLOWED * plan.tolerance * abs(self.friction()):
+            return
+        if self._can_settle(longer, ERROR_ALLOWED, longest):
+            self._extend(longer, ERROR_ALLOWED, longest)
 
-    def _settled(self) -> bool:
+    def _extend(self, budget: float, factor: float, longest: float) -> None:
+        """Blocks until the interval is within a multiple of the tolerance, or work or windows are at their limit."""
+        while not self._settled(factor):
+            level = self._worthiest(longest)
+            if level < 0 or self.work + self.plan.block * self.windows[level].rate > budget:
+                return
+            self.windows[level].block(self.plan.block)
+
+    def _settled(self, factor: float) -> bool:
         mean, half_width = self.interval()
-        return half_width <= self.plan.tolerance * abs(mean)
+        return half_width <= factor * self.plan.tolerance * abs(mean)
 
     def _variances(self) -> list[float]:
         """Squared half widths by level."""
         return [width**2 for width in self.half_widths()]
 
-    def _worthiest(self) -> int:
-        """Level whose next block reduces the squared error most per work; -1 if the relevant windows are full."""
+    def _worthiest(self, longest: float) -> int:
+        """Level whose next block reduces the squared error most per work; -1 if the relevant windows have the longest
+        travel.
+        """
         best, level, block = 0.0, -1, self.plan.block
         variances = self._variances()
         for i, window in enumerate(self.windows):
-            if window.rolled > self.plan.window_max - block + 1e-9 or variances[i] < SMALL_PART * sum(variances):
+            if window.rolled > longest - block + 1e-9 or variances[i] < SMALL_PART * sum(variances):
                 continue
             behind = i
             while behind > 0 and self.windows[behind - 1].rolled < window.rolled + block - 1e-9:
@@ -316,8 +326,8 @@ class MeshLevels:
                 best, level = gain, behind
         return level
 
-    def _can_settle(self, budget: float) -> bool:
-        """Whether the interval would approach the tolerance with an optimal use of the whole budget.
+    def _can_settle(self, budget: float, factor: float, longest: float) -> bool:
+        """Whether the interval would be a multiple of the tolerance with an optimal use of the whole budget.
 
         For variances a/T and costs c per travel the optimum is T ~ sqrt(a/c); the variance is (sum sqrt(a c))^2/cost.
         """
@@ -325,8 +335,8 @@ class MeshLevels:
         spent = sum(w.rolled * w.rate for w in self.windows)
         affordable = max(budget - self.work, 0.0) + spent
         least = sum(math.sqrt(term) for term in terms) / math.sqrt(affordable)
-        most = math.sqrt(self.half_widths()[0] ** 2 * self.windows[0].rolled / self.plan.window_max)
-        return max(least, most) <= UNLIKELY * self.plan.tolerance * abs(self.friction())
+        most = math.sqrt(self.half_widths()[0] ** 2 * self.windows[0].rolled / longest)
+        return max(least, most) <= factor * self.plan.tolerance * abs(self.friction())
 
 
 def least_levels(plan: RunPlan, levels: int) -> int:

@@ -34,7 +34,7 @@ from ehl.rough._kernels.march import (
 from ehl.rough._kernels.newton import UNCONVERGED
 from ehl.rough.accuracy import SETTLING, Accuracy, RunPlan, make_run_plan, mesh_length, mesh_levels, with_overrides
 from ehl.rough.averaging import Window, film_jumped, net_exchange, realisation_error
-from ehl.rough.multilevel import MeshLevels, affordable, start_up
+from ehl.rough.multilevel import ERROR_ALLOWED, MeshLevels, affordable, start_up
 from ehl.rough.run import TransientRun
 from ehl.rough.scaling import EXCHANGE_WINDOW, RunProblem, Settings, build_problem, density_ratio
 from ehl.rough.surfaces import RoughSurfaces
@@ -48,7 +48,6 @@ MACRO_LOAD_ALLOWED = 1.1  # largest integral of the macroscopic pressure over th
 # relative change of mu per net exchange of the side flow over the throughput, from runs with longer and shorter
 # averages of its conductances
 EXCHANGE_EFFECT = 0.15
-ERROR_ALLOWED = 4.0  # error over the required tolerance above which a rough result is not converged
 SHARE_OF_STUDY = 0.01  # smallest asperity load share with a variation of the boundary film
 STUDY_BLOCKS = 4  # blocks of that variation, the first for settling
 PECLET_WARNING = 2.0
@@ -241,7 +240,7 @@ def _status(levels: MeshLevels) -> tuple[str, str]:
     if np.mean(stages == UNCONVERGED) > UNCONVERGED_FAILED:
         return "failed", "unconverged_steps"
     for window in levels.windows if not levels.even else [fine]:
-        stages = _everything(window)[:, STAGE]
+        stages = window.records[:, STAGE]
         if np.mean(stages == UNCONVERGED) > UNCONVERGED_ALLOWED or np.mean(stages == UNCONVERGED - 1) > LAGGED_ALLOWED:
             return "unsettled", "lagged_steps"
     if fine.records[:, MACRO_LOAD].mean() > MACRO_LOAD_ALLOWED:

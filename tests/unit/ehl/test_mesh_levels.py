@@ -97,8 +97,9 @@ def counted(plan: RunPlan, spreads: tuple[float, ...], rolled: tuple[float, ...]
         ((2e-4, 0.0), {"budget": 600.0}, (28.0, 8.0)),  # the budget ends it
         ((2e-4, 0.0), {"budget": 640.0}, (32.0, 8.0)),
         ((2e-4, 0.0), {"budget": 640.0, "reserved": 41.0}, (24.0, 8.0)),
-        ((2e-2, 0.0), {"budget": 1000.0}, (40.0, 8.0)),  # unlikely to settle: three quarters of it
-        ((2e-2, 0.0), {"budget": 270.0}, (12.0, 4.0)),  # the shortest window of a finer mesh is one block
+        ((2e-1, 0.0), {"budget": 1000.0}, (40.0, 8.0)),  # unlikely to settle: three quarters of it
+        ((2e-1, 0.0), {"budget": 270.0}, (12.0, 4.0)),  # the shortest window of a finer mesh is one block
+        ((2e-2, 0.0), {"budget": 1000.0}, (200.0, 8.0)),  # within eight budgets the interval is 20 %
         ((2e-2, 0.0), {"window_max": 12.0, "window_min": 10.0}, (12.0, 8.0)),
         ((2e-2, 0.0), {"window_max": 10.0, "window_min": 10.0, "budget": 0.0}, (10.0, 10.0)),
     ],
@@ -126,7 +127,7 @@ def test_travel_of_each_mesh(spreads: tuple[float, ...], change: dict[str, float
     ],
 )
 def test_mesh_whose_next_block_gains_most(spreads: tuple[float, ...], rolled: tuple[float, ...], level: int) -> None:
-    assert counted(PLAN, spreads, rolled)._worthiest() == level
+    assert counted(PLAN, spreads, rolled)._worthiest(PLAN.window_max) == level
 
 
 @pytest.mark.parametrize(

@@ -3,15 +3,18 @@
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from ehl.common.errors import ConvergenceError
 from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.inputs import SurfaceInput
+from ehl.rough import solve_transient
 
 EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "contact_rough.toml"
 Cli = Callable[..., Any]
@@ -214,3 +217,25 @@ def test_a_contact_of_far_too_much_work_is_given_up(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr("ehl.rough.averaging.LIMIT", 1e-4)
     result = case(rms=0.3e-6).solve()
     assert (result.status, result.reason) == ("failed", "work_limit")
+
+
+@pytest.mark.parametrize("finer", ["converged", "unsettled", "ConvergenceError"])
+def test_steps_that_do_not_converge_are_repeated_on_a_finer_mesh(finer: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    solved: list[int] = []
+
+    def solve(*arguments: Any, nodes: int | None = None, **settings: Any) -> Any:
+        found = solve_transient(*arguments, nodes=nodes, **settings)
+        solved.append(found.nodes)
+        if nodes is None:
+            return replace(found, status="unsettled", reason="lagged_steps")
+        assert nodes == 2 * solved[0]
+        if finer == "ConvergenceError":
+            raise ConvergenceError("mesh_budget", "")
+        return replace(found, status=finer)
+
+    monkeypatch.setattr("ehl.rough.mixed.solve_transient", solve)
+    result = case(rms=0.4e-6).solve()
+    assert len(solved) == 2
+    assert 1.8 * solved[0] < solved[1] < 2.2 * solved[0]
+    assert result.status == ("converged" if finer == "converged" else "unsettled")
+    assert any("time step halved" in note for note in result.notes) == (finer == "converged")
