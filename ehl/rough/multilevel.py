@@ -96,7 +96,8 @@ def warmed(window: Window, plan: RunPlan) -> FloatArray:
 UNLIKELY = 1.5  # predicted interval at the end of the budget, over the tolerance, above which convergence is unlikely
 SHARE_WITHOUT_HOPE = 0.75  # share of the budget for such a contact
 ERROR_ALLOWED = 4.0  # error over the required tolerance above which a rough result is not converged
-LONGER = 8.0  # budgets for an interval above the allowed one that this work is expected to settle
+# budgets for an interval above the allowed one that this work is expected to settle, and its limit of about a minute
+LONGER, LONGEST = 8.0, 4e8
 SMALL_PART = 0.05  # share of the squared error below which a level is not extended
 # difference of mu on two meshes above which a finer mesh than the budget permits is added, and the budgets for it
 DIFFERENCE_ALLOWED, BUDGETS = 0.1, 2.0
@@ -286,7 +287,7 @@ class MeshLevels:
         if not self._can_settle(budget, UNLIKELY, plan.window_max):
             budget = max(SHARE_WITHOUT_HOPE * plan.budget - self.reserved, 0.0)
         self._extend(budget, 1.0, plan.window_max)
-        longest, longer = LONGER * plan.window_max, LONGER * plan.budget - self.reserved
+        longest, longer = LONGER * plan.window_max, min(LONGER * plan.budget, LONGEST) - self.reserved
         if self._settled(ERROR_ALLOWED) or self.drift() > ERROR_ALLOWED * plan.tolerance * abs(self.friction()):
             return
         if self._can_settle(longer, ERROR_ALLOWED, longest):

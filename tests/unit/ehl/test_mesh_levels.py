@@ -100,6 +100,7 @@ def counted(plan: RunPlan, spreads: tuple[float, ...], rolled: tuple[float, ...]
         ((2e-1, 0.0), {"budget": 1000.0}, (40.0, 8.0)),  # unlikely to settle: three quarters of it
         ((2e-1, 0.0), {"budget": 270.0}, (12.0, 4.0)),  # the shortest window of a finer mesh is one block
         ((2e-2, 0.0), {"budget": 1000.0}, (200.0, 8.0)),  # within eight budgets the interval is 20 %
+        ((2e-2, 0.0), {"budget": 1e9, "reserved": 4e8 - 1e3}, (96.0, 8.0)),  # no more than 4e8 for that
         ((2e-2, 0.0), {"window_max": 12.0, "window_min": 10.0}, (12.0, 8.0)),
         ((2e-2, 0.0), {"window_max": 10.0, "window_min": 10.0, "budget": 0.0}, (10.0, 10.0)),
     ],
