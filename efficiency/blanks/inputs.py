@@ -144,6 +144,9 @@ class PairBlankInput(InputModel):
     depth: Annotated[DepthTypeOne | DepthTypeTwo, Field(discriminator="data_type")] = DepthTypeTwo()
     taper: DepthTaper | None = None
     backlash: Backlash = Backlash()
+    # from the crossing point to the locating face behind the teeth, along the axis [m]
+    mounting_distance_pinion: Length | None = None
+    mounting_distance_gear: Length | None = None
     rating: RatingInput | None = None
 
     @property

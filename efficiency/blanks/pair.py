@@ -180,6 +180,8 @@ def pair_blank(inputs: PairBlankInput | Path | str) -> PairBlank:
         crown_to_cutter=trace.centre_distance,
         epicycloid_base_radius=trace.base_radius,
         backlash_normal=thick.backlash_normal,
+        backlash_outer_normal=thick.backlash_normal * (outer_2 * cos(spirals[1][1])) / (second * cos(cones.spiral_2)),
+        backlash_outer_transverse=thick.backlash_normal / cos(alpha_n) * outer_2 / (second * cos(cones.spiral_2)),
         taper=taper,
         virtual_drive=virtual_drive,
         virtual_coast=virtual_coast,
@@ -268,6 +270,16 @@ def _member(inputs: PairBlankInput, parts: _Parts, i: int) -> MemberBlank:
     rise, fall = tan(parts.angles.addendum_angle[i]), tan(parts.angles.dedendum_angle[i])
     add = addendum - faces.inside[i] * rise, addendum + faces.outside[i] * rise
     ded = dedendum - faces.inside[i] * fall, dedendum + faces.outside[i] * fall
+    crown = point + faces.outside[i] * cos(delta) - add[1] * sin(delta)
+    name = ("pinion", "gear")[i]
+    mounted: float | None = getattr(inputs, f"mounting_distance_{name}")
+    if mounted is not None and mounted <= crown:
+        raise InputError(
+            f"mounting_distance_{name}",
+            f"{1e3 * mounted:.6g} mm",
+            f"above {1e3 * crown:.5g} mm, the distance of the outer tip circle from the crossing point",
+            "The locating face is behind the teeth.",
+        )
     other: Hand = "right" if inputs.hand_pinion == "left" else "left"
     return MemberBlank(
         teeth=(inputs.teeth_pinion, inputs.teeth_gear)[i],
@@ -312,11 +324,12 @@ def _member(inputs: PairBlankInput, parts: _Parts, i: int) -> MemberBlank:
         pitch_apex_beyond_crossing=parts.place.pitch_apex[i],
         face_apex_beyond_crossing=parts.angles.face_apex[i],
         root_apex_beyond_crossing=parts.angles.root_apex[i],
-        crossing_to_crown=point + faces.outside[i] * cos(delta) - add[1] * sin(delta),
+        crossing_to_crown=crown,
         crossing_to_front_crown=point - faces.inside[i] * cos(delta) - add[0] * sin(delta),
         slot_width=lands.slot[i],
         normal_thickness=lands.thickness[i],
         top_land=lands.land[i],
+        mounting_distance=mounted,
     )
 
 

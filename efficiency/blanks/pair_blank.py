@@ -13,7 +13,7 @@ from efficiency.cutting.blank import Blank, Hand
 from ehl.common.arrays import finite_or_none
 from ehl.common.pages import Reportable
 from ehl.common.quantities import quantity
-from ehl.common.sections import Head, Item, Medium, Section
+from ehl.common.sections import Folded, Head, Item, Medium, Section
 from ehl.common.table import Column, Table
 
 
@@ -105,6 +105,17 @@ class MemberBlank:
     slot_width: Three
     normal_thickness: Three
     top_land: Three
+    mounting_distance: float | None = None  # from the crossing point to the locating face, along the axis
+
+    @property
+    def crown_to_back(self) -> float | None:
+        """From the outer tip circle to the locating face, along the axis [m]; None without mounting distance."""
+        return None if self.mounting_distance is None else self.mounting_distance - self.crossing_to_crown
+
+    @property
+    def front_crown_to_back(self) -> float | None:
+        """From the inner tip circle to the locating face, along the axis [m]; None without mounting distance."""
+        return None if self.mounting_distance is None else self.mounting_distance - self.crossing_to_front_crown
 
     @property
     def middle_shift(self) -> float:
@@ -175,6 +186,9 @@ class PairBlank(Reportable):
     crown_to_cutter: float
     epicycloid_base_radius: float
     backlash_normal: float  # j_mn, mean normal backlash
+    # j_en, j_et2: at the heel of the gear, normal to the flanks and along the pitch circle
+    backlash_outer_normal: float
+    backlash_outer_transverse: float
     taper: str  # depth taper used
     # virtual cylindrical gears of both flanks
     virtual_drive: VirtualGears
@@ -198,6 +212,9 @@ class PairBlank(Reportable):
             f"{len(self.warnings)} warnings)"
         )
 
+    status = "converged"  # a combination without geometry is an error
+    reason = ""
+
     @property
     def pinion_below(self) -> bool:
         """Whether the pinion axis is below the gear axis, seen on the gear teeth with the pinion to the right."""
@@ -215,6 +232,39 @@ class PairBlank(Reportable):
         """
         plain: dict[str, Any] = finite_or_none(asdict(self))
         return plain
+
+    def drawing_table(self) -> Table:
+        """Gear data for the drawings of both members: teeth, angles, depths, thicknesses, mounting, backlash.
+
+        Returns
+        -------
+        Table
+            One row for each quantity with its symbol, unit, and the values of pinion and gear; mm and deg.
+
+        Examples
+        --------
+        >>> efficiency.blank("iso23509_f4").drawing_table().rows[0]
+        ('number of teeth', 'z', '', '9', '34')
+        """
+        process = self.process.replace("_", " ")
+        rows: list[tuple[str, ...]] = [
+            ("number of teeth", "z", "", str(self.pinion.teeth), str(self.gear.teeth)),
+            ("number of teeth of the mate", "z", "", str(self.gear.teeth), str(self.pinion.teeth)),
+            ("hand of spiral", "", "", self.pinion.hand, self.gear.hand),
+            ("cutting", "", "", process, f"{process}, {self.gear_cutting}"),
+        ]
+
+        def add(name: str, *values: float | None) -> None:
+            entry = quantity(name)
+            texts = ("-" if x is None else f"{round(float(entry.to_display(x)), 6):.3f}" for x in values)
+            rows.append((entry.label, entry.symbol, entry.display, *texts))
+
+        for name in _DRAWING_PAIR:
+            add(name, *[getattr(self, name)] * 2)
+        for name in _DRAWING:
+            add(name, getattr(self.pinion, name), getattr(self.gear, name))
+        heads = ("quantity", "symbol", "unit", "pinion", "gear")
+        return Table(heads, rows, "gear data for drawings (lengths in mm, angles in deg)", name="drawing")
 
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
         """Tables of the pair, of both members, and of its virtual gears; defaults and warnings below the last table."""
@@ -262,6 +312,10 @@ class PairBlank(Reportable):
                 vertical=True,
             ),
         ]
+        if medium == "page":
+            tables.append(Folded("Gear data for drawings", [self.drawing_table()]))
+        elif medium == "files":
+            tables.append(self.drawing_table())
         if self.rating_drive and self.rating_coast:
             tables += rating_tables({"drive": self.rating_drive, "coast": self.rating_coast})
         return [Section("", [Head(title), *tables])]
@@ -309,6 +363,19 @@ _VIRTUAL = (
     "relative_radius",
 )
 _AT_PLACES = ("normal_thickness", "top_land", "slot_width")
+# the gear data of a drawing, of the pair and of each member
+_DRAWING_PAIR = (
+    *("module_normal", "module_outer", "pressure_angle_drive", "pressure_angle_coast", "shaft_angle", "hypoid_offset"),
+    *("cutter_radius", "working_depth", "backlash_normal", "backlash_outer_normal", "backlash_outer_transverse"),
+)
+_DRAWING = (
+    *("mean_spiral_angle", "pitch_angle", "face_angle", "root_angle", "outer_diameter", "outer_tip_diameter"),
+    *("inner_tip_diameter", "outer_cone_distance", "mean_cone_distance", "face_width", "outer_addendum"),
+    *("outer_dedendum", "outer_whole_depth", "mean_addendum", "mean_whole_depth", "mean_normal_thickness"),
+    *("mean_chordal_thickness", "mean_chordal_addendum", "thickness_coefficient", "pitch_apex_beyond_crossing"),
+    *("face_apex_beyond_crossing", "root_apex_beyond_crossing", "crossing_to_crown", "crossing_to_front_crown"),
+    *("mounting_distance", "crown_to_back", "front_crown_to_back"),
+)
 _DECIMALS = 12  # in SI; smaller values are rounding error
 
 

@@ -16,7 +16,9 @@ from ehl.common import console
 PAIRS = ("fh_hypoid_9x34_relieved", "fh_hypoid_9x34_offset_10_relieved")
 
 
+@shared.with_groups
 def blank(
+    *,
     file: Annotated[
         str,
         typer.Argument(
@@ -26,10 +28,16 @@ def blank(
         ),
     ],
     json_output: shared.JsonOption = False,
+    report: shared.ReportOption = None,
+    files: shared.TableOptions,
 ) -> None:
-    """Blank of a bevel or hypoid pair after ISO 23509: cones, depths, thicknesses, contact ratios, warnings."""
-    pair = efficiency.blank(file)
-    console.print_json(pair.to_dict()) if json_output else pair.show()
+    """Blank of a bevel or hypoid pair after ISO 23509: cones, depths, thicknesses, contact ratios, warnings.
+
+    The files and the report contain the gear data for the drawings of both members.
+    """
+    files |= console.given({"report": report})
+    shared.check_files(files)
+    shared.present(efficiency.blank(file), json_output, **files)
 
 
 @shared.with_groups

@@ -228,6 +228,34 @@ def test_command_prints_tables_and_warnings(mixed_ehl: Cli) -> None:
     assert set(result["pinion"]) == {field.name for field in fields(MemberBlank)}
 
 
+@pytest.mark.parametrize("kind", ["outer_normal", "outer_transverse", "mean_normal"])
+def test_backlash_is_stated_in_each_section(kind: str) -> None:
+    """The value of the file is that of its own section; normal and transverse differ by both angles at the heel."""
+    pair = made("fm_hypoid_13x42", backlash={"type": kind, "value": "0.15 mm"})
+    name = f"backlash_{kind}" if kind.startswith("outer") else "backlash_normal"
+    assert getattr(pair, name) == pytest.approx(0.15e-3, rel=1e-12)
+    normal = 0.5 * (pair.pressure_angle_drive + pair.pressure_angle_coast)
+    ratio = math.cos(normal) * math.cos(pair.gear.outer_spiral_angle)
+    assert pair.backlash_outer_normal == pytest.approx(ratio * pair.backlash_outer_transverse, rel=1e-12)
+
+
+def test_drawing_data_with_mounting_distances(mixed_ehl: Cli, tmp_path: Path) -> None:
+    """Mounting distance less crown distance is the height of the crown over the locating face; checked values."""
+    pair = made("iso23509_f4", mounting_distance_pinion="130 mm")
+    assert pair.pinion.crown_to_back == pytest.approx(0.13 - pair.pinion.crossing_to_crown)
+    assert pair.pinion.front_crown_to_back == pytest.approx(0.13 - pair.pinion.crossing_to_front_crown)
+    assert pair.gear.mounting_distance is None
+    assert pair.gear.crown_to_back is None
+    rows = {row[0]: row for row in pair.drawing_table().rows}
+    assert rows["mounting distance"][2:] == ("mm", "130.000", "-")
+    assert rows["pitch angle"][2:] == ("deg", "24.763", "63.212")
+    error = refused("iso23509_f4", mounting_distance_gear="1 mm")
+    assert error.field == "mounting_distance_gear"
+    assert mixed_ehl("blank", "iso23509_f4", "--csv", tmp_path / "tables", "--report", tmp_path / "b.html").code == 0
+    assert "mounting distance" in (tmp_path / "tables" / "drawing.csv").read_text(encoding="utf-8")
+    assert "Gear data for drawings" in (tmp_path / "b.html").read_text(encoding="utf-8")
+
+
 def test_command_refuses_with_exit_code_2(mixed_ehl: Cli, tmp_path: Path) -> None:
     text = data_path("blanks", "iso23509_f2.toml").read_text(encoding="utf-8")
     bad = tmp_path / "bad.toml"
