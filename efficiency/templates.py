@@ -168,7 +168,8 @@ def _oil(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, s
 def _contact(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, str]) -> str:
     from ehl.contact import Contact
 
-    text = _filled(text, name, answers)
+    own = "finish" in given and "roughness" not in given  # the finish has its own Rq
+    text = _filled(text, name, {**answers, "roughness": ""} if own else answers)
     Contact.from_dict(tomllib.loads(text))
     return text
 
@@ -176,8 +177,7 @@ def _contact(text: str, name: str, answers: Mapping[str, str], given: Mapping[st
 def _plan(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, str]) -> str:
     from regression.plan.plan import Plan
 
-    text = _filled(text, name, answers)
-    Plan.from_dict(tomllib.loads(text))
+    Plan.from_dict(tomllib.loads(text := _filled(text, name, answers)))
     return text
 
 

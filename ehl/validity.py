@@ -190,7 +190,8 @@ def _limits_of_oil(result: ContactResult, problem: ContactProblem) -> Iterator[L
         yield Limit(
             f"pressure of {line.pressure_hertz / 1e9:.3g} GPa above {lubricant.pressure_valid / 1e9:.3g} GPa, the "
             "measured range of the oil: its law is extrapolated; the tangent at the end of the range differs by "
-            f"{difference:+.0%} in ln(eta/eta0)",
+            f"{100.0 * difference:+.0f} % in ln(eta/eta0); a traction curve at this pressure reduces the "
+            "uncertainty (`mixed-ehl calibrate`)",
             decisive=abs(difference) > MAX_EXTRAPOLATION,
         )
     film = result.film

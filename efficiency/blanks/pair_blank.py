@@ -340,7 +340,7 @@ def rating_tables(flanks: dict[str, FlankRating], notes: Sequence[str] = ()) -> 
         for side, values in members.items()
         for i, member in enumerate(("pinion", "gear"))
     ]
-    note = "public sources and memory, not the standard: not a certified calculation"
+    note = "after public sources, not the standard: not a certified calculation"
     return [
         Table(
             ["side", *_columns(shared)],

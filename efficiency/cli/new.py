@@ -21,18 +21,18 @@ _KINDS = {
     "oil": ("An oil card from the base and ISO VG or two viscosities.", "mixed-ehl oil {file}"),
     "contact": ("One lubricated contact.", "mixed-ehl solve {file}"),
     "plan": ("Plan of the contacts to which a friction formula is fitted.", "mixed-ehl sweep {file} --estimate"),
-    "design": ("A gear pair with the flanks of a shipped one.", "mixed-ehl gear {file} --friction 75w90"),
+    "design": ("A gear pair with the flanks of a shipped one.", "mixed-ehl gear {file}"),
     "targets": (
         "A new gear pair: blank, cutters and contact targets.",
         "mixed-ehl settings {file} --sized -o design.toml",
     ),
     "axle": ("A whole axle: bearings, seals, sump and housing around a gear pair.", "mixed-ehl axle {file}"),
-    "duty": ("A duty cycle (CSV).", "mixed-ehl duty fm_spiral_bevel_14x39 {file} --friction 75w90"),
+    "duty": ("A duty cycle (CSV).", "mixed-ehl duty fm_spiral_bevel_14x39_relieved {file}"),
 }
 _FINISH = (
     "finish",
     "Finish card from a measured trace or map.",
-    'finish = "{file}" in [surface], [pinion] or [gear]',
+    'mixed-ehl new plan --finish {file}, or finish = "{file}" in [surface], [pinion] or [gear]',
 )
 
 OutputOption = Annotated[

@@ -237,9 +237,6 @@ class DutyCycle(PointsResult):
             f"{self.efficiency:.6f}, {self.status})"
         )
 
-    def _repr_html_(self) -> str:
-        return str(self.to_frame().drop(columns="notes").to_html(index=False))
-
     def to_dict(self) -> dict[str, Any]:
         """Rows and totals, for JSON; not-a-number becomes None."""
         names = ("hours", "energy_input", "energy_output", "energy_loss", "energy_loss_rolling")

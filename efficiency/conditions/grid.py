@@ -27,6 +27,7 @@ from ehl.common.data import reason_text
 from ehl.common.errors import ConvergenceError
 from ehl.common.pages import Reportable
 from ehl.common.progress import ProgressCallback, progress_to, report_progress
+from ehl.common.table import Table
 from ehl.common.tabular import Tabular
 
 if TYPE_CHECKING:
@@ -289,9 +290,11 @@ class Grid(Tabular, PointsResult):
         return f"Grid({axes}; {self.status}{': ' if self.reason else ''}{self.reason})"
 
     def _repr_html_(self) -> str:
-        columns = ("efficiency", "power_loss", "outside_range_share", "status", "reason")
-        frame = self.to_frame()
-        return str(frame[[*self.axes, *(name for name in columns if name in frame)]].to_html(max_rows=20, index=False))
+        names = ("efficiency", "power_loss", "friction_coefficient_mean", "outside_range_share", "status", "reason")
+        frame = self.to_frame().head(20)
+        shown = frame[[*self.axes, *(name for name in names if name in frame)]].to_dict("records")
+        more = (f"20 of {len(self.points)} points",) * (len(self.points) > len(shown))
+        return Table.from_records(shown, notes=more).html()
 
 
 @dataclass(frozen=True)

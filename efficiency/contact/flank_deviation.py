@@ -42,7 +42,7 @@ def flank_tolerances(grade: int, module: float, pinion: Blank, gear: Blank) -> F
     """Standard deviations of the flanks of a pair made to a grade of ISO 1328-1:2013 (1 to 11).
 
     Slope and form tolerances of profile and helix (formulas unverified) of the mean normal module [m], the mean
-    diameter and the face width of each member; there are no flank tolerances of bevel gears in ISO 17485. Ours: a
+    diameter and the face width of each member; there are no flank tolerances of bevel gears in ISO 17485. Assumed: a
     tolerance is two standard deviations, and form deviations are crowning (profile, helix) and twist (as of the helix).
     """
     squares = np.zeros(4)

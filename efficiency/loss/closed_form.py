@@ -101,7 +101,7 @@ def _check_friction(friction_coefficient: float) -> None:
 
 
 def coleman_type(pair: PitchGeometry, friction_coefficient: float = 0.05, driver: Driver = "pinion") -> float:
-    """Mesh efficiency by averaged sliding, "Coleman-type, our derivation" [-].
+    """Mesh efficiency by averaged sliding, "Coleman-type, this work" [-].
 
     ``eta = 1 - mu S/(cos a_n + m C tan b1)`` with the mean sliding S, the mean lengthwise share C, and m equal to mu
     with the sign of tan b1 - tan b2. The normal force follows from the torque balance of the pinion with lengthwise
@@ -120,7 +120,7 @@ def coleman_type(pair: PitchGeometry, friction_coefficient: float = 0.05, driver
 
 
 def buckingham_type(pair: PitchGeometry, friction_coefficient: float = 0.05, driver: Driver = "pinion") -> float:
-    """Mesh efficiency as worm-type loss plus bevel loss, "Buckingham-type, our derivation" [-].
+    """Mesh efficiency as worm-type loss plus bevel loss, "Buckingham-type, this work" [-].
 
     The first term is `lengthwise_sliding` with friction in the equilibrium; from it ``mu k/(2 cos a_n)`` is subtracted,
     the profile sliding of the spiral bevel pair.

@@ -94,10 +94,6 @@ class Comparison(Reportable):
         rows = ", ".join(f"{row.name} {row.efficiency:.5f}" for row in self.rows)
         return f"Comparison({self.design}, {self.side}, {self.conditions.torque:.6g} N m: {rows[:900]})"
 
-    def _repr_html_(self) -> str:
-        names = ["name", "efficiency", "efficiency_lower", "efficiency_upper", "power_loss", "outside_range_share"]
-        return str(self.to_frame()[[*names, "status", "reason"]].to_html(index=False))
-
     def to_dict(self) -> dict[str, Any]:
         """Content for JSON; not-a-number becomes None."""
         names = ("design", "side", "conditions", "status", "reference", "notes", "rows")
@@ -135,7 +131,7 @@ def compare_models(
         constants = [COLEMAN_FRICTION] + ([reference.friction_coefficient_mean] if reference is not None else [])
         for label, form in (("Coleman-type", coleman_type), ("Buckingham-type", buckingham_type)):
             for mu in constants:
-                name = f"{label} (our derivation)" + ("" if mu == COLEMAN_FRICTION else f", mu {mu:.4g}")
+                name = f"{label} (this work)" + ("" if mu == COLEMAN_FRICTION else f", mu {mu:.4g}")
                 rows.append(_closed_row(name, mu, form(pitch, mu, operation.driver), operation, power))
     return Comparison(
         loaded.mesh.design,

@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from html import escape
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
@@ -433,12 +432,6 @@ class EfficiencyResult(Reportable):
         if math.isfinite(self.efficiency_lower) and self.efficiency_lower < self.efficiency_upper:
             interval = f" ({self.efficiency_lower:.5f} to {self.efficiency_upper:.5f})"
         return f"EfficiencyResult({values}: efficiency {self.efficiency:.6f}{interval}, loss {self.power_loss:.5g} W)"
-
-    def _repr_html_(self) -> str:
-        names = ("efficiency", "efficiency_lower", "efficiency_upper", "efficiency_error", "power_loss")
-        more = ("friction_coefficient_mean", "pressure_hertz_max", "outside_range_share", "status", "reason")
-        frame = self.to_frame()[[*names, *more]].T
-        return str(frame.to_html(header=False)) + "".join(f"<p>{escape(note)}</p>" for note in self.notes)
 
     def _interval(self) -> dict[str, float]:
         return {"efficiency_lower": self.efficiency_lower, "efficiency_upper": self.efficiency_upper}

@@ -3,7 +3,7 @@
 Section in the plane of contact: the separation of the flanks is x^2/(2R). At the distance e from the closest approach
 the edge begins, a rounding of radius r with the additional separation (x - e)^2/(2r). For e > 0 the closest approach
 lies on the flank, for e < 0 beyond it, so that the edge is in contact. Both bodies are half-planes, the pressure
-vanishes at both ends of the contact, and p(x) has a closed form (our derivation, by the finite Hilbert transform; Hertz
+vanishes at both ends of the contact, and p(x) has a closed form (this work, by the finite Hilbert transform; Hertz
 for e >= b, and for e <= -b sqrt(1 + R/r), with the reduced radius 1/(1/R + 1/r)).
 
 In units of the half-width b and the Hertz pressure p_h for R at the same load, with k = R/r, the contact is

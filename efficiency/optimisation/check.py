@@ -67,7 +67,7 @@ class Correction:
         margin = _MARGIN_CHECKED if self.known else _MARGIN
         return {name: value * (1.0 - margin) for name, value in self.allowed.items()}
 
-    def learnt(self, point: Evaluation, exact: Evaluation, limited: Mapping[str, float]) -> Correction:
+    def updated(self, point: Evaluation, exact: Evaluation, limited: Mapping[str, float]) -> Correction:
         """The correction with another checked point; `limited` are the limits of the check."""
         errors = np.array([self._error(name, point, exact, limited) for name in self.allowed])
         (place,) = self.problem.places_of([point.variables])
@@ -113,7 +113,7 @@ def check_best(
     if before.reason or after.reason:
         return correction
     limited = allowed_of(task.problem, before)
-    return correction.learnt(start, before, limited).learnt(best, after, limited)
+    return correction.updated(start, before, limited).updated(best, after, limited)
 
 
 def check_front(
@@ -139,7 +139,7 @@ def check_front(
             name = f"{problem.start.name}_optimum_{len(candidates) + 1}"
             candidates[point.key] = Candidate(name, point, checked, start, limited)
             if not checked.reason:
-                correction = correction.learnt(point, checked, limited)
+                correction = correction.updated(point, checked, limited)
         if any(c.holds for c in candidates.values()):
             break
     return tuple(candidates.values()), ""

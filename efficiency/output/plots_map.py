@@ -67,13 +67,14 @@ def plot_lines(grid: Grid, ax: Axes | None = None) -> Axes:
     elif known is not None:
         places = tuple(map(known.to_display, places))
     for line, values in zip(lines, product(*(grid.axes[name] for name in others)), strict=True):
-        words = (f"{n} {v:.4g}" if isinstance(v, float) else str(v) for n, v in zip(others, values, strict=True))
+        named = zip(others, values, strict=True)
+        words = (quantity(n).text(v) if isinstance(v, float) and n in quantities() else str(v) for n, v in named)
         axes.plot(places, line, "o-", label=", ".join(words))
     axes.set(xlabel=along if known is None else known.axis_label, ylabel="mesh efficiency [%]")
     axes.ticklabel_format(axis="y", useOffset=False)
     axes.grid(alpha=0.3)
     if others:
-        axes.legend(frameon=False, fontsize=7)
+        axes.legend(frameon=False, fontsize=8)
     return axes
 
 

@@ -6,7 +6,7 @@ Each table is used for terminal, page, workbook, CSV and data frames.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, fields
 from itertools import product
 from typing import TYPE_CHECKING, Any
@@ -70,9 +70,10 @@ def operating_state(result: EfficiencyResult | Comparison) -> str:
 def efficiency_table(result: EfficiencyResult) -> Table:
     """The main figures of one operating point."""
     values = {name: result.value(name) for name in _SUMMARY}
-    if not values["efficiency_lower"] < values["efficiency_upper"]:  # no uncertain input, or failed
+    limits = _limits([result])
+    if not result.efficiency_lower < result.efficiency_upper:  # no uncertain input, or failed
         del values["efficiency_lower"], values["efficiency_upper"]
-    columns: dict[Any, Any] = dict(values)
+    columns: dict[Any, Any] = {limits.get(name, name): value for name, value in values.items()}
     if result.edges.load_share > 0.0:
         columns |= {name: result.value(name) for name in _EDGE}
     film, flash = _finite(result.lubrication.film_ratio), _finite(result.lubrication.temperature_flash)
@@ -97,6 +98,14 @@ def efficiency_table(result: EfficiencyResult) -> Table:
         ),
         vertical=True,
     )
+
+
+def _limits(results: Iterable[Any]) -> dict[str, Column | str]:
+    """Columns of the limits of the efficiency, with two significant digits of the narrowest interval."""
+    widths = (100.0 * (result.efficiency_upper - result.efficiency_lower) for result in results)
+    narrowest = min((width for width in widths if width > 0.0), default=1.0)
+    decimals = max(0, 1 - math.floor(math.log10(narrowest)))
+    return {name: Column(name, decimals=decimals) for name in ("efficiency_lower", "efficiency_upper")}
 
 
 def inputs_note(inputs: InputUncertainty) -> str:
@@ -252,10 +261,9 @@ def _outside_note(grid: Grid, number: int) -> str:
     row, column = np.unravel_index(int(np.argmax(outside)), outside.shape)
     torque = quantity("torque").text(grid.axes["torque"][row])
     speed = quantity("speed").text(grid.axes["speed"][column])
-    points = f"{np.count_nonzero(outside)} of {np.count_nonzero(np.isfinite(share))} points"
     return (
-        f"outside the range of {model_label(grid.results[0].friction_model)} at {points}: "
-        f"up to {percent(float(outside.max()), 1)} % of the sliding power, at {torque}, {speed}"
+        f"outside the range of {model_label(grid.results[0].friction_model)}: at most "
+        f"{percent(float(outside.max()), 1)} % of the sliding power, at {torque}, {speed}"
     )
 
 
@@ -285,7 +293,8 @@ def models_table(comparison: Comparison) -> Table:
     for row, cells in zip(comparison.rows, table.rows, strict=True):
         exact = () if row.efficiency_lower < row.efficiency_upper else ("efficiency_lower", "efficiency_upper")
         rows.append((row.label, *(None if _COMPARED[k] in exact else cells[k] for k in kept[1:])))
-    return Table([_COMPARED[k] for k in kept], rows, title=table.title, name=table.name)
+    limits = _limits(comparison.rows)
+    return Table([limits.get(_COMPARED[k], _COMPARED[k]) for k in kept], rows, title=table.title, name=table.name)
 
 
 def comparison_tables(comparison: Comparison) -> list[Table]:

@@ -196,7 +196,7 @@ class Reportable:
         return written
 
     def _repr_html_(self) -> str:
-        return "\n".join(table.html() for table in tables_of(self.sections("terminal")))
+        return "\n".join(table.html() for table in tables_of(self.sections("terminal")) if table.rows)
 
     def figure(self, name: str | None = None, **options: Any) -> Figure:
         """One of the figures of the report.

@@ -29,7 +29,7 @@ Cell = float | int | str | bool | None
 NOTHING = "–"  # shown for a missing value
 _GAP = 2  # between the columns of a terminal
 _NARROWEST = 12  # width of a folded column of texts, or that of its longest word up to
-_WIDEST_WORD = 18
+_WIDEST_WORD = 22
 _DENSE, _DENSEST = 9, 13  # number of columns above which a page uses a smaller font
 
 

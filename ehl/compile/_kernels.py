@@ -1,4 +1,4 @@
-"""What kernels of several solvers share: dense matrices whose rows lie one after another, and bits of doubles."""
+"""Common functions of the kernels: dense matrices in row order, and bits of doubles."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ _DOUBLE = ord("d")
 
 @njit(**INTERNAL_KERNEL)
 def factored(matrix, pivots):
-    """Put the LU factors of the transposed matrix in its place; False where it is singular."""
+    """Replace a matrix by the LU factors of its transpose; False if it is singular."""
     n = matrix.shape[0]
     return _getrf(_DOUBLE, n, n, matrix.ctypes, n, pivots.ctypes) == 0
 
 
 def _factored_without_compiler(matrix, pivots):
-    """`factored` where kernels run as plain Python."""
+    """`factored` if kernels run as plain Python."""
     matrix.T[:], places, singular = dgetrf(matrix.T)
     pivots[:] = places + 1
     return singular == 0
@@ -51,7 +51,7 @@ def product(matrix, vector, out):
 
 @njit(**INTERNAL_KERNEL, fastmath={"reassoc", "contract"})
 def solve_factored(factors, pivots, x):
-    """Put the solution in the place of the right side, from the factors of the transposed matrix: U^T L^T P^T."""
+    """Replace the right-hand side by the solution, from the factors of the transposed matrix: U^T L^T P^T."""
     n = x.size
     for i in range(n):
         row = factors[i]
@@ -95,5 +95,5 @@ def bits_of_float(typingctx, value):
 if config.DISABLE_JIT:
 
     def bits_of_float(value):
-        """`bits_of_float` where kernels run as plain Python."""
+        """`bits_of_float` if kernels run as plain Python."""
         return int(np.float64(value).view(np.int64))

@@ -1,14 +1,14 @@
-"""How kernels are compiled and kept on disk: one function that Python calls is one closed piece of machine code.
+"""Compilation of kernels and their cache on disk: each function called from Python is one closed piece of machine code.
 
-By itself the compiler makes machine code of every function, optimises each once more within all that call it, and
-leaves open which of several copies a call meets: the caller's, or one that was loaded before. Here what only kernels
-call goes unoptimised into its callers, is optimised there once, and stays private to them. So a process that compiles,
-one that loads, and one that did other work before run the same instructions, and compiling takes a third less.
+By default numba generates machine code for every function and optimises it again within each caller. Which of several
+copies a call uses (that of the caller, or one loaded before) is undefined. Here functions called only by kernels are
+inserted into their callers without optimisation, optimised there once, and private to them. All processes then run the
+same instructions, whether they compiled or loaded them, and compilation takes a third less time.
 
-A function that Python and kernels call is two: one that Python calls, compiled when it does, and a twin for kernels.
+A function called both from Python and by kernels is compiled twice: for Python on its first call, and for kernels.
 
-The compiler's own cache looks at the file of a function alone. A kernel keeps what it calls inlined, so each carries
-the hash of all sources its code can come from: contents decide, not times of files, which copies and clocks change.
+The cache of numba checks only the file of a function. A kernel contains the functions it calls, so its cache entry has
+the hash of all sources of its code. Contents are compared, because copies and clocks change the times of files.
 """
 
 from __future__ import annotations
@@ -41,19 +41,19 @@ _SHARED = (
     *(_EHL / "compile" / name for name in ("compiler.py", "_kernels.py")),
     *(_EHL / "fluid" / name for name in ("_kernels.py", "lookup.py", "rheology.py")),
 )
-# what is compiled for a rough contact, and for any: words of the user, processor time on a slow core
+# kinds of kernels: for rough contacts, and for all contacts; processor time on a slow core
 ROUGH, SMOOTH = "rough", "smooth"
 _TAKES = {SMOOTH: "smooth contacts, 5 to 10 s", ROUGH: "rough contacts, half a minute"}
 _PLACES = {"ehl.rough": ROUGH}
 
-compiled: list[tuple[str, str, float]] = []  # kind, kernel and processor time of what this process compiled [s]
+compiled: list[tuple[str, str, float]] = []  # kind, name and processor time [s] of the kernels compiled by this process
 _nested = False
 
 
 def source_hash(folder: Path) -> bytes:
-    """Hash of all sources that the kernels of a folder are made from.
+    """Hash of all sources of the kernels of a folder.
 
-    folder: of the kernels; dense matrices, laws of the fluid and the way of compiling belong to each.
+    folder: of the kernels; dense matrices, laws of the fluid and the compiler settings are included.
     Raises `OSError`: a source cannot be read.
     """
     own = folder.glob("*.py") if folder.name == "_kernels" else folder.glob("_kernels.py")
@@ -69,16 +69,16 @@ _hash_of_folder = cache(source_hash)
 def kernel_folder() -> Path:
     """Folder from which compiled kernels are loaded and in which they are kept.
 
-    It is that of NUMBA_CACHE_DIR where that belongs to this user alone, otherwise that of `user_folder`.
+    NUMBA_CACHE_DIR if it belongs to this user alone, otherwise that of `user_folder`.
 
-    Raises `OSError`: there is none.
+    Raises `OSError` if there is none.
     """
     return user_folder("kernels", Path(config.CACHE_DIR) if config.CACHE_DIR else None, _report_refused)
 
 
 @cache
 def _report_refused(reason: str) -> None:
-    if multiprocessing.parent_process() is None:  # said once, not by every worker
+    if multiprocessing.parent_process() is None:  # reported once, not by every worker
         print(f"mixed-ehl: NUMBA_CACHE_DIR is not used: {reason}", file=sys.stderr, flush=True)
 
 
@@ -92,7 +92,7 @@ class _ContentLocator:
 
     @classmethod
     def from_function(cls, py_func: Callable[..., Any], py_file: str) -> _ContentLocator | None:
-        """As of numba's locators; None for code of other packages, and without a folder."""
+        """See the locators of numba; None for code of other packages, and without a folder."""
         folder = Path(py_file).resolve().parent
         if not _OURS & set(folder.parents):
             return None
@@ -129,7 +129,7 @@ class _OnDisk(FunctionCache):
 
 
 class KernelCache(NullCache):
-    """Code of one kernel: carried by the installation, else on disk; without any place for it each process compiles."""
+    """Code of one kernel from the installation or from disk; without a writable folder each process compiles."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self._function = function
@@ -139,25 +139,25 @@ class KernelCache(NullCache):
 
     @property
     def cache_path(self) -> str | None:
-        """Folder of what is compiled here."""
+        """Folder of the kernels compiled on this machine."""
         return self.disk.cache_path
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """As of numba."""
+        """See numba."""
         found = self._carried(sig, target_context)
         return self.disk.load_overload(sig, target_context) if found is None else found
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """As of numba."""
+        """See numba."""
         self.disk.save_overload(sig, data)
 
     def saved(self, sig: Any, target_context: Any) -> Any:
-        """What is on disk of one signature, in the form in which it is kept."""
+        """Stored code of one signature."""
         disk: Any = self.disk
         return disk._cache_file.load(disk._index_key(sig, target_context.codegen()))
 
     def flush(self) -> None:
-        """Forget what was compiled here."""
+        """Delete the kernels compiled on this machine."""
         self.disk.flush()
 
     def _carried(self, sig: Any, target_context: Any) -> Any:
@@ -168,14 +168,14 @@ class KernelCache(NullCache):
         return CompileResult._rebuild(target_context, *made)
 
     def holds_nothing(self) -> bool:
-        """Whether there is a place on disk, and nothing made from the present sources, there or carried."""
-        with suppress(AttributeError, OSError):  # nowhere to keep it: nothing would be found the next time either
+        """Whether a folder exists on disk, and neither it nor the installation has code of the present sources."""
+        with suppress(AttributeError, OSError):  # without a folder nothing can be stored
             return not (carries(*stamped(self._function)) or self.disk._cache_file._load_index())
         return False
 
 
 def stamped(function: Callable[..., Any]) -> tuple[str, str]:
-    """Module and name of a kernel, and the hash of its sources; empty for sources that cannot be read."""
+    """Module and name of a kernel, and the hash of its sources; an empty hash for unreadable sources."""
     try:
         stamp = _hash_of_folder(Path(inspect.getfile(function)).resolve().parent).hex()
     except OSError:  # in an archive
@@ -185,7 +185,7 @@ def stamped(function: Callable[..., Any]) -> tuple[str, str]:
 
 @contextmanager
 def announced(function: Callable[..., Any]) -> Iterator[None]:
-    """Say on standard error, once for each kind of kernels, that compiling begins; keep how long each takes."""
+    """Report the start of compilation on standard error, once for each kind of kernels, and record its time."""
     global _nested
     if _nested:
         yield
@@ -203,7 +203,7 @@ def announced(function: Callable[..., Any]) -> Iterator[None]:
 
 
 def missing_on_disk(kernel: Any) -> bool:
-    """Whether a kernel has a place on disk, and nothing made from the present sources is there, or carried."""
+    """Whether a kernel has a folder on disk but no code of the present sources."""
     cache = getattr(kernel, "_cache", None)
     return isinstance(cache, KernelCache) and cache.holds_nothing()
 
@@ -212,19 +212,19 @@ LONG_WRAPPER = 100  # blocks of code
 
 
 class KernelLibrary(JITCodeLibrary):
-    """Code of a function that Python calls: what it calls is private to it."""
+    """Code of a function called from Python; the functions that it calls are private to it."""
 
     def __init__(self, codegen: Any, name: str) -> None:
         super().__init__(codegen, name)
         self._own: set[str] = set()  # names of the function and its wrappers
 
     def add_ir_module(self, ir_module: Any) -> None:
-        """As of numba."""
+        """See numba."""
         for function in ir_module.functions:
             if not function.is_declaration:
                 self._own.add(function.name)
                 if len(function.blocks) > LONG_WRAPPER and function.name.startswith("_ZN7cpython"):
-                    # it takes some hundred arrays out of Python once a call: to polish it takes longer than to run it
+                    # it unpacks some hundred arrays once per call; optimising it would take longer than running it
                     function.attributes.add("optnone")
                     function.attributes.add("noinline")
         super().add_ir_module(ir_module)
@@ -239,11 +239,11 @@ class KernelLibrary(JITCodeLibrary):
 class _NoEnvironment:
     @staticmethod
     def set_env(name: str, env: Any) -> None:
-        """No machine code, no place for the environment of the function."""
+        """Without machine code there is no environment of the function."""
 
 
 class InternalLibrary(JITCodeLibrary):
-    """Code of a function that only kernels call: it waits, unoptimised, to be put into those."""
+    """Code of a function called only by kernels: inserted into them without optimisation."""
 
     @property
     def codegen(self) -> Any:
@@ -251,7 +251,7 @@ class InternalLibrary(JITCodeLibrary):
         return _NoEnvironment
 
     def get_pointer_to_function(self, name: str) -> int:
-        """None: nobody calls it by itself."""
+        """Zero: the function is not called on its own."""
         self._ensure_finalized()
         return 0
 
@@ -265,9 +265,9 @@ class InternalLibrary(JITCodeLibrary):
 
 
 class Options(Flags):
-    """Options of a function as a key, which the compiler compares a hundred thousand times for a rough contact.
+    """Options of a function as a key, which numba compares a hundred thousand times for a rough contact.
 
-    By itself it asks each option for its value, or its default, in every comparison: a tenth of all compiling.
+    The default comparison evaluates each option, which takes a tenth of the compilation time.
     """
 
     __slots__ = ()
@@ -279,11 +279,11 @@ class Options(Flags):
         return _HASH
 
 
-_HASH = hash(Flags())  # that of the names of all options, whatever their values
+_HASH = hash(Flags())  # of the names of all options, independent of their values
 
 
 class KernelCompiler(Compiler):
-    """Compiles functions that Python calls."""
+    """Compiler of functions called from Python."""
 
     library: type[JITCodeLibrary] = KernelLibrary
 
@@ -292,11 +292,11 @@ class KernelCompiler(Compiler):
         self.state.flags = Options(self.state.flags)
 
     def compile_extra(self, func: Any) -> Any:
-        """As of numba."""
+        """See numba."""
         self.state.library = self.library(self.state.targetctx.codegen(), func.__qualname__)
         self.state.library.enable_object_caching()
         collecting = gc.isenabled()
-        gc.disable()  # a compiler's many objects live to its end: looking for garbage among them takes an eighth more
+        gc.disable()  # the objects of the compiler live until its end: collection would add an eighth to its time
         try:
             with announced(func):
                 return super().compile_extra(func)
@@ -306,15 +306,15 @@ class KernelCompiler(Compiler):
 
 
 class InternalCompiler(KernelCompiler):
-    """Compiles functions that only kernels call."""
+    """Compiler of functions called only by kernels."""
 
     library = InternalLibrary
 
 
-# options of a kernel that Python calls
+# options of a kernel called from Python
 KERNEL: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
-# and of one that only kernels call; a call from Python would crash. Without the wrappers for Python it compiles faster,
-# and so it does without counting references: kernels keep no array
+# options of a kernel called only by kernels; a call from Python would crash. Without wrappers for Python and without
+# reference counting it compiles faster; kernels keep no array
 INTERNAL_KERNEL: dict[str, Any] = {
     "error_model": "numpy",
     "pipeline_class": InternalCompiler,
@@ -331,7 +331,7 @@ FAST_INTERNAL_KERNEL = INTERNAL_KERNEL | {"fastmath": FAST_MATH}
 
 
 class Kernel(CPUDispatcher):
-    """A function that Python calls, with its twin for kernels."""
+    """A function called from Python, with a second version for kernels."""
 
     def __init__(
         self,
@@ -351,19 +351,19 @@ class Kernel(CPUDispatcher):
         return types.Dispatcher(self._twin)
 
     def enable_caching(self) -> None:
-        """Load what is carried or on disk, keep what is compiled."""
+        """Load code from the installation or from disk; store new code."""
         self._cache = KernelCache(self.py_func)
 
     def saved(self) -> list[tuple[Any, Any]]:
-        """What is on disk of this function, by signature."""
+        """Stored code of this function, by signature."""
         return [(taken, self._cache.saved(taken, self.targetctx)) for taken in self.overloads]
 
 
 def kernel(*, cache: bool = True, **options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Compile a function that Python calls.
+    """Compile a function called from Python.
 
-    cache: whether its code is kept.
-    **options: `KERNEL` and more, as of ``numba.njit``.
+    cache: whether its code is stored.
+    **options: as of `KERNEL` and ``numba.njit``.
     """
 
     def of(function: Callable[..., Any]) -> Any:

@@ -269,7 +269,7 @@ def test_run_functions_agree_and_figures_show_the_result(mesh: MeshGrids) -> Non
     assert plain.rows[1].power_loss == pytest.approx(plain.rows[0].power_loss, rel=1e-12)
     # Coleman's constant and the fitted one in both closed forms
     assert [row.kind for row in comparison.rows] == ["mesh"] * 2 + ["closed form"] * 4
-    closed = next(row for row in comparison.rows if row.name == "Coleman-type (our derivation)")
+    closed = next(row for row in comparison.rows if row.name == "Coleman-type (this work)")
     assert closed.efficiency == coleman_type(PAIR.mesh("drive", *COARSE).pitch, 0.05)
     for row in comparison.rows:
         assert row.power_loss == pytest.approx(

@@ -81,6 +81,18 @@ def test_blank_of_targets_can_be_made(tmp_path: Path, answers: dict[str, str]) -
     assert ("blade_groups" in content) == ("process" in answers)
 
 
+def test_contact_and_plan_with_a_measured_finish(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("mine.toml").write_text(ehl.Finish.load("ground").to_toml().replace('"0.4 um"', '"0.3 um"'), encoding="utf-8")
+    contact = tomllib.loads(efficiency.new_file("contact", finish="mine.toml"))
+    assert contact["surface"] == {"finish": "mine.toml", "additive": "EP"}
+    both = tomllib.loads(efficiency.new_file("contact", finish="mine.toml", roughness="0.2 um"))["surface"]
+    assert both["roughness_rms_1"] == "0.2 um"
+    assert tomllib.loads(efficiency.new_file("plan", finish="mine.toml"))["surface"]["finish"] == "mine.toml"
+    with refuses("file"):
+        efficiency.new_file("plan", finish="nothing.toml")
+
+
 def _blank_lines(text: str) -> list[str]:
     """The tables of the blank as a file of their own."""
     lines, inside = [], False

@@ -190,14 +190,14 @@ def test_what_the_search_tells_wrong_is_corrected_near_checked_points(found: Opt
         )
 
     for ratio, expected in ((1.04, 1.04), (0.96, 0.96), (1.5, 1.1), (0.5, 0.9), (np.nan, 1.0)):
-        corrected = clean.learnt(first, exact(first, ratio), limited)
+        corrected = clean.updated(first, exact(first, ratio), limited)
         # by one point everywhere the same
         for point in (first, second):
             told = corrected(point).figures
             assert told["pressure_hertz_max"] == pytest.approx(expected * point.figures["pressure_hertz_max"])
             assert told["power_loss"] == point.figures["power_loss"]
             assert told["edge_load_share"] == point.figures["edge_load_share"]
-    both = clean.learnt(first, exact(first, 1.04), limited).learnt(second, exact(second, 1.0), limited)
+    both = clean.updated(first, exact(first, 1.04), limited).learnt(second, exact(second, 1.0), limited)
     places = found.problem.places_of([first.variables, second.variables])
     middle = replace(first, variables=found.problem.values_at(places.mean(axis=0)))
     told = [
@@ -210,7 +210,7 @@ def test_what_the_search_tells_wrong_is_corrected_near_checked_points(found: Opt
     assert clean.limits["pressure_hertz_max"] < both.limits["pressure_hertz_max"] < allowed["pressure_hertz_max"]
     failed = replace(first, figures={}, reason="no_contact: for the test")
     assert both(failed) is failed
-    assert not clean.learnt(first, exact(first, 1.0), limited).notes
+    assert not clean.updated(first, exact(first, 1.0), limited).notes
 
 
 def test_the_rest_of_a_search_knows_the_checked_points(
