@@ -37,7 +37,7 @@ from efficiency.design.design import Design, MemberInput, PairDesign, kept_of_de
 from efficiency.loss.closed_form import PitchGeometry
 from efficiency.loss.efficiency import balanced_efficiency, solve_friction
 from efficiency.loss.efficiency_result import EfficiencyResult
-from efficiency.loss.kinematics import Axis, Operation, loaded_points
+from efficiency.loss.kinematics import Operation, loaded_points
 from efficiency.loss.lubrication import LUBRICATION_FACTORS, warming
 from efficiency.ltca.external_load import read_load, write_load
 from efficiency.ltca.limits import edge_load
@@ -151,7 +151,6 @@ class Mesh:
 
         kept = _KeptMesh(design, (side, positions, points_per_line))
         pair, fine, coarse = kept(None, geometry) if keep else geometry()
-        placement = design.placement()
         grids = MeshGrids(
             design.name,
             side,
@@ -159,10 +158,7 @@ class Mesh:
             tuple(at.position for at in coarse),
             teeth,
             points_per_line,
-            (
-                Axis(placement.pinion_axis[:, 0], placement.pinion_origin[:, 0]),
-                Axis(np.array([0.0, 0.0, 1.0]), np.zeros(3)),
-            ),
+            design.placement().axes,
             pair.notes,
             math.nan if pair.surface.relief else pair.transmission.peak_to_peak,
             _CycleMaker(pair),

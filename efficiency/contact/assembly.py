@@ -54,6 +54,12 @@ class Assembly:
         return np.asarray(np.array([[0.0], [self.offset + self.E], [0.0]]) + self.P * self.pinion_axis)
 
     @property
+    def axes(self) -> tuple[Axis, Axis]:
+        """Axes of pinion and gear."""
+        gear = Axis(np.array([0.0, 0.0, 1.0]), np.zeros(3))
+        return Axis(self.pinion_axis[:, 0], self.pinion_origin[:, 0]), gear
+
+    @property
     def pinion_frame(self) -> FloatArray:
         """Rotation from the frame of the pinion to the mesh frame."""
         axis = self.pinion_axis[:, 0]

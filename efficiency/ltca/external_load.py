@@ -153,7 +153,8 @@ def read_load(path: Path, contact: FlankPair, teeth: TeethElasticity, torque: fl
     )
     if friction:
         note += f"; the normal forces include the effect of friction, {friction}"
-    mesh = MeshGrids(contact.name, contact.side, cycle, cycle, teeth, most, None, (*contact.notes, note))
+    notes, axes = (*contact.notes, note), surface.assembly.axes
+    mesh = MeshGrids(contact.name, contact.side, cycle, cycle, teeth, most, axes, notes)
     mesh = replace(mesh, transmission_error=contact.transmission.peak_to_peak)
     balance = FrictionBalance(-1.0 if friction.endswith("gear driving") else 1.0, 0) if friction else None
     return LoadedGrids(mesh, load, load, balance, distribution(1.0) if np.any(grid == 1.0) else None)

@@ -3,6 +3,7 @@
 import json
 import math
 import pickle
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -96,3 +97,15 @@ def test_forces_are_in_json_and_tables_of_a_result() -> None:
     assert failed.reason
     assert failed.forces is None
     assert "forces" not in failed.to_dict()
+
+
+def test_forces_of_a_load_from_a_file(tmp_path: Path) -> None:
+    """The forces of the file carry its torque as those that it was written from; the stiffness is unknown."""
+    mesh = loaded("fm_spiral_bevel_14x39")
+    own = mesh.efficiency("constant:0.05")
+    mesh.write_load(tmp_path / "load.csv", own)
+    read = mesh.mesh.load_from(tmp_path / "load.csv").efficiency("constant:0.05")
+    content = json.loads(json.dumps(read.to_dict(), allow_nan=False))["forces"]
+    assert content["stiffness"] == [None] * 4
+    assert own.forces is not None
+    np.testing.assert_allclose(content["gear"]["axial"], own.forces.gear.axial, rtol=1e-6)
