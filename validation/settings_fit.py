@@ -1,6 +1,7 @@
 """Machine settings from targets for 100 varied blanks: residual, iterations, time.
 
-    python validation/settings_fit.py [--cases 100] [--first 0] [--seed 1] [--sized] [--csv settings_fit.csv]
+    python validation/settings_fit.py [--cases 100] [--first 0] [--seed 1] [--way NAME]
+        [--sized] [--csv settings_fit.csv]
 
 Each case is a random pair (ratio, teeth, size, offset, spiral angle, cutter, wanted ease-off, way of cutting) whose
 blank `pair_blank` accepts. Printed: every case; share of pairs with both residuals below 3 um rms by way of cutting.
@@ -32,6 +33,7 @@ WAYS = {
     "face_hobbed both flanks": ("face_hobbing", "formate", "both_flanks", "uniform", 30),
     "face_hobbed each flank": ("face_hobbing", "formate", "each_flank", "uniform", 15),
     "face_hobbed generated gear": ("face_hobbing", "generated", "both_flanks", "uniform", 10),
+    "two-part head": ("two_part_face_hobbing", "generated", "both_flanks", "uniform", 0),  # by --way alone
     "face_milled formate": ("face_milling", "formate", "each_flank", "tilted_root", 25),
     "face_milled generated gear": ("face_milling", "generated", "each_flank", "standard", 20),
 }
@@ -74,7 +76,7 @@ def pair(way: str, rng: np.random.Generator) -> dict[str, Any]:
     spiral = radians(rng.uniform(20.0, 38.0))
     blank: dict[str, Any] = {
         "name": "case",
-        "method": 0 if offset == 0.0 else 2 if process == "face_hobbing" else 1,
+        "method": 0 if offset == 0.0 else 2 if "hobbing" in process else 1,
         "process": process,
         "teeth_pinion": teeth,
         "teeth_gear": mate,
@@ -91,7 +93,7 @@ def pair(way: str, rng: np.random.Generator) -> dict[str, Any]:
         blank["mean_spiral_angle_gear"] = spiral
     # cutter radius from a little below the mean cone distance times the sine of the spiral angle to well above
     blank["cutter_radius"] = diameter * rng.uniform(0.36, 0.62)
-    if process == "face_hobbing":
+    if "hobbing" in process:
         blank["blade_groups"] = int(rng.choice([11, 13, 17]))
         blank["cutter_radius"] = diameter * rng.uniform(0.38, 0.55)
     ends, edges = CROWNING[rng.integers(len(CROWNING))]
@@ -164,6 +166,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--cases", type=int, default=100)
     parser.add_argument("--first", type=int, default=0, help="number of the first case that is sized")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--way", choices=list(WAYS))
     parser.add_argument("--sized", action="store_true")
     parser.add_argument("--csv", type=Path, default=None)
     arguments = parser.parse_args(argv)
@@ -172,7 +175,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     rows: list[Row] = []
     refused, count, sized = 0, 0, []
     while max(len(rows), count) < arguments.cases:
-        way = str(rng.choice(names, p=shares / shares.sum()))
+        way = arguments.way or str(rng.choice(names, p=shares / shares.sum()))
         try:
             inputs = validate(SettingsInput, pair(way, rng))
             pair_blank(inputs.blank)

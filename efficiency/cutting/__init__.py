@@ -2,6 +2,6 @@
 
 Machine settings by their trade names: radial setting, cradle angle, tilt, swivel, blank offset, sliding base, machine
 root angle, machine centre to back, roll ratio, modified roll, helical motion. Process-dependent properties are objects
-in `PROCESSES` (face milling, face hobbing) and `GENERATIONS` (generated, Formate). Imports no other folder of the
-package.
+in `PROCESSES` (face milling, face hobbing with one-part and two-part heads) and `GENERATIONS` (generated, Formate).
+Imports no other folder of the package.
 """

@@ -193,6 +193,10 @@ class Blade:
     protuberance: Protuberance | None = None
     flankrem: Relief | None = None
     radius_offset: float = 0.0  # displacement of the blade normal to its cutting direction, outwards [m]
+    # two-part head: displacement of the blades as by `radius_offset`, while the axis of their part is displaced back by
+    # the same amount, so that they pass the mean point as before [m]; its angle from the cutting normal [rad]
+    eccentricity: float = 0.0
+    eccentricity_angle: float = 0.0
     groups: int = 0  # blade groups of a face-hob head (starts); 0 for a face mill
     # angle of the blade plane to the axial plane [rad]; positive for the head of a right-hand member
     offset_angle: float = 0.0
@@ -245,7 +249,7 @@ class Blade:
         shift, bend, sink = self.sign * xi, self.sign * curvature * climb, -self.sign * curvature * across
         if self.offset_angle == 0.0 and self.rake == 0.0 and self.hook == 0.0:
             zero = 0.0 * xi
-            radius = self.point_radius + self.radius_offset + shift
+            radius = self.point_radius + self.radius_offset + self.eccentricity + shift
             return np.array([radius, zero, -eta]), np.array([across, zero, -climb]), np.array([bend, zero, -sink])
         rake, hook = np.tan(self.rake), np.tan(self.hook)
         c, d = np.cos(self.offset_angle), np.sin(self.offset_angle)
@@ -255,8 +259,8 @@ class Blade:
             lead = outwards * rake + deeper * hook
             return np.array([outwards * c - lead * d, outwards * d + lead * c, -deeper])
 
-        c_offset, d_offset = self.radius_offset * c, self.radius_offset * d
-        start = np.array([[self.point_radius + c_offset], [d_offset], [-self.reference_height]])
+        out = self.radius_offset + self.eccentricity
+        start = np.array([[self.point_radius + out * c], [out * d], [-self.reference_height]])
         point = start + in_head(shift, eta - self.reference_height)
         return point, in_head(across, climb), in_head(bend, sink)
 

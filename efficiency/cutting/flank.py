@@ -190,6 +190,12 @@ class CutFlank(Flank):
         """Rotation of the work about its axis per rotation of the cutter in continuous indexing."""
         return self.blade.groups / self.blank.teeth
 
+    @cached_property
+    def _axis(self) -> Array:
+        """Point (3, 1) of the cutter frame on the axis about which the blade rotates [m]; the origin of most heads."""
+        angle = self.index_zero + self.blade.offset_angle + self.blade.eccentricity_angle
+        return -self.blade.eccentricity * np.array([[np.cos(angle)], [np.sin(angle)], [0.0]])
+
     def sweep(self, x: Array) -> tuple[Array, Array, Array]:
         """Point, normal and equation of meshing at cutting parameters (s, th, phi).
 
@@ -203,7 +209,7 @@ class CutFlank(Flank):
         else:
             edge, along, _ = self.blade.edge(s)
             in_cutter = turn(edge, th)
-            point = pose.place(in_cutter)
+            point = pose.place(in_cutter + self._axis)
             # the indexing work rotates away under the blade
             cutting = pose.direct(spin(in_cutter)) + self.index_ratio * pose.about_work(point + pose.shift[0])
             normal = -self.blade.sign * unit(cross(np.asarray(pose.direct(turn(along, th))), cutting))
@@ -215,7 +221,7 @@ class CutFlank(Flank):
         """Points (3, n) at cutting parameters, as in `sweep`."""
         s, th, phi = x
         pose = self.machine.at(phi)
-        return pose.to_work(pose.place(turn(self.blade.edge(s)[0], th)), self._indexed(th))
+        return pose.to_work(pose.place(turn(self.blade.edge(s)[0], th) + self._axis), self._indexed(th))
 
     def linearise(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """State and derivatives as in the base class, in closed form with real arithmetic."""
@@ -225,7 +231,7 @@ class CutFlank(Flank):
         edge, along, bend = turn(np.array(self.blade.edge(s)).swapaxes(0, 1), th).swapaxes(0, 1)
         by_th = spin(edge)
         # machine frame; r with its first and second derivatives by s and th at fixed cradle
-        r = pose.place(edge)
+        r = pose.place(edge + self._axis)
         second = pose.direct(np.array([along, by_th, bend, spin(along), spin(by_th)]).swapaxes(0, 1))
         r_s, r_t, r_ss, r_st, r_tt = second.swapaxes(0, 1)
         r_phi, still = spin(r), np.zeros_like(r)

@@ -1,4 +1,4 @@
-"""Cutting processes: face milling and face hobbing, as objects in `PROCESSES`.
+"""Cutting processes: face milling, face hobbing with one-part and two-part heads, as objects in `PROCESSES`.
 
 An object holds all properties that depend on the indexing of the head: the blade of a design file, the lengthwise
 curve, defaults and limits of the blank, the blade of the conjugate pinion and the settings of a fit. Whether the
@@ -8,6 +8,7 @@ profile is generated depends on the machine (`efficiency.cutting.machine.GENERAT
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
+from dataclasses import replace
 from math import gcd, tan
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
@@ -255,7 +256,7 @@ class FaceHobbing(CuttingProcess):
     """Continuous indexing: the lengthwise tooth curve is an epicycloid, the slot width depends on the blade phase."""
 
     name = "face_hobbing"
-    cutter = FaceHobbingCutter
+    cutter: ClassVar[type[BladeInput]] = FaceHobbingCutter
     blade_phase = True
     pitch_share = 1.0
     root_weight = 0.02
@@ -303,4 +304,64 @@ class FaceHobbing(CuttingProcess):
         return plain, ("blade_angle", "radius_offset", "curvature", "phase")
 
 
-PROCESSES: dict[str, CuttingProcess] = {process.name: process for process in (FaceMilling(), FaceHobbing())}
+# smallest eccentricity of a part (hollow flank) and largest one, at most a fifth of the cutter radius (ours) [m]
+HOLLOW, ECCENTRIC = -5e-3, 0.02
+
+
+def check_eccentricity(value: float, radius: float, crowned: str = "") -> None:
+    """Raise an `InputError` for an eccentricity outside the range of a head of a given radius [m].
+
+    crowned: flank of the pinion whose crowning requires the eccentricity.
+    """
+    limit = min(ECCENTRIC, 0.2 * radius)
+    if not HOLLOW <= value <= limit:
+        allowed = f"{HOLLOW * 1e3:g} to {limit * 1e3:.4g} mm with a cutter radius of {radius * 1e3:.5g} mm"
+        remedy = f"Increase crowning_toe and crowning_heel of the {crowned} pinion flank, or reduce its bias."
+        if value > limit:
+            remedy = f"It reaches about {limit / value:.0%} of the lengthwise crowning of the {crowned} pinion flank."
+        raise InputError("eccentricity", f"{value * 1e3:.4g} mm", allowed, remedy if crowned else "")
+
+
+class TwoPartCutter(FaceHobbingCutter):
+    """One blade of each group of a two-part head, whose part for that flank has its own axis; see also `BladeInput`."""
+
+    type: Literal["two_part_face_hobbing"]  # type: ignore[assignment]
+    # displacement of the axis of this part from that of the machine [m]: by the same amount the outside blades have a
+    # larger radius and the inside blades a smaller one, so that positive values crown the tooth
+    eccentricity: Annotated[float, ValueRange("m", ge=HOLLOW, le=ECCENTRIC)]
+    # angle from the normal of the cutting direction at the mean point to the direction of that displacement [rad]
+    eccentricity_angle: Turn = 0.0
+
+    @model_validator(mode="after")
+    def _eccentric(self) -> Self:
+        check_eccentricity(self.eccentricity, self.cutter_radius)
+        return self
+
+    def blade(self, side: FlankSide, hand: Hand) -> Blade:
+        """The blade that cuts one flank."""
+        blade = super().blade(side, hand)
+        angle = self.eccentricity_angle if hand == "right" else -self.eccentricity_angle
+        return replace(blade, eccentricity=blade.sign * self.eccentricity, eccentricity_angle=angle)
+
+
+class TwoPartFaceHobbing(FaceHobbing):
+    """Continuous indexing with a two-part head: eccentric axes of outside and inside blades crown the tooth."""
+
+    name = "two_part_face_hobbing"
+    cutter = TwoPartCutter
+    usual: ClassVar = {"taper": "uniform", "gear_cutting": "generated", "pinion_cutting": "both_flanks"}
+
+    def cutter_table(self, blade: Blade, mirror: float) -> dict[str, str | float | int]:
+        """Values of a face-hobbing head and the eccentricity."""
+        value, direction = blade.sign * blade.eccentricity, mirror * blade.eccentricity_angle
+        check_eccentricity(value, blade.point_radius, blade.side)
+        return super().cutter_table(blade, mirror) | {"eccentricity": value, "eccentricity_angle": direction}
+
+    def shared_settings(self, free_form: bool, radius_offsets: bool) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Settings as in face hobbing, on a cradle machine without tilt; each part has its eccentricity."""
+        common = PLAIN if free_form else tuple(name for name in PLAIN if not name.startswith("axis"))
+        return common, ("blade_angle", "eccentricity", "curvature", "phase")
+
+
+_ALL = (FaceMilling(), FaceHobbing(), TwoPartFaceHobbing())
+PROCESSES: dict[str, CuttingProcess] = {process.name: process for process in _ALL}

@@ -114,7 +114,11 @@ def written_flank(flank: CutFlank, phase: float) -> CutFlank:
     if not flank.index_ratio:
         return CutFlank(flank.blade, flank.machine, flank.blank, start)
     ahead = flank.blade.phase + flank.index_zero - start - phase / flank.index_ratio
-    return CutFlank(replace(flank.blade, phase=float(np.angle(np.exp(1j * ahead)))), flank.machine, flank.blank, start)
+    # the axes of a two-part head keep their direction
+    turned = flank.blade.eccentricity_angle + flank.index_zero - start if flank.blade.eccentricity else 0.0
+    ahead, turned = (float(np.angle(np.exp(1j * angle))) for angle in (ahead, turned))
+    blade = replace(flank.blade, phase=ahead, eccentricity_angle=turned)
+    return CutFlank(blade, flank.machine, flank.blank, start)
 
 
 def header(inputs: SettingsInput, fitted: dict[FlankSide, FittedFlank]) -> list[str]:

@@ -129,6 +129,7 @@ _STEPS: dict[str, tuple[Literal["machine", "blade", "phase"], float]] = {
     "blade_angle": ("blade", 0.01),
     "point_radius": ("blade", 1e-3),
     "radius_offset": ("blade", 1e-3),
+    "eccentricity": ("blade", 1e-3),
     "curvature": ("blade", 1.0),
     "phase": ("phase", 0.01),
 }

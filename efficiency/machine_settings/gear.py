@@ -285,7 +285,11 @@ def _signed_spiral(pair: PairDimensions, points: FlankPoints) -> float:
     return -pair.hand_gear * float(np.arctan(along / around))
 
 
-GEAR_CUTS: dict[str, Callable[[PairDimensions], GearCut]] = {"face_milling": _milled, "face_hobbing": _hobbed}
+GEAR_CUTS: dict[str, Callable[[PairDimensions], GearCut]] = {
+    "face_milling": _milled,
+    "face_hobbing": _hobbed,
+    "two_part_face_hobbing": _hobbed,
+}
 
 
 def pair_dimensions(blank: PairBlank) -> PairDimensions:

@@ -68,6 +68,7 @@ def test_oil_by_two_viscosities_is_the_generic_oil(tmp_path: Path) -> None:
         {"offset": "0 mm", "teeth_pinion": 14, "teeth_gear": 39},
         {"process": "face_hobbing", "teeth_pinion": 11, "teeth_gear": 37, "offset": "25 mm", "spiral_angle": "27 deg"},
         {"process": "face_hobbing", "offset": "0 mm", "finish": "lapped"},
+        {"process": "two_part_face_hobbing"},
     ],
 )
 def test_blank_of_targets_can_be_made(tmp_path: Path, answers: dict[str, str]) -> None:

@@ -1,0 +1,261 @@
+"""Face hobbing with a two-part head against a second algorithm, ISO 23509 and the one-part head."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from twins.two_part_head import HeadFlank, HeadPair
+
+from efficiency.blanks.method_1 import lengthwise_radius
+from efficiency.blanks.pair import pair_blank
+from efficiency.blanks.tangency import PitchCones
+from efficiency.contact.flank_pair import flank_pair
+from efficiency.contact.tooth_grid import gear_thickness, pinion_thickness
+from efficiency.cutting.cutter import FLANK_SIDES
+from efficiency.cutting.flank import CutFlank
+from efficiency.design.design import Design, load_design
+from efficiency.machine_settings.inputs import SettingsInput, load_targets
+from efficiency.machine_settings.settings_result import SettingsResult
+from efficiency.machine_settings.solve import machine_settings
+from ehl.common.errors import InputError
+from ehl.common.units import ARCSEC
+from ehl.common.validation import validate
+
+NAME = "tp_spiral_bevel_12x37_relieved"
+SIDES = {"drive": ("concave", "convex"), "coast": ("convex", "concave")}
+
+
+def targets(blank: str, machine: str = "free_form", **ease_off: float) -> SettingsInput:
+    """Shipped targets of a face-hobbed pair for the two-part head, both members generated."""
+    content = load_targets(blank).model_dump(exclude_unset=True)
+    content["blank"]["process"] = "two_part_face_hobbing"
+    content["cutting"] = {"gear": "generated", "machine": machine}
+    for side in SIDES:
+        content["targets"][side] |= ease_off
+    return validate(SettingsInput, content)
+
+
+@pytest.fixture(scope="module")
+def hypoid() -> SettingsResult:
+    return machine_settings(targets("fh_hypoid_9x34"), transmission=False)
+
+
+@pytest.fixture(scope="module")
+def pairs(hypoid: SettingsResult) -> dict[str, Design]:
+    return {"spiral bevel": load_design(NAME), "hypoid": hypoid.design}
+
+
+def twin(content: dict[str, Any], member: str, side: str) -> HeadFlank:
+    return HeadFlank(content[member][side], content[member]["blank"], side)
+
+
+def places(flank: CutFlank) -> tuple[np.ndarray, np.ndarray]:
+    u, share = (g.ravel() for g in np.meshgrid(np.linspace(-0.45, 0.45, 5), np.linspace(0.35, 0.95, 4)))
+    u = u * flank.blank.face_width
+    return u, flank.blank.height(u, share)
+
+
+def changed(design: Design, member: str, **cutter: Any) -> dict[str, CutFlank]:
+    """Flanks of a member with other values of its cutter."""
+    one = getattr(design, member)
+    out = {}
+    for side in FLANK_SIDES:
+        table = getattr(one, side)
+        out[side] = table.model_copy(update={"cutter": table.cutter.model_copy(update=cutter)}).flank(side, one.blank)
+    return out
+
+
+@pytest.mark.parametrize("pair", ["spiral bevel", "hypoid"])
+def test_flanks_are_the_envelope_of_the_swept_edge(pairs: dict[str, Design], pair: str) -> None:
+    design = pairs[pair]
+    content = design.model_dump()
+    for member in ("pinion", "gear"):
+        for side in FLANK_SIDES:
+            flank, second = design.flank(member, side), twin(content, member, side)
+            assert isinstance(flank, CutFlank)
+            u, h = places(flank)
+            points, found = flank.solve(u, h)
+            assert found.mean() > 0.9
+            target = second.cone(u, h)[:, found]
+            azimuth, _ = second.azimuth(target)
+            off = np.angle(np.exp(1j * (azimuth - points.azimuth[found])))
+            assert np.abs(off * target[0]).max() < 1e-12
+
+
+@pytest.mark.parametrize(("pair", "side"), [("spiral bevel", "drive"), ("hypoid", "coast")])
+def test_unloaded_transmission_error_of_the_second_algorithm(pairs: dict[str, Design], pair: str, side: Any) -> None:
+    design = pairs[pair]
+    path = flank_pair(design.flanks(), side).transmission.path
+    content, (one, other) = design.model_dump(), SIDES[side]
+    mesh = HeadPair(
+        twin(content, "pinion", one), twin(content, "gear", other), float(design.placement().pinion_origin[1, 0])
+    )
+    usable = np.flatnonzero(path.settled & (path.edge < 0))
+    chosen = usable[np.linspace(0, usable.size - 1, 4).astype(int)]
+    sign = -1.0 if side == "drive" else 1.0
+
+    def errors(ahead: float, at: np.ndarray) -> np.ndarray:
+        found = [
+            mesh.touch(sign * path.pinion_angle[k] + ahead, np.array([path.u_pinion[k], path.height_pinion[k]]))[0]
+            for k in at
+        ]
+        return -sign * np.array(found)
+
+    # the phase of the pinion in the frame of its settings, from the slope between the ends; searched from that of the
+    # product
+    ends = chosen[[0, -1]]
+    want = np.diff(path.transmission_error[ends])[0]
+    phase = design.flanks().pinion_phases[SIDES[side][0]]
+    ahead = [phase, phase + 1e-3]
+    off = [np.diff(errors(a, ends))[0] - want for a in ahead]
+    while abs(off[-1]) > 1e-5 * ARCSEC and len(ahead) < 10:
+        ahead.append(ahead[-1] - off[-1] * (ahead[-1] - ahead[-2]) / (off[-1] - off[-2]))
+        off.append(np.diff(errors(ahead[-1], ends))[0] - want)
+    difference = errors(ahead[-1], chosen) - path.transmission_error[chosen]
+    assert np.ptp(path.transmission_error[chosen]) > 5.0 * ARCSEC
+    assert np.ptp(difference) < 1e-3 * ARCSEC
+
+
+@pytest.mark.fast
+def test_without_eccentricity_the_flanks_are_those_of_a_one_part_head() -> None:
+    design = load_design(NAME)
+    for member in ("pinion", "gear"):
+        one = getattr(design, member)
+        for side in FLANK_SIDES:
+            content = getattr(one, side).model_dump()
+            for name in ("eccentricity", "eccentricity_angle"):
+                content["cutter"].pop(name)
+            content["cutter"]["type"] = "face_hobbing"
+            plain = validate(type(getattr(one, side)), content).flank(side, one.blank)
+            flank = changed(design, member, eccentricity=0.0)[side]
+            points, found = flank.solve(*places(flank))
+            assert found.all()
+            np.testing.assert_array_equal(points.position, plain.solve(*places(flank))[0].position)
+
+
+def iso_curvature(eccentricity: float) -> float:
+    """1/rho_mbeta of ISO 23509 [1/m] for blades moved out by an eccentricity: r cos nu grows by it, r sin nu stays."""
+    design, inputs = load_design(NAME), load_targets(NAME).blank
+    spiral, cone = pair_blank(inputs).gear.mean_spiral_angle, design.gear.blank.mean_cone_distance
+    angle, lead = design.gear.blank.pitch_angle, design.gear.concave.cutter.blade_offset_angle
+    cones = PitchCones(angle, angle, cone, cone, spiral, spiral, 0.5)
+    radius = math.hypot(inputs.cutter_radius * math.cos(lead) + eccentricity, inputs.cutter_radius * math.sin(lead))
+    return 1.0 / lengthwise_radius(inputs.model_copy(update={"cutter_radius": radius}), cones)
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("e", [1e-3, 5e-3])
+def test_crowning_of_an_eccentricity_is_that_of_the_lengthwise_radii_of_iso_23509(e: float) -> None:
+    """At the mean point the distance grows with half the difference of the curvatures."""
+    design, u = load_design(NAME), np.linspace(-5e-3, 5e-3, 11)
+    spiral, pressure = (
+        pair_blank(load_targets(NAME).blank).gear.mean_spiral_angle,
+        design.gear.concave.cutter.blade_angle,
+    )
+    none, with_it = (changed(design, "gear", eccentricity=value) for value in (0.0, e))
+    for side, sign in (("concave", 1.0), ("convex", -1.0)):
+        one, other = (flanks[side].solve(u, 0.0 * u)[0] for flanks in (none, with_it))
+        distance = np.sum((other.position - one.position) * one.normal, axis=0)
+        found = np.polynomial.Polynomial.fit(u, distance, 5).convert().coef
+        bent = 0.5 * abs(iso_curvature(sign * e) - iso_curvature(0.0))
+        # positive eccentricity removes material at the ends of both flanks
+        assert found[2] == pytest.approx(-bent * math.cos(pressure) / math.cos(spiral) ** 2, rel=1e-5)
+        assert abs(found[0]) < 1e-9
+        assert abs(found[1]) < 1e-6
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("member", ["pinion", "gear"])
+def test_a_left_hand_member_is_the_mirror_image(member: str) -> None:
+    design = load_design(NAME)
+    one = getattr(design, member)
+    other = "right" if one.blank.hand == "left" else "left"
+    for side in FLANK_SIDES:
+        table, m = getattr(one, side), getattr(one, side).machine
+        turned = {name: -getattr(m, name) for name in ("cradle_angle", "swivel", "blank_offset")}
+        cutter = table.cutter.model_copy(update={"eccentricity": 2e-3, "eccentricity_angle": 0.1})
+        flank = table.model_copy(update={"cutter": cutter}).flank(side, one.blank)
+        mirrored = table.model_copy(update={"cutter": cutter, "machine": m.model_copy(update=turned)})
+        image = mirrored.flank(side, one.blank.model_copy(update={"hand": other}))
+        mirror = np.array([[1.0], [-1.0], [1.0]])
+        points, found = flank.solve(*places(flank))
+        assert found.all()
+        np.testing.assert_allclose(image.solve(*places(flank))[0].position, mirror * points.position, atol=1e-12)
+
+
+@pytest.mark.parametrize("pair", ["spiral bevel", "hypoid"])
+def test_mean_thickness_is_that_of_the_blank(pairs: dict[str, Design], pair: str) -> None:
+    inputs = load_targets(NAME if pair == "spiral bevel" else "fh_hypoid_9x34")
+    wanted, flanks = pair_blank(inputs.blank.model_copy(update={"gear_cutting": "generated"})), pairs[pair].flanks()
+    gear, pinion = (
+        thickness(flanks, np.array([-blank.middle_shift]), np.zeros(1))[0]
+        for thickness, blank in ((gear_thickness, wanted.gear), (pinion_thickness, wanted.pinion))
+    )
+    assert gear == pytest.approx(wanted.gear.mean_normal_thickness, rel=1e-6)
+    # touching flanks against the fit on the whole of both
+    assert pinion == pytest.approx(wanted.pinion.mean_normal_thickness, abs=5e-6)
+
+
+@pytest.mark.fast
+def test_thickness_along_the_face() -> None:
+    """Without eccentricity both traces are one curve, turned; with it a tooth loses at its ends what crowns it."""
+    design, e, u = load_design(NAME), 1e-3, np.array([-13e-3, 0.0, 13e-3])
+    none, with_it = (changed(design, "gear", eccentricity=value) for value in (0.0, e))
+
+    def angles(flanks: dict[str, CutFlank]) -> np.ndarray:
+        one, other = (flanks[side].solve(u, 0.0 * u)[0].azimuth for side in FLANK_SIDES)
+        return np.asarray(np.angle(np.exp(1j * (other - one))))
+
+    plain = angles(none)
+    np.testing.assert_allclose(plain, plain[1], atol=1e-12)
+    points = none["concave"].solve(u, 0.0 * u)[0]
+    across = np.hypot(*points.position[:2]) * np.cos(points.angles(design.gear.blank.pitch_angle)[0])
+    wider = across * np.abs(angles(with_it) - plain)
+    run = u[0] / np.cos(points.angles(design.gear.blank.pitch_angle)[0][1])
+    assert wider[1] < 1e-9
+    # the odd terms cancel in the mean of toe and heel
+    crowned = 0.5 * (iso_curvature(-e) - iso_curvature(e)) * run**2
+    assert 0.5 * (wider[0] + wider[2]) == pytest.approx(crowned, rel=5e-3)
+
+
+def test_hypoid_from_targets(hypoid: SettingsResult) -> None:
+    assert hypoid.status == "converged"
+    assert hypoid.rms < 1e-6
+    assert max(np.abs(flank.fitted.root_error).max() for flank in hypoid.flanks) < 0.2e-3
+    pinion = hypoid.design.pinion
+    assert pinion.concave.machine == pinion.convex.machine
+    for side in FLANK_SIDES:
+        assert 0.5e-3 < getattr(pinion, side).cutter.eccentricity < 5e-3
+        assert getattr(hypoid.design.gear, side).cutter.eccentricity == 0.0
+
+
+def test_eccentricity_is_proportional_to_the_crowning() -> None:
+    found = []
+    for crowning in (20e-6, 40e-6):
+        wanted = targets("fh_spiral_bevel_12x37", "cradle", crowning_toe=crowning, crowning_heel=crowning)
+        result = machine_settings(wanted, transmission=False)
+        assert result.rms < 1.2e-6
+        root = np.concatenate([flank.fitted.root_error for flank in result.flanks])
+        assert np.abs(root).max() < 30e-6
+        found.append(sum(getattr(result.design.pinion, side).cutter.eccentricity for side in FLANK_SIDES))
+    assert found[1] / found[0] == pytest.approx(2.0, rel=0.1)
+
+
+def test_crowning_beyond_the_head_is_refused() -> None:
+    with pytest.raises(InputError) as raised:
+        machine_settings(targets("fh_spiral_bevel_12x37", crowning_toe=1e-3, crowning_heel=1e-3), transmission=False)
+    assert raised.value.field == "eccentricity"
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("value", [None, -6e-3, 16e-3, 0.1, float("nan")])
+def test_invalid_eccentricities_are_refused(value: float | None) -> None:
+    content = load_design(NAME).model_dump()
+    cutter = content["pinion"]["concave"]["cutter"]
+    cutter["eccentricity"] = value
+    if value is None:
+        del cutter["eccentricity"]
+    with pytest.raises(InputError) as raised:
+        validate(Design, content)
+    assert raised.value.field == "pinion.concave.cutter.eccentricity"
