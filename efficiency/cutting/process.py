@@ -308,7 +308,7 @@ class FaceHobbing(CuttingProcess):
 HOLLOW, ECCENTRIC = -5e-3, 0.02
 
 
-def check_eccentricity(value: float, radius: float, crowned: str = "") -> None:
+def check_eccentricity(value: float, radius: float, crowned: str = "", field: str = "eccentricity") -> None:
     """Raise an `InputError` for an eccentricity outside the range of a head of a given radius [m].
 
     crowned: flank of the pinion whose crowning requires the eccentricity.
@@ -319,7 +319,7 @@ def check_eccentricity(value: float, radius: float, crowned: str = "") -> None:
         remedy = f"Increase crowning_toe and crowning_heel of the {crowned} pinion flank, or reduce its bias."
         if value > limit:
             remedy = f"It reaches about {limit / value:.0%} of the lengthwise crowning of the {crowned} pinion flank."
-        raise InputError("eccentricity", f"{value * 1e3:.4g} mm", allowed, remedy if crowned else "")
+        raise InputError(field, f"{value * 1e3:.4g} mm", allowed, remedy if crowned else "")
 
 
 class TwoPartCutter(FaceHobbingCutter):

@@ -10,7 +10,7 @@ angle for a generated one.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -137,9 +137,14 @@ def turned(angle: float) -> FloatArray:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def cut_gear(pair: PairDimensions) -> GearCut:
-    """Both flanks of the gear."""
-    return GEAR_CUTS[pair.process.name](pair)
+def cut_gear(pair: PairDimensions, eccentricity: float = 0.0) -> GearCut:
+    """Both flanks of the gear, with an eccentricity of the parts of a two-part head [m]."""
+    cut = GEAR_CUTS[pair.process.name](pair)
+    if not eccentricity:
+        return cut
+    blades = {side: cut.flank(side).blade for side in FLANK_SIDES}
+    moved = {side: replace(blade, eccentricity=blade.sign * eccentricity) for side, blade in blades.items()}
+    return replace(cut, **{side: replace(cut.flank(side), blade=blade) for side, blade in moved.items()})
 
 
 def _tool(pair: PairDimensions, shift: float) -> tuple[ToolPose, float]:

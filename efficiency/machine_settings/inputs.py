@@ -10,7 +10,7 @@ from efficiency.blanks.inputs import GenerationName, PairBlankInput, load_blank
 from efficiency.contact.conjugate import read_ease_off_map
 from efficiency.contact.relief import MemberRelief
 from efficiency.cutting.cutter import FlankSide
-from efficiency.cutting.process import PROCESSES
+from efficiency.cutting.process import ECCENTRIC, PROCESSES, check_eccentricity
 from efficiency.design.flank_input import from_folder
 from efficiency.loss.kinematics import OperatingPoint
 from ehl.common.data import named_file
@@ -43,6 +43,8 @@ class Cutting(InputModel):
     # otherwise curved
     blades: Literal["straight", "curved"] | None = None
     radius_offsets: Literal["free", "none"] = "free"
+    # eccentricity of both parts of a two-part head for the gear [m]; the pinion has the rest of the crowning
+    gear_eccentricity: Annotated[float, ValueRange("m", ge=0.0, le=ECCENTRIC)] = 0.0
 
 
 class FlankTarget(InputModel):
@@ -147,6 +149,11 @@ class SettingsInput(InputModel):
                 f"{self.blank.gear_cutting}, the gear_cutting of the blank",
                 "Change one of both, or omit gear_cutting in the blank.",
             )
+        if value := self.cutting.gear_eccentricity:
+            if "eccentricity" not in PROCESSES[self.blank.process].cutter.model_fields:
+                allowed = "no value: only a two-part head has eccentric axes"
+                raise InputError("cutting.gear_eccentricity", f"{value * 1e3:.4g} mm", allowed)
+            check_eccentricity(value, self.blank.cutter_radius, field="cutting.gear_eccentricity")
         if self.blank.inside_blade_angle_gear is not None:
             raise InputError(
                 "blank.inside_blade_angle_gear",

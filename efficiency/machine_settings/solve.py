@@ -154,7 +154,7 @@ class _Start:
 @lru_cache(maxsize=4)
 def _start(blank_input: PairBlankInput, cutting: Cutting) -> _Start:
     pair = pair_dimensions(pair_blank(blank_input.model_copy(update={"gear_cutting": cutting.gear})))
-    gear = cut_gear(pair)
+    gear = cut_gear(pair, cutting.gear_eccentricity)
     grid = grid_on_gear(pair, gear)
     return _Start(pair, gear, grid, {side: conjugate_start(pair, gear, side, grid) for side in FLANK_SIDES})
 

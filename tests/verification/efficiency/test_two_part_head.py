@@ -242,6 +242,30 @@ def test_eccentricity_is_proportional_to_the_crowning() -> None:
     assert found[1] / found[0] == pytest.approx(2.0, rel=0.1)
 
 
+def test_gear_and_pinion_share_the_eccentricity() -> None:
+    plain, sums, found = targets("fh_hypoid_9x34_offset_10", "cradle"), [], []
+    for value in (0.0, 1e-3):
+        cutting = plain.cutting.model_copy(update={"gear_eccentricity": value})
+        result = machine_settings(plain.model_copy(update={"cutting": cutting}), transmission=False)
+        assert result.rms < 1.5e-6
+        assert result.design.gear.concave.cutter.eccentricity == pytest.approx(value)
+        found.append(result.design.pinion.concave.cutter.eccentricity)
+        sums.append(found[-1] + result.design.gear.convex.cutter.eccentricity)
+    assert found[1] < 0.7 * found[0]
+    assert sums[1] == pytest.approx(sums[0], rel=0.05)
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize(("process", "value"), [("face_hobbing", 1e-3), ("two_part_face_hobbing", 16e-3)])
+def test_gear_eccentricity_is_checked(process: str, value: float) -> None:
+    content = targets("fh_hypoid_9x34").model_dump(exclude_unset=True)
+    content["blank"]["process"] = process
+    content["cutting"]["gear_eccentricity"] = value
+    with pytest.raises(InputError) as raised:
+        validate(SettingsInput, content)
+    assert raised.value.field == "cutting.gear_eccentricity"
+
+
 def test_crowning_beyond_the_head_is_refused() -> None:
     with pytest.raises(InputError) as raised:
         machine_settings(targets("fh_spiral_bevel_12x37", crowning_toe=1e-3, crowning_heel=1e-3), transmission=False)
