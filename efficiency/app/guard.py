@@ -13,15 +13,15 @@ NO_TOKEN = "Open the page with the whole address that `mixed-ehl app` printed: t
 
 
 class Guard:
-    """ASGI middleware that refuses what does not come from the page itself, on HTTP and websocket.
+    """ASGI middleware that rejects requests from outside the page, on HTTP and websocket.
 
     A name that points to 127.0.0.1 (DNS rebinding) is rejected by the header Host, a page of another address by Origin,
-    and another user or program of this machine by the token. The token stands in the address at first, then in a cookie
+    and another user or program of this machine by the token. The token is first in the address, then in a cookie
     that browsers send only from the page.
 
-    app: what is guarded.
-    port: the page is served on.
-    token: of the address.
+    app: the guarded application.
+    port: port of the page.
+    token: token of the address.
     """
 
     def __init__(self, app: Callable[..., Awaitable[None]], port: int, token: str) -> None:

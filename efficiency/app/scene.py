@@ -91,7 +91,7 @@ _LONGEST = 40  # characters of a field
 
 @dataclass(frozen=True)
 class Scene:
-    """What a user has set; empty texts stand for what the design says."""
+    """Settings of the user; an empty text denotes the value of the design."""
 
     design: str  # shipped design, or the file the program was started with
     side: str = "drive"
@@ -117,7 +117,7 @@ class Scene:
     hypoid_offset: str = ""
 
     def values(self, *names: str) -> dict[str, str]:
-        """Fields that are not empty, with their units; `InputError` of all that are no number."""
+        """Fields that are not empty, with their units; `InputError` with all invalid numbers."""
         found, wrong = {}, []
         for name in names:
             text = str(getattr(self, name)).strip()
@@ -193,7 +193,7 @@ class SceneAnswer:
         return [[round(1e3 * float(x), 3), round(1e3 * float(y), 3)] for x, y in corners]
 
     def headline(self) -> str:
-        """Efficiency with its interval; without an answer the notes say why."""
+        """Efficiency with its interval; without a result the notes contain the reason."""
         found = self.result
         if found.status == "failed":
             return "no result"
@@ -342,7 +342,7 @@ class Bench:
         return rpm, {name: losses.values(f"loss_{name}").round(2).tolist() for name in SOURCES}
 
     def answer(self, scene: Scene) -> SceneAnswer:
-        """Efficiency and all that the page draws of one scene."""
+        """Efficiency and all figures of the page for one scene."""
         self.oil(scene)
         friction = self.friction(scene)
         loaded = self.loaded(scene)

@@ -125,7 +125,7 @@ def changenet_velex_loss(wheels: tuple[Wheel, Wheel], bath: OilBath) -> float:
 def iso_14179_2_loss(wheels: tuple[Wheel, Wheel], bath: OilBath) -> float:
     """Churning loss of the stage [W]: one torque on the shaft of the gear, or of the pinion if the gear runs dry.
 
-    At each gear by itself, b^3 would count twice, and a small pinion that turns fast would lose most of it.
+    Applied to each gear separately, b^3 would count twice, and a small fast pinion would cause most of the loss.
     """
     dipping = 1 if bath.depths[1] > 0.0 else 0
     depth = math.fsum(min(h, 2.0 * wheel.radius_tip) for wheel, h in zip(wheels, bath.depths, strict=True))

@@ -219,7 +219,8 @@ class AxleResult(LossTable):
         rows = []
         for row in map(asdict, self.bearings):
             parts = row.pop("parts")
-            rows.append(row | {f"moment, {name}": value for name, value in parts.items()})
+            rows.append({name.replace("_", " "): value for name, value in row.items()})
+            rows[-1] |= {f"moment, {name}": value for name, value in parts.items()}
         return Table.from_records(rows, title="Bearings: loads [N], moments [N m], losses [W].", name="bearings")
 
     def to_dict(self) -> dict[str, Any]:

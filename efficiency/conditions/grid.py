@@ -292,9 +292,9 @@ class Grid(Tabular, PointsResult):
     def _repr_html_(self) -> str:
         names = ("efficiency", "power_loss", "friction_coefficient_mean", "outside_range_share", "status", "reason")
         frame = self.to_frame().head(20)
-        shown = frame[[*self.axes, *(name for name in names if name in frame)]].to_dict("records")
+        shown = frame[[*self.axes, *(name for name in names if name in frame)]]
         more = (f"20 of {len(self.points)} points",) * (len(self.points) > len(shown))
-        return Table.from_records(shown, notes=more).html()
+        return Table([str(name) for name in shown], shown.to_numpy().tolist(), notes=more).html()
 
 
 @dataclass(frozen=True)

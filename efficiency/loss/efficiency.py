@@ -325,6 +325,8 @@ def _notes(
         notes += (f"shafts and bearings deflect: {ways}, shaft angle {angle:.4g} arcmin, after {moved.rounds} rounds",)
     if isinstance(model, Formula) and (other := model.oil_note(oil)):
         notes += (other,)
+    if isinstance(model, Formula) and _outside_range(points, friction) > 0.01:
+        notes += tuple(filter(None, (model.range_note(points.state, oil=oil),)))
     finishes = (operation.finish_pinion, operation.finish_gear)
     if isinstance(model, Formula) and any(finish is not None and finish.state == "new" for finish in finishes):
         notes += (f"new surfaces, but {name} was fitted to run-in surfaces: friction is about 5 % too low",)

@@ -77,4 +77,5 @@ def comparison_notes(comparison: Comparison) -> list[Note]:
 
 def outside_note(share: float, model: str) -> str:
     """A note if more than 1 % of the sliding power lies outside the range of a friction model; otherwise empty."""
-    return f"{percent(share, 1)} % of the sliding power lies outside the range of {model}" if share > 0.01 else ""
+    text = f"{percent(share, 1)} % of the sliding power lies outside the range of {model}; friction `ehl` has no range"
+    return text if share > 0.01 else ""

@@ -84,7 +84,7 @@ def why_not_identifiable(
     parameter = PARAMETERS[name]
     if quantile * found.alone[j] > IDENTIFIABLE:
         width = _factor(quantile * found.alone[j])
-        return f"the friction of these rows hardly depends on it; 95 % interval with known others: factor {width}"
+        return f"the friction of these rows hardly depends on it; 95 % interval if the others are known: factor {width}"
     if interval is not None and math.isfinite(interval.low) != math.isfinite(interval.high):
         least = math.isfinite(interval.low)
         end = quantity(parameter.name).text(math.exp(interval.low if least else interval.high), 3)

@@ -1,4 +1,4 @@
-"""From recorded values to the text of an expression; each language says how it writes operators and functions."""
+"""Text of an expression from recorded values; operators and functions in the syntax of each language."""
 
 import math
 import textwrap
@@ -124,7 +124,7 @@ class Printer:
 
 
 _LINE = 130  # characters; two more mark a line that goes on
-# what C, Fortran and MATLAB call alike; NaN goes through larger and smaller, as in numpy
+# functions with the same name in C, Fortran and MATLAB; maximum and minimum propagate NaN as in numpy
 LIBRARY = {
     "absolute": "abs",
     "arctan": "atan",

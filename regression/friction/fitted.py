@@ -226,10 +226,11 @@ class FittedFormula(FrictionModel, InputModel):
         return moved
 
     def beyond(self, conditions: Conditions) -> list[tuple[str, float, float]]:
-        """Variables outside their ranges at one point: name, value and exceeded limit in SI units."""
+        """Variables outside their ranges at any point: name, smallest or largest value, exceeded limit; SI units."""
         moved, found = self.with_roughness_in_range(conditions), []
         for name, (low, high) in self.ranges.items():
-            value = float(np.ravel(moved[name])[0])
+            values = np.ravel(moved[name])
+            value = float(values.max() if values.max() > high + RANGE_TOLERANCE * abs(high) else values.min())
             if not low - RANGE_TOLERANCE * abs(low) <= value <= high + RANGE_TOLERANCE * abs(high):
                 found.append((name, value, low if value < low else high))
         return found
@@ -354,7 +355,7 @@ class FittedFormula(FrictionModel, InputModel):
             note = f"  ({self.dropped[term]})" if term in self.dropped else ""
             error = self.standard_errors.get(term)
             spread = f" +- {error:.3g}" if error is not None and not note else ""
-            lines.append(f"  {term} = {self.coefficients[term]:.9g}{spread}{note}")
+            lines.append(f"  {term} = {self.coefficients[term]:.{4 if spread else 9}g}{spread}{note}")
         if network := self.network:
             what = f"the mean of {len(network.members)} networks of 2 x {network.units} units"
             lines += ["", f"X/(1 - X) times exp(a), F/(1 - X)^1.5 times exp(b); a, b {what} in"]

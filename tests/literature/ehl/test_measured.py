@@ -91,4 +91,4 @@ def test_every_measured_figure_has_source_licence_and_mark(name: str) -> None:
     entry = tomllib.loads(data_path("reference/measured", "ranges.toml").read_text(encoding="utf-8"))[name]
     assert entry["source"]
     assert entry["licence"]
-    assert entry["mark"] in ("read", "abstract", "secondary", "memory")
+    assert entry["mark"] in ("read", "abstract", "secondary", "unverified")

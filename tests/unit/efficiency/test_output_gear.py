@@ -175,7 +175,7 @@ def test_another_oil_and_what_lies_outside_the_range_are_said(geared: Meshed, tm
     shares = [point.outside_range_share for point in grid.results]
     assert shares[0] > shares[1]
     [table] = efficiency_grids(grid)
-    assert f"up to {100.0 * shares[0]:.1f} % of the sliding power, at 300" in table.notes[0]
+    assert f"at most {100.0 * shares[0]:.1f} % of the sliding power, at 300" in table.notes[0]
     other = [note for note in grid.results[0].notes if "was fitted to 75w90, not to fva3" in note]
     assert len(other) == 1
     assert not any("was fitted to" in note for note in mesh.load(300.0).efficiency("75w90", oil="75w90").notes)
