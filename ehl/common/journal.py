@@ -13,6 +13,7 @@ import contextlib
 import json
 import os
 import re
+import stat
 import tempfile
 import threading
 import time
@@ -70,7 +71,9 @@ class Journal:
         make_folder(path.parent, self.field)
         try:
             self._file = open(path, "a+b", buffering=0)  # noqa: SIM115 (closed by `close`)
+            _require_file(os.fstat(self._file.fileno()))
         except OSError as error:
+            self.close()
             raise InputError(self.field, str(path), "a file that can be read and written", f"{error}.") from None
         try:
             self._lock(self._file)
@@ -211,6 +214,7 @@ def header_of(path: Path, field: str = "run") -> dict[str, Any]:
     Raises `InputError`: the file is not a journal, cannot be read, or has a newer schema.
     """
     try:
+        _require_file(os.stat(path))  # a pipe would be waited for
         with open(path, "rb") as file:
             header = _content(file.readline())
     except OSError as error:
@@ -222,6 +226,11 @@ def header_of(path: Path, field: str = "run") -> dict[str, Any]:
         hint = f"It was written by the newer version {header.get('writer')}; update mixed-ehl to read it."
         raise InputError(f"{path.name}.schema", schema, f"at most {SCHEMA}", hint)
     return header
+
+
+def _require_file(status: os.stat_result) -> None:
+    if not stat.S_ISREG(status.st_mode):
+        raise OSError("It is a folder, pipe or device, not a file")
 
 
 def read_rows(path: Path) -> Iterator[dict[str, Any]]:

@@ -130,7 +130,8 @@ def run_files(run: Path) -> list[Path]:
             raise InputError("run", str(run), "a folder or file of results", f"{kind} {hint}".strip())
         return [run]
     found = sorted([*run.glob(f"*{JOURNAL}"), *run.glob("*.h5")]) if os.path.isdir(run) else []
-    files = [path for path in found if path.stat().st_size > 0]  # without journals that have just been created
+    # without journals that have just been created, and links to files that are gone
+    files = [path for path in found if os.path.exists(path) and path.stat().st_size > 0]
     if not files:
         raise InputError("run", str(run), "a folder or file of results", hint)
     return files

@@ -131,6 +131,18 @@ def test_friction_falls_to_zero_with_a_continuous_slope_below_the_least_sliding(
     assert (value.flag[[3, 4, 6, 7]] == FrictionFlag.OUTSIDE_RANGE).tolist() == [True, True, False, False]
 
 
+def test_ranges_that_begin_or_end_at_zero() -> None:
+    """Data with pure rolling or smooth surfaces: friction has no smallest sliding, and any roughness is outside."""
+    ranges = XU["ranges"] | {"slide_to_roll_total": [0.0, 1.2], "roughness_rms": [0.0, 0.0]}
+    formula = Formula.model_validate(XU | {"ranges": ranges})
+    points = conditions_of(state(slide_to_roll=np.array([1e-4, 0.3, 2.4])), OIL)
+    value = formula.evaluate(points)
+    np.testing.assert_allclose(value.mu, np.exp(formula.form.log_mu(points, formula.coefficients, 0.1)), rtol=1e-12)
+    assert (value.flag == FrictionFlag.OUTSIDE_RANGE).all()
+    # beyond a range that ends at zero there is no factor; twice the largest sliding is one
+    np.testing.assert_allclose(formula.excess(points), [0.0, 0.0, np.log(2.0)], rtol=1e-9)
+
+
 BANDS = [{"low": 1, "high": 0.5, "count": 1, "log_width": 0.1}]
 
 
@@ -274,6 +286,9 @@ def test_what_a_formula_of_a_file_has_and_lacks(tmp_path: Path) -> None:
     other = Oil.load("fva3").model_copy(update={"heat_capacity": 2345.0})
     assert shipped.oil_flag(other) == FrictionFlag.OTHER_CARD
     assert shipped.oil_note(other)
+    of_all = Formula.load("gear")
+    assert of_all.interval.other_oil is not None
+    assert f"{100.0 * np.expm1(of_all.interval.other_oil):.0f} %" in of_all.oil_note(Oil.load("minr"))
     assert len(shipped.to_text()) > len(shipped.equation)
     thin: dict[str, Any] = {"pressure_hertz": "0.2 GPa", "radius_equivalent": "3.2 mm", "speed_entrainment": "0.05 m/s"}
     thin |= {"roughness_rms": "0.04 um", "correlation_length": "10 um", "temperature": "30 degC"}

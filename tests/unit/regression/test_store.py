@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -17,9 +18,10 @@ import numpy as np
 import pytest
 from refusals import refuses
 
+from ehl.common.data import data_path
 from ehl.common.errors import InputError
 from ehl.common.journal import SCHEMA as JOURNAL_SCHEMA
-from ehl.common.journal import Journal, header_of
+from ehl.common.journal import Journal, header_of, read_rows
 from regression.data.result_files import (
     NUMBER_UNITS,
     SAME_RUN,
@@ -176,10 +178,14 @@ def test_other_and_corrupt_journals(path: Path, content: bytes) -> None:
     assert path.read_bytes() == content
 
 
-def test_a_folder_is_no_journal(tmp_path: Path) -> None:
-    for use in (lambda: journal(tmp_path), lambda: header_of(tmp_path)):
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no FIFOs here")
+@pytest.mark.parametrize("kind", ["folder", "pipe", "device"])
+def test_folders_pipes_and_devices_are_no_journals(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "shard.jsonl"
+    {"folder": os.mkdir, "pipe": os.mkfifo, "device": partial(os.symlink, "/dev/full")}[kind](path)
+    for use in (journal, header_of, lambda path: list(read_rows(path)), read_file):
         with refuses("run"):
-            use()
+            use(path)
 
 
 def test_other_and_corrupt_merged_files(merged: Path) -> None:
@@ -319,9 +325,25 @@ def test_merge_sorts_and_removes_doubles(path: Path, tmp_path: Path) -> None:
 
 
 def test_runs_that_are_not_there(tmp_path: Path) -> None:
-    for run in (tmp_path, tmp_path / "none"):
+    (gone := tmp_path / "gone").mkdir()
+    (gone / "shard.jsonl").symlink_to("nowhere")
+    for run in (tmp_path, tmp_path / "none", gone):
         with pytest.raises(InputError, match="Run `mixed-ehl sweep"):
             read_run(run)
+
+
+@pytest.mark.parametrize(
+    ("text", "command"),
+    [('{"schema": 1}', "mu"), ("torque,speed\n1,2\n", "duty"), ("<p>report</p>", "report"), ("a = 1", "sweep"),
+     (data_path("oils", "fva3.toml").read_text(encoding="utf-8"), "oil")],
+)  # fmt: skip
+def test_a_file_of_another_kind_is_named(text: str, command: str, tmp_path: Path) -> None:
+    path = tmp_path / "given.txt"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        read_run(path)
+    assert caught.value.field == "run"
+    assert command in caught.value.hint
 
 
 NUMBERS = {name: float(i) for i, name in enumerate(NUMBER_UNITS)}
