@@ -2,7 +2,6 @@
 
 import functools
 import inspect
-import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -169,8 +168,11 @@ FreshOption = Annotated[
 def started_store(folder: Path, fresh: bool) -> Path:
     """File of finished points in an output folder; it is deleted if the run starts again."""
     store = folder / "points.jsonl"
-    if fresh and os.path.exists(store):
-        store.unlink()
+    if fresh:
+        try:
+            store.unlink(missing_ok=True)
+        except OSError as error:
+            raise InputError("--fresh", str(store), "a file that can be deleted", f"{error}.") from None
     return store
 
 

@@ -282,7 +282,9 @@ def _in_a_line(error: Exception) -> str:
 def _write_log() -> str:
     """Write the details of the current error into a file; returns the sentence with its path."""
     lines = [f"mixed-ehl {__version__}, Python {platform.python_version()}, {platform.platform()}"]
-    lines += [f"arguments: {sys.argv[1:]!r}", f"folder: {os.getcwd()}", "", traceback.format_exc()]
+    lines += [f"arguments: {sys.argv[1:]!r}", "", traceback.format_exc()]
+    with contextlib.suppress(OSError):  # the working folder may have been deleted
+        lines.insert(2, f"folder: {os.getcwd()}")
     start = f"mixed-ehl-fault-{time.strftime('%Y%m%d-%H%M%S')}-"
     for folder in (tempfile.gettempdir, os.getcwd):
         with contextlib.suppress(OSError, InputError):

@@ -178,11 +178,13 @@ class _Holder:
                 os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o644))
                 break
             except FileExistsError:
-                touched = path.stat().st_mtime
-                time.sleep(BEAT)
-                with contextlib.suppress(FileNotFoundError):
-                    if path.stat().st_mtime == touched and self._age() > STALE:
+                with contextlib.suppress(OSError):
+                    touched = path.lstat().st_mtime
+                    time.sleep(BEAT)
+                    if path.lstat().st_mtime == touched and self._age() > STALE:
                         path.unlink()
+            except OSError as error:
+                raise InputError(field, str(path), "a folder that can be written", f"{error}.") from None
         else:
             hint = (
                 f"The file system has no locks, and {path.name} shows a writer. Is the same shard running? If its "
@@ -194,7 +196,7 @@ class _Holder:
 
     def _age(self) -> float:
         with tempfile.NamedTemporaryFile(dir=self._path.parent) as now:
-            return os.stat(now.name).st_mtime - self._path.stat().st_mtime
+            return os.stat(now.name).st_mtime - self._path.lstat().st_mtime
 
     def _beat(self) -> None:
         while not self._end.wait(BEAT):

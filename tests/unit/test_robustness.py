@@ -85,11 +85,13 @@ def test_a_fault_without_a_place_for_its_log(
 ) -> None:
     monkeypatch.setattr(efficiency, "doctor", lambda **options: 1 // 0)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "gone"))
-    monkeypatch.setattr(os, "getcwd", lambda: str(tmp_path / "gone"))
+    (tmp_path / "deleted").mkdir()
+    monkeypatch.chdir(tmp_path / "deleted")
+    (tmp_path / "deleted").rmdir()
     with pytest.raises(SystemExit) as end:
         efficiency.cli.main()
     assert end.value.code == 70
-    assert capsys.readouterr().err
+    assert capsys.readouterr().err.count("\n") == 1
 
 
 @pytest.mark.parametrize("text", ["x = " + "[" * 100_000, "x = " + "[" * 60 + "]" * 60, "x" + ".x" * 60 + " = 1"])

@@ -5,11 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import refuses
 from small_plans import gear_plan, sweep_plan
 
 import regression
 from ehl import ContactState, InputError, Oil
 from regression.data.result_files import read_run
+from regression.formula import FitRecord
 
 XU = "xu_kahraman_2007"
 
@@ -54,6 +56,34 @@ def test_a_fit_of_half_a_run_says_what_is_missing(tmp_path: Path, capsys: pytest
     whole = regression.sweep(plan, tmp_path / "run", formula=XU, jobs=1, shard=(2, 2))
     regression.fit(whole, "power_law").show()
     assert "are not there" not in capsys.readouterr().out
+
+
+def test_a_fit_has_its_data_and_a_file_needs_them(tmp_path: Path) -> None:
+    run = regression.sweep(regression.Plan.from_dict(gear_plan("fit", {"size": 64})), tmp_path, formula=XU, jobs=1)
+    fitted, other = regression.fit(run, "power_law"), regression.fit(run, "xu")
+    fitted.save(tmp_path / "fitted.json")
+    loaded = regression.Formula.load(tmp_path / "fitted.json")
+    assert fitted.to_frame().term.tolist() == list(loaded.coefficients)
+    titles = [section.title for section in fitted.sections()]
+    assert titles == [section.title for section in loaded.sections(dataset=run)]
+    assert len(titles) > len(loaded.sections("terminal")) > 0
+    for axes in (fitted.plot(), loaded.plot(dataset=run)):
+        assert (
+            sum(len(points.get_offsets()) for points in axes.collections)
+            + sum(len(line.get_xdata()) for line in axes.lines)
+            >= fitted.data.used
+        )
+    both = regression.Formula.of(fitted, FitRecord((fitted, other), ("power_law", "xu"), run.dataset()))
+    assert [text.count("<table") for text in (fitted._repr_html_(), both._repr_html_())] == [1, 2]
+    for field, use in (
+        ("dataset", loaded.sections),
+        ("dataset", loaded.plot),
+        ("nested", lambda: regression.fit(run, "power_law", nested=True)),
+        ("hull", lambda: loaded.in_convex_hull("gear_fva3_noise")),
+        ("friction model", lambda: regression.friction_model("0,05")),
+    ):
+        with refuses(field):
+            use()
 
 
 def test_shards_and_failed_cases(tmp_path: Path) -> None:

@@ -275,6 +275,22 @@ def test_a_writer_without_locks_counts_as_killed_after_a_minute(
     assert shown.exists() is not killed
 
 
+@pytest.mark.parametrize("kind", ["dangling", "folder", "refused"])
+def test_a_sign_of_a_writer_that_cannot_be_made_is_refused(
+    path: Path, naps: list[float], kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shown = path.with_name(f"{path.name}.writer")
+    if kind == "refused":
+        opened = os.open
+        monkeypatch.setattr(os, "open", lambda name, *how: opened("/nowhere/x" if name == shown else name, *how))
+    else:
+        shown.mkdir() if kind == "folder" else shown.symlink_to("nowhere")
+        os.utime(shown, (0.0, 0.0), follow_symlinks=False)
+    with journal(path) if kind == "dangling" else refuses("run"):
+        journal(path) if kind != "dangling" else None
+    assert os.path.lexists(shown) is (kind == "folder")
+
+
 class FullDisk(io.FileIO):
     """A file on a disk with room for 100 bytes."""
 
