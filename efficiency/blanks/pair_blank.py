@@ -343,13 +343,15 @@ def rating_tables(flanks: dict[str, FlankRating], notes: Sequence[str] = ()) -> 
     note = "after public sources, not the standard: not a certified calculation"
     return [
         Table(
-            ["side", *_columns(shared)],
+            ["side", *_columns(shared, 4)],
             [(side, *(getattr(flank, name) for name in shared)) for side, flank in flanks.items()],
             "load capacity after ISO 10300, Method B1",
             name="rating",
             vertical=True,
         ),
-        Table(["side", "member", *_columns(own)], rows, "stresses and safety", [*notes, note], "safety", vertical=True),
+        Table(
+            ["side", "member", *_columns(own, 4)], rows, "stresses and safety", [*notes, note], "safety", vertical=True
+        ),
     ]
 
 
@@ -379,12 +381,12 @@ _DRAWING = (
 _DECIMALS = 12  # in SI; smaller values are rounding error
 
 
-def _columns(names: Sequence[str]) -> list[Column]:
-    return [_column(name) for name in names]
+def _columns(names: Sequence[str], digits: int = 6) -> list[Column]:
+    return [_column(name, digits=digits) for name in names]
 
 
-def _column(name: str, place: str = "") -> Column:
+def _column(name: str, place: str = "", digits: int = 6) -> Column:
     entry = quantity(name)
     label = f"{entry.label}, {place}" if place else entry.label
     symbol = f" ({entry.symbol})" if entry.symbol else ""
-    return Column(f"{name}_{place}" if place else name, of=name, label=label + symbol, digits=6)
+    return Column(f"{name}_{place}" if place else name, of=name, label=label + symbol, digits=digits)

@@ -43,7 +43,7 @@ def flank_table(geometry: PairGeometry) -> Table:
         "flank",
         Column("spiral_angle", digits=5),
         Column("pressure_angle_normal", of="spiral_angle", label="pressure angle, normal", digits=5),
-        Column("lowest", of="share", label="height of the lower end / depth"),
+        Column("lowest", of="share", label="lower end / depth"),
     ]
     rows = [
         (

@@ -293,7 +293,8 @@ def influence_table(study: Study) -> Table:
     """Levels of each parameter, and minimum and maximum efficiency of each design."""
     columns: list[Column | str] = ["parameter", "levels"]
     for design in study.designs:
-        columns += [Column(f"{design}: {end}", "efficiency", f"{design}, {end}") for end in ("minimum", "maximum")]
+        of = f"{design}, " * (len(study.designs) > 1)
+        columns += [Column(f"{design}: {end}", "efficiency", of + end) for end in ("minimum", "maximum")]
     rows: list[tuple[object, ...]] = []
     at = [study.reference_point(design).efficiency for design in study.designs]
     rows.append(("reference", reference_text(study), *(value for value in at for _ in range(2))))
