@@ -42,6 +42,13 @@ FAST = {
     "golden": ("golden"),
 }
 
+# files that reach with those of `fast` every line and branch of input, units, formula files and journal
+PARTS = {
+    "unit/ehl": "running_in roughness_measured measured_surface",
+    "unit/regression": "store formula interface datasets",
+    "unit": "mistakes",
+}
+
 # files of the longest tests, which come first: none is left to one process when the others have ended
 LONGEST = (
     "verification/test_wheel verification/regression/test_real_slurm unit/test_examples unit/test_pages "
@@ -185,7 +192,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 _TESTS = Path(__file__).parent
 _FIRST = [_TESTS / f"{name}.py" for name in LONGEST.split()]
-_FAST = {_TESTS / folder / f"test_{name}.py" for folder, names in FAST.items() for name in names.split()}
+_FAST, _PARTS = (
+    {_TESTS / folder / f"test_{name}.py" for folder, names in table.items() for name in names.split()}
+    for table in (FAST, PARTS)
+)
 
 
 def pytest_sessionfinish() -> None:
@@ -196,14 +206,16 @@ def pytest_sessionfinish() -> None:
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    """With ``-m fast`` no other file is imported."""
-    other = collection_path.suffix == ".py" and collection_path not in _FAST
-    return True if other and config.option.markexpr == "fast" else None
+    """With ``-m fast`` or ``-m "fast or parts"`` no other file is imported."""
+    wanted = {"fast": _FAST, "fast or parts": _FAST | _PARTS}.get(config.option.markexpr)
+    return True if wanted is not None and collection_path.suffix == ".py" and collection_path not in wanted else None
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the files in `LONGEST` first, and mark the tests of those in `FAST`."""
+    """Put the files in `LONGEST` first, and mark the tests of those in `FAST` and `PARTS`."""
     items.sort(key=lambda item: _FIRST.index(item.path) if item.path in _FIRST else len(_FIRST))
     for item in items:
         if item.path in _FAST:
             item.add_marker(pytest.mark.fast)
+        if item.path in _PARTS:
+            item.add_marker(pytest.mark.parts)

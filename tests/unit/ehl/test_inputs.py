@@ -4,12 +4,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from refusals import refuses
 
 from ehl.common.validation import validate
 from ehl.contact import Contact
 from ehl.fluid.lubricant_inputs import DirectLubricant, OilLubricant
+from ehl.inputs import SurfaceInput
+from ehl.surface.measured_profile import load_profile
 
 BASE: dict[str, Any] = {
     "contact": {
@@ -145,3 +148,15 @@ def test_oil_card_takes_figures_of_its_own() -> None:
     lubricant = validate(Contact, changed(lambda c: c.update(lubricant=oil))).lubricant.lubricant()
     assert (lubricant.thermal_conductivity, lubricant.limiting_shear_coefficient) == (0.2, 0.06)
     assert lubricant.heat_capacity == 2000.0
+
+
+def test_a_measured_profile_is_read_in_the_units_of_the_input(tmp_path: Path) -> None:
+    x = np.arange(0.0, 2e-3, 1e-6)
+    heights = 3e-7 * np.sin(2.0 * np.pi * x / 50e-6)
+    path = tmp_path / "profile.csv"
+    np.savetxt(path, np.column_stack((x * 1e3, heights * 1e9)), delimiter=",")
+    units = {"profile_unit_x": "mm", "profile_unit_height": "nm"}
+    surface = validate(SurfaceInput, {"profile_1": str(path), "detrend": 1, "cutoff_long": None, **units})
+    found = load_profile(path, cutoff_short=surface.cutoff_short, **surface.profile_reading)
+    assert found.rms == pytest.approx(3e-7 / np.sqrt(2.0), rel=0.05)
+    assert surface.measured
