@@ -147,6 +147,7 @@ def replacing(path: Path, field: str = "path", *, folder: bool = False) -> Itera
 
     Raises `InputError`: the file of `field` cannot be written.
     """
+    _refuse_planted_links(Path(os.path.abspath(path)), field)
     target = Path(os.path.realpath(path))
     draft = target.with_name(f"{_DRAFT}{secrets.token_hex(8)}{target.suffix}")
     try:
@@ -174,6 +175,21 @@ def replacing(path: Path, field: str = "path", *, folder: bool = False) -> Itera
         raise
     except (OSError, ValueError) as error:
         raise InputError(field, str(path), "a writable file", f"{error}.") from None
+
+
+def _refuse_planted_links(path: Path, field: str) -> None:
+    """Raise an `InputError` for a link of another user in a folder open to all, such as /tmp; it may lead anywhere.
+
+    Linux does not follow these links when a file is opened (``fs.protected_symlinks``), but renaming avoids that.
+    """
+    for part in (path, *path.parents):
+        try:
+            link, folder = part.lstat(), part.parent.stat()
+        except (OSError, ValueError):  # nothing there
+            continue
+        shared = folder.st_mode & stat.S_ISVTX and folder.st_mode & stat.S_IWOTH
+        if stat.S_ISLNK(link.st_mode) and shared and link.st_uid not in (os.getuid(), folder.st_uid):
+            raise InputError(field, str(part), "no link of another user", "Choose a file in a folder of your own.")
 
 
 def _remove_drafts(folder: Path, now: float) -> None:

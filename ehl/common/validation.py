@@ -107,7 +107,7 @@ def _write(kind: str) -> str:
 
 def _name(text: str) -> str:
     if not text.isprintable():
-        raise InputError("name", text, "one line without control characters")
+        raise InputError("", text, "one line without control characters")
     return text
 
 
@@ -256,9 +256,11 @@ def _problem(complaint: Any, model: type[BaseModel], where: str) -> InputError:
         return InputError(field, value, str(context["allowed"]), str(context["hint"]))
     if kind == "value_error" and isinstance(context.get("error"), InputError):
         told: InputError = context["error"]
-        return told.changed(
-            lambda inner: InputError(".".join([*parts, inner.field]), inner.value, inner.allowed, inner.hint)
-        )
+
+        def placed(inner: InputError) -> InputError:
+            return InputError(".".join(filter(None, [*parts, inner.field])), inner.value, inner.allowed, inner.hint)
+
+        return told.changed(placed)
     if kind == "extra_forbidden":
         known = sorted(_keys(place.owner))
         hint = _join(near(place.path[-1], known), f"Known keys: {', '.join(known)}.")

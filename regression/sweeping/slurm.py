@@ -139,9 +139,9 @@ def slurm_script(
         shards=tasks,
         jobs=jobs,
         options=directives,
-        before="" if formula else _BEFORE.format(options=directives, warmup=shlex.join([*program, "warmup", "rough"])),
+        before="" if formula else _BEFORE.format(options=directives, warmup=_line([*program, "warmup", "rough"])),
         after="" if formula else _AFTER,
-        sweep=shlex.join([*program, "sweep", str(plan), *options, "-o", str(folder)]),
+        sweep=_line([*program, "sweep", str(plan), *options, "-o", str(folder)]),
     )
     behind = []
     if merge is not None:
@@ -150,9 +150,17 @@ def slurm_script(
         behind.append([*program, "fit", str(folder if merge is None else merge), "-o", str(fit)])
     if behind:
         what = " and ".join(name for name, target in (("merge", merge), ("fit", fit)) if target is not None)
-        commands = "\n".join(shlex.join(command) for command in behind)
+        commands = "\n".join(map(_line, behind))
         script += _BEHIND.format(options=directives, commands=commands, what=what)
     return script
+
+
+def _line(words: Sequence[str]) -> str:
+    """A command as one line of a script; a line break could end the text for `sbatch`, and the rest would be run."""
+    for word in words:
+        if not word.isprintable():
+            raise InputError("slurm", word, "paths and options without line breaks and control characters")
+    return shlex.join(words)
 
 
 def _checked(sbatch: Mapping[str, str]) -> dict[str, str]:

@@ -1,9 +1,11 @@
 """Output files are whole or as they were before, whatever stops the process that writes them."""
 
 import os
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
+from refusals import refuses
 
 from ehl.common.errors import InputError
 from ehl.common.files import replacing, write_file
@@ -45,6 +47,26 @@ def test_links_modes_and_folders_stay(tmp_path: Path) -> None:
     write_file(Path(os.devnull), "nothing")
     with pytest.raises(InputError):
         write_file(tmp_path, "a folder")
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() != 0, reason="only root can give links to others")
+@pytest.mark.parametrize("kind", ["file", "folder"])
+def test_links_that_others_planted_are_not_followed(kind: str, tmp_path: Path) -> None:
+    """In a folder open to all, such as /tmp; Linux refuses to open them, but a rename does not open the link."""
+    shared, own = tmp_path / "shared", tmp_path / "own"
+    shared.mkdir()
+    shared.chmod(0o1777)
+    own.mkdir()
+    (own / "kept").write_text("before")
+    link = shared / "link"
+    link.symlink_to(own if kind == "folder" else own / "kept")
+    path = link / "kept" if kind == "folder" else link
+    for owner, content in ((12345, "before"), (os.getuid(), "after")):
+        os.lchown(link, owner, owner)
+        with nullcontext() if owner == os.getuid() else refuses("path"):
+            write_file(path, "after")
+        assert (own / "kept").read_text() == content
+        assert sorted(file.name for file in own.iterdir()) == ["kept"]
 
 
 def test_drafts_of_killed_processes_are_removed(tmp_path: Path) -> None:

@@ -113,6 +113,7 @@ CARD = {"oil": "fva3", "temperature_oil": "80 degC"}
         (lambda c: c.update(solid_1={"E": 2e11}), "contact.effective_modulus"),
         (lambda c: c.update(solid_1={"E": 2e11, "youngs_modulus": 2e11}), "solid_1.E"),
         (lambda c: c.update(surface={"profile_1": "x.csv", "roughness_rms_1": 3e-7}), "surface.roughness_rms_1"),
+        (lambda c: c.update(surface={"roughness_rms": 3e-7, "roughness_rms_2": 3e-7}), "surface.roughness_rms"),
         (lambda c: c.update(surface={"seed": 1.5}), "surface.seed"),
         (lambda c: c.update(surface={"seed": -1}), "surface.seed"),
         (lambda c: c.update(surface={"peklenik_number": 0.1}), "surface.peklenik_number"),
@@ -160,3 +161,12 @@ def test_a_measured_profile_is_read_in_the_units_of_the_input(tmp_path: Path) ->
     found = load_profile(path, cutoff_short=surface.cutoff_short, **surface.profile_reading)
     assert found.rms == pytest.approx(3e-7 / np.sqrt(2.0), rel=0.05)
     assert surface.measured
+
+
+def test_words_in_any_case_and_the_composite_roughness_reach_the_solver() -> None:
+    content = changed(lambda c: c.update(surface={"roughness_rms": "0.5 um"}, model={"accuracy": "FAST"}))
+    contact = validate(Contact, content)
+    assert contact.model.accuracy == "fast"
+    point = contact.problem().to_dict()
+    assert point["roughness_rms_1"] == point["roughness_rms_2"] == pytest.approx(0.5e-6 / np.sqrt(2.0))
+    assert (point["pressure_hertz"], point["viscosity_inlet"]) == pytest.approx((1e9, 0.04))

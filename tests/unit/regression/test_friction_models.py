@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from ehl.common.errors import InputError
 from ehl.fluid.oil import Oil
-from regression.formula import friction_model
+from regression.formula import friction_model, published
 from regression.friction.models import FrictionFlag, FrictionModel
 from regression.friction.published_registry import PUBLISHED, SLIDING_FLOOR, model_label
 
@@ -142,3 +142,12 @@ def test_label(name: str, label: str) -> None:
 def test_no_published_label_is_a_code_name() -> None:
     assert all("_" not in formula.label for formula in PUBLISHED.values())
     assert len({formula.label for formula in PUBLISHED.values()}) == len(PUBLISHED)
+
+
+def test_published_formulas_are_listed_with_their_ranges() -> None:
+    listed = published().set_index("name")
+    assert set(listed.index) == set(PUBLISHED)
+    for name, row in listed.iterrows():
+        assert row.certainty in ("published", "mixed", "unverified")
+        for quantity, (low, high) in PUBLISHED[str(name)].ranges.items():
+            assert f"{quantity} {low:g} to {high:g}" in row.range

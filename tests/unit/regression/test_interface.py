@@ -119,6 +119,14 @@ def test_errors_name_the_keyword(tmp_path: Path, options: dict[str, object], fie
     assert not list(tmp_path.glob("*.jsonl"))
 
 
+@pytest.mark.parametrize("name", ["folder", "container", "merge", "fit"])
+def test_a_name_of_several_lines_is_not_written_into_a_script(name: str, tmp_path: Path) -> None:
+    """It would end the text for `sbatch`, and its other lines would run on the login node."""
+    given = {"folder": str(tmp_path), name: f"{tmp_path}/x\nEOF\ntouch planted\n"}
+    with refuses("slurm"):
+        regression.slurm_script("demo", tasks=2, **given)  # type: ignore[arg-type]
+
+
 def test_the_slurm_script_has_all_options(tmp_path: Path) -> None:
     script = regression.slurm_script(
         "demo", tmp_path, 8, jobs=2, changes=["lubricant.oil=fva3"], formula=XU, time_cap=30, retry_failed=True

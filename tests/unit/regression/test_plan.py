@@ -125,6 +125,7 @@ AXES: list[tuple[str, Any, str]] = [
     ("speed_entrainment", list(range(1, 1002)), "speed_entrainment.values"),
 ]
 CHANGES: list[tuple[Callable[[dict[str, Any]], object], str]] = [
+    (lambda c: c.update(name="a\x1b[31m"), "name"),
     (lambda c: c["sampling"].update(corners=-1), "sampling.corners"),  # a switch or a number: one problem
     (lambda c: c["variables"].pop("pressure_hertz"), "variables.pressure_hertz"),
     (lambda c: c["variables"].update(lengthwise_to_roll=1, speed_sliding_lengthwise=1), "variables.lengthwise_to_roll"),
