@@ -197,7 +197,7 @@ def test_what_the_search_tells_wrong_is_corrected_near_checked_points(found: Opt
             assert told["pressure_hertz_max"] == pytest.approx(expected * point.figures["pressure_hertz_max"])
             assert told["power_loss"] == point.figures["power_loss"]
             assert told["edge_load_share"] == point.figures["edge_load_share"]
-    both = clean.updated(first, exact(first, 1.04), limited).learnt(second, exact(second, 1.0), limited)
+    both = clean.updated(first, exact(first, 1.04), limited).updated(second, exact(second, 1.0), limited)
     places = found.problem.places_of([first.variables, second.variables])
     middle = replace(first, variables=found.problem.values_at(places.mean(axis=0)))
     told = [
