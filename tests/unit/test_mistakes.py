@@ -86,10 +86,10 @@ DESIGN: list[Change] = [
     ("teeth = 14", "teeth = 0", "pinion.blank.teeth"),
     ('"left"', '"lefthand"', "pinion.blank.hand"),
     ('"concave"', '"concav"', "assembly.drive_flank_pinion"),
-    ('"0.127 mm"', '"127 MPa"', "assembly.normal_backlash"),
+    ('"0.1124305 mm"', '"127 MPa"', "assembly.normal_backlash"),
     ("shaft_angle", "shaftangle", "assembly.shaftangle"),
     ('"90 deg"', '"90"', "assembly.shaft_angle"),
-    ("hypoid_offset = 0.0", 'hypoid_offset = "31 s"', "assembly.hypoid_offset"),
+    ('hypoid_offset = "0 mm"', 'hypoid_offset = "31 s"', "assembly.hypoid_offset"),
     ("[pinion.blank]", "[pinion.blanks]", "pinion.blanks"),
     ("[operation]", "[operations]", "operations"),
 ]
