@@ -142,9 +142,11 @@ def cut_gear(pair: PairDimensions, eccentricity: float = 0.0) -> GearCut:
     cut = GEAR_CUTS[pair.process.name](pair)
     if not eccentricity:
         return cut
-    blades = {side: cut.flank(side).blade for side in FLANK_SIDES}
-    moved = {side: replace(blade, eccentricity=blade.sign * eccentricity) for side, blade in blades.items()}
-    return replace(cut, **{side: replace(cut.flank(side), blade=blade) for side, blade in moved.items()})
+
+    def moved(flank: CutFlank) -> CutFlank:
+        return replace(flank, blade=replace(flank.blade, eccentricity=flank.blade.sign * eccentricity))
+
+    return replace(cut, concave=moved(cut.concave), convex=moved(cut.convex))
 
 
 def _tool(pair: PairDimensions, shift: float) -> tuple[ToolPose, float]:
