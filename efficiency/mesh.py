@@ -503,7 +503,7 @@ class LoadedMesh:
     @one_thread
     def strength_of(self, result: EfficiencyResult) -> Strength:
         """Strength of the teeth at the operating point of a result."""
-        from efficiency.strength.rating import LocalConditions, hypoid_factor_of, rate_strength, scuffing_temperature
+        from efficiency.strength.rating import LocalConditions, rate_strength, scuffing_temperature
 
         design, pitch = self.mesh.bevel, self.mesh.pitch
         operation = result.case.operation
@@ -519,7 +519,7 @@ class LoadedMesh:
             card.viscosity_kinematic_40,
             operation.speed * design.ratio * pitch.radius_gear,
             pitch.module_normal,
-            hypoid_factor_of(pitch, concave=concave),
+            pitch.hypoid_factor(concave=concave),
             math.nan
             if card.fzg_stage is None
             else scuffing_temperature(card.fzg_stage, card.viscosity_kinematic_40, card.base),

@@ -34,6 +34,17 @@ class PitchGeometry:
     module_normal: float  # mean normal module [m]
     contact_ratio_profile: float  # transverse (profile) contact ratio of the virtual cylindrical pair [-]
 
+    def hypoid_factor(self, *, concave: bool) -> float:
+        """Z_Hyp of ISO 10300; `concave`: whether the concave pinion flank is loaded."""
+        from efficiency.blanks.iso_10300 import hypoid_factor
+        from efficiency.blanks.tangency import limit_pressure_angle
+
+        spirals = self.spiral_angle_pinion, self.spiral_angle_gear
+        cones = self.pitch_angle_pinion, self.pitch_angle_gear
+        distances = self.radius_pinion / math.sin(cones[0]), self.radius_gear / math.sin(cones[1])
+        limit = limit_pressure_angle(*cones, *distances, *spirals, spirals[0] - spirals[1])
+        return hypoid_factor(*spirals, self.pressure_angle, self.pressure_angle - (limit if concave else -limit))
+
     @classmethod
     def of(
         cls, pinion: Blank, gear: Blank, angles_pinion: tuple[float, float], angles_gear: tuple[float, float]

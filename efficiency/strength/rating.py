@@ -26,7 +26,6 @@ from efficiency.blanks.iso_10300 import (
     ROOT_ROUGHNESS,
     RZ_OF_RQ,
     STRESS_CORRECTION,
-    hypoid_factor,
     lubricant_factor,
     notch_factor,
     roughness_factor,
@@ -34,9 +33,7 @@ from efficiency.blanks.iso_10300 import (
     speed_factor,
     surface_factor,
 )
-from efficiency.blanks.tangency import limit_pressure_angle
 from efficiency.contact.mesh_surface import EDGES
-from efficiency.loss.closed_form import PitchGeometry
 from efficiency.ltca.limits import EDGE_LIMIT, EDGE_NOTE, EdgeLoad, edges_carry, flank_place
 from efficiency.ltca.load_distribution import LoadDistribution, TeethElasticity
 from efficiency.strength.result import Grade, Strength
@@ -89,15 +86,6 @@ def shakedown_pressure(stress: float, friction: ArrayLike = 0.0) -> FloatArray:
     """
     shear = np.interp(np.abs(np.asarray(friction, float)), _FRICTIONS, _greatest_shear())
     return np.asarray(stress / np.sqrt(3.0) / shear)
-
-
-def hypoid_factor_of(pitch: PitchGeometry, *, concave: bool) -> float:
-    """Z_Hyp of a pair; `concave`: whether the concave pinion flank is loaded."""
-    spirals = pitch.spiral_angle_pinion, pitch.spiral_angle_gear
-    cones = pitch.pitch_angle_pinion, pitch.pitch_angle_gear
-    distances = pitch.radius_pinion / math.sin(cones[0]), pitch.radius_gear / math.sin(cones[1])
-    limit = limit_pressure_angle(*cones, *distances, *spirals, spirals[0] - spirals[1])
-    return hypoid_factor(*spirals, pitch.pressure_angle, pitch.pressure_angle - (limit if concave else -limit))
 
 
 INTEGRAL = 1.5
