@@ -207,6 +207,10 @@ def _block(
     if len(body) and _are_units(list(body.iloc[0]), head.quantities, units, quantities):
         units = [str(cell).strip() or None for cell in body.iloc[0]]
         body = body.iloc[1:]
+    for k, (name, found) in enumerate(zip(head.names, head.quantities, strict=True)):
+        own = quantities.get(found)
+        if units[k] is None and own is not None and own.unit and _fits(name, own):
+            units[k] = name  # a column named after its unit, such as hours
     separator = str(body.attrs.get("separator", ""))
     decimals = decimals_of([cell for cell in body.to_numpy().ravel() if isinstance(cell, str)], separator)
     rows: list[tuple[int, dict[str, Any]]] = []

@@ -120,3 +120,11 @@ def test_designs_and_duty_become_a_plan(
     assert 0.1e9 < pressure[0] < 1e9 < pressure[1] < 2.5e9
     assert temperature[0] < 353.15 < 363.15 < temperature[1]
     assert mixed_ehl("sweep", target, "--estimate").code == 0
+
+
+@pytest.mark.parametrize(("head", "units", "hours"), [("hours", "", 5.0), ("hours", "N m,rpm,degC,s\n", 5.0 / 3600.0)])
+def test_a_column_named_after_its_unit(tmp_path: Path, head: str, units: str, hours: float) -> None:
+    path = tmp_path / "duty.csv"
+    first = "torque,speed,temperature" if units else "torque [N m],speed [rpm],temperature [degC]"
+    path.write_text(f"{first},{head}\n{units}100,1500,80,5\n", encoding="utf-8")
+    assert [row.hours for row in read_duty(path)] == pytest.approx([hours])
