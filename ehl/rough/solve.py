@@ -291,7 +291,8 @@ def _result(
     rubbing = float(model.contact.friction * share)
     notes = _notes(contact, lubricant, materials, problem, levels.plan)
     if len(levels.windows) < wanted:
-        notes = (*notes, f"mesh {2 ** (wanted - len(levels.windows))} times as coarse as the accuracy requires: cost")
+        coarse = 2 ** (wanted - len(levels.windows))
+        notes = (*notes, f"mesh {coarse} times as coarse as the accuracy requires, to limit the work")
     # corrected by the mean difference of the finer meshes
     history = longest.friction()
     history = history + (mu - float(history.mean()))

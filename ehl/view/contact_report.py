@@ -138,7 +138,7 @@ def _last_filling(axes: Axes, run: TransientResult, b: float) -> None:
     x = run.snapshot.x / b
     axes.fill_between(x, run.snapshot.filling, color=BLUE, alpha=0.25, lw=0.0)
     axes.plot(x, run.snapshot.filling, color=BLUE, lw=1.0)
-    axes.set(ylabel="filled fraction of the gap [-]", ylim=(0.0, 1.05))
+    axes.set(ylabel="filling [-]", ylim=(0.0, 1.05))
 
 
 def running_mean(run: TransientResult) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -238,14 +238,14 @@ def _caption(result: Any) -> str:
     """Title of the figure."""
     if result.transient is None:
         return (
-            f"mu = {result.friction_coefficient:.4g}, h_c = {result.film_central * 1e9:.1f} nm, "
+            f"μ = {_friction_text(result)}, h_c = {result.film_central * 1e9:.1f} nm, "
             f"h_min = {result.film_min * 1e9:.1f} nm"
         )
     errors = f"mesh ±{100.0 * result.mesh_error:.2g} %, 90 % interval ±{100.0 * result.statistical_error:.2g} %"
-    first = f"μ = {result.friction_coefficient:.4f} ({errors})"
+    first = f"μ = {_friction_text(result)} ({errors})"
     if math.isfinite(result.friction_boundary_half):
         half, double = result.friction_boundary_half, result.friction_boundary_double
-        first += f",  {half:.4f} … {double:.4f} at half and twice the boundary film"
+        first += f",  {half:.3g} to {double:.3g} at half and twice the boundary film"
     second = f"λ = {result.film_ratio:.2g},  asperities carry {100.0 * result.asperity_load_share:.2g} %"
     if math.isfinite(result.roughness_load_share):
         second += f", {100.0 * result.roughness_load_share:.2g} % of the load above the macroscopic pressure"
@@ -350,7 +350,7 @@ def _headline(result: Any, uncertainty: InputUncertainty | None) -> Section:
             tiles.append((quantity(name).text(value, 3), quantity(name).label))
     if math.isfinite(result.film_ratio):
         tiles.insert(3, (f"{100.0 * result.asperity_load_share:.3g} %", "load on asperities"))
-    answer = MainResult(f"{result.friction_coefficient:.4g}", quantity("friction_coefficient").label, known)
+    answer = MainResult(_friction_text(result), quantity("friction_coefficient").label, known)
     return Section("", [head, answer, KeyFigures(tiles), Notes(notes)])
 
 
@@ -362,6 +362,13 @@ def _inputs(uncertainty: InputUncertainty | None) -> tuple[str, str]:
     most = ", ".join(f"{name} {half:.2g}" for name, half in list(uncertainty.groups.items())[:3])
     meaning = f"{100.0 * uncertainty.level:.0f} % interval by uncertain inputs, largest contributions: {most}"
     return f"{uncertainty.low:.3g} to {uncertainty.high:.3g}", meaning
+
+
+def _friction_text(result: Any) -> str:
+    """The friction coefficient with two digits of its error, at most four."""
+    error = result.friction_error
+    digits = 4 if not 0.0 < error < math.inf else min(max(2, 1 - math.floor(math.log10(error))), 4)
+    return f"{result.friction_coefficient:.{digits}g}"
 
 
 def _error(share: float) -> str:
