@@ -9,7 +9,8 @@ Options = dict[str, Any]
 
 GREY = "#8a8a8a"  # of axes, on light and dark
 AXIS: Options = {"axisLabel": {"color": GREY}, "nameTextStyle": {"color": GREY}}
-SCALE = ["#30123b", "#4662d7", "#36aaf9", "#1ae4b6", "#72fe5e", "#c8ef34", "#faba39", "#f66b19", "#cb2a04"]
+# viridis, as in the reports
+SCALE = ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"]
 COLOURS: Options = {
     "right": 0,
     "top": "middle",
