@@ -54,7 +54,7 @@ def commands(page: str) -> list[list[str]]:
 
 WRITTEN = {
     "oil": {"my_oil.toml", "my_contact.toml", "my_plan.toml", "run", "formula.json", "fit.html", "friction.c"},
-    "gear": {"my_pair.toml", "my_design.toml", "geometry.html", "gear.html", "map"},
+    "gear": {"my_pair.toml", "my_design.toml", "my_design_targets.toml", "geometry.html", "gear.html", "map"},
     "calibrate": {"card.toml", "curves.png", "calibration.html", "calibration.toml", "synthetic_traction.csv"},
     "cluster": {"plan.toml", "run", "cases.h5", "formula.json"},
     "better": {"my_pair.toml", "better"},

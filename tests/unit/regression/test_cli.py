@@ -132,7 +132,7 @@ def test_mu_as_text_and_outside_its_range(mixed_ehl: Call) -> None:
     assert outside.code == 0
     assert "outside range" in outside.err
     constant = mixed_ehl("mu", "constant:0.05", *point(lengthwise="1 m/s"), "--oil", "fva3")
-    assert constant.out.startswith("mu = 0.05000  (0.05000 to 0.05000)")
+    assert constant.out.startswith("mu = 0.0500  (0.0500 to 0.0500)")
 
 
 def test_other_refusals(mixed_ehl: Call, plan: Path, tmp_path: Path) -> None:
