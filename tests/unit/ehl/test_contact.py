@@ -1,6 +1,7 @@
 """`ehl.Contact` and `ContactResult`: keywords, files, changes, tables and pages."""
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -126,7 +127,9 @@ def test_figure_and_page(result: ehl.ContactResult, tmp_path: Path) -> None:
     assert result.plot(axes) is axes
     assert axes.get_ylabel() == "pressure [GPa]"
     page = read_page(result.report(tmp_path / "contact.html"))
-    assert f"{result.friction_coefficient:.4g} friction coefficient not computed" in page.sections[0]
+    shown = re.search(r"(0\.\d+) friction coefficient not computed", page.sections[0])
+    assert shown
+    assert float(shown[1]) == pytest.approx(result.friction_coefficient, rel=0.3 * result.friction_error)
     assert f"± {100.0 * result.friction_error:.2g} %" in page.sections[0]
     # the interval by the inputs stands next to the error of the solver
     mu = result.friction_coefficient
