@@ -215,6 +215,7 @@ def _axle(text: str, name: str, answers: Mapping[str, str], given: Mapping[str, 
     made = re.sub(r"^source = .*$", f'source = "bearings, sump and housing of {like}"', made, count=1, flags=re.M)
     if "pair" in given:
         made = re.sub(r"^pair = .*$", "pair = <pair>", made, count=1, flags=re.M)
+        made = re.sub(r"\n^\[operation\].*\n(?:(?!\[).*\n)*", "", made, count=1, flags=re.M)  # that of the pair instead
     made = _filled(text.replace("<like>", like) + made, name, given)
     validate(AxleInput, tomllib.loads(made))
     return made

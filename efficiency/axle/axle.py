@@ -32,6 +32,7 @@ from efficiency.conditions.grid import Condition, Evaluator, GridPoint
 from efficiency.contact.gear_flanks import Side
 from efficiency.design.design import Design
 from efficiency.loss.efficiency_result import EfficiencyResult
+from efficiency.loss.kinematics import OperatingPoint
 from efficiency.ltca.shaft_forces import shaft_wrenches
 from efficiency.mesh import Mesh
 from efficiency.output.notes import outside_note
@@ -146,6 +147,12 @@ class Axle:
         """Of pinion and gear."""
         return self.input.pinion_shaft, self.input.gear_shaft
 
+    @property
+    def operation(self) -> OperatingPoint:
+        """Default operating point: that of the axle file, otherwise that of the pair."""
+        own = self.input.operation.model_dump(exclude_none=True)
+        return self.pair.design.operation.model_copy(update=own)
+
     def with_methods(self, **methods: str) -> Axle:
         """The axle with other methods; pair, meshes and loads are shared.
 
@@ -190,9 +197,9 @@ class Axle:
         Parameters
         ----------
         torque : float or str, optional
-            Pinion torque [N m], negative on the coast flanks; default: that of the design.
+            Pinion torque [N m], negative on the coast flanks; default: that of the axle.
         speed : float or str, optional
-            Pinion speed [rad/s], negative in reverse; default: that of the design.
+            Pinion speed [rad/s], negative in reverse; default: that of the axle.
         temperature : float or str, optional
             Oil temperature [K], or ``"balance"`` for the temperature at which housing and cooler remove the loss.
         friction : FrictionModel or str, optional
@@ -203,7 +210,7 @@ class Axle:
         ConvergenceError
             The heat does not balance within the range of oils.
         """
-        own = self.pair.design.operation
+        own = self.operation
         turning = _signed("torque", own.torque if torque is None else torque)
         running = _signed("speed", own.speed if speed is None else speed)
         if temperature == BALANCE:
@@ -222,7 +229,7 @@ class Axle:
         Parameters as of `at`, each a list of values, ``"a, b, c unit"`` or ``"from:to:number unit"``.
         """
         torques, speeds = signed_axes(torque, speed)
-        own = self.pair.design.operation.temperature
+        own = self.operation.temperature
         kelvins = [float(t) for t in axis_values("temperature", own if temperature is None else temperature)]
         rows = [DutyRow(float(t), float(w), kelvin, 0.0) for kelvin in kelvins for w in speeds for t in torques]
         found: dict[tuple[float, float, float], _MeshLoss] = {}
@@ -279,9 +286,10 @@ class Axle:
         friction : FrictionModel or str, optional
             As of `at`.
         tyre_radius, temperature : float or str, optional
-            As of `read_duty`; default temperature: that of the design.
+            As of `read_duty`; default temperature: that of the axle.
         """
-        rows = duty_rows(duty, self.pair.design, tyre_radius=tyre_radius, temperature=temperature, unloaded=True)
+        own = self.operation.temperature if temperature is None else temperature
+        rows = duty_rows(duty, self.pair.design, tyre_radius=tyre_radius, temperature=own, unloaded=True)
         return self._result("duty", rows, [self._mesh_loss(row, friction, many=True) for row in rows])
 
     @one_thread
@@ -294,7 +302,7 @@ class Axle:
         **options: Any,
     ) -> AxleTest:
         """Power loss at the test points of 40 CFR 1037.560; `options` as of `GearPair.axle_test`."""
-        own = self.pair.design.operation.temperature
+        own = self.operation.temperature
         kelvin = float(checked("temperature", own if temperature is None else temperature))
         held: dict[str, Any] = {"temperature": kelvin, "axle": _OtherLosses(self, kelvin), "grid": self._grid}
         return self.pair.axle_test(application, friction=friction, **held, **options)

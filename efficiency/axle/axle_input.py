@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import model_validator
 
 from efficiency.axle.bearings import BearingInput, Length, Place
+from efficiency.conditions.duty import SIGNED
 from ehl.common.arrays import FloatArray
 from ehl.common.data import named_file
 from ehl.common.errors import InputError
@@ -100,6 +101,14 @@ class MethodsInput(InputModel):
     churning: Literal["changenet_velex", "iso_14179_2"] = "changenet_velex"
 
 
+class OperationInput(InputModel):
+    """Default operating point; what is not given is that of the pair."""
+
+    torque: Annotated[float, SIGNED["torque"]] | None = None  # of the pinion, negative on the coast flanks [N m]
+    speed: Annotated[float, SIGNED["speed"]] | None = None  # of the pinion, negative in reverse [rad/s]
+    temperature: Temperature | None = None  # of the oil [K]
+
+
 class AxleInput(InputModel):
     """Content of an axle file."""
 
@@ -112,6 +121,7 @@ class AxleInput(InputModel):
     sump: SumpInput
     housing: HousingInput
     methods: MethodsInput = MethodsInput()
+    operation: OperationInput = OperationInput()
 
 
 def load_axle(name: str | Path) -> AxleInput:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -12,9 +12,9 @@ from efficiency.loss.efficiency_result import pair_notes
 from efficiency.vehicle.loss_map import LossMap, LossPoint, LossTable
 from ehl.common.arrays import FloatArray, finite_or_none
 from ehl.common.errors import InputError
-from ehl.common.quantities import quantity
+from ehl.common.quantities import quantity, rounded
 from ehl.common.sections import Head, Item, MainResult, Medium, Notes, Section, Text
-from ehl.common.table import Table
+from ehl.common.table import Column, Table
 from ehl.uncertainty.result import score_of
 from regression.friction.published_registry import model_label
 
@@ -49,6 +49,32 @@ def interval_ends(bearings: str, viscosity: float, others: Mapping[str, float]) 
         factor, other = math.exp(score_of(0.90) * scatter[name]), others.get(name, 1.0) ** share
         found[name] = min(1.0 / factor, other), max(factor, other)
     return found
+
+
+def _brief(name: str, value: float) -> str:
+    """A loss or energy [SI] with its unit and two significant digits."""
+    shown = quantity(name)
+    return shown.text(shown.to_si(rounded(shown.to_display(value), 2)))
+
+
+# short heads of a table with many points
+_SHORT = {"torque": "torque", "speed": "speed", "temperature": "oil", "loss_total_lower": "lower limit"}
+_SHORT |= {
+    "loss_total_upper": "upper limit",
+    "axle_efficiency": "efficiency",
+    "outside_range_share": "outside the range",
+}
+_SHORT |= {f"loss_{source}": source for source in SOURCES}
+
+
+def _by_uncertainty(name: str, digits: int, label: str) -> Column:
+    """A column; losses, and what follows from them, with few significant digits."""
+    if name == "axle_efficiency":
+        return Column(name, label=label, digits=digits + 1)
+    if name == "outside_range_share":
+        return Column(name, label=label, decimals=1)
+    uncertain = name.startswith(("loss_", "energy_", "heat_")) or name == "axle_power_output"
+    return Column(name, label=label, digits=digits if uncertain else 0, rounded=uncertain)
 
 
 @dataclass(frozen=True)
@@ -175,24 +201,34 @@ class AxleResult(LossTable):
             rows = [{name: value for name, value in row.items() if name != "hours"} for row in rows]
         return Table.from_records(rows, title=self._title, name="axle", vertical=self.kind == "point")
 
+    def _shown_table(self) -> Table:
+        """The points with digits by their uncertainty: a single one without its losses, many without their heat."""
+        table, point = self.table(), self.kind == "point"
+        names = [str(getattr(column, "name", column)) for column in table.columns]
+        hidden = "loss_" if point else ("heat_", "temperature_housing", "loss_mesh_", "axle_power_")
+        names = [name for name in names if not name.startswith(hidden)]
+        names = [name for name in names if name not in ("status", "reason") or self.reason]
+        table, labels = table.select(names), {} if point else _SHORT
+        columns = [_by_uncertainty(name, 2 if point else 3, labels.get(name, "")) for name in names]
+        notes = () if point else ("The files also have powers, heat flows and the temperature of the housing.",)
+        return replace(table, columns=columns, notes=notes)
+
     def sections(self, medium: Medium = "page", *args: Any, **options: Any) -> list[Section]:
         """Loss with its interval, its split by source, bearings, notes, effects not included."""
-        tables = [self.table(), *([] if self.kind == "map" else [self._split_table()])]
+        tables = [self.table() if medium == "files" else self._shown_table()]
+        tables += [] if self.kind == "map" else [self._split_table()]
         tables += [self._bearing_table()] if self.bearings else []
         if medium == "files":
             return [Section("", [Head(self._title), *tables])]
         head: list[Item] = [Head(self._title, self.source)]
         if self.kind != "map":
-            value, low, high = (quantity(self._shown).text(value) for value in self.split()["total"][:3])
-            head.append(
-                MainResult(value, f"{quantity(self._shown).label} of the axle", [(f"{low} to {high}", "90 % interval")])
-            )
+            value, low, high = (_brief(self._shown, value) for value in self.split()["total"][:3])
+            label = "energy lost in the axle" if self.kind == "duty" else "total loss of the axle"
+            head.append(MainResult(value, label, [(f"{low.split()[0]} to {high}", "90 % interval")]))
         notes = Notes(pair_notes(self.case_notes), len(self.points))
         method = f"Methods: {self._methods}; the intervals of these methods are estimated."
         if self.alternatives:
-            others = ", ".join(
-                f"{name} {quantity('loss_total').text(loss)}" for name, loss in self.alternatives.items()
-            )
+            others = ", ".join(f"{name} {_brief('loss_total', loss)}" for name, loss in self.alternatives.items())
             method += f" Other methods: {others}."
         return [Section("", [*head, *tables, notes, Text(method), Text(OUTSIDE)])]
 
@@ -204,7 +240,12 @@ class AxleResult(LossTable):
         names = (self._shown, f"{self._shown}_lower", f"{self._shown}_upper", "share")
         rows = [{"source": source} | dict(zip(names, row, strict=True)) for source, row in self.split().items()]
         title = "By source, with 90 % intervals and shares of the squared width of the total."
-        return Table.from_records(rows, title=title, name="sources")
+        labels = dict(
+            zip(names, ("energy" if self.kind == "duty" else "loss", "lower limit", "upper limit"), strict=False)
+        )
+        columns = ["source", *(Column(n, label=labels[n], digits=2, rounded=True) for n in names[:3])]
+        columns.append(Column("share", decimals=1))
+        return Table(columns, [tuple(row.values()) for row in rows], title=title, name="sources")
 
     @property
     def _title(self) -> str:
@@ -221,7 +262,13 @@ class AxleResult(LossTable):
             parts = row.pop("parts")
             rows.append({name.replace("_", " "): value for name, value in row.items()})
             rows[-1] |= {f"moment, {name}": value for name, value in parts.items()}
-        return Table.from_records(rows, title="Bearings: loads [N], moments [N m], losses [W].", name="bearings")
+        title = "Bearings: loads [N], moment and its parts [N m], loss [W]."
+        table = Table.from_records(rows, title=title, name="bearings")
+        columns = [
+            Column(name, label=name.removeprefix("moment, "), digits=3 if "load" in name else 2, rounded=True)
+            for name in (str(getattr(column, "name", column)) for column in table.columns)
+        ]
+        return replace(table, columns=columns)
 
     def to_dict(self) -> dict[str, Any]:
         """Points, split and notes in SI units, for JSON; nan becomes None."""

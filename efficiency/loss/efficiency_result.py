@@ -475,6 +475,7 @@ GEAR_NOTES: tuple[NoteKind, ...] = (
     NoteKind("was fitted to", "warning"),
     NoteKind("has been changed since", "warning"),
     NoteKind("of the sliding power lies outside the range", "warning"),
+    NoteKind("outside the data of", "warning"),
     NoteKind("above first yield", "warning"),
     NoteKind("above the contact endurance", "warning"),
     NoteKind("pitting safety", "warning", low=True),

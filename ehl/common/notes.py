@@ -97,7 +97,7 @@ def group_notes(said: Iterable[tuple[str, str]], kinds: Sequence[NoteKind] = CON
         cases = list(dict.fromkeys(case for case, _ in members))
         alike = len({text for _, text in members}) == 1
         if alike:
-            case = ", ".join(cases) if len(cases) <= _CASES_NAMED else f"{', '.join(cases[:_CASES_NAMED])}, ..."
+            case = "; ".join(cases[:_CASES_NAMED]) + ("; ..." if len(cases) > _CASES_NAMED else "")
         note = Note(grade_of(text, kinds), text, len(cases), case, alike and len(cases) > 1)
         place = len(kinds) if kind is None else list(kinds).index(kind)
         found.append((GRADES.index(note.grade), place, -note.count, note))
@@ -108,10 +108,7 @@ def notes_table(notes: Sequence[Note], cases: int = 1) -> Table:
     """The notes as a table: grade, note, and for several cases the number of cases and the worst case."""
     if cases <= 1:
         return Table(("grade", "note"), [(note.grade, note.text) for note in notes], name="notes")
-    rows = [
-        (note.grade, f"{note.count} of {cases}" if note.where else "all", note.where or None, note.text)
-        for note in notes
-    ]
+    rows = [(note.grade, *_scope(note, cases), note.text) for note in notes]
     # the long text is the last column
     return Table(("grade", "cases", "where, at its worst", "note"), rows, name="notes")
 
@@ -119,9 +116,17 @@ def notes_table(notes: Sequence[Note], cases: int = 1) -> Table:
 def print_notes(notes: Sequence[Note], cases: int = 1) -> None:
     """Print each note with its grade, the number of cases and the worst case; continuation lines are indented."""
     for note in notes:
-        where = f" at {note.count} of {cases}" if note.where else " at all" if cases > 1 else ""
-        worst = f" ({'' if note.alike else 'worst at '}{note.where})" if note.where and cases > 1 else ""
+        count, place = _scope(note, cases)
+        where = "" if cases <= 1 else f", {count}" if place else ", all cases"
+        worst = f" ({'' if note.alike else 'worst at '}{place})" if place and cases > 1 else ""
         print_text(f"{note.grade}{where}{worst}: {note.text}", indent=2)
+
+
+def _scope(note: Note, cases: int) -> tuple[str, str | None]:
+    """Number of cases of a note, and those that are named."""
+    if not note.where or (note.alike and note.count == cases):
+        return "all", None
+    return f"{note.count} of {cases}", note.where
 
 
 def _kind(text: str, kinds: Sequence[NoteKind]) -> NoteKind | None:

@@ -109,6 +109,19 @@ def format_number(value: float, digits: int = 4) -> str:
     return f"{value:.{max(0, digits - 1 - exponent)}f}"
 
 
+def rounded(value: float, digits: int) -> float:
+    """A number rounded to significant digits, also before the point.
+
+    Examples
+    --------
+    >>> rounded(7855.0, 2), rounded(0.01234, 2), rounded(0.0, 2)
+    (7900.0, 0.012, 0.0)
+    """
+    if value == 0.0 or not math.isfinite(value):
+        return value
+    return round(value, digits - 1 - math.floor(math.log10(abs(value))))
+
+
 def _brief(value: float, digits: int) -> str:
     """A number for a sentence, without trailing zeros."""
     mantissa, mark, exponent = format_number(value, digits).partition("e")

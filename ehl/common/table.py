@@ -16,7 +16,15 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from ehl.common.data import reason_text
-from ehl.common.quantities import Quantity, format_number, printed_unit, quantities, typeset_unit, typeset_units
+from ehl.common.quantities import (
+    Quantity,
+    format_number,
+    printed_unit,
+    quantities,
+    rounded,
+    typeset_unit,
+    typeset_units,
+)
 from ehl.common.table_reader import harmless
 from ehl.common.terminal import plain, terminal, wrapped
 
@@ -43,6 +51,7 @@ class Column:
     label: str = ""  # label in the head, instead of that of the quantity
     digits: int = 0  # significant digits, instead of those of the quantity
     decimals: int | None = None  # decimals in the display unit, instead of significant digits
+    rounded: bool = False  # whether digits before the point are rounded as well
 
     @property
     def quantity(self) -> Quantity:
@@ -66,6 +75,8 @@ class Column:
         shown = self.quantity.to_display(value)
         if self.decimals is not None and math.isfinite(shown):
             return f"{round(shown, self.decimals) + 0.0:.{self.decimals}f}"
+        if self.rounded:
+            shown = rounded(float(shown), self.digits)
         return str(shown) if isinstance(shown, int) else format_number(shown, self.digits or self.quantity.digits)
 
     def shown(self, value: Cell) -> Cell:

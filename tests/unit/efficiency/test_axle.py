@@ -285,7 +285,7 @@ def test_friction_outside_its_range_is_a_warning() -> None:
     hot = efficiency.Axle("truck_hypoid", grid=(4, 9)).at("250 N m", "4500 rpm", "90 degC")
     assert hot.points[0].outside_range_share > 0.9
     assert sum("lies outside the range" in note for note in hot.notes) == 1
-    assert not any(
-        "lies outside the range" in note
-        for note in efficiency.Axle("truck_hypoid", grid=(4, 9)).at("250 N m", "1500 rpm", "80 degC").notes
-    )
+    own = efficiency.Axle("truck_hypoid", grid=(4, 9)).at()
+    assert (own.points[0].torque, own.points[0].temperature) == pytest.approx((250.0, 353.15))
+    assert own.points[0].speed == pytest.approx(50.0 * math.pi)
+    assert not any("lies outside the range" in note for note in own.notes)

@@ -146,9 +146,9 @@ def test_notes_that_differ_in_numbers_and_places_are_one_row() -> None:
 def test_of_cases_that_say_the_same_none_is_the_worst(capsys: pytest.CaptureFixture[str]) -> None:
     said = [(f"model {letter}", "the same, in 2007") for letter in "cab"]
     (same,) = group_notes(said)
-    assert (same.count, same.where) == (3, "model c, model a, ...")
+    assert (same.count, same.where) == (3, "model c; model a; ...")
     assert notes_table([same, Note("for information", "of every case")], 3).rows == (
-        ("warning", "3 of 3", "model c, model a, ...", "the same, in 2007"),
+        ("warning", "all", None, "the same, in 2007"),
         ("for information", "all", None, "of every case"),
     )
     notes_table([], 3).print()
