@@ -27,7 +27,7 @@ project, author, version = "mixed-ehl", "the mixed-ehl developers", ehl.__versio
 release = version
 language = "en"
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "numpydoc", "sphinx_gallery.gen_gallery", "executed"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "numpydoc", "sphinx_gallery.gen_gallery", "executed", "mathml"]
 exclude_patterns = ["_build", "examples", "**/*.ipynb", "gallery/GALLERY_HEADER.rst"]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 myst_enable_extensions = ["dollarmath"]
@@ -54,6 +54,7 @@ sphinx_gallery_conf = {
     "abort_on_example_error": True,
 }
 
+html_math_renderer = "mathml"
 html_theme = "pydata_sphinx_theme"
 html_title = "mixed-ehl"
 html_static_path = ["_static"]

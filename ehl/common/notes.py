@@ -118,7 +118,7 @@ def print_notes(notes: Sequence[Note], cases: int = 1) -> None:
     for note in notes:
         count, place = _scope(note, cases)
         where = "" if cases <= 1 else f", {count}" if place else ", all cases"
-        worst = f" ({'' if note.alike else 'worst at '}{place})" if place and cases > 1 else ""
+        worst = f" ({'' if note.alike or note.count == 1 else 'worst at '}{place})" if place and cases > 1 else ""
         print_text(f"{note.grade}{where}{worst}: {note.text}", indent=2)
 
 

@@ -305,8 +305,8 @@ def test_terminal_names_models_and_notes_as_the_page_does(
     assert "xu_kahraman_2007" not in shown
     # a row for a kind of note, however many models have it
     assert shown.count("edges carry") == 1
-    assert re.search(rf"warning at {len(comparison.results)} of {len(comparison.results)} .*edges carry", shown)
-    notes = [line.split()[0] for line in shown.splitlines() if re.search(r" at (\d+ of \d+|all)", line)]
+    assert re.search(rf"warning, {len(comparison.results)} of {len(comparison.results)} .*edges carry", shown)
+    notes = [line.split()[0].rstrip(",") for line in shown.splitlines() if re.search(r", (\d+ of \d+|all cases)", line)]
     assert notes == sorted(notes, key=["fault", "warning", "for"].index)
     result.show()
     shown = capsys.readouterr().out
