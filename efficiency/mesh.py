@@ -62,7 +62,15 @@ if TYPE_CHECKING:
 
 POSITIONS, POINTS_PER_LINE = 24, 31
 # models of a comparison in addition to the formulas shipped for the oil
-DEFAULT_MODELS = ("xu_kahraman_2007", "benedict_kelley_1961", "schlenk_1994", "arana_2019", "ehl:smooth", "ehl")
+DEFAULT_MODELS = (
+    "constant:0.05",
+    "xu_kahraman_2007",
+    "benedict_kelley_1961",
+    "schlenk_1994",
+    "arana_2019",
+    "ehl:smooth",
+    "ehl",
+)
 # default edge radius as a fraction of the mean transverse module: deburred or tumbled teeth (this work)
 EDGE_ROUNDING = 0.05
 # size of the coarse mesh for the first solution of the shaft deflection

@@ -507,10 +507,21 @@ class GearPair:
         *,
         side: Side = "drive",
         grid: tuple[int, int] | None = None,
+        duty: Path | str | Sequence[DutyRow] | None = None,
         **conditions: Unpack[ConditionValues],
     ) -> Comparison:
-        """Several friction models and the closed forms at one operating point; see `LoadedMesh.compare`."""
-        return self.mesh(side, *(grid or ())).load(torque).compare(frictions, **conditions)
+        """Friction models and closed forms at a point, and over a `duty` cycle if given; see `LoadedMesh.compare`."""
+        from efficiency.loss.compare import over_duty
+
+        found = self.mesh(side, *(grid or ())).load(torque).compare(frictions, **conditions)
+        if duty is None:
+            return found
+
+        def losses(name: str) -> list[float]:
+            cycle = self.duty(duty, name, grid=grid, oil=found.conditions.oil)
+            return [row.energy_loss for row in cycle.rows]
+
+        return over_duty(found, losses)
 
     @one_thread
     def geometry(self, side: str = "both", marking: Value | None = None) -> PairGeometry:

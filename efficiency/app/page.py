@@ -59,7 +59,7 @@ class Page:
                 with ui.card().classes("w-full"):
                     ui.label("Efficiency of the mesh").classes("text-sm opacity-70")
                     self.headline = ui.label("…").classes("text-3xl font-bold").mark("headline")
-                    self.details = ui.label("").classes("text-sm")
+                    self.details = ui.label("").classes("text-sm details")
                     self.fault = ui.label("").classes("text-negative whitespace-pre-line").mark("fault")
                     self.fault.set_visibility(False)
                     self.stale = ui.label("The results below belong to the last valid settings.").mark("stale")

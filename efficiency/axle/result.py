@@ -243,7 +243,10 @@ class AxleResult(LossTable):
         labels = dict(
             zip(names, ("energy" if self.kind == "duty" else "loss", "lower limit", "upper limit"), strict=False)
         )
-        columns = ["source", *(Column(n, label=labels[n], digits=2, rounded=True) for n in names[:3])]
+        columns: list[Column | str] = [
+            "source",
+            *(Column(n, label=labels[n], digits=2, rounded=True) for n in names[:3]),
+        ]
         columns.append(Column("share", decimals=1))
         return Table(columns, [tuple(row.values()) for row in rows], title=title, name="sources")
 

@@ -190,6 +190,7 @@ def compare(
         typer.Option(help="Friction model; repeat for several. Default: constants, published formulas, ehl."),
     ] = None,
     conditions: shared.ConditionOptions,
+    duty: Annotated[Path | None, typer.Option(help="Duty cycle, CSV or XLSX: energy by model as well.")] = None,
     load_from: LoadFromOption = None,
     json_output: shared.JsonOption = False,
     plot: Annotated[Path | None, shared.output_option(help="Write the figure (PNG, SVG, PDF).")] = None,
@@ -202,10 +203,14 @@ def compare(
     _refuse_lists(conditions)
     pair = efficiency.load(design)
     models = pair.check(friction or (), **conditions) or None
-    mesh, at = pair.mesh(conditions.pop("side", "drive")), conditions.pop("torque", None)
+    side, at = conditions.pop("side", "drive"), conditions.pop("torque", None)
+    if load_from is not None:
+        shared.refuse("--load-from", {"duty": duty})
     with working("comparison"):
-        loaded = mesh.load(at) if load_from is None else mesh.load_from(load_from, at)
-        comparison = loaded.compare(models, **conditions)
+        if load_from is None:
+            comparison = pair.compare(models, at, side=side, duty=duty, **conditions)
+        else:
+            comparison = pair.mesh(side).load_from(load_from, at).compare(models, **conditions)
     shared.present(comparison, json_output, **files)
 
 

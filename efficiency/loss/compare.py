@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, fields
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
 
 from efficiency.loss.closed_form import PitchGeometry, buckingham_type, coleman_type
 from efficiency.loss.efficiency import LoadedGrids, solve_balanced
@@ -48,6 +50,13 @@ class ComparisonRow:
     # share of the sliding loss by thirds of the gear flank, rows root, middle, tip, columns toe, middle, heel; empty
     # for a closed form
     loss_regions: tuple[tuple[float, ...], ...] = ()
+    loss_factor: float = math.nan  # loss over that of the reference
+    # of a duty cycle, if given: energy loss [J], over that of the first fitted formula, and least and largest such
+    # ratio of its rows
+    energy_loss: float = math.nan
+    energy_factor: float = math.nan
+    energy_factor_min: float = math.nan
+    energy_factor_max: float = math.nan
 
     @property
     def label(self) -> str:
@@ -68,6 +77,12 @@ class Comparison(Reportable):
     # results of the rows of kind "mesh", in their order; not in `to_dict`
     results: tuple[EfficiencyResult, ...] = field(repr=False, compare=False)
     reference: str = ""  # friction model with the same loss as the fitted constant; empty without a fitted constant
+
+    @property
+    def base(self) -> ComparisonRow | None:
+        """Row to whose loss the others are compared: of `reference`, otherwise the first one with a result."""
+        found = [row for row in self.rows if math.isfinite(row.power_loss)]
+        return next((row for row in found if row.name == self.reference), next(iter(found), None))
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -133,14 +148,32 @@ def compare_models(
             for mu in constants:
                 name = f"{label} (this work)" + ("" if mu == COLEMAN_FRICTION else f", mu {mu:.4g}")
                 rows.append(_closed_row(name, mu, form(pitch, mu, operation.driver), operation, power))
-    return Comparison(
-        loaded.mesh.design,
-        loaded.mesh.side,
-        results[0].conditions,
-        tuple(rows),
-        tuple(results),
-        reference.friction_model if reference is not None else "",
-    )
+    named = reference.friction_model if reference is not None else ""
+    found = Comparison(loaded.mesh.design, loaded.mesh.side, results[0].conditions, tuple(rows), tuple(results), named)
+    base = found.base.power_loss if found.base is not None else math.nan
+    return replace(found, rows=tuple(replace(row, loss_factor=row.power_loss / base) for row in rows))
+
+
+def over_duty(comparison: Comparison, losses_of: Callable[[str], Sequence[float]]) -> Comparison:
+    """The comparison with the energies of a duty cycle, for all models but solved contacts.
+
+    losses_of: energy losses [J] of the rows of the duty cycle with a friction model by its name.
+    """
+    models = [result.friction_model for result in comparison.results]
+    losses = {name: np.array(losses_of(name)) for name in models if not name.startswith("ehl")}
+    fitted = [name for name in losses if name not in PUBLISHED and not name.startswith("constant:")]
+    base, rows = losses[next(iter(fitted or losses))], list(comparison.rows)
+    for place, name in enumerate(models):
+        if name in losses:
+            ratios, total = losses[name] / base, float(losses[name].sum())
+            rows[place] = replace(
+                rows[place],
+                energy_loss=total,
+                energy_factor=total / float(base.sum()),
+                energy_factor_min=float(ratios.min()),
+                energy_factor_max=float(ratios.max()),
+            )
+    return replace(comparison, rows=tuple(rows))
 
 
 def _reference(results: Sequence[EfficiencyResult]) -> EfficiencyResult | None:

@@ -30,7 +30,7 @@ def plot_comparison(comparison: Comparison, ax: Axes | None = None) -> Axes:
 
     A bar or interval far above the median ends in an arrow with its value.
     """
-    rows = comparison.rows
+    rows = sorted(comparison.rows, key=lambda row: (math.isnan(row.power_loss), row.power_loss))  # as in the table
     axes = axes_or_new(ax, 7.5, 0.9 + 0.42 * len(rows))
     loss = np.array([100.0 * (1.0 - row.efficiency) for row in rows])
     low, high = (np.array([100.0 * (1.0 - getattr(row, f"efficiency_{end}")) for row in rows]) for end in _ENDS)
@@ -39,7 +39,7 @@ def plot_comparison(comparison: Comparison, ax: Axes | None = None) -> Axes:
     colors = [GREY if row.kind == "closed form" else BLUE for row in rows]
     axes.barh(place, np.minimum(np.nan_to_num(loss), limit), color=colors)
     for at, row, value, left, right in zip(place, rows, loss, low, high, strict=True):
-        text = f"{100.0 * row.efficiency:.3f} %" if math.isfinite(row.efficiency) else reason_text(row.reason)
+        text = f"{100.0 * row.efficiency:.2f} %" if math.isfinite(row.efficiency) else reason_text(row.reason)
         end = value if math.isfinite(value) else 0.0
         if right > left and value <= limit:
             ends = [[max(value - left, 0.0)], [max(min(right, limit) - value, 0.0)]]

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, fields
+from dataclasses import asdict, fields, replace
 from itertools import product
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -100,7 +101,7 @@ def efficiency_table(result: EfficiencyResult) -> Table:
     )
 
 
-def _limits(results: Iterable[Any]) -> dict[str, Column | str]:
+def _limits(results: Iterable[Any]) -> dict[str, Column]:
     """Columns of the limits of the efficiency, with two significant digits of the narrowest interval."""
     widths = (100.0 * (result.efficiency_upper - result.efficiency_lower) for result in results)
     narrowest = min((width for width in widths if width > 0.0), default=1.0)
@@ -282,19 +283,42 @@ def comparison_table(comparison: Comparison) -> Table:
 
 
 def models_table(comparison: Comparison) -> Table:
-    """The table for terminal and page: models by their labels, without constant columns and intervals of no width."""
-    table = comparison_table(comparison)
-    kept = [
-        k
-        for k, name in enumerate(_COMPARED)
-        if name not in ("seconds", "kind") and (k == 0 or len({row[k] for row in table.rows}) > 1)
+    """The table for terminal and page, by increasing loss; a model without uncertain inputs has no interval."""
+    limits, known = _limits(comparison.rows), comparison.rows
+    columns = [
+        Column("friction_model"),
+        Column("power_loss", label="loss", digits=3, rounded=True),
+        Column("loss_factor", label="loss ratio", decimals=2),
+        Column("efficiency", decimals=2),
+        replace(limits["efficiency_lower"], label="lower limit"),
+        replace(limits["efficiency_upper"], label="upper limit"),
+        Column("friction_coefficient_mean", label="mean mu", digits=3),
+        Column("outside_range_share", label="outside its range", decimals=1),
     ]
+    if any(row.status != "converged" for row in known):
+        columns.append(Column("reason"))
     rows = []
-    for row, cells in zip(comparison.rows, table.rows, strict=True):
-        exact = () if row.efficiency_lower < row.efficiency_upper else ("efficiency_lower", "efficiency_upper")
-        rows.append((row.label, *(None if _COMPARED[k] in exact else cells[k] for k in kept[1:])))
-    limits = _limits(comparison.rows)
-    return Table([limits.get(_COMPARED[k], _COMPARED[k]) for k in kept], rows, title=table.title, name=table.name)
+    for row in sorted(known, key=lambda row: (math.isnan(row.power_loss), row.power_loss)):
+        exact = ["outside_range_share"] if row.kind == "closed form" else []
+        exact += [] if row.efficiency_lower < row.efficiency_upper else ["efficiency_lower", "efficiency_upper"]
+        rows.append((row.label, *(None if c.name in exact else getattr(row, c.name) for c in columns[1:])))
+    return Table(columns, rows, title=operating_point(comparison), name="models")
+
+
+def duty_models_table(comparison: Comparison) -> Table:
+    """Energies of a duty cycle by friction model, by increasing loss."""
+    columns = [
+        Column("friction_model"),
+        Column("energy_loss", digits=3, rounded=True),
+        Column("energy_factor", label="ratio", decimals=2),
+        Column("energy_factor_min", label="least of a row", decimals=2),
+        Column("energy_factor_max", label="largest of a row", decimals=2),
+    ]
+    known = sorted((row for row in comparison.rows if row.energy_loss > 0.0), key=attrgetter("energy_loss"))
+    rows = [(row.label, *(getattr(row, column.name) for column in columns[1:])) for row in known]
+    base = next((row.label for row in known if row.energy_factor == 1.0), "the first model")
+    title = f"Energy lost by sliding over the duty cycle; ratios over {base}"
+    return Table(columns, rows, title=title, name="duty")
 
 
 def comparison_tables(comparison: Comparison) -> list[Table]:
