@@ -62,15 +62,6 @@ if TYPE_CHECKING:
 
 POSITIONS, POINTS_PER_LINE = 24, 31
 # models of a comparison in addition to the formulas shipped for the oil
-DEFAULT_MODELS = (
-    "constant:0.05",
-    "xu_kahraman_2007",
-    "benedict_kelley_1961",
-    "schlenk_1994",
-    "arana_2019",
-    "ehl:smooth",
-    "ehl",
-)
 # default edge radius as a fraction of the mean transverse module: deburred or tumbled teeth (this work)
 EDGE_ROUNDING = 0.05
 # size of the coarse mesh for the first solution of the shaft deflection
@@ -456,7 +447,7 @@ class LoadedMesh:
         Parameters
         ----------
         frictions : iterable of FrictionModel or str, optional
-            Default: the formulas shipped for the oil and `DEFAULT_MODELS`.
+            Default: the formulas shipped for the oil, `constant:0.05`, four published ones, solved contacts.
         **conditions : float or str
             As in `efficiency`.
 
@@ -464,7 +455,7 @@ class LoadedMesh:
         -------
         Comparison
         """
-        from efficiency.loss.compare import compare_models
+        from efficiency.loss.compare import DEFAULT_MODELS, compare_models
 
         at = self._conditions(conditions)
         names = (*shipped_formulas(at.oil.name), *DEFAULT_MODELS) if frictions is None else frictions

@@ -516,12 +516,7 @@ class GearPair:
         found = self.mesh(side, *(grid or ())).load(torque).compare(frictions, **conditions)
         if duty is None:
             return found
-
-        def losses(name: str) -> list[float]:
-            cycle = self.duty(duty, name, grid=grid, oil=found.conditions.oil)
-            return [row.energy_loss for row in cycle.rows]
-
-        return over_duty(found, losses)
+        return over_duty(found, lambda name: self.duty(duty, name, grid=grid, oil=found.conditions.oil))
 
     @one_thread
     def geometry(self, side: str = "both", marking: Value | None = None) -> PairGeometry:

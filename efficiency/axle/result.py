@@ -243,11 +243,8 @@ class AxleResult(LossTable):
         labels = dict(
             zip(names, ("energy" if self.kind == "duty" else "loss", "lower limit", "upper limit"), strict=False)
         )
-        columns: list[Column | str] = [
-            "source",
-            *(Column(n, label=labels[n], digits=2, rounded=True) for n in names[:3]),
-        ]
-        columns.append(Column("share", decimals=1))
+        columns = [Column(name, label=label, digits=2, rounded=True) for name, label in labels.items()]
+        columns = [Column("source"), *columns, Column("share", decimals=1)]
         return Table(columns, [tuple(row.values()) for row in rows], title=title, name="sources")
 
     @property

@@ -25,6 +25,10 @@ if TYPE_CHECKING:
     import pandas
 
 COLEMAN_FRICTION = 0.05
+DEFAULT_MODELS = (
+    *("constant:0.05", "xu_kahraman_2007", "benedict_kelley_1961", "schlenk_1994", "arana_2019"),
+    *("ehl:smooth", "ehl"),
+)
 # references of the fitted constant in order of priority; then the first fitted formula, then the first model
 REFERENCES = ("ehl:all", "ehl")
 
@@ -154,13 +158,17 @@ def compare_models(
     return replace(found, rows=tuple(replace(row, loss_factor=row.power_loss / base) for row in rows))
 
 
-def over_duty(comparison: Comparison, losses_of: Callable[[str], Sequence[float]]) -> Comparison:
+def over_duty(comparison: Comparison, cycle_of: Callable[[str], Any]) -> Comparison:
     """The comparison with the energies of a duty cycle, for all models but solved contacts.
 
-    losses_of: energy losses [J] of the rows of the duty cycle with a friction model by its name.
+    cycle_of: the duty cycle, `efficiency.conditions.duty.DutyCycle`, with a friction model by its name.
     """
     models = [result.friction_model for result in comparison.results]
-    losses = {name: np.array(losses_of(name)) for name in models if not name.startswith("ehl")}
+    losses = {
+        name: np.array([row.energy_loss for row in cycle_of(name).rows])
+        for name in models
+        if not name.startswith("ehl")
+    }
     fitted = [name for name in losses if name not in PUBLISHED and not name.startswith("constant:")]
     base, rows = losses[next(iter(fitted or losses))], list(comparison.rows)
     for place, name in enumerate(models):
